@@ -1,0 +1,60 @@
+"""Coordinates in which a fit moves: logarithms of strictly positive numbers, others in units of their own size."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+LARGEST_LOG_STEP = 0.7
+"""Largest change of a logarithm in one step: keeps a start that is off by a factor from overshooting."""
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Free numbers `theta[index]` within `bounds` (k, 2); `size`: unit of the linear ones."""
+
+    index: np.ndarray
+    logarithmic: np.ndarray
+    size: np.ndarray
+    bounds: np.ndarray
+
+    def inward(self, theta: np.ndarray) -> np.ndarray:
+        """`theta` with its free numbers moved into their bounds."""
+        out = theta.copy()
+        out[self.index] = np.clip(out[self.index], *self.bounds.T)
+        return out
+
+    def slope(self, theta: np.ndarray) -> np.ndarray:
+        """Derivative of the free numbers by their coordinates."""
+        return np.where(self.logarithmic, theta[self.index], self.size)
+
+    def move(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """`theta` after a step in coordinates, kept within bounds."""
+        free = theta[self.index]
+        with np.errstate(over="ignore"):
+            moved = np.where(self.logarithmic, free * np.exp(step), free + self.size * step)
+        out = theta.copy()
+        out[self.index] = np.clip(moved, *self.bounds.T)
+        return out
+
+    def shorten(self, step: np.ndarray) -> float:
+        """Share of a step that respects the largest log step."""
+        longest = np.max(np.abs(step[self.logarithmic]), initial=0.0)
+        return min(1.0, LARGEST_LOG_STEP / longest) if longest > 0.0 else 1.0
+
+    def on_bound(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which free numbers sit on their lower and on their upper bound."""
+        low, high = self.bounds.T
+        margin = 1e-9 * np.maximum(np.abs(theta[self.index]), self.size)
+        return theta[self.index] <= low + margin, theta[self.index] >= high - margin
+
+
+def coordinates(theta: np.ndarray, free: np.ndarray, bounds: np.ndarray, size: np.ndarray) -> Coordinates:
+    """Coordinates for the numbers marked in `free` (p,), with `bounds` (p, 2) and typical `size` (p,)."""
+    index = np.flatnonzero(free)
+    own = np.abs(theta[index])
+    return Coordinates(
+        index=index,
+        logarithmic=bounds[index, 0] > 0.0,
+        size=np.where(own > 0.0, own, size[index]),
+        bounds=bounds[index],
+    )

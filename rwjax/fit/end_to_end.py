@@ -1,0 +1,188 @@
+"""End-to-end fit: free-run least squares over whole logs, through short windows first.
+
+Two phases of one Gauss-Newton iteration with Levenberg-Marquardt damping. First every window starts from a state read
+off the log and only linearised continuity ties it to the next (condensed multiple shooting: a wide basin of
+attraction). Then the windows' states are those of the free run itself, so that the sum of squares is the free run's and
+falls with every accepted step. The loop runs on the host and calls two compiled programs: an optimistix solver would
+need the residual of the whole log as one function, whose Jacobian by plain forward mode costs the time of a sequential
+run for every number (see docs/design.md for the measurement).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.fit.coordinates import Coordinates
+from rwjax.fit.problem import Problem
+from rwjax.simulate import Evaluation, evaluate, free_run
+
+WINDOW_STEPS = 8
+LARGEST_DAMPING = 1e8
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of a fit. `theta` all numbers in the order of `structure.names`, `start` first state of each log.
+
+    `cost`: half the sum of squared residuals in units of noise. `evaluation`: sensitivities at the optimum, windows
+    started from the free run (numpy arrays). `converged`: False where the step limit came first.
+    """
+
+    problem: Problem
+    coordinates: Coordinates
+    theta: np.ndarray
+    start: np.ndarray
+    cost: float
+    evaluation: Evaluation
+    converged: bool
+    steps: int
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free numbers."""
+        return tuple(self.problem.structure.names[k] for k in self.coordinates.index)
+
+    def numbers(self) -> dict[str, float]:
+        """All numbers by name."""
+        return dict(zip(self.problem.structure.names, (float(v) for v in self.theta), strict=True))
+
+
+def _evaluate(problem: Problem, theta: np.ndarray, nodes: np.ndarray) -> Evaluation:
+    return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, nodes, problem.batch)))
+
+
+def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
+    """Half the sum of squares of the free run, and the states at the windows' starts."""
+    y, nodes = free_run(problem.structure, theta, start, problem.batch)
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
+        cost = 0.5 * float(np.sum(residual**2))
+    return (cost if np.isfinite(cost) else np.inf), np.asarray(nodes)
+
+
+def _solve(
+    e: Evaluation, coordinates: Coordinates, theta: np.ndarray, start_free: np.ndarray, damping: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Damped Gauss-Newton step: change of the coordinates, and of each log's first state.
+
+    Numbers on a bound that the step would leave through are held; first states are eliminated log by log.
+    """
+    p, k = len(theta), coordinates.index
+    scale = coordinates.slope(theta)
+    L, n = start_free.shape
+    held = np.zeros(len(k), bool)
+    low, high = coordinates.on_bound(theta)
+    for _ in range(len(k) + 1):
+        A = np.zeros((len(k), len(k)))
+        b = np.zeros(len(k))
+        parts = []
+        for log in range(L):
+            s = np.flatnonzero(start_free[log])
+            H, g = e.H[log], e.g[log]
+            Htt = H[np.ix_(k, k)] * scale[:, None] * scale
+            Hts = H[np.ix_(k, p + s)] * scale[:, None]
+            Hss = H[np.ix_(p + s, p + s)]
+            diagonal = np.diag(Hss)
+            ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
+            inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
+            A += Htt - Hts @ inverse @ Hts.T
+            A[np.diag_indices(len(k))] += damping * np.diag(Htt)
+            b += g[k] * scale - Hts @ inverse @ g[p + s]
+            parts.append((s, inverse, Hts, g[p + s]))
+        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
+            return None
+        move = np.flatnonzero(~held)
+        dz = np.zeros(len(k))
+        if len(move):
+            M = A[np.ix_(move, move)]
+            d = np.sqrt(np.maximum(np.diag(M), 1e-300))
+            dz[move] = -np.linalg.lstsq(M / d / d[:, None], b[move] / d, rcond=1e-13)[0] / d
+        leaving = ~held & ((low & (dz < 0.0)) | (high & (dz > 0.0)))
+        if not leaving.any():
+            break
+        held |= leaving
+    dx = np.zeros((L, n))
+    for log, (s, inverse, Hts, g) in enumerate(parts):
+        dx[log, s] = -inverse @ (g + Hts.T @ dz)
+    return dz, dx
+
+
+def _through_windows(
+    problem: Problem, c: Coordinates, theta: np.ndarray, nodes: np.ndarray, start_free: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """First phase: a few steps from states read off the log. Returns numbers and first states."""
+    damping = 1e-3
+    for _ in range(WINDOW_STEPS):
+        e = _evaluate(problem, theta, nodes)
+        step = _solve(e, c, theta, start_free, damping)
+        if step is None:
+            break
+        dz, dx = step
+        share = c.shorten(dz)
+        theta_new = c.move(theta, share * dz)
+        dtheta = theta_new - theta
+        change = np.concatenate([np.broadcast_to(dtheta, (len(dx), len(theta))), share * dx], axis=1)
+        nodes_new = nodes + np.einsum("lwna,la->lwn", e.chain, change) + share * e.shift
+        if not np.all(np.isfinite(nodes_new)):
+            break
+        theta, nodes = theta_new, nodes_new
+        if np.max(np.abs(dz), initial=0.0) < 1e-3:
+            break
+    return theta, nodes[:, 0]
+
+
+def fit(
+    problem: Problem,
+    coordinates: Coordinates,
+    theta: np.ndarray,
+    *,
+    start: np.ndarray | None = None,
+    nodes: np.ndarray | None = None,
+    start_free: np.ndarray | None = None,
+    most_steps: int = 60,
+    tolerance: float = 1e-7,
+) -> Fit:
+    """Least squares of the free run over the free numbers and the logs' first states.
+
+    With `nodes` (l, w, n) given, the short windows come first and the better of both starts is kept.
+    """
+    start = problem.start if start is None else start
+    start_free = problem.start_free if start_free is None else start_free
+    theta = coordinates.inward(theta)
+    cost, states = _run(problem, theta, start)
+    if nodes is not None:
+        nodes = nodes.copy()
+        nodes[:, 0] = np.where(start_free, nodes[:, 0], start)
+        with np.errstate(all="ignore"):
+            theta_w, start_w = _through_windows(problem, coordinates, theta, nodes, start_free)
+        if np.all(np.isfinite(theta_w)) and np.all(np.isfinite(start_w)):
+            cost_w, states_w = _run(problem, theta_w, start_w)
+            if cost_w < cost:
+                theta, start, cost, states = theta_w, start_w, cost_w, states_w
+    e = _evaluate(problem, theta, states)
+    damping, converged, taken = 1e-3, False, 0
+    for taken in range(1, most_steps + 1):
+        solved = _solve(e, coordinates, theta, start_free, damping)
+        if solved is None or not np.isfinite(cost):
+            break
+        dz, dx = solved
+        share = coordinates.shorten(dz)
+        theta_new, start_new = coordinates.move(theta, share * dz), start + share * dx
+        cost_new, states_new = _run(problem, theta_new, start_new)
+        gain = cost - cost_new
+        if gain >= 0.0:
+            theta, start, cost, states = theta_new, start_new, cost_new, states_new
+            small = gain <= tolerance * max(cost, 1.0)
+            damping = max(damping * (0.1 if share == 1.0 else 1.0), 1e-10)
+            e = _evaluate(problem, theta, states)
+            if small and damping < 1e-2:
+                converged = True
+                break
+        else:
+            damping = max(damping, 1e-6) * 8.0
+            if damping > LARGEST_DAMPING or np.max(np.abs(dz), initial=0.0) < 1e-10:
+                converged = True
+                break
+    return Fit(problem, coordinates, theta, start, cost, e, converged, taken)
+
+

@@ -1,0 +1,38 @@
+"""States at the windows' starts, read off the logs: where a fit through short windows begins."""
+
+import numpy as np
+
+from rwjax.fit.problem import Problem
+from rwjax.simulate import free_run
+
+HALF_WIDTH = 7  # samples on either side of a window's start, through which a parabola is laid
+
+
+def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
+    """States at the windows' starts `(l, w, n)`: measured ones from the log, the others from a free run at `theta`."""
+    states = problem.structure.states
+    _, simulated = free_run(problem.structure, theta, problem.start, problem.batch)
+    nodes = np.array(simulated)
+    nodes[~np.isfinite(nodes)] = 0.0
+    steps = len(problem.batch.step_index)
+    for k, log in enumerate(problem.logs):
+        at = np.minimum(np.arange(nodes.shape[1]) * steps * problem.batch.h[k], log.time[-1] - log.time[0])
+        t = log.time - log.time[0]
+        centre = np.clip(np.searchsorted(t, at), HALF_WIDTH, max(len(t) - 1 - HALF_WIDTH, HALF_WIDTH))
+        index = np.clip(centre[:, None] + np.arange(-HALF_WIDTH, HALF_WIDTH + 1), 0, len(t) - 1)
+        for angle, rate, angle_name, rate_name in (
+            ("psi", "w", "yaw_rad", "yaw_rad_s"),
+            ("theta", "Omega", "wheel_rad", "wheel_rad_s"),
+        ):
+            for name, entries in ((angle_name, (angle, rate)), (rate_name, (rate,))):
+                if name not in log.outputs or entries[0] not in states:
+                    continue
+                for w in range(len(at)):
+                    y, s = log.outputs[name][index[w]], t[index[w]] - at[w]
+                    seen = np.isfinite(y)
+                    if seen.sum() < 5:
+                        continue
+                    c = np.polynomial.polynomial.polyfit(s[seen], y[seen], 2)
+                    for order, entry in enumerate(entries):
+                        nodes[k, w, states.index(entry)] = c[order]
+    return nodes

@@ -1,0 +1,109 @@
+"""Logs and a structure made ready for a fit: layout, noise, which runs start at rest."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax import noise as noise_of
+from rwjax.grid import Batch, lay_out
+from rwjax.log import Log
+from rwjax.plant import Structure
+
+START_S = 0.5
+"""Length of the stretch from which a run's initial state is estimated [s]."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`."""
+
+    structure: Structure
+    logs: tuple[Log, ...]
+    noise: dict[str, float]
+    batch: Batch
+    start: np.ndarray
+    start_free: np.ndarray
+
+    def with_structure(self, structure: Structure) -> "Problem":
+        """The same logs under a plant with other effects (hidden states of effects start at 0)."""
+        return pose(structure, self.logs, self.noise)
+
+
+def _early(log: Log) -> np.ndarray:
+    return log.time - log.time[0] <= START_S
+
+
+def _line(log: Log, name: str) -> tuple[float, float, float]:
+    """Value at the first sample, slope, and the slope's standard error of a line through the first 0.5 s."""
+    early = _early(log) & np.isfinite(log.outputs[name])
+    t, y = log.time[early] - log.time[0], log.outputs[name][early]
+    if len(t) < 3:
+        return (float(y[0]) if len(y) else 0.0), 0.0, np.inf
+    A = np.stack([np.ones_like(t), t], axis=1)
+    (value, slope), *_ = np.linalg.lstsq(A, y, rcond=None)
+    spread = max(np.std(y - A @ (value, slope)), noise_of.quantisation(log, name))
+    return float(value), float(slope), float(spread / np.sqrt(np.sum((t - t.mean()) ** 2)))
+
+
+def starts_at_rest(log: Log) -> bool:
+    """Whether input and rates are indistinguishable from zero over the first 0.5 s."""
+    early = _early(log)
+    if np.max(np.abs(log.command[early])) > 1e-3 * max(np.max(np.abs(log.command)), 1e-12):
+        return False
+    for name, value in log.outputs.items():
+        y = value[early & np.isfinite(value)]
+        if len(y) < 3:
+            continue
+        if name in ("yaw_rad", "wheel_rad"):
+            _, slope, error = _line(log, name)
+            moved = float(np.ptp(y)) > 1.5 * log.resolution.get(name, 0.0)
+            if moved and abs(slope) > 3.5 * error:
+                return False
+        else:
+            spread = max(float(np.std(y)), noise_of.quantisation(log, name)) / np.sqrt(len(y))
+            if abs(float(np.mean(y))) > 3.5 * spread + 1e-12:
+                return False
+    return True
+
+
+def _first_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray, np.ndarray]:
+    """First state as the readings suggest it, and which entries stay unknown."""
+    guess, free = dict.fromkeys(structure.states, 0.0), dict.fromkeys(structure.states, False)
+    for angle, rate, angle_name, rate_name in (
+        ("psi", "w", "yaw_rad", "yaw_rad_s"),
+        ("theta", "Omega", "wheel_rad", "wheel_rad_s"),
+    ):
+        if angle not in guess:
+            continue
+        early = _early(log)
+        if angle_name in log.outputs:
+            value, slope, _ = _line(log, angle_name)
+            seen = log.outputs[angle_name][early & np.isfinite(log.outputs[angle_name])]
+            guess[angle], guess[rate] = (float(np.mean(seen)) if rest and len(seen) else value), slope
+            free[angle] = True
+        if rate_name in log.outputs:
+            guess[rate] = _line(log, rate_name)[0]
+        free[rate] = not rest
+        guess[rate] = 0.0 if rest else guess[rate]
+    if "i" in guess and not rest:
+        guess["i"] = _line(log, "current_A")[0] if "current_A" in log.outputs else 0.0
+        free["i"] = True
+    return np.array(list(guess.values())), np.array(list(free.values()))
+
+
+def pose(
+    structure: Structure, logs: Sequence[Log], noise: dict[str, float] | None = None, *, refine: int = 1
+) -> Problem:
+    """Problem of fitting a structure to logs; `noise` (SI) from the readings unless it is given."""
+    logs = tuple(logs)
+    noise = noise_of.pooled(logs) if noise is None else noise
+    first = [_first_state(structure, log, starts_at_rest(log)) for log in logs]
+    return Problem(
+        structure=structure,
+        logs=logs,
+        noise=noise,
+        batch=lay_out(structure, logs, [noise] * len(logs), refine=refine),
+        start=np.stack([guess for guess, _ in first]),
+        start_free=np.stack([free for _, free in first]),
+    )

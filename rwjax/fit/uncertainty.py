@@ -1,0 +1,123 @@
+"""Standard errors that hold with correlated residuals, and what the logs cannot tell, in words."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.fit.end_to_end import Fit
+from rwjax.grid import by_sample
+
+UNIDENTIFIED = 1e-8
+"""Ratio of the smallest to the largest eigenvalue of the normalised normal equations below which a combination of
+numbers is called undetermined."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """`covariance` (k, k) of the free numbers in SI; rows and columns of numbers on a bound or undetermined are inf.
+
+    `notes`: what a user should know, one sentence each.
+    """
+
+    names: tuple[str, ...]
+    covariance: np.ndarray
+    notes: tuple[str, ...]
+
+    @property
+    def standard_error(self) -> dict[str, float]:
+        """Standard error of each free number in SI."""
+        return dict(zip(self.names, (float(v) for v in np.sqrt(np.diag(self.covariance))), strict=True))
+
+
+def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:
+    """Normal matrix of the free coordinates with first states eliminated, and for each log its reduced Jacobian
+    `(time, output, k)` and residual `(time, output)` in units of noise."""
+    problem, e, k = fitted.problem, fitted.evaluation, fitted.coordinates.index
+    p = len(fitted.theta)
+    scale = fitted.coordinates.slope(fitted.theta)
+    A = np.zeros((len(k), len(k)))
+    jacobians, residuals = [], []
+    for log, record in enumerate(problem.logs):
+        s = np.flatnonzero(problem.start_free[log])
+        columns = np.concatenate([k, p + s])
+        through = np.einsum("nwqy,wnc->wqyc", e.local[p:, log], e.chain[log][:, :, columns])
+        through[..., : len(k)] += np.moveaxis(e.local[k, log], 0, -1)
+        G = by_sample(problem.batch, log, through, len(record.time))
+        G[..., : len(k)] *= scale
+        Gt, Gs = G[..., : len(k)], G[..., len(k) :]
+        Hss = np.einsum("tya,tyb->ab", Gs, Gs)
+        Hst = np.einsum("tya,tyb->ab", Gs, Gt)
+        d = np.sqrt(np.maximum(np.diag(Hss), 1e-300))
+        Gt = Gt - Gs @ ((np.linalg.pinv(Hss / d / d[:, None], rcond=1e-12, hermitian=True) @ (Hst / d[:, None])) / d[:, None])
+        A += np.einsum("tya,tyb->ab", Gt, Gt)
+        jacobians.append(Gt)
+        residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))
+    return A, jacobians, residuals
+
+
+def _bandwidth(series: np.ndarray) -> float:
+    """Bartlett bandwidth in samples by the first-order plug-in of Andrews (Econometrica 59, 1991, eq. 6.4)."""
+    num = den = 0.0
+    for x in series.T:
+        x = x - x.mean()
+        power = float(x @ x)
+        if power <= 0.0:
+            continue
+        rho = min(max(float(x[1:] @ x[:-1]) / power, 0.0), 0.999)
+        innovation = (1.0 - rho**2) * power / len(x)
+        num += 4.0 * rho**2 * innovation**2 / ((1.0 - rho) ** 6 * (1.0 + rho) ** 2)
+        den += innovation**2 / (1.0 - rho) ** 4
+    return 1.1447 * (num / den * len(series)) ** (1.0 / 3.0) if den > 0.0 else 0.0
+
+
+def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray:
+    """Long-run covariance of the score summed over logs (Newey and West, Econometrica 55, 1987)."""
+    k = jacobians[0].shape[-1]
+    total = np.zeros((k, k))
+    for G, r in zip(jacobians, residuals, strict=True):
+        score = np.einsum("tya,ty->ta", G, r)
+        width = min(_bandwidth(score), len(score) / 4.0)
+        total += score.T @ score
+        n, size = len(score), 1
+        while size < 2 * n:
+            size *= 2
+        spectrum = np.fft.rfft(score, size, axis=0)
+        for a in range(k):
+            for b in range(k):
+                lagged = np.fft.irfft(spectrum[:, a].conj() * spectrum[:, b], size)
+                lags = np.arange(1, min(int(width) + 1, n))
+                weight = 1.0 - lags / (width + 1.0)
+                total[a, b] += float(weight @ (lagged[lags] + lagged[-lags]))
+    return total
+
+
+def uncertainty(fitted: Fit) -> Uncertainty:
+    """Sandwich covariance of the free numbers (Huber 1967; White, Econometrica 50, 1982), and notes."""
+    names = fitted.free
+    scale = fitted.coordinates.slope(fitted.theta)
+    A, jacobians, residuals = scores(fitted)
+    low, high = fitted.coordinates.on_bound(fitted.theta)
+    notes = [f"{name} sits on its bound" for name, at in zip(names, low | high, strict=True) if at]
+    diagonal = np.sqrt(np.maximum(np.diag(A), 0.0))
+    silent = diagonal <= 1e-9 * max(np.max(diagonal, initial=0.0), 1e-300)
+    notes += [f"{name} leaves no trace in these logs" for name, s in zip(names, silent & ~(low | high), strict=True) if s]
+    use = np.flatnonzero(~(low | high | silent))
+    covariance = np.full((len(names), len(names)), np.inf)
+    if len(use):
+        d = diagonal[use]
+        values, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
+        weak = values < UNIDENTIFIED * values[-1]
+        for vector in vectors[:, weak].T:
+            parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > 0.1]
+            notes.append(
+                "only a combination of " + " and ".join(names[k] for k in parts) + " is determined by these logs: fix one"
+            )
+        spoilt = np.zeros(len(use), bool)
+        for vector in vectors[:, weak].T:
+            spoilt |= np.abs(vector) > 0.1
+        inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
+        sandwich = inverse @ meat(jacobians, residuals)[np.ix_(use, use)] @ inverse
+        sandwich = sandwich * scale[use] * scale[use][:, None]
+        sandwich[spoilt, :] = sandwich[:, spoilt] = np.inf
+        covariance[np.ix_(use, use)] = sandwich
+    return Uncertainty(names, covariance, tuple(notes))

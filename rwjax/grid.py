@@ -1,0 +1,137 @@
+"""Logs laid out for simulation: a uniform time grid for each log, cut into windows that run side by side.
+
+A log's samples may be irregular; the grid is not. The command enters every step by its mean over the step, and
+readings are taken between grid points, so one path serves regular, jittered and broken sampling.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.log import Log
+from rwjax.plant import Structure
+
+LONGEST_STEP = 5e-3
+"""Longest time step [s]; the sampling interval is divided until its parts are no longer than this."""
+
+
+class Batch(NamedTuple):
+    """Several logs as arrays. Axes: log `l`, window `w`, grid step within a window `m`, reading slot `q`, output `y`.
+
+    `t_command`, `u_command`: the command's samples and, one longer, the times between which each is held.
+    `h`, `t0`: grid step and start of each log relative to its run's first sample.
+    `slot_step`, `slot_part`: grid step of a reading and the part of the step that has passed.
+    `reading`, `weight`: measured outputs and the inverse of their noise (0 where there is none).
+    """
+
+    t_command: np.ndarray  # l k+1
+    u_command: np.ndarray  # l k
+    h: np.ndarray  # l
+    t0: np.ndarray  # l
+    slot_step: np.ndarray  # l w q
+    slot_part: np.ndarray  # l w q
+    slot_sample: np.ndarray  # l w q; -1 where the slot is empty
+    reading: np.ndarray  # l w q y
+    weight: np.ndarray  # l w q y
+    step_index: np.ndarray  # m; only its length matters
+
+    @property
+    def windows(self) -> int:
+        return self.slot_step.shape[1]
+
+
+def _padded(n: int) -> int:
+    """Next of few sizes, so that logs of similar length share one compiled program."""
+    size = 16
+    while size < n:
+        size += max(16, size // 4) // 16 * 16
+    return size
+
+
+def _grid_of(log: Log, refine: int) -> tuple[float, int]:
+    dt = float(np.median(np.diff(log.time)))
+    h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
+    span = log.time[-1] - log.time[0]
+    steps = round(span / h)
+    if steps > 0 and abs(steps * h - span) < 0.5 * h:
+        h = span / steps  # regular sampling: grid points fall on samples to rounding
+    return h, int(np.ceil(span / h - 1e-9))
+
+
+def lay_out(
+    structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str, float]], *, refine: int = 1
+) -> Batch:
+    """Batch of `logs` with each output divided by its noise (standard deviation, SI).
+
+    `refine` divides the time step further, to check that a result does not depend on it.
+    """
+    names = structure.outputs
+    grids = [_grid_of(log, refine) for log in logs]
+    longest = max(steps for _, steps in grids)
+    per_window = 32
+    while per_window * 256 < longest * len(logs) and per_window < 1024:
+        per_window *= 2
+    per_window *= refine
+    windows = _padded(-(-longest // per_window))
+    samples = _padded(max(len(log.time) for log in logs))
+    L = len(logs)
+    t_command = np.zeros((L, samples + 1))
+    u_command = np.zeros((L, samples))
+    step = np.zeros((L, samples), int)
+    part = np.zeros((L, samples))
+    for k, (log, (h, steps)) in enumerate(zip(logs, grids, strict=True)):
+        n = len(log.time)
+        t = log.time - log.time[0]
+        end = t[-1] + h * per_window * windows
+        t_command[k, :n] = t
+        t_command[k, n:] = np.linspace(end, 2.0 * end, samples + 1 - n)
+        u_command[k, :n] = log.command
+        u_command[k, n:] = log.command[-1]
+        position = np.minimum(t / h, steps)
+        nearest = np.round(position)
+        position = np.where(np.abs(position - nearest) < 1e-6, nearest, position)
+        step[k, :n] = np.minimum(np.floor(position), steps - 1)
+        part[k, :n] = position - step[k, :n]
+    window_of = step // per_window
+    slots = 1 + max(int(np.bincount(window_of[k, : len(log.time)]).max()) for k, log in enumerate(logs))
+    slots = -(-slots // 8) * 8
+    shape = (L, windows, slots)
+    slot_step, slot_part = np.zeros(shape, int), np.zeros(shape)
+    slot_sample = np.full(shape, -1)
+    reading, weight = np.zeros((*shape, len(names))), np.zeros((*shape, len(names)))
+    for k, log in enumerate(logs):
+        n = len(log.time)
+        w = window_of[k, :n]
+        first = np.searchsorted(w, w, side="left")
+        q = np.arange(n) - first
+        slot_step[k, w, q] = step[k, :n] - w * per_window
+        slot_part[k, w, q] = part[k, :n]
+        slot_sample[k, w, q] = np.arange(n)
+        for y, name in enumerate(names):
+            if name in log.outputs:
+                value = log.outputs[name]
+                seen = np.isfinite(value)
+                reading[k, w, q, y] = np.where(seen, value, 0.0)
+                weight[k, w, q, y] = np.where(seen, 1.0 / noise[k][name], 0.0)
+    return Batch(
+        t_command=t_command,
+        u_command=u_command,
+        h=np.array([h for h, _ in grids]),
+        t0=np.array([log.time[0] - log.origin for log in logs]),
+        slot_step=slot_step,
+        slot_part=slot_part,
+        slot_sample=slot_sample,
+        reading=reading,
+        weight=weight,
+        step_index=np.arange(per_window),
+    )
+
+
+def by_sample(batch: Batch, log: int, values: np.ndarray, samples: int) -> np.ndarray:
+    """Values per window and slot of one log, in the order of the log's samples."""
+    index = batch.slot_sample[log]
+    out = np.zeros((samples, *values.shape[2:]))
+    used = index >= 0
+    out[index[used]] = values[used]
+    return out

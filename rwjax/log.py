@@ -1,0 +1,207 @@
+"""The log file (CSV): one run of the rig. `read_log`, `read_logs`, `write_log` and the `Log` between."""
+
+import math
+import os
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.errors import LogError, nearest, write_text
+from rwjax.log_sheet import FEWEST, Sheet, check_finite, numbers, read_sheet
+from rwjax.rig import Rig
+from rwjax.rig_names import MOTORED, THESIS_COLUMNS, TURNING
+
+TICK = 0.01  # s, one row of the thesis layout (listing A.2 logs at 100 Hz)
+
+
+class Column(NamedTuple):
+    """A column that a log may hold besides time and input."""
+
+    output: str  # its name in `Log.outputs`, in SI
+    kinds: tuple[str, ...]  # kinds of rig that have it
+    encoder: str | None = None  # counts of this encoder, "axis" or "wheel"
+
+
+COLUMNS = {
+    "yaw_counts": Column("yaw_rad", TURNING, encoder="axis"),
+    "yaw_rad": Column("yaw_rad", TURNING),
+    "position_m": Column("yaw_rad", ("platform",)),
+    "yaw_rad_s": Column("yaw_rad_s", TURNING),
+    "wheel_counts": Column("wheel_rad", MOTORED, encoder="wheel"),
+    "wheel_rad_s": Column("wheel_rad_s", MOTORED),
+    "current_A": Column("current_A", MOTORED),
+}
+INPUTS = ("time_s", "voltage_V", "supply_V")
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """One run of the rig, or a stretch of it. Arrays have shape (n,); the input is held between samples."""
+
+    name: str  # the file name, as shown to users
+    time: np.ndarray  # s, as in the file, strictly increasing
+    command: np.ndarray  # V
+    outputs: dict[str, np.ndarray]  # by the names of `Column.output`, in SI; NaN where a reading is missing
+    resolution: dict[str, float]  # quantisation step of each output in SI; 0.0 where the file holds SI
+    notes: dict[str, str]
+    validate: bool  # never used to fit or to select
+    supply: np.ndarray | None  # V
+    origin: float  # s, time of the run's first sample, kept by `cut`
+
+    def cut(self, first: int, last: int) -> "Log":
+        """The samples `first` to `last - 1`; the name says which ("square.csv[12.0 s…]")."""
+        first, last, _ = slice(first, last).indices(len(self.time))
+        start = f"{self.time[first]:.1f} s" if first > 0 else ""
+        end = f"{self.time[last - 1]:.1f} s" if last < len(self.time) else ""
+        return replace(
+            self,
+            name=f"{self.name}[{start}…{end}]" if start or end else self.name,
+            time=self.time[first:last],
+            command=self.command[first:last],
+            outputs={name: y[first:last] for name, y in self.outputs.items()},
+            supply=None if self.supply is None else self.supply[first:last],
+        )
+
+
+def read_logs(
+    paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_required: bool = True
+) -> tuple[Log, ...]:
+    """The logs of one call, in the order given; logs of the same file name are called by their paths.
+
+    Raises `LogError` as `read_log` does, and where the same file is named twice.
+    """
+    given = [Path(path) for path in paths]
+    for path, times in Counter(path.resolve() for path in given).items():
+        if times > 1:
+            raise LogError(f"{path}: named {times} times; name each log once")
+    names = Counter(path.name for path in given)
+    logs = [(path, read_log(path, rig, outputs_required)) for path in given]
+    return tuple(log if names[path.name] == 1 else replace(log, name=str(path)) for path, log in logs)
+
+
+def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = True) -> Log:
+    """One run, from a log of the interface or of the thesis's layout.
+
+    Raises `LogError` with file, line, what is wrong and what would be right; a log without any measured
+    output is such an error unless `outputs_required` is false.
+    """
+    sheet = read_sheet(path)
+    series = _thesis(sheet, rig) if sheet.names == list(THESIS_COLUMNS) else _interface(sheet, rig)
+    outputs = {name: y for name, y in series.items() if name in COLUMNS}
+    if outputs_required and not outputs:
+        valid = ", ".join(f"`{name}`" for name, column in COLUMNS.items() if rig.kind in column.kinds)
+        raise sheet.error(None, f"no measured output; a `{rig.kind}` rig needs at least one of {valid}")
+    step = {name: _step(sheet, name, y, rig) for name, y in outputs.items()}
+    canonical = {name: COLUMNS[name].output for name in COLUMNS if name in outputs}
+    return Log(
+        name=Path(path).name,
+        time=series["time_s"],
+        command=series["voltage_V"],
+        outputs={new: outputs[old] * (step[old] or 1.0) for old, new in canonical.items()},
+        resolution={new: step[old] for old, new in canonical.items()},
+        notes=sheet.notes,
+        validate=_validate(sheet),
+        supply=series.get("supply_V"),
+        origin=float(series["time_s"][0]),
+    )
+
+
+def _validate(sheet: Sheet) -> bool:
+    role = sheet.notes.get("role", "train")
+    if role not in ("train", "validate"):
+        raise LogError(f"{sheet.path}: `# role: {role}` is unknown; it is `train` or `validate`")
+    return role == "validate"
+
+
+def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
+    """The columns of a log of the interface, as they stand there."""
+    _check_header(sheet, rig)
+    series = dict(zip(sheet.names, numbers(sheet, sheet.names), strict=True))
+    for name in (name for name in INPUTS if name in series):
+        check_finite(sheet, name, series[name])
+    time = series["time_s"]
+    if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
+        row = int(late[0]) + 1
+        raise sheet.error(
+            row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row"
+        )
+    return series
+
+
+def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
+    """A log of the thesis's layout as columns of the interface."""
+    for key, right in (("position", '"pos1" or "pos2"'), ("pulse", '"pwm_1" or "pwm_2"')):
+        if key not in rig.columns:
+            raise sheet.error(None, f"the thesis layout needs [columns] {key} = {right} in the rig file")
+    if rig.pwm is None:
+        needed = "[drive] pwm = { neutral_us = …, volts_per_us = … }"
+        raise sheet.error(None, f"the thesis layout needs {needed} in the rig file")
+    position, pulse = numbers(sheet, [rig.columns["position"], rig.columns["pulse"]])
+    check_finite(sheet, rig.columns["pulse"], pulse)
+    return {
+        "time_s": TICK * np.arange(len(pulse)),
+        "voltage_V": (pulse - rig.pwm.neutral_us) * rig.pwm.volts_per_us,
+        ("wheel_counts" if rig.kind == "wheel" else "yaw_counts"): position,
+    }
+
+
+def _check_header(sheet: Sheet, rig: Rig) -> None:
+    found = ", ".join(f"`{name}`" for name in sheet.names)
+    for name in ("time_s", "voltage_V"):
+        if name not in sheet.names:
+            near = nearest(name, sheet.names)
+            raise sheet.error(
+                None, f"no column `{name}`, which every log needs; found {found}, nearest `{near}`"
+            )
+    valid = [*INPUTS, *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
+    held: dict[str, str] = {}
+    for name in sheet.names:
+        output = COLUMNS[name].output if name in COLUMNS else name
+        if name in COLUMNS and name not in valid:
+            raise sheet.error(None, f"a `{rig.kind}` rig has no `{name}`; its columns are {', '.join(valid)}")
+        if name not in valid:
+            raise sheet.error(
+                None, f"unknown column `{name}`; the nearest valid one is `{nearest(name, valid)}`"
+            )
+        if output in held:
+            raise sheet.error(None, f"`{held[output]}` and `{name}` are the same reading; keep one of them")
+        held[output] = name
+
+
+def _step(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> float:
+    """The size of one count in SI, or 0.0; raises `LogError` for readings that cannot be."""
+    if len(bad := np.flatnonzero(np.isinf(readings))):
+        raise sheet.error(
+            int(bad[0]), f"`{name}` is infinite; leave the cell empty where a reading is missing"
+        )
+    if (held := int(np.isfinite(readings).sum())) < FEWEST:
+        raise sheet.error(
+            None, f"`{name}` holds {held} readings; give at least {FEWEST}, or leave the column out"
+        )
+    encoder = COLUMNS[name].encoder
+    if encoder is None:
+        return 0.0
+    if encoder not in rig.counts_per_rev:
+        section = {"axis": "encoder", "wheel": "wheel_encoder"}[encoder]
+        raise sheet.error(None, f"`{name}` needs [{section}] counts_per_rev = … in the rig file")
+    if len(bad := np.flatnonzero(np.isfinite(readings) & (readings != np.rint(readings)))):
+        row = int(bad[0])
+        raise sheet.error(row, f"`{name}` is {readings[row]}; counts have to be whole numbers")
+    return 2.0 * math.pi / rig.counts_per_rev[encoder]
+
+
+def write_log(
+    path: str | os.PathLike[str], columns: Mapping[str, np.ndarray], notes: Mapping[str, str] | None = None
+) -> None:
+    """Writes columns of equal length as CSV, every number so that it reads back equal, NaN as an empty cell.
+
+    The file appears whole or not at all. Raises `LogError` if it cannot be written.
+    """
+    head = [f"# {key}: {value}" for key, value in (notes or {}).items()]
+    cells = [["" if x != x else repr(x) for x in np.asarray(column).tolist()] for column in columns.values()]
+    rows = [",".join(row) for row in zip(*cells, strict=True)]
+    write_text(path, "\n".join([*head, ",".join(columns), *rows, ""]), LogError)

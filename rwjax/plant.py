@@ -1,0 +1,180 @@
+r"""The plant: base equations of a rig with effects on its ports.
+
+`wheel`     $J\dot\Omega + b\,\Omega + M_w = K i$, $\;L\dot i + R i = V - K\Omega$
+`platform`  $I\dot w + M_f + M_g = k V$
+`reaction`  the wheel, and $I\dot w + M_f + M_g = -(K i - b\,\Omega - M_w)$
+
+$\Omega$ is the wheel's speed relative to the body (thesis eq. 3.1, 3.4, 4.2). $L = 0$ makes the current algebraic.
+The state is a tuple of scalars: `psi, w` where there is an axis, then `theta, Omega` and, with inductance, `i`.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from rwjax.effects import BY_NAME
+from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
+from rwjax.effects.ports import AxisDry, AxisTorque, CommandDelay, CommandMap, Effect, Motion, WheelDry
+from rwjax.types import Scalar
+
+State = tuple[Scalar, ...]
+Numbers = dict[str, Scalar]
+"""Values by dotted name: `axis.inertia`, and `axis.stribeck.v_s` for parameters of effects."""
+
+OUTPUTS = ("yaw_rad", "yaw_rad_s", "wheel_rad", "wheel_rad_s", "current_A")
+
+
+class Structure(NamedTuple):
+    """What decides which program is compiled: everything about a plant but its numbers."""
+
+    kind: str
+    numbers: tuple[str, ...]
+    """Names of the base numbers."""
+    inductive: bool
+    effects: tuple[str, ...]
+
+    @property
+    def has_axis(self) -> bool:
+        return self.kind != "wheel"
+
+    @property
+    def has_wheel(self) -> bool:
+        return self.kind != "platform"
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        axis = ("psi", "w") if self.has_axis else ()
+        wheel = (("theta", "Omega", "i") if self.inductive else ("theta", "Omega")) if self.has_wheel else ()
+        return axis + wheel
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Outputs in the order of `OUTPUTS` that this kind of rig has."""
+        axis = OUTPUTS[:2] if self.has_axis else ()
+        return axis + (OUTPUTS[2:] if self.has_wheel else ())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all numbers in the order of the parameter vector: base numbers, then effect parameters."""
+        from rwjax.param import parameters
+
+        return self.numbers + tuple(f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect]))
+
+    def with_effects(self, *effects: str) -> "Structure":
+        """The same rig with these effects besides, in the order of the library."""
+        wanted = {*self.effects, *effects}
+        return self._replace(effects=tuple(name for name in BY_NAME if name in wanted))
+
+
+class Body(NamedTuple):
+    """A turning mass with dry friction on it: indices into the state, and how its friction enters the rates."""
+
+    angle: int
+    rate: int
+    inertia: Scalar
+    reaction: tuple[Scalar | float, ...]
+    """Change of every state's rate per N m of dry friction."""
+
+
+class Plant(eqx.Module):
+    """Base equations and effects of one rig; all numbers are leaves."""
+
+    structure: Structure = eqx.field(static=True)
+    numbers: Numbers
+    effects: tuple[Effect, ...]
+
+    def _on(self, port: type) -> list:
+        return [effect for effect in self.effects if isinstance(effect, port)]
+
+    def motion(self, t: Scalar, x: State, u: Scalar) -> Motion:
+        """State, command and time by name; the current follows from the voltage where L = 0."""
+        s = dict(zip(self.structure.states, x, strict=True))
+        zero = jnp.zeros_like(t)
+        n = self.numbers
+        if self.structure.has_wheel and not self.structure.inductive:
+            s["i"] = (u - n["motor.torque_constant"] * s["Omega"]) / n["motor.resistance"]
+        return Motion(t=t, u=u, **{name: s.get(name, zero) for name in ("psi", "w", "theta", "Omega", "i")})
+
+    def act(self, command: Scalar) -> Scalar:
+        """Voltage that acts for a command, before any delay."""
+        for effect in self._on(CommandMap):
+            command = effect.command(command)
+        return command
+
+    def delay(self) -> Scalar | None:
+        """Time by which commands act late [s], or None where no effect delays them."""
+        delays = [effect.delay() for effect in self._on(CommandDelay)]
+        return sum(delays[1:], delays[0]) if delays else None
+
+    def field(self, t: Scalar, x: State, u: Scalar) -> State:
+        """Rates of the state without dry friction; with `rwjax.adaptive` an ordinary diffrax vector field."""
+        m, n = self.motion(t, x, u), self.numbers
+        rates: dict[str, Scalar] = {}
+        shaft = jnp.zeros_like(m.t)
+        if self.structure.has_wheel:
+            shaft = n["motor.torque_constant"] * m.i - n["motor.friction"] * m.Omega
+            rates["theta"] = m.Omega
+            rates["Omega"] = shaft / n["wheel.inertia"]
+            if self.structure.inductive:
+                back_emf = n["motor.torque_constant"] * m.Omega
+                rates["i"] = (u - n["motor.resistance"] * m.i - back_emf) / n["motor.inductance"]
+        if self.structure.has_axis:
+            drive = n["drive.gain"] * u if self.structure.kind == "platform" else -shaft
+            torque = sum((effect.torque(m) for effect in self._on(AxisTorque)), start=drive)
+            rates["psi"], rates["w"] = m.w, torque / n["axis.inertia"]
+        return tuple(rates[name] for name in self.structure.states)
+
+    def bodies(self) -> list[tuple[Body, list]]:
+        """Turning masses that carry dry friction, the driving one first, each with its friction effects."""
+        states, n = self.structure.states, self.numbers
+        found: list[tuple[Body, list]] = []
+        if self.structure.has_wheel and (dry := self._on(WheelDry)):
+            J = n["wheel.inertia"]
+            enters = {"Omega": -1.0 / J}
+            if self.structure.has_axis:
+                enters["w"] = 1.0 / n["axis.inertia"]
+            reaction = tuple(enters.get(name, 0.0) for name in states)
+            found.append((Body(states.index("theta"), states.index("Omega"), J, reaction), dry))
+        if self.structure.has_axis and (dry := self._on(AxisDry)):
+            I = n["axis.inertia"]  # noqa: E741
+            reaction = tuple(-1.0 / I if name == "w" else 0.0 for name in states)
+            found.append((Body(states.index("psi"), states.index("w"), I, reaction), dry))
+        return found
+
+    def outputs(self, t: Scalar, x: State, u: Scalar) -> tuple[Scalar, ...]:
+        """Readings in SI, in the order of `Structure.outputs`."""
+        m = self.motion(t, x, u)
+        reading = dict(zip(OUTPUTS, (m.psi, m.w, m.theta, m.Omega, m.i), strict=True))
+        return tuple(reading[name] for name in self.structure.outputs)
+
+
+def friction_level(effects: list, motion: Motion, direction: float) -> Scalar:
+    """Sum of the dry friction on one body [N m], never below 0."""
+    return jnp.maximum(sum((e.level(motion, direction) for e in effects), start=jnp.zeros_like(motion.t)), 0.0)
+
+
+def assemble(structure: Structure, numbers: Numbers) -> Plant:
+    """Plant of a structure with these numbers (all names of `structure.names` must be there)."""
+    parts: list[Effect] = []
+    if "axis.friction.viscous" in numbers:
+        parts.append(Viscous(b=numbers["axis.friction.viscous"]))
+    if "axis.friction.coulomb" in numbers:
+        parts.append(Coulomb(M_c=numbers["axis.friction.coulomb"]))
+    if "axis.friction.static" in numbers:
+        parts.append(
+            Stribeck(
+                M_c=jnp.zeros_like(numbers["axis.friction.static"]),
+                M_e=numbers["axis.friction.static"] - numbers["axis.friction.coulomb"],
+                v_s=numbers["axis.friction.stribeck_velocity"],
+            )
+        )
+    if "axis.friction.b3" in numbers:
+        parts.append(PolynomialFriction(**{b: numbers[f"axis.friction.{b}"] for b in ("b3", "b2", "b1", "b0")}))
+    if "axis.gravity.torque" in numbers:
+        parts.append(Gravity(mgl=numbers["axis.gravity.torque"], angle=numbers["axis.gravity.angle"]))
+    for name in structure.effects:
+        cls = BY_NAME[name]
+        prefix = f"{name}."
+        parts.append(cls(**{key[len(prefix) :]: value for key, value in numbers.items() if key.startswith(prefix)}))
+    return Plant(structure=structure, numbers=numbers, effects=tuple(parts))

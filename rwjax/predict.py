@@ -1,0 +1,140 @@
+"""Free run of a model against logs: the start rule, the prediction, its floor and the gap.
+
+The start is least squares of the model's own initial states over the first 0.5 s; nothing after it is looked at. A run
+that begins with input and rates indistinguishable from zero starts at rest. The floor is what a perfect model would
+still leave: noise and quantisation of the readings, the start's uncertainty carried through the model, and the scatter
+of runs that repeat one command.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rwjax.fit.coordinates import coordinates
+from rwjax.fit.end_to_end import fit
+from rwjax.fit.problem import START_S, Problem
+from rwjax.grid import by_sample
+from rwjax.simulate import evaluate, free_run
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Free run of one log. `outputs`: predicted readings in SI at the log's times, by name, all that the kind has.
+
+    `floor`: standard deviation of what a perfect model would still leave, for each logged output, `(time,)`.
+    """
+
+    outputs: dict[str, np.ndarray]
+    start: np.ndarray
+    floor: dict[str, np.ndarray]
+
+
+def early(problem: Problem) -> Problem:
+    """The problem with everything after the first 0.5 s of each log left out of the residual."""
+    weight = problem.batch.weight.copy()
+    for k, log in enumerate(problem.logs):
+        late = np.append(log.time - log.time[0] > START_S, False)  # empty slots point at the last entry
+        weight[k] = np.where(late[problem.batch.slot_sample[k]][..., None], 0.0, weight[k])
+    return replace(problem, batch=problem.batch._replace(weight=weight))
+
+
+def find_start(problem: Problem, theta: np.ndarray) -> np.ndarray:
+    """First state of each log `(l, n)` by the start rule."""
+    if not problem.start_free.any():
+        return problem.start
+    fixed = coordinates(theta, np.zeros(len(theta), bool), np.zeros((len(theta), 2)), theta)
+    return fit(early(problem), fixed, theta, most_steps=12, tolerance=1e-5).start
+
+
+def _held(reading: np.ndarray) -> np.ndarray:
+    """How many neighbours in time show the same reading: a count that does not change is one reading, not many."""
+    change = np.flatnonzero(np.append(True, np.diff(reading) != 0.0))
+    lengths = np.diff(np.append(change, len(reading)))
+    return np.repeat(lengths, lengths)
+
+
+def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:
+    """Covariance of a log's first state from the readings of the first 0.5 s `(n, n)`."""
+    p = local.shape[0] - problem.start.shape[1]
+    s = np.flatnonzero(problem.start_free[log])
+    n = problem.start.shape[1]
+    covariance = np.zeros((n, n))
+    if not len(s):
+        return covariance
+    record, names = problem.logs[log], problem.structure.outputs
+    by_start = np.einsum("nwqy,wnk->wqyk", local[p:, log], chain[log][:, :, p:])
+    G = by_sample(problem.batch, log, by_start, len(record.time))
+    first = record.time - record.time[0] <= START_S
+    H = np.zeros((n, n))
+    for y, name in enumerate(names):
+        if name in record.outputs:
+            share = np.ones(first.sum())
+            if record.resolution.get(name, 0.0) > 0.0:
+                share = 1.0 / _held(record.outputs[name][first])
+            H += np.einsum("ta,t,tb->ab", G[first, y], share, G[first, y])
+    H = H[np.ix_(s, s)]
+    scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
+    covariance[np.ix_(s, s)] = np.linalg.pinv(H / scale / scale[:, None], rcond=1e-10, hermitian=True) / scale / scale[:, None]
+    return covariance
+
+
+def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> list[Prediction]:
+    """Free runs of all logs of a problem from the start rule, with the floor if wanted."""
+    start = find_start(problem, theta)
+    y, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, start, problem.batch))
+    names = problem.structure.outputs
+    p = len(theta)
+    if with_floor:
+        e = evaluate(problem.structure, theta, nodes, problem.batch)
+        local, chain = np.asarray(e.local), np.asarray(e.chain)
+    found = []
+    for k, log in enumerate(problem.logs):
+        samples = by_sample(problem.batch, k, y[k], len(log.time))
+        floor = {}
+        if with_floor:
+            P0 = start_covariance(problem, local, chain, k)
+            S = by_sample(problem.batch, k, np.einsum("nwqy,wnk->wqyk", local[p:, k], chain[k][:, :, p:]), len(log.time))
+            for j, name in enumerate(names):
+                if name in log.outputs:
+                    from_start = np.einsum("ta,ab,tb->t", S[:, j], P0, S[:, j])
+                    floor[name] = problem.noise[name] * np.sqrt(1.0 + np.maximum(from_start, 0.0))
+        found.append(Prediction({name: samples[:, j] for j, name in enumerate(names)}, start[k], floor))
+    return found
+
+
+def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:
+    """Scatter between runs of one command: for each output, (log, variance at its times) where runs repeat."""
+    groups: dict[tuple, list[int]] = {}
+    for k, log in enumerate(logs):
+        groups.setdefault((len(log.time), log.command.tobytes()), []).append(k)
+    found: dict[str, list[tuple[int, np.ndarray]]] = {}
+    for members in groups.values():
+        if len(members) < 2:
+            continue
+        for name in set.intersection(*(set(logs[k].outputs) for k in members)):
+            runs = np.stack([logs[k].outputs[name] for k in members])
+            if name in ("yaw_rad", "wheel_rad"):
+                runs = runs - runs[:, :1]  # the angle at which a run begins is free
+            variance = np.nanvar(runs, axis=0, ddof=1)
+            for k in members:
+                found.setdefault(name, []).append((k, variance))
+    return found
+
+
+def errors(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np.ndarray]]:
+    """Measured minus predicted for every log and logged output, NaN where a reading is missing."""
+    return [
+        {name: value - prediction.outputs[name] for name, value in log.outputs.items()}
+        for log, prediction in zip(problem.logs, predictions, strict=True)
+    ]
+
+
+def floor_variance(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np.ndarray]]:
+    """Squared floor for every log and output at its times; where runs repeat, their scatter if that is larger."""
+    variance = [{name: f**2 for name, f in prediction.floor.items()} for prediction in predictions]
+    for name, members in repeatability(problem.logs).items():
+        for k, scatter in members:
+            mean = float(np.nanmean(scatter))
+            if mean > float(np.mean(variance[k][name])):
+                variance[k][name] = np.where(np.isfinite(scatter), scatter, mean)
+    return variance

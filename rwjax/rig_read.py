@@ -1,0 +1,233 @@
+"""The checks of a rig file: from parsed TOML to plain values; a mistake is a `RigError` with key and fix."""
+
+import math
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rwjax.errors import RigError, nearest
+from rwjax.rig_names import COEFFICIENTS, KEYS, KINDS, NUMBERS, POLYNOMIAL, SIGNS, SUBSYSTEMS, THESIS_CHOICES
+
+if TYPE_CHECKING:
+    from rwjax.param import Parameter
+
+
+class Pwm(NamedTuple):
+    """The map from a pulse width [us] to volts: `(pulse − neutral_us)·volts_per_us`."""
+
+    neutral_us: float
+    volts_per_us: float
+
+
+def leaves(document: dict[str, Any]) -> dict[str, Any]:
+    """Everything in the document that is not a table, by dotted name; an empty table counts as a leaf."""
+    pairs = list(_pairs(document))
+    for i, (key, _) in enumerate(pairs):
+        if key in (earlier for earlier, _ in pairs[:i]):
+            raise RigError(f"`{key}` is given twice; give it once")
+    return dict(pairs)
+
+
+def _pairs(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _pairs(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def take(leaves: dict[str, Any], section: str) -> dict[str, Any]:
+    """Removes and returns the leaves below `section`, which is absent, empty or a table."""
+    if leaves.pop(section, {}) != {}:
+        raise RigError(f"`{section}` is not a table; write it as a section `[{section}]`")
+    names = [key for key in leaves if key.startswith(section + ".")]
+    return {key.removeprefix(section + "."): leaves.pop(key) for key in names}
+
+
+def check_keys(leaves: dict[str, Any], kind: str) -> None:
+    """`RigError` for the first key that is not of the interface, or not of this kind of rig."""
+    for key, value in leaves.items():
+        meant = [k for k in KEYS if k == key or (value == {} and k.startswith(key + "."))]
+        if not meant:
+            near = nearest(key, (k for k, kinds in KEYS.items() if kind in kinds))
+            raise RigError(f"unknown key `{key}`; the nearest valid one is `{near}`")
+        kinds = {k for m in meant for k in KEYS[m]}
+        if kind not in kinds:
+            right = " or ".join(f'"{k}"' for k in KINDS if k in kinds)
+            raise RigError(f"`{key}` does not belong to a `{kind}` rig; take it out, or set kind = {right}")
+
+
+def _number(key: str, value: Any, sign: str = "any", finite: bool = True) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise RigError(f"`{key}` is {value!r}; it has to be a number, such as 0.0182")
+    number = float(value) if abs(value) < 1e300 or isinstance(value, float) else math.inf
+    if math.isnan(number) or (finite and math.isinf(number)):
+        raise RigError(f"`{key}` is {number}; it has to be a finite number")
+    if not SIGNS[sign](number):
+        raise RigError(f"`{key}` is {number!r}; it has to be {sign}")
+    return number
+
+
+def kind(leaves: dict[str, Any]) -> str:
+    """Removes and returns `kind`."""
+    found = leaves.pop("kind", None)
+    if found not in KINDS:
+        said = "no `kind`" if found is None else f"`kind` is {found!r}"
+        raise RigError(f'{said}; write kind = "wheel", "platform" or "reaction"')
+    return found
+
+
+def numbers(leaves: dict[str, Any], kind: str) -> dict[str, float]:
+    """The plant numbers, each of the right sign, and together enough for the kind."""
+    given = {name: leaves[name] for name in NUMBERS if name in leaves}
+    if POLYNOMIAL in leaves:
+        if other := next((name for name in given if name.startswith("axis.friction.")), None):
+            raise RigError(
+                f"`{POLYNOMIAL}` is the whole friction, and `{other}` stands beside it; take one of them out"
+            )
+        coefficients = leaves[POLYNOMIAL]
+        if not isinstance(coefficients, list) or len(coefficients) != len(COEFFICIENTS):
+            raise RigError(
+                f"`{POLYNOMIAL}` is {coefficients!r}; it has to be the four numbers [b3, b2, b1, b0]"
+            )
+        given |= dict(zip(COEFFICIENTS, coefficients, strict=True))
+    checked = {name: _number(name, value, NUMBERS[name].sign) for name, value in given.items()}
+    _check_together(checked, kind)
+    return checked
+
+
+def _check_together(numbers: dict[str, float], kind: str) -> None:
+    for name, n in NUMBERS.items():
+        if n.required and kind in n.kinds and name not in numbers:
+            section, _, key = name.rpartition(".")
+            missing = f"no `{name}` ({n.symbol}, {n.unit}), which a `{kind}` rig needs"
+            raise RigError(f"{missing}; write {key} = … under [{section}]")
+    for name, other in (
+        ("axis.friction.static", "axis.friction.stribeck_velocity"),
+        ("axis.friction.stribeck_velocity", "axis.friction.static"),
+        ("axis.gravity.angle", "axis.gravity.torque"),
+    ):
+        if name in numbers and other not in numbers:
+            raise RigError(f"`{name}` means nothing without `{other}`; give both, or neither")
+    M_c, M_s = (numbers.get(f"axis.friction.{name}", 0.0) for name in ("coulomb", "static"))
+    if "axis.friction.static" in numbers and M_s < M_c:
+        raise RigError(
+            f"`axis.friction.static` is {M_s!r}; it has to be at least `axis.friction.coulomb`, here {M_c!r}"
+        )
+
+
+def effect_parameters() -> "dict[str, dict[str, Parameter]]":
+    """The parameters of every effect of the library. Imports JAX: called only where a file needs it."""
+    from rwjax.effects import EFFECTS
+    from rwjax.param import parameters
+
+    return {effect.name: parameters(effect) for effect in EFFECTS}
+
+
+def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:
+    """The effects of the file: name -> parameters, neither unknown nor missing."""
+    if not leaves:
+        return {}
+    known = {name: p for name, p in effect_parameters().items() if kind in SUBSYSTEMS[name.partition(".")[0]]}
+    given: dict[str, dict[str, float]] = {}
+    for key, value in leaves.items():
+        name, _, parameter = (key, "", "") if value == {} else key.rpartition(".")
+        if name not in known:
+            near = nearest(name or key, known)
+            raise RigError(f'no effect `{name or key}` for a `{kind}` rig; the nearest is [effects."{near}"]')
+        parameters = given.setdefault(name, {})
+        if parameter and parameter not in known[name]:
+            wanted = ", ".join(f"`{p}`" for p in known[name])
+            raise RigError(f"the effect `{name}` has no parameter `{parameter}`; it has {wanted}")
+        if parameter:
+            parameters[parameter] = _number(f"effects.{key}", value)
+    for name, parameters in given.items():
+        for parameter in (p for p in known[name] if p not in parameters):
+            unit = known[name][parameter].unit
+            raise RigError(
+                f'no `{parameter}` ({unit}) for `{name}`; write {parameter} = … under [effects."{name}"]'
+            )
+    return given
+
+
+def text(leaves: dict[str, Any], key: str, default: str) -> str:
+    value = leaves.get(key, default)
+    if not isinstance(value, str):
+        raise RigError(f'`{key}` is {value!r}; it has to be a text in quotes, "{value}"')
+    return value
+
+
+def pwm(leaves: dict[str, Any]) -> Pwm | None:
+    given = {key: leaves[f"drive.pwm.{key}"] for key in Pwm._fields if f"drive.pwm.{key}" in leaves}
+    if not given:
+        return None
+    if missing := next((key for key in Pwm._fields if key not in given), None):
+        raise RigError(
+            f"`drive.pwm` has no `{missing}`; write pwm = {{ neutral_us = 1500, volts_per_us = 0.02 }}"
+        )
+    signs = {"neutral_us": "positive", "volts_per_us": "different from zero"}
+    return Pwm(**{key: _number(f"drive.pwm.{key}", value, signs[key]) for key, value in given.items()})
+
+
+def counts_per_rev(leaves: dict[str, Any]) -> dict[str, float]:
+    """Counted edges per turn of the encoders "axis" and "wheel", where given."""
+    keys = {"axis": "encoder.counts_per_rev", "wheel": "wheel_encoder.counts_per_rev"}
+    return {who: _number(key, leaves[key], "positive") for who, key in keys.items() if key in leaves}
+
+
+def columns(leaves: dict[str, Any]) -> dict[str, str]:
+    given = {key: leaves[f"columns.{key}"] for key in THESIS_CHOICES if f"columns.{key}" in leaves}
+    for key, value in given.items():
+        if value not in THESIS_CHOICES[key]:
+            right = " or ".join(f'"{column}"' for column in THESIS_CHOICES[key])
+            raise RigError(
+                f"`columns.{key}` is {value!r}; it has to be {right}, a column of the thesis layout"
+            )
+    return given
+
+
+def free(leaves: dict[str, Any], values: dict[str, float], kind: str) -> tuple[str, ...]:
+    """The names in `fit.free`, the polynomial written out as its four coefficients."""
+    given = leaves.get("fit.free", [])
+    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+        raise RigError(f'`fit.free` is {given!r}; it has to be a list of names, such as ["axis.inertia"]')
+    held: dict[str, tuple[str, ...]] = {name: (name,) for name in values}
+    if COEFFICIENTS[0] in values:
+        held[POLYNOMIAL] = COEFFICIENTS
+    for name in given:
+        check_held(name, held, "fit.free", kind)
+    names = tuple(each for name in given for each in held[name])
+    if twice := next((name for i, name in enumerate(names) if name in names[:i]), None):
+        raise RigError(f"`fit.free` names `{twice}` twice; name it once")
+    return names
+
+
+def check_held(name: str, held: Collection[str], where: str, kind: str) -> None:
+    """`RigError` if the name that `where` uses has no value in the file."""
+    if name in held:
+        return
+    numbers = [n for n, kinds in KEYS.items() if kind in kinds and (n in NUMBERS or n == POLYNOMIAL)]
+    if name in numbers or name in {f"{e}.{p}" for e, known in effect_parameters().items() for p in known}:
+        raise RigError(f"`{where}` names `{name}`, which has no value in this file; give it a starting value")
+    raise RigError(
+        f"`{where}` names `{name}`, no number of this file; the nearest is `{nearest(name, held)}`"
+    )
+
+
+def bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[float, float]:
+    check_held(name, values, "fit.bounds", kind)
+    key = f"fit.bounds.{name}"
+    if not isinstance(pair, list) or len(pair) != 2:
+        raise RigError(f"`{key}` is {pair!r}; it has to be [lowest, highest]")
+    low, high = (_number(key, value, finite=False) for value in pair)
+    if not low < high:
+        raise RigError(f"`{key}` is [{low!r}, {high!r}]; the first has to be below the second")
+    if not low <= values[name] <= high:
+        raise RigError(
+            f"`{name}` is {values[name]!r}, outside its `fit.bounds` [{low!r}, {high!r}]; widen them"
+        )
+    return low, high
+
+
+def standard_error(name: str, value: Any, values: dict[str, float], kind: str) -> float:
+    check_held(name, values, "fit.standard_error", kind)
+    return _number(f"fit.standard_error.{name}", value, "zero or positive", finite=False)
