@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
 from rwjax.effects.ports import AxisDry, AxisTorque, CommandDelay, CommandMap, Effect, Motion, WheelDry
+from rwjax.param import parameters
 from rwjax.types import Scalar
 
 State = tuple[Scalar, ...]
@@ -57,8 +58,6 @@ class Structure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all numbers in the order of the parameter vector: base numbers, then effect parameters."""
-        from rwjax.param import parameters
-
         return self.numbers + tuple(f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect]))
 
     def with_effects(self, *effects: str) -> "Structure":
@@ -165,7 +164,7 @@ def assemble(structure: Structure, numbers: Numbers) -> Plant:
         parts.append(
             Stribeck(
                 M_c=jnp.zeros_like(numbers["axis.friction.static"]),
-                M_e=numbers["axis.friction.static"] - numbers["axis.friction.coulomb"],
+                M_e=numbers["axis.friction.static"] - numbers.get("axis.friction.coulomb", jnp.zeros(())),
                 v_s=numbers["axis.friction.stribeck_velocity"],
             )
         )

@@ -118,11 +118,12 @@ def _stop_or_turn(
     """Mend the end of a step for a body that rested or whose speed changed sign."""
     (free0, excess0), (free1, excess1) = torques
     w0, w1, angle0 = x[body.rate], x1[body.rate], x[body.angle]
-    crossed = w0 * w1 < 0.0
+    rest = plant.motion(t, tuple(jnp.zeros_like(v) if k == body.rate else v for k, v in enumerate(x)), u)
+    forward, backward = friction_level(effects, rest, 1.0), friction_level(effects, rest, -1.0)
+    crossed = (w0 * w1 < 0.0) & (forward + backward > 0.0)
     share = w0 / jnp.where(crossed, w0 - w1, 1.0)  # of the step until the speed is zero
     free = free0 + share * (free1 - free0)
-    rest = plant.motion(t, tuple(jnp.zeros_like(v) if k == body.rate else v for k, v in enumerate(x)), u)
-    net = free - jnp.clip(free, -friction_level(effects, rest, -1.0), friction_level(effects, rest, 1.0))
+    net = free - jnp.clip(free, -backward, forward)
     left = (1.0 - share) * h
     turned = left * net / body.inertia
     stuck = (w0 == 0.0) & (excess0 == 0.0) & (excess1 == 0.0)

@@ -1,7 +1,7 @@
 """Logs and a structure made ready for a fit: layout, noise, which runs start at rest."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,8 +26,14 @@ class Problem:
     start_free: np.ndarray
 
     def with_structure(self, structure: Structure) -> "Problem":
-        """The same logs under a plant with other effects (hidden states of effects start at 0)."""
-        return pose(structure, self.logs, self.noise)
+        """The same logs under a plant with other effects."""
+        return replace(self, structure=structure)
+
+    def only(self, logs: Collection[int]) -> "Problem":
+        """The same arrays with all other logs left out of the residual: nothing has to be compiled anew."""
+        kept = np.isin(np.arange(len(self.logs)), list(logs))
+        weight = self.batch.weight * kept[:, None, None, None]
+        return replace(self, batch=self.batch._replace(weight=weight), start_free=self.start_free & kept[:, None])
 
 
 def _early(log: Log) -> np.ndarray:

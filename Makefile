@@ -1,0 +1,45 @@
+# make demo | test | lint | lock | clean; each sets up .venv first (about a minute, once)
+
+PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
+WORKERS ?= auto
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: demo test lint lock clean python
+.DELETE_ON_ERROR:
+
+demo: $(READY)
+	@$(BIN)/rwjax diagnose data/demo/rig.toml data/demo/*.csv -o build/demo
+
+test: $(READY)
+	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 $(ARGS)
+
+lint: $(READY)
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/pyright
+
+# The locked versions, then the package itself as it lies here, with nothing else resolved or fetched.
+$(READY): requirements.lock pyproject.toml | python
+	@echo "setting up .venv (1.3 GB; a minute or a few the first time)"
+	@$(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements.lock
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+python:
+	@$(PYTHON) -c '' 2>/dev/null || { echo "rwjax needs Python 3.11 or newer; '$(PYTHON)' does not run: try make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; v = sys.version_info; v < (3, 11) and sys.exit(f"rwjax needs Python 3.11 or newer; $(PYTHON) is {v[0]}.{v[1]}: try make PYTHON=/path/to/python3.11")'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "rwjax needs Python's venv module: apt-get install python3-venv" >&2; exit 1; }
+
+# For maintainers: newest versions that pyproject.toml allows, for Python 3.11 on 64-bit Linux.
+lock: | python
+	@$(PYTHON) -m venv build/lock
+	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --extra dev --extra experiments \
+		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
+		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
+
+clean:
+	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis
+	find rwjax tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,22 @@
+"""Why does the model of a reaction-wheel testbed differ from the rig? Fit, compare, diagnose, with JAX.
+
+The public names, in the order of the data: a rig and its logs, a fit, a diagnosis.
+"""
+
+from . import setup_jax as setup_jax  # float64 and the compilation cache come before any computation
+
+from .errors import InputError as InputError
+from .errors import LogError as LogError
+from .errors import RigError as RigError
+from .rig import Rig as Rig
+from .rig import parse_rig as parse_rig
+from .rig import read_rig as read_rig
+from .rig import write_rig as write_rig
+from .log import Log as Log
+from .log import read_log as read_log
+from .log import read_logs as read_logs
+from .log import write_log as write_log
+from .held_out import Fold as Fold
+from .held_out import folds as folds
+
+__version__ = "0.1.0"

@@ -1,0 +1,140 @@
+"""Explanations: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.build import bounds_of, structure_of, theta_of
+from rwjax.effects import BY_NAME
+from rwjax.fit.coordinates import Coordinates, coordinates
+from rwjax.log import Log
+from rwjax.param import parameters
+from rwjax.plant import Structure
+from rwjax.rig import Rig
+
+WRONG_BY = 4.0
+"""A fixed number of the rig file is taken to be wrong by at most this factor."""
+
+DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
+CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction")
+"""Effects that bring a Coulomb level of their own where nothing else models dry friction."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong."""
+
+    names: tuple[str, ...] = ()
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The effects among the names."""
+        return tuple(name for name in self.names if not name.startswith("parameter."))
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Fixed numbers of the rig file that are freed."""
+        return tuple(name.removeprefix("parameter.") for name in self.names if name.startswith("parameter."))
+
+    def plus(self, *names: str) -> "Explanation":
+        """This explanation with further names, a Coulomb level only once."""
+        merged = dict.fromkeys((*self.names, *names))
+        return Explanation(tuple(merged))
+
+    def without(self, name: str) -> "Explanation":
+        """This explanation with one name less."""
+        return Explanation(tuple(other for other in self.names if other != name))
+
+    def contains(self, other: "Explanation") -> bool:
+        """Whether `other` is a special case of this explanation."""
+        own = {*self.names}
+        if own & {*CONTAINS_COULOMB}:
+            own.add("axis.coulomb")
+        return {*other.names} <= own and {*other.names} != {*self.names}
+
+
+def structure_for(rig: Rig) -> Structure:
+    """Structure of the rig with every effect that it might lack: at their null they change nothing, so that a single
+    program serves every explanation and an explanation is no more than a choice of free numbers."""
+    return structure_of(rig).with_effects(*Explanation(candidates(rig)).effects)
+
+
+def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
+    """Numbers that a fit of this explanation estimates: the rig's free ones and those of the explanation."""
+    free = [*rig.free, *explanation.numbers]
+    has_level = any(name in rig.numbers for name in DRY_IN_RIG) or "axis.coulomb" in (*explanation.effects, *rig.effects)
+    for effect in explanation.effects:
+        for name in parameters(BY_NAME[effect]):
+            if name == "M_c" and effect in CONTAINS_COULOMB:
+                if has_level:
+                    continue
+                has_level = True
+            free.append(f"{effect}.{name}")
+    return tuple(free)
+
+
+def candidates(rig: Rig) -> tuple[str, ...]:
+    """Every single name that might explain a gap of this rig, in the order of the library."""
+    structure = structure_of(rig)
+    kinds = {"axis": structure.has_axis, "wheel": structure.has_wheel, "motor": structure.has_wheel}
+    modelled = {"axis.viscous": ("axis.friction.viscous", "axis.friction.b2"), "axis.coulomb": DRY_IN_RIG}
+    modelled["axis.stribeck"] = ("axis.friction.static",)
+    found = [
+        name
+        for name in BY_NAME
+        if kinds.get(name.split(".")[0], True)
+        and name not in rig.effects
+        and not any(number in rig.numbers for number in modelled.get(name, ()))
+    ]
+    fixed = [name for name in structure.numbers if name not in rig.free and rig.numbers.get(name, 0.0) != 0.0]
+    return (*found, *(f"parameter.{name}" for name in fixed))
+
+
+def scales(rig: Rig, logs: tuple[Log, ...]) -> dict[str, float]:
+    """Typical sizes by which starts of a search are measured: command [V], torque [N m], rate [rad/s]."""
+    n = rig.numbers
+    command = max(float(np.sqrt(np.mean(np.concatenate([log.command for log in logs]) ** 2))), 1e-9)
+    gain = abs(n["drive.gain"]) if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
+    rates = []
+    for log in logs:
+        for name in ("yaw_rad_s", "yaw_rad"):
+            if name in log.outputs:
+                y, t = log.outputs[name], log.time
+                seen = np.isfinite(y)
+                y, t = y[seen], t[seen]
+                stride = max(1, len(t) // 200)
+                rate = np.diff(y[::stride]) / np.diff(t[::stride]) if name == "yaw_rad" else y
+                rates.append(float(np.max(np.abs(rate), initial=0.0)))
+                break
+    rate = max([*rates, 1e-3])
+    return {"one": 1.0, "command": command, "torque": gain * command, "rate": rate, "torque_per_rate": gain * command / rate}
+
+
+def space(rig: Rig, explanation: Explanation, sizes: dict[str, float]) -> tuple[Coordinates, list[np.ndarray]]:
+    """Coordinates of an explanation's fit, and parameter vectors from which to start it."""
+    structure = structure_for(rig)
+    names = structure.names
+    theta = theta_of(rig, structure)
+    bounds = bounds_of(rig, structure)
+    free = free_names(rig, explanation)
+    size = np.maximum(np.abs(theta), 1e-12)
+    options: dict[int, tuple[float, ...]] = {}
+    for number in explanation.numbers:
+        k = names.index(number)
+        if bounds[k, 0] > 0.0:
+            bounds[k] = theta[k] / WRONG_BY, theta[k] * WRONG_BY
+    for effect in structure.effects:
+        for name, p in parameters(BY_NAME[effect]).items():
+            k = names.index(f"{effect}.{name}")
+            size[k] = 0.1 * sizes[p.scale]
+            if effect in explanation.effects and names[k] in free:
+                options[k] = tuple(np.clip(s * sizes[p.scale], *p.bounds) for s in p.starts)
+    count = max((len(values) for values in options.values()), default=1)
+    starts = []
+    for j in range(count):
+        start = theta.copy()
+        for k, values in options.items():
+            start[k] = values[j % len(values)]
+        starts.append(start)
+    mask = np.array([name in free for name in names])
+    return coordinates(theta, mask, bounds, size), starts

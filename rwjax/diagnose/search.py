@@ -1,0 +1,166 @@
+"""Which: the smallest set of effects that explains the training logs, and every other set that does so as well.
+
+Forward: the candidate with the most evidence is added while it is needed. Backward: a name that is not needed is
+dropped again. Then every member is exchanged for every other candidate: a set whose evidence comes close, or whose
+residual differs by no more than chance, cannot be told apart from the best one on these logs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.diagnose.evidence import correlation_time, effective_samples, log_evidence, residuals, sums
+from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation, candidates, free_names
+from rwjax.diagnose.refit import Refits
+
+NEEDED = 5.0
+"""Log evidence that a further name must bring."""
+CLOSE = 3.0
+"""Log evidence within which two explanations cannot be told apart."""
+CHANCE = 2.0
+"""Standard errors within which two residuals' squares differ by chance (Vuong, Econometrica 57, 1989)."""
+NOTHING_LEFT = 0.1
+"""Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
+WORTH = 0.05
+"""Share of the remaining excess (mean square above the noise) that a further name must remove."""
+MOST_NAMES = 4
+
+
+@dataclass(frozen=True)
+class Choice:
+    """`best` explanation; `alternatives` that cannot be told apart from it; `evidence` of everything that was tried,
+    relative to the rig as it is; `ranking` single names with their share of the evidence."""
+
+    best: Explanation
+    alternatives: tuple[Explanation, ...]
+    evidence: dict[Explanation, float]
+    ranking: tuple[tuple[Explanation, float], ...]
+
+
+class Search:
+    """Compares explanations by their fits to the training logs."""
+
+    def __init__(self, refits: Refits) -> None:
+        self.refits = refits
+        self.rig = refits.rig
+        self.names = candidates(refits.rig)
+        self.squares: dict[Explanation, dict[str, float]] = {}
+        self.count: dict[str, int] = {}
+
+    def _seen(self, explanation: Explanation) -> dict[str, float]:
+        if explanation not in self.squares:
+            r = residuals(self.refits(explanation), self.refits.train)
+            self.squares[explanation] = sums(r)
+            self.count = {name: sum(len(x) for x in series) for name, series in r.items()}
+        return self.squares[explanation]
+
+    def _numbers(self, explanation: Explanation) -> int:
+        return len(free_names(self.rig, explanation)) - len(self.rig.free)
+
+    def evidence(self, explanation: Explanation, effective: dict[str, float]) -> float:
+        """Log evidence of an explanation for given effective samples."""
+        return log_evidence(self._seen(explanation), self._numbers(explanation), effective)
+
+    def effective(self, explanation: Explanation) -> dict[str, float]:
+        """Effective samples of an explanation's residual."""
+        return effective_samples(residuals(self.refits(explanation), self.refits.train))
+
+    def excess(self, explanation: Explanation) -> float:
+        """Mean square of the residual above the noise, in units of the noise, summed over outputs."""
+        squares = self._seen(explanation)
+        return sum(max(squares[name] / self.count[name] - 1.0, 0.0) for name in squares)
+
+    def gain(self, larger: Explanation, smaller: Explanation) -> float:
+        """Evidence of the larger explanation over the smaller, counted on the better one's residual."""
+        effective = self.effective(larger)
+        return self.evidence(larger, effective) - self.evidence(smaller, effective)
+
+    def worthwhile(self, larger: Explanation, smaller: Explanation) -> bool:
+        """Whether the larger explanation is needed beside the smaller one."""
+        removed = self.excess(smaller) - self.excess(larger)
+        return self.gain(larger, smaller) > NEEDED and removed > WORTH * self.excess(smaller)
+
+    def _extensions(self, explanation: Explanation) -> list[Explanation]:
+        return [explanation.plus(name) for name in self.names if name not in explanation.names]
+
+    def _forward(self, explanation: Explanation) -> Explanation:
+        while len(explanation.names) < MOST_NAMES and self.excess(explanation) > NOTHING_LEFT:
+            tried = self.refits.many(self._extensions(explanation), explanation)
+            effective = self.effective(min(tried, key=lambda e: tried[e].cost))
+            best = max(tried, key=lambda e: self.evidence(e, effective))
+            if not self.worthwhile(best, explanation):
+                break
+            explanation = best
+        return explanation
+
+    def _backward(self, explanation: Explanation) -> Explanation:
+        while len(explanation.names) > 1:
+            smaller = [explanation.without(name) for name in explanation.names]
+            self.refits.many(smaller, explanation)
+            effective = self.effective(explanation)
+            best = max(smaller, key=lambda e: self.evidence(e, effective))
+            if self.worthwhile(explanation, best):
+                break
+            explanation = best
+        return explanation
+
+    def _exchanged(self, explanation: Explanation) -> list[Explanation]:
+        """Sets with one member exchanged; a member that brings a Coulomb level, also for that level and another."""
+        found = []
+        dry = any(name in self.rig.numbers for name in DRY_IN_RIG)
+        for member in explanation.names:
+            rest = explanation.without(member)
+            bare = [rest.plus(name) for name in self.names if name not in explanation.names]
+            found += bare
+            if member in CONTAINS_COULOMB and not dry and "axis.coulomb" in self.names:
+                found += [e.plus("axis.coulomb") for e in bare if not {*e.names} & {*CONTAINS_COULOMB}]
+        return [e for e in dict.fromkeys(found) if {*e.names} != {*explanation.names}]
+
+    def by_chance(self, one: Explanation, other: Explanation) -> bool:
+        """Whether the residuals' squares of two explanations differ by no more than chance."""
+        a, b = (residuals(self.refits(e), self.refits.train) for e in (one, other))
+        total = variance = 0.0
+        for name in a:
+            for x, y in zip(a[name], b[name], strict=True):
+                d = y**2 - x**2
+                total += float(np.sum(d))
+                centred = d - d.mean()
+                variance += float(np.sum(centred**2)) * correlation_time(centred)
+        return total <= CHANCE * np.sqrt(variance)
+
+    def run(self) -> Choice:
+        """The search from the rig as it is."""
+        nothing = Explanation()
+        self.refits(nothing)
+        best = self._backward(self._forward(nothing))
+        alternatives: list[Explanation] = []
+        if best.names:
+            rivals = self._exchanged(best)
+            self.refits.many(rivals, best)
+            effective = self.effective(best)
+            reference = self.evidence(best, effective)
+            close = [
+                e
+                for e in rivals
+                if not e.contains(best)
+                and (self.evidence(e, effective) > reference - CLOSE or self.by_chance(best, e))
+            ]
+            alternatives = [e for e in close if not any(e.contains(other) for other in close)]
+            alternatives.sort(key=lambda e: -self.evidence(e, effective))
+        everything = [e for e in self.squares]
+        effective = self.effective(best)
+        base = self.evidence(nothing, effective)
+        evidence = {e: self.evidence(e, effective) - base for e in everything}
+        return Choice(best, tuple(alternatives), evidence, self._ranking(nothing, best, effective))
+
+    def _ranking(
+        self, nothing: Explanation, best: Explanation, effective: dict[str, float]
+    ) -> tuple[tuple[Explanation, float], ...]:
+        """Shares of the evidence among the rig as it is, the single names and the best set."""
+        field = list(dict.fromkeys([*self._extensions(nothing), best, nothing]))
+        field = [e for e in field if e in self.refits._done or not e.names]
+        values = np.array([self.evidence(e, effective) for e in field])
+        share = np.exp(values - values.max())
+        share /= share.sum()
+        order = np.argsort(-values, kind="stable")
+        return tuple((field[k], float(share[k])) for k in order)

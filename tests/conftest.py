@@ -1,0 +1,38 @@
+"""Strict JAX settings for every test, and the folders of measured data that some tests read.
+
+Nothing of `rwjax` is imported here: the option `--jaxtyping-packages` checks only what is imported after it.
+"""
+
+import os
+from pathlib import Path
+
+import hypothesis
+import jax
+import pytest
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_dtype_promotion", "strict")  # float32 mixed with float64 becomes an error
+jax.config.update("jax_numpy_rank_promotion", "raise")  # and so does a silent (n, 1) + (n,)
+hypothesis.settings.register_profile("rwjax", deadline=None)  # the first call compiles
+hypothesis.settings.load_profile("rwjax")
+
+SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a variable says otherwise
+
+
+@pytest.fixture(scope="session")
+def realdata() -> Path:
+    """The folder of logs measured on real rigs."""
+    return _folder("RWJAX_REALDATA", "realdata", "real data")
+
+
+@pytest.fixture(scope="session")
+def examples() -> Path:
+    """The folder of example rigs and logs with known causes."""
+    return _folder("RWJAX_EXAMPLES", "examples", "examples")
+
+
+def _folder(variable: str, name: str, words: str) -> Path:
+    folder = Path(os.environ.get(variable) or SHARED / name)
+    if not folder.is_dir():
+        pytest.skip(f"{words} not found: set {variable}")  # they are too large for the repository
+    return folder
