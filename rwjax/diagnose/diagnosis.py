@@ -1,0 +1,290 @@
+"""The diagnosis of the sim-to-real gap: floor, where, which, how far, verdict, next experiment."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rwjax.build import rig_with
+from rwjax.diagnose.explanation import Explanation
+from rwjax.diagnose.gap import Gap, Held, Split, gap, headline, held_out
+from rwjax.diagnose.next_experiment import propose
+from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.remarks import remarks
+from rwjax.diagnose.search import Choice, Search
+from rwjax.diagnose.verdict import Verdict, judge
+from rwjax.diagnose.where import Where, locate
+from rwjax.effects import BY_NAME
+from rwjax.fit.end_to_end import Fit
+from rwjax.fit.uncertainty import Uncertainty, uncertainty
+from rwjax.held_out import folds
+from rwjax.log import Log
+from rwjax.plant import Structure
+from rwjax.rig import Rig
+
+SCHEMA = "rwjax.diagnosis/1"
+LISTED = 6  # names whose held-out gap is worked out for the ranking
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of the waterfall: `names` so far, held-out RMS [SI] of the headline signal, and the base numbers with
+    their standard errors and their shift against the rig without effects, in its standard errors and in percent."""
+
+    names: tuple[str, ...]
+    rms: float
+    numbers: dict[str, tuple[float, float]]
+    drift: dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A candidate with its share of the evidence and, for the first few, the headline gap with it added."""
+
+    effect: str
+    probability: float
+    gap_after: float | None
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything that the report shows; `json` is what other programs read."""
+
+    rig: Rig
+    logs: tuple[Log, ...]
+    verdict: Verdict
+    effects: tuple[str, ...]
+    alternatives: tuple[tuple[str, ...], ...]
+    ranking: tuple[Ranked, ...]
+    where: Where | None
+    windows: tuple[tuple[str, float, float, float], ...]
+    signal: str
+    gaps: dict[str, Gap]
+    held_out: str
+    next_experiment: str
+    waterfall: tuple[Rung, ...]
+    remarks: tuple[str, ...]
+    corrected: Rig
+    before: Held
+    after: Held
+    fitted: Fit = field(repr=False)
+    spread: Uncertainty = field(repr=False)
+
+    @property
+    def subsystem(self) -> str | None:
+        """Subsystem of the first effect, else that of the missing torque."""
+        if self.effects:
+            return self.effects[0].removeprefix("parameter.").split(".")[0]
+        if self.verdict == "none" or self.where is None:
+            return None
+        by_coordinate = {"voltage": "drive", "current": "motor", "wheel_rate": "wheel", "wheel_angle": "wheel"}
+        return by_coordinate.get(self.where.coordinate, "wheel" if self.rig.kind == "wheel" else "axis")
+
+    def json(self) -> dict:
+        """`diagnosis.json` as plain objects."""
+
+        def one(g: Gap) -> dict:
+            return {"before": g.before, "after": g.after, "floor": g.floor, "closed": g.closed, "ci95": g.ci95}
+
+        where = None
+        if self.where is not None and self.verdict != "none":
+            where = {
+                "subsystem": self.subsystem,
+                "coordinate": self.where.coordinate,
+                "interval": list(self.where.interval),
+                "share": self.where.share,
+                "windows": [
+                    {"log": log, "from_s": begin, "to_s": end, "share": share} for log, begin, end, share in self.windows
+                ],
+            }
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "effects": list(self.effects),
+            "alternatives": [list(names) for names in self.alternatives],
+            "ranking": [
+                {"effect": r.effect, "probability": r.probability, "gap_after": r.gap_after} for r in self.ranking
+            ],
+            "where": where,
+            "gap": {
+                "signal": self.signal,
+                **one(self.gaps[self.signal]),
+                "signals": {name: one(g) for name, g in self.gaps.items()},
+            },
+            "held_out": self.held_out,
+            "next_experiment": self.next_experiment,
+            "drift": [
+                {
+                    "effects": list(rung.names),
+                    "gap": rung.rms,
+                    "numbers": {
+                        name: {
+                            "value": value,
+                            "standard_error": error if np.isfinite(error) else None,
+                            "shift_sigmas": _plain(rung.drift[name][0]),
+                            "shift_percent": _plain(rung.drift[name][1]),
+                        }
+                        for name, (value, error) in rung.numbers.items()
+                    },
+                }
+                for rung in self.waterfall
+            ],
+            "remarks": list(self.remarks),
+        }
+
+
+def _plain(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _laid_out(logs: Sequence[Log]) -> tuple[str, tuple[Log, ...], tuple[int, ...], tuple[Split, ...]]:
+    """Name of the held-out rule, all logs or their parts, those to select on, and the folds by number."""
+    rule, splits = folds(logs)
+    every: list[Log] = []
+
+    def number(log: Log) -> int:
+        for k, other in enumerate(every):
+            if other is log:
+                return k
+        every.append(log)
+        return len(every) - 1
+
+    numbered = tuple((tuple(number(g) for g in s.train), tuple(number(g) for g in s.test)) for s in splits)
+    train = tuple(sorted({k for fitted, _ in numbered for k in fitted}))
+    return rule, tuple(every), train, numbered
+
+
+def _worst_windows(before: Held, logs: tuple[Log, ...], signal: str) -> tuple[tuple[str, float, float, float], ...]:
+    """Seconds of the held-out logs that hold the most squared error, neighbours joined."""
+    total = float(np.sum(before.square[signal]))
+    found = []
+    for k, by_output in before.error.items():
+        if signal not in by_output:
+            continue
+        t = logs[k].time
+        second = np.floor(t - t[0]).astype(int)
+        square = np.nan_to_num(by_output[signal]) ** 2
+        mass = np.bincount(second, weights=square) / total
+        for s in np.argsort(-mass)[:5]:
+            found.append((logs[k].name, float(t[0] + s), float(min(t[0] + s + 1.0, t[-1])), float(mass[s])))
+    return tuple(sorted(found, key=lambda w: -w[3])[:5])
+
+
+def _combined(spread: Uncertainty) -> dict[str, float]:
+    return {name: (error if np.isfinite(error) else np.inf) for name, error in spread.standard_error.items()}
+
+
+def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, tuple[float, float]] | None) -> Rung:
+    fitted = refits(explanation)
+    error, value = _combined(uncertainty(fitted)), fitted.numbers()
+    numbers = {name: (value[name], error.get(name, np.inf)) for name in refits.rig.free}
+    base = numbers if base is None else base
+    drift = {}
+    for name, (old, old_error) in base.items():
+        new, new_error = numbers[name]
+        scale = float(np.hypot(old_error, new_error))
+        drift[name] = (
+            (new - old) / scale if np.isfinite(scale) and scale > 0.0 else np.nan,
+            100.0 * (new - old) / abs(old) if old else np.nan,
+        )
+    return Rung(explanation.names, rms, numbers, drift)
+
+
+def _by_importance(refits: Refits, best: Explanation, numbered: Sequence[Split], signal: str) -> Explanation:
+    """The same set, the name whose removal widens the held-out gap most first."""
+    if len(best.names) < 2:
+        return best
+    without = {
+        name: held_out(refits, best.without(name), numbered, with_floor=False).rms(signal) for name in best.names
+    }
+    return Explanation(tuple(sorted(best.names, key=lambda name: -without[name])))
+
+
+def _corrected(rig: Rig, structure: Structure, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
+    kept = structure._replace(effects=tuple(e for e in BY_NAME if e in (*rig.effects, *explanation.effects)))
+    values = fitted.numbers()
+    theta = np.array([values[name] for name in kept.names])
+    errors = {name: error for name, error in spread.standard_error.items() if np.isfinite(error)}
+    return rig_with(rig, kept, theta, errors)
+
+
+def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lambda text: None) -> Diagnosis:
+    """Diagnosis of a rig from its logs. `progress` hears of every step.
+
+    Structure and numbers are chosen on the training logs alone where logs are marked for validation or a single log is
+    split; with two or more unmarked logs the set of names is chosen on all of them and every gap is measured on a run
+    that its numbers were not fitted on. Raises `LogError` where no log may be fitted.
+    """
+    rule, every, train, numbered = _laid_out(logs)
+    refits = Refits.of(rig, every, train, progress)
+    nothing = Explanation()
+    refits(nothing)
+    before = held_out(refits, nothing, numbered, with_floor=True)
+    search = Search(refits)
+    choice: Choice = search.run()
+    signal = headline({name: gap(before, before, name) for name in before.square})
+    best = _by_importance(refits, choice.best, numbered, signal)
+    after = held_out(refits, best, numbered, with_floor=False) if best.names else before
+    gaps = {name: gap(before, after, name) for name in before.square}
+    verdict = judge(choice, gaps[signal])
+    named = Explanation() if verdict == "none" else best
+    if verdict == "none":
+        after = before
+        gaps = {name: gap(before, before, name) for name in before.square}
+
+    rungs = [_rung(refits, nothing, before.rms(signal), None)]
+    for k in range(len(named.names)):
+        partial = Explanation(named.names[: k + 1])
+        if not {*partial.names} == {*best.names}:
+            rms = held_out(refits, partial, numbered, with_floor=False).rms(signal)
+        else:
+            partial, rms = best, after.rms(signal)
+        rungs.append(_rung(refits, partial, rms, rungs[0].numbers))
+
+    ranking = []
+    for k, (explanation, probability) in enumerate(choice.ranking):
+        rms = None
+        if not explanation.names:
+            rms = before.rms(signal)
+        elif k < LISTED:
+            rms = held_out(refits, explanation, numbered, with_floor=False).rms(signal)
+        ranking.append(Ranked(" + ".join(explanation.names) or "none", probability, rms))
+
+    fitted = refits(named)
+    spread = uncertainty(fitted)
+    coordinate = BY_NAME[named.effects[0]].coordinate if named.effects and verdict != "unknown" else None
+    rivals = list(dict.fromkeys([best, *choice.alternatives]))[:4] if verdict == "ambiguous" else []
+    return Diagnosis(
+        rig=rig,
+        logs=every,
+        verdict=verdict,
+        effects=named.names,
+        alternatives=tuple(e.names for e in choice.alternatives) if verdict == "ambiguous" else (),
+        ranking=tuple(ranking),
+        where=locate(refits(nothing), train, coordinate),
+        windows=_worst_windows(before, every, signal),
+        signal=signal,
+        gaps=gaps,
+        held_out=rule,
+        next_experiment=_next(refits, verdict, rivals, choice),
+        waterfall=tuple(rungs),
+        remarks=remarks(rig, every, train, fitted, spread, named),
+        corrected=_corrected(rig, refits.problem.structure, fitted, named, spread),
+        before=before,
+        after=after,
+        fitted=fitted,
+        spread=spread,
+    )
+
+
+def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], choice: Choice) -> str:
+    if verdict == "ambiguous":
+        return propose(refits, rivals)
+    if verdict == "unknown":
+        return "repeat one of these runs three times, so that what never repeats can be told from what is missing"
+    if verdict == "effect":
+        second = next((e for e, _ in choice.ranking if e.names and e != choice.best), None)
+        return propose(refits, [choice.best, second]) if second is not None else "none needed"
+    return "none needed: the rig explains these logs down to their floor"
+
+

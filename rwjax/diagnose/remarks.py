@@ -1,0 +1,33 @@
+"""Remarks: what these logs cannot tell about the numbers that were fitted, one sentence each."""
+
+import numpy as np
+
+from rwjax.diagnose.explanation import Explanation
+from rwjax.fit.end_to_end import Fit
+from rwjax.fit.uncertainty import Uncertainty
+from rwjax.log import Log
+from rwjax.rig import Rig
+
+WIDE = 0.3  # of the command's largest size: a stretch without commands that is worth a remark
+
+
+def remarks(
+    rig: Rig, logs: tuple[Log, ...], train: tuple[int, ...], fitted: Fit, spread: Uncertainty, named: Explanation
+) -> tuple[str, ...]:
+    """Remarks on the fit of the named explanation."""
+    found = list(spread.notes)
+    if "drive.deadzone" in named.effects:
+        sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))
+        width = fitted.numbers()["drive.deadzone.u_0"]
+        below, above = sizes[sizes <= width], sizes[sizes > width]
+        low = float(below[-1]) if len(below) else 0.0
+        high = float(above[0]) if len(above) else float("inf")
+        if high - low > WIDE * sizes[-1] and np.isfinite(high):
+            found.append(
+                f"no command lies between {low:.3g} and {high:.3g} V, so the voltage at which the drive begins to act is "
+                f"unidentifiable there: the {width:.3g} V of drive.deadzone is where its line meets zero, "
+                "and a threshold anywhere between, with a step, gives the same logs"
+            )
+    if len(train) == 1:
+        found.append("one run was fitted: nothing says how well runs repeat, so the floor is a lower bound")
+    return tuple(found)

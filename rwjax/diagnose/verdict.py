@@ -1,0 +1,30 @@
+"""The verdict, from the gap on held-out logs and the choice made on the training logs."""
+
+from typing import Literal
+
+from rwjax.diagnose.gap import Gap
+from rwjax.diagnose.search import Choice
+
+Verdict = Literal["none", "effect", "ambiguous", "unknown"]
+
+SIZE_OF_NOTHING = 0.3
+"""Size of a gap, in floors, below which nothing is said to be missing."""
+EXPLAINED = 0.8
+"""Share of the gap above the floor that must be closed for the effects to explain it."""
+AT_FLOOR = 1.25
+"""Error after the effects are added, in floors, that counts as reaching the floor."""
+
+
+def judge(choice: Choice, gap: Gap) -> Verdict:
+    """One of the four outcomes for the headline signal.
+
+    A gap that is closed to less than `EXPLAINED` and still stands above the floor has a cause that the library does not
+    know, or several, and the names that help must not be taken for it.
+    """
+    if gap.closed is None or gap.size < SIZE_OF_NOTHING:
+        return "none"
+    if not choice.best.names:
+        return "unknown"
+    if gap.closed < EXPLAINED and gap.after > AT_FLOOR * gap.floor:
+        return "unknown"
+    return "ambiguous" if choice.alternatives else "effect"
