@@ -10,10 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rwjax.build import structure_of, theta_of
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import fit
-from rwjax.fit.problem import START_S, Problem
+from rwjax.fit.problem import START_S, Problem, pose
 from rwjax.grid import by_sample
+from rwjax.log import Log
+from rwjax.rig import Rig
 from rwjax.simulate import evaluate, free_run
 
 
@@ -138,3 +141,15 @@ def floor_variance(problem: Problem, predictions: list[Prediction]) -> list[dict
             if mean > float(np.mean(variance[k][name])):
                 variance[k][name] = np.where(np.isfinite(scatter), scatter, mean)
     return variance
+
+
+def predict_log(rig: Rig, log: Log) -> dict[str, np.ndarray]:
+    """Columns of `rwjax predict`: `time_s` and the free run of each measured output in SI at the log's times.
+
+    A log without outputs starts at rest at 0 and gets every output that the kind of rig has.
+    """
+    structure = structure_of(rig)
+    problem = pose(structure, (log,))
+    outputs = predict(problem, theta_of(rig, structure), with_floor=False)[0].outputs
+    wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
+    return {"time_s": log.time, **{name: outputs[name] for name in wanted}}

@@ -1,0 +1,86 @@
+"""Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.build import bounds_of, rig_with, structure_of, theta_of
+from rwjax.errors import LogError, RigError
+from rwjax.fit.coordinates import coordinates
+from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.nodes import measured_nodes
+from rwjax.fit.problem import pose
+from rwjax.fit.uncertainty import Uncertainty, uncertainty
+from rwjax.log import Log
+from rwjax.rig import Rig
+
+OFF_BY = (1.0, 0.5, 2.0)
+"""Factors on all free numbers from which a fit is started."""
+
+
+@dataclass(frozen=True)
+class RigFit:
+    """Fitted rig with what the optimum says. `rms`: free-run RMS of every output over the fitted logs [SI]."""
+
+    rig: Rig
+    fit: Fit
+    uncertainty: Uncertainty
+    rms: dict[str, float]
+
+    def json(self) -> dict:
+        """Plain objects for `rwjax fit --json`."""
+        value = self.fit.numbers()
+        errors = self.uncertainty.standard_error
+        return {
+            "schema": "rwjax.fit/1",
+            "numbers": {
+                name: {"value": value[name], "standard_error": e if np.isfinite(e) else None}
+                for name, e in errors.items()
+            },
+            "rms": self.rms,
+            "noise": self.fit.problem.noise,
+            "converged": self.fit.converged,
+            "notes": list(self.uncertainty.notes),
+        }
+
+
+def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
+    """End-to-end fit of the free numbers of `rig` to all `logs` that are not marked for validation.
+
+    Raises `RigError` where nothing is free and `LogError` where no log may be fitted.
+    """
+    if not rig.free:
+        raise RigError(f"rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = [\"axis.inertia\"]")
+    train = [log for log in logs if not log.validate]
+    if not train:
+        raise LogError("every log is marked `# role: validate`; give at least one log to fit")
+    structure = structure_of(rig)
+    problem = pose(structure, train, refine=refine)
+    theta = theta_of(rig, structure)
+    bounds = bounds_of(rig, structure)
+    free = np.array([name in rig.free for name in structure.names])
+    moves = coordinates(theta, free, bounds, np.maximum(np.abs(theta), 1e-6))
+    tried = []
+    for factor in OFF_BY:
+        begin = moves.inward(np.where(free, factor * theta, theta))
+        tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
+    best = min(tried, key=lambda f: f.cost)
+    if not best.converged:
+        best = fit(problem, moves, best.theta, start=best.start, most_steps=100)
+    spread = uncertainty(best)
+    notes = spread.notes if best.converged else (*spread.notes, "the fit did not settle within its step limit")
+    spread = Uncertainty(spread.names, spread.covariance, notes)
+    known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e)}
+    return RigFit(rig_with(rig, structure, best.theta, known), best, spread, _rms(best))
+
+
+def _rms(fitted: Fit) -> dict[str, float]:
+    problem = fitted.problem
+    found = {}
+    for y, name in enumerate(problem.structure.outputs):
+        seen = problem.batch.weight[..., y] > 0.0
+        if seen.any():
+            r = fitted.evaluation.residual[..., y][seen]
+            found[name] = float(problem.noise[name] * np.sqrt(np.mean(r**2)))
+    return found

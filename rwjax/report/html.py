@@ -1,0 +1,76 @@
+"""The report: one HTML file that needs nothing beside it, and its figures as files."""
+
+import io
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import jinja2
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+
+from rwjax.diagnose.diagnosis import Diagnosis
+from rwjax.report import plots
+from rwjax.report.words import verdict_sentence
+from rwjax.rig import write_rig
+
+Plot = Callable[[Diagnosis, Axes], Axes]
+
+
+def _figures(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
+    chosen: dict[str, tuple[Plot, tuple[float, float]]] = {"runs": (plots.plot_runs, (9.0, 3.2))}
+    if len(d.waterfall) > 1:
+        chosen["waterfall"] = (plots.plot_waterfall, (9.0, 1.2 + 0.45 * len(d.waterfall)))
+    if d.where is not None and d.verdict != "none":
+        chosen["missing"] = (plots.plot_missing, (9.0, 3.6))
+        chosen["shares"] = (plots.plot_shares, (9.0, 2.4))
+    chosen["ranking"] = (plots.plot_ranking, (9.0, 2.8))
+    return chosen
+
+
+def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str:
+    """SVG text of a plot, saved as PNG besides."""
+    with plt.rc_context({"svg.fonttype": "none", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
+        figure, ax = plt.subplots(figsize=size, layout="constrained")
+        plot(d, ax)
+        figure.savefig(png, dpi=130)
+        text = io.StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None})
+        plt.close(figure)
+    svg = text.getvalue()
+    return svg[svg.index("<svg") :]
+
+
+def short(value: float | None) -> str:
+    """Four significant digits, a dash where there is no number."""
+    return "–" if value is None or not math.isfinite(value) else f"{value:.4g}"
+
+
+def percent(value: float | None) -> str:
+    """A share in percent."""
+    return "–" if value is None or not math.isfinite(value) else f"{100.0 * value:.1f} %"
+
+
+def signed(value: float) -> str:
+    """A shift with its sign."""
+    return f"{value:+.1f}" if math.isfinite(value) else "–"
+
+
+def write_report(d: Diagnosis, folder: Path) -> Path:
+    """Writes `report.html` and the figures as PNG into `folder`; returns the report's path."""
+    figures = {
+        name: _draw(d, plot, size, folder / f"{name}.png") for name, (plot, size) in _figures(d).items()
+    }
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("rwjax", "report"), autoescape=jinja2.select_autoescape(["j2"], default=True)
+    )
+    environment.filters |= {"short": short, "percent": percent, "signed": signed}
+    page = environment.get_template("report.html.j2").render(
+        d=d, sentence=verdict_sentence(d), figures=figures, unit=plots.UNIT, corrected=write_rig(d.corrected)
+    )
+    path = folder / "report.html"
+    path.write_text(page, encoding="utf-8")
+    return path
