@@ -49,13 +49,6 @@ def find_start(problem: Problem, theta: np.ndarray) -> np.ndarray:
     return fit(early(problem), fixed, theta, most_steps=12, tolerance=1e-5).start
 
 
-def _held(reading: np.ndarray) -> np.ndarray:
-    """How many neighbours in time show the same reading: a count that does not change is one reading, not many."""
-    change = np.flatnonzero(np.append(True, np.diff(reading) != 0.0))
-    lengths = np.diff(np.append(change, len(reading)))
-    return np.repeat(lengths, lengths)
-
-
 def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:
     """Covariance of a log's first state from the readings of the first 0.5 s `(n, n)`."""
     p = local.shape[0] - problem.start.shape[1]
@@ -71,10 +64,7 @@ def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log
     H = np.zeros((n, n))
     for y, name in enumerate(names):
         if name in record.outputs:
-            share = np.ones(first.sum())
-            if record.resolution.get(name, 0.0) > 0.0:
-                share = 1.0 / _held(record.outputs[name][first])
-            H += np.einsum("ta,t,tb->ab", G[first, y], share, G[first, y])
+            H += G[first, y].T @ G[first, y]
     H = H[np.ix_(s, s)]
     scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
     covariance[np.ix_(s, s)] = np.linalg.pinv(H / scale / scale[:, None], rcond=1e-10, hermitian=True) / scale / scale[:, None]

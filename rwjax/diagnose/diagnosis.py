@@ -266,7 +266,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         signal=signal,
         gaps=gaps,
         held_out=rule,
-        next_experiment=_next(refits, verdict, rivals, choice),
+        next_experiment=_next(refits, verdict, rivals),
         waterfall=tuple(rungs),
         remarks=remarks(rig, every, train, fitted, spread, named),
         corrected=_corrected(rig, refits.problem.structure, fitted, named, spread),
@@ -277,14 +277,13 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     )
 
 
-def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], choice: Choice) -> str:
+def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation]) -> str:
     if verdict == "ambiguous":
         return propose(refits, rivals)
     if verdict == "unknown":
         return "repeat one of these runs three times, so that what never repeats can be told from what is missing"
     if verdict == "effect":
-        second = next((e for e, _ in choice.ranking if e.names and e != choice.best), None)
-        return propose(refits, [choice.best, second]) if second is not None else "none needed"
+        return "none needed: no other explanation comes close on these logs"
     return "none needed: the rig explains these logs down to their floor"
 
 

@@ -9,6 +9,9 @@ Verdict = Literal["none", "effect", "ambiguous", "unknown"]
 
 SIZE_OF_NOTHING = 0.3
 """Size of a gap, in floors, below which nothing is said to be missing."""
+SIZE_OF_DOUBT = 1.2
+"""Size of a gap, in floors, below which a gap that nothing explains is not claimed: the first angle of a run that
+starts between two counts is off by up to half a count, which the floor does not hold."""
 EXPLAINED = 0.8
 """Share of the gap above the floor that must be closed for the effects to explain it."""
 AT_FLOOR = 1.25
@@ -24,7 +27,7 @@ def judge(choice: Choice, gap: Gap) -> Verdict:
     if gap.closed is None or gap.size < SIZE_OF_NOTHING:
         return "none"
     if not choice.best.names:
-        return "unknown"
+        return "none" if gap.size < SIZE_OF_DOUBT else "unknown"
     if gap.closed < EXPLAINED and gap.after > AT_FLOOR * gap.floor:
         return "unknown"
     return "ambiguous" if choice.alternatives else "effect"
