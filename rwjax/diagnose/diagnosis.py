@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rwjax.build import rig_with
-from rwjax.diagnose.explanation import Explanation
+from rwjax.diagnose.explanation import Explanation, coordinate_of
 from rwjax.diagnose.gap import Gap, Held, Split, gap, headline, held_out
 from rwjax.diagnose.next_experiment import propose
 from rwjax.diagnose.refit import Refits
@@ -91,7 +91,7 @@ class Diagnosis:
             where = {
                 "subsystem": self.subsystem,
                 "coordinate": self.where.coordinate,
-                "interval": list(self.where.interval),
+                "interval": list(self.where.interval) if self.where.interval is not None else None,
                 "share": self.where.share,
                 "windows": [
                     {"log": log, "from_s": begin, "to_s": end, "share": share} for log, begin, end, share in self.windows
@@ -252,7 +252,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
 
     fitted = refits(named)
     spread = uncertainty(fitted)
-    coordinate = BY_NAME[named.effects[0]].coordinate if named.effects and verdict != "unknown" else None
+    coordinate = coordinate_of(named.names[0]) if named.names and verdict != "unknown" else None
     rivals = list(dict.fromkeys([best, *choice.alternatives]))[:4] if verdict == "ambiguous" else []
     return Diagnosis(
         rig=rig,
@@ -261,7 +261,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         effects=named.names,
         alternatives=tuple(e.names for e in choice.alternatives) if verdict == "ambiguous" else (),
         ranking=tuple(ranking),
-        where=locate(refits(nothing), train, coordinate),
+        where=locate(refits(nothing), train, _shares(search, choice), coordinate),
         windows=_worst_windows(before, every, signal),
         signal=signal,
         gaps=gaps,
@@ -275,6 +275,19 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         fitted=fitted,
         spread=spread,
     )
+
+
+def _shares(search: Search, choice: Choice) -> dict[str, float]:
+    """Share of the excess that the best single law in each coordinate removes; the chosen set counts for its first."""
+    whole = search.excess(Explanation())
+    found: dict[str, float] = {}
+    for explanation in choice.evidence:
+        if len(explanation.names) == 1 or explanation == choice.best:
+            for name in explanation.names[:1]:
+                share = 1.0 - search.excess(explanation) / whole if whole > 0.0 else 0.0
+                coordinate = coordinate_of(name)
+                found[coordinate] = max(found.get(coordinate, 0.0), share)
+    return found
 
 
 def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation]) -> str:

@@ -20,6 +20,27 @@ CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction")
 """Effects that bring a Coulomb level of their own where nothing else models dry friction."""
 
 
+NUMBER_COORDINATE = {
+    "motor.torque_constant": "current",
+    "motor.resistance": "current",
+    "motor.inductance": "current",
+    "motor.friction": "wheel_rate",
+    "wheel.inertia": "wheel_rate",
+    "drive.gain": "voltage",
+    "axis.inertia": "load",
+    "axis.gravity.torque": "yaw",
+    "axis.gravity.angle": "yaw",
+}
+"""What a wrong number's error is a function of; friction terms of the axis: its rate."""
+
+
+def coordinate_of(name: str) -> str:
+    """What the part called `name` is a function of, in the words of `diagnosis.json`."""
+    if name.startswith("parameter."):
+        return NUMBER_COORDINATE.get(name.removeprefix("parameter."), "yaw_rate")
+    return BY_NAME[name].coordinate
+
+
 @dataclass(frozen=True)
 class Explanation:
     """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong."""

@@ -61,10 +61,13 @@ class Refits:
             ]
         else:
             begun = self._done[parent]
-            fresh = tuple(f"{effect}." for effect in explanation.effects if effect not in parent.effects)
-            new = np.array([name.startswith(fresh) for name in problem.structure.names]) if fresh else False
+            shared = {*self.rig.free, *({*explanation.numbers} & {*parent.numbers})}
+            prefixes = tuple(f"{effect}." for effect in explanation.effects if effect in parent.effects)
+            known = np.array(
+                [name in shared or (name.startswith(prefixes) if prefixes else False) for name in problem.structure.names]
+            )
             first = [
-                fit(problem, coordinates, np.where(new, start, begun.theta), start=begun.start, most_steps=FIRST_STEPS)
+                fit(problem, coordinates, np.where(known, begun.theta, start), start=begun.start, most_steps=FIRST_STEPS)
                 for start in starts
             ]
         best = min(first, key=lambda f: f.cost)

@@ -81,7 +81,8 @@ class Search:
         return self.gain(larger, smaller) > NEEDED and removed > WORTH * self.excess(smaller)
 
     def _extensions(self, explanation: Explanation) -> list[Explanation]:
-        return [explanation.plus(name) for name in self.names if name not in explanation.names]
+        larger = [explanation.plus(name) for name in self.names if name not in explanation.names]
+        return [e for e in larger if not ("axis.coulomb" in e.names and {*explanation.names} & {*CONTAINS_COULOMB})]
 
     def _forward(self, explanation: Explanation) -> Explanation:
         while len(explanation.names) < MOST_NAMES and self.excess(explanation) > NOTHING_LEFT:

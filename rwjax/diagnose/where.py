@@ -1,8 +1,9 @@
-"""Where: the missing torque or voltage read off the logs, and what it is a function of.
+"""Where: the missing torque read off the logs, and what it is a function of.
 
-The measured angle or speed is smoothed by a Rauch-Tung-Striebel smoother whose acceleration (jerk for angles) is a
+What it is a function of is judged in free run, which sees small lasting torques that drown in the noise of a measured
+acceleration: the share of the excess error that the best law in a coordinate removes. The measured angle or speed is smoothed by a Rauch-Tung-Striebel smoother whose acceleration (jerk for angles) is a
 random walk; its intensity maximises the likelihood. What the fitted rig cannot account for in the smoothed motion is
-the missing torque (volts for a wheel: torque times R/K), with the smoother's own standard deviation.
+the missing torque, with the smoother's own standard deviation.
 """
 
 from dataclasses import dataclass
@@ -12,9 +13,6 @@ from scipy.optimize import minimize_scalar
 
 from rwjax.fit.end_to_end import Fit
 from rwjax.log import Log
-
-BINS = 12
-FOLD_S = 1.0  # the smooth function is cross-validated on blocks of this length
 
 
 @dataclass(frozen=True)
@@ -29,18 +27,17 @@ class Missing:
 
 @dataclass(frozen=True)
 class Where:
-    """Share of the missing torque's variance (noise taken out) that a smooth function of each coordinate explains.
-
-    `interval`: range of the first coordinate that holds four fifths of the missing torque's square. `windows`: log,
-    from, to [s], share of the held-out squared error.
+    """`coordinate`: what the missing part is a function of; `share` of the excess squared error of the training logs
+    that the best law in it removes, and `shares` the same for every coordinate. `drawn`: the logged coordinate over
+    which the missing torque is laid; `interval` holds four fifths of the missing torque's square there.
     """
 
     coordinate: str
     share: float
-    interval: tuple[float, float]
+    drawn: str | None
+    interval: tuple[float, float] | None
     shares: dict[str, float]
     missing: tuple[Missing, ...]
-    unit: str
 
 
 def _smooth(y: np.ndarray, dt: np.ndarray, noise: float, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -171,44 +168,26 @@ def _current(n: dict[str, float], log: Log, wheel_rate: np.ndarray | None) -> np
     return np.array(out)
 
 
-def _explained(c: np.ndarray, y: np.ndarray, weight: np.ndarray, block: np.ndarray) -> float:
-    """Cross-validated share of the weighted variance of `y` that a function of `c`, constant on bins, explains."""
-    if np.ptp(c) <= 0.0:
-        return 0.0
-    edges = np.unique(np.quantile(c, np.linspace(0.0, 1.0, BINS + 1)[1:-1]))
-    bin_of = np.searchsorted(edges, c)
-    count = len(edges) + 1
-    fold = block % 5
-    error = total = 0.0
-    for f in range(5):
-        train, test = fold != f, fold == f
-        mass = np.bincount(bin_of[train], weights=weight[train], minlength=count)
-        mean = np.bincount(bin_of[train], weights=(weight * y)[train], minlength=count) / np.maximum(mass, 1e-300)
-        error += float(np.sum(weight[test] * (y[test] - mean[bin_of[test]]) ** 2))
-        total += float(np.sum(weight[test] * y[test] ** 2))
-    return 1.0 - error / total if total > 0.0 else 0.0
+def locate(fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordinate: str | None) -> Where | None:
+    """Missing torque of the rig as it is, laid over the coordinate of which it is a function.
 
-
-def locate(fitted: Fit, logs: tuple[int, ...], coordinate: str | None) -> Where | None:
-    """Map of the missing torque over all coordinates; `coordinate` fixes the first one where an effect is named."""
+    `shares`: what the best law in each coordinate explains; `coordinate` is set where an effect is named. None where no
+    coordinate that was logged explains anything.
+    """
     found = [m for k in logs if (m := missing_torque(fitted, k, fitted.problem.logs[k])) is not None]
-    if not found:
+    logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
+    ordered = sorted((name for name in shares), key=lambda name: -shares[name])
+    first = coordinate if coordinate is not None else next(iter(ordered), None)
+    if first is None:
         return None
-    y = np.concatenate([m.torque for m in found])
-    sd = np.concatenate([m.deviation for m in found])
-    weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
-    block = np.concatenate([1000 * j + np.floor(m.coordinates["time"] / FOLD_S).astype(int) for j, m in enumerate(found)])
-    names = set.intersection(*(set(m.coordinates) for m in found))
-    noise = float(np.sum(weight * sd**2) / np.sum(weight * y**2))
-    shares = {}
-    for name in ("yaw_rate", "yaw", "wheel_rate", "wheel_angle", "current", "voltage", "time"):
-        if name in names:
-            c = np.concatenate([m.coordinates[name] for m in found])
-            raw = _explained(c, y, weight, block)
-            shares[name] = float(np.clip(raw / max(1.0 - noise, 0.05), 0.0, 1.0))
-    first = coordinate if coordinate in shares else max(shares, key=lambda k: shares[k])
-    c = np.concatenate([m.coordinates[first] for m in found])
-    return Where(first, shares[first], _interval(c, weight, y), shares, tuple(found), "N m")
+    drawn = first if first in logged else next((name for name in ("voltage", "time") if name in logged), None)
+    interval = None
+    if drawn is not None:
+        sd = np.concatenate([m.deviation for m in found])
+        weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
+        y = np.concatenate([m.torque for m in found])
+        interval = _interval(np.concatenate([m.coordinates[drawn] for m in found]), weight, y)
+    return Where(first, shares.get(first, 0.0), drawn, interval, shares, tuple(found))
 
 
 def _interval(c: np.ndarray, weight: np.ndarray, y: np.ndarray) -> tuple[float, float]:

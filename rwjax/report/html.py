@@ -25,7 +25,8 @@ def _figures(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
     if len(d.waterfall) > 1:
         chosen["waterfall"] = (plots.plot_waterfall, (9.0, 1.2 + 0.45 * len(d.waterfall)))
     if d.where is not None and d.verdict != "none":
-        chosen["missing"] = (plots.plot_missing, (9.0, 3.6))
+        if d.where.drawn is not None:
+            chosen["missing"] = (plots.plot_missing, (9.0, 3.6))
         chosen["shares"] = (plots.plot_shares, (9.0, 2.4))
     chosen["ranking"] = (plots.plot_ranking, (9.0, 2.8))
     return chosen

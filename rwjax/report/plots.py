@@ -70,8 +70,8 @@ def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
 
 def plot_missing(d: Diagnosis, ax: Axes) -> Axes:
     """Missing torque over the coordinate of which it is a function: samples, and mean with its spread in bins."""
-    assert d.where is not None
-    c = np.concatenate([m.coordinates[d.where.coordinate] for m in d.where.missing])
+    assert d.where is not None and d.where.drawn is not None
+    c = np.concatenate([m.coordinates[d.where.drawn] for m in d.where.missing])
     y = np.concatenate([m.torque for m in d.where.missing])
     sd = np.concatenate([m.deviation for m in d.where.missing])
     keep = sd < 3.0 * np.median(sd)
@@ -93,7 +93,7 @@ def plot_missing(d: Diagnosis, ax: Axes) -> Axes:
     span = np.percentile(y, [0.5, 99.5])
     ax.set_ylim(span[0] - 0.2 * np.ptp(span) - 1e-12, span[1] + 0.2 * np.ptp(span) + 1e-12)
     ax.axhline(0.0, color=MEASURED, lw=0.6)
-    ax.set_xlabel(AXIS_LABEL[d.where.coordinate])
+    ax.set_xlabel(AXIS_LABEL[d.where.drawn])
     ax.set_ylabel("missing torque [N m]")
     ax.legend(loc="best", fontsize=8, frameon=False)
     return ax
@@ -112,7 +112,7 @@ def plot_ranking(d: Diagnosis, ax: Axes) -> Axes:
 
 
 def plot_shares(d: Diagnosis, ax: Axes) -> Axes:
-    """Share of the missing torque's variance that a function of each coordinate explains."""
+    """Share of the excess error that the best law in each coordinate removes."""
     assert d.where is not None
     shares = sorted(d.where.shares.items(), key=lambda kv: -kv[1])
     colour = [AFTER if name == d.where.coordinate else FLOOR for name, _ in shares]
@@ -120,5 +120,5 @@ def plot_shares(d: Diagnosis, ax: Axes) -> Axes:
     ax.set_yticks(range(len(shares)), [name.replace("_", " ") for name, _ in shares], fontsize=8)
     ax.invert_yaxis()
     ax.set_xlim(0.0, 1.0)
-    ax.set_xlabel("share of the missing torque explained")
+    ax.set_xlabel("share of the excess error that the best law in it removes")
     return ax

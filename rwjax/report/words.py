@@ -36,10 +36,9 @@ def text(d: Diagnosis) -> list[str]:
         mark = "*" if name == d.signal and len(d.gaps) > 1 else " "
         lines.append(f"{mark} {name}: before {one.before:.4g}, after {one.after:.4g}, floor {one.floor:.4g} {UNIT[name]}{closed}")
     if d.where is not None and d.verdict != "none":
-        low, high = d.where.interval
         lines.append(
-            f"  where: {d.subsystem}; a function of {d.where.coordinate.replace('_', ' ')} explains {100 * d.where.share:.0f} % "
-            f"of the missing torque, four fifths of it between {low:.3g} and {high:.3g}"
+            f"  where: {d.subsystem}; a law in {d.where.coordinate.replace('_', ' ')} removes {100 * d.where.share:.0f} % "
+            "of the excess squared error"
         )
     if len(d.waterfall) > 1:
         base = d.waterfall[-1]
