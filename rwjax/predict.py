@@ -13,7 +13,7 @@ import numpy as np
 from rwjax.build import structure_of, theta_of
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import fit
-from rwjax.fit.problem import START_S, Problem, pose
+from rwjax.fit.problem import START_S, Problem, pose, starts_at_rest
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.rig import Rig
@@ -47,6 +47,17 @@ def find_start(problem: Problem, theta: np.ndarray) -> np.ndarray:
         return problem.start
     fixed = coordinates(theta, np.zeros(len(theta), bool), np.zeros((len(theta), 2)), theta)
     return fit(early(problem), fixed, theta, most_steps=12, tolerance=1e-5).start
+
+
+def anchor(problem: Problem, theta: np.ndarray) -> Problem:
+    """The problem with first states of moving runs set by the start rule and no longer free.
+
+    A fit that may choose the first rate of a run bends it, where the model is incomplete, to hide what is missing, and
+    then fails by the start rule on which every gap is measured. Where a run starts at rest only its angle is free.
+    """
+    moving = np.array([not starts_at_rest(log) for log in problem.logs])
+    start = np.where(moving[:, None], find_start(problem, theta), problem.start)
+    return replace(problem, start=start, start_free=problem.start_free & ~moving[:, None])
 
 
 def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:

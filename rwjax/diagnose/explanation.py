@@ -1,5 +1,6 @@
 """Explanations: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.effects import BY_NAME
 from rwjax.fit.coordinates import Coordinates, coordinates
+from rwjax.fit.scales import scales, sizes_of
 from rwjax.log import Log
 from rwjax.param import parameters
 from rwjax.plant import Structure
@@ -111,34 +113,15 @@ def candidates(rig: Rig) -> tuple[str, ...]:
     return (*found, *(f"parameter.{name}" for name in fixed))
 
 
-def scales(rig: Rig, logs: tuple[Log, ...]) -> dict[str, float]:
-    """Typical sizes by which starts of a search are measured: command [V], torque [N m], rate [rad/s]."""
-    n = rig.numbers
-    command = max(float(np.sqrt(np.mean(np.concatenate([log.command for log in logs]) ** 2))), 1e-9)
-    gain = abs(n["drive.gain"]) if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
-    rates = []
-    for log in logs:
-        for name in ("yaw_rad_s", "yaw_rad"):
-            if name in log.outputs:
-                y, t = log.outputs[name], log.time
-                seen = np.isfinite(y)
-                y, t = y[seen], t[seen]
-                stride = max(1, len(t) // 200)
-                rate = np.diff(y[::stride]) / np.diff(t[::stride]) if name == "yaw_rad" else y
-                rates.append(float(np.max(np.abs(rate), initial=0.0)))
-                break
-    rate = max([*rates, 1e-3])
-    return {"one": 1.0, "command": command, "torque": gain * command, "rate": rate, "torque_per_rate": gain * command / rate}
-
-
-def space(rig: Rig, explanation: Explanation, sizes: dict[str, float]) -> tuple[Coordinates, list[np.ndarray]]:
+def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coordinates, list[np.ndarray]]:
     """Coordinates of an explanation's fit, and parameter vectors from which to start it."""
     structure = structure_for(rig)
     names = structure.names
     theta = theta_of(rig, structure)
     bounds = bounds_of(rig, structure)
     free = free_names(rig, explanation)
-    size = np.maximum(np.abs(theta), 1e-12)
+    size = sizes_of(rig, structure, theta, logs)
+    sizes = scales(rig, logs)
     options: dict[int, tuple[float, ...]] = {}
     for number in explanation.numbers:
         k = names.index(number)
@@ -147,7 +130,6 @@ def space(rig: Rig, explanation: Explanation, sizes: dict[str, float]) -> tuple[
     for effect in structure.effects:
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
-            size[k] = 0.1 * sizes[p.scale]
             if effect in explanation.effects and names[k] in free:
                 options[k] = tuple(np.clip(s * sizes[p.scale], *p.bounds) for s in p.starts)
     count = max((len(values) for values in options.values()), default=1)

@@ -27,6 +27,12 @@ class Coordinates:
         """Derivative of the free numbers by their coordinates."""
         return np.where(self.logarithmic, theta[self.index], self.size)
 
+    def slope_at(self, theta: np.ndarray) -> np.ndarray:
+        """`slope` in the order of all numbers, 1 for those that are not free."""
+        out = np.ones(len(theta))
+        out[self.index] = self.slope(theta)
+        return out
+
     def move(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
         """`theta` after a step in coordinates, kept within bounds."""
         free = theta[self.index]
@@ -51,10 +57,9 @@ class Coordinates:
 def coordinates(theta: np.ndarray, free: np.ndarray, bounds: np.ndarray, size: np.ndarray) -> Coordinates:
     """Coordinates for the numbers marked in `free` (p,), with `bounds` (p, 2) and typical `size` (p,)."""
     index = np.flatnonzero(free)
-    own = np.abs(theta[index])
     return Coordinates(
         index=index,
         logarithmic=bounds[index, 0] > 0.0,
-        size=np.where(own > 0.0, own, size[index]),
+        size=size[index],
         bounds=bounds[index],
     )

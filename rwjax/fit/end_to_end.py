@@ -8,16 +8,19 @@ need the residual of the whole log as one function, whose Jacobian by plain forw
 run for every number (see docs/design.md for the measurement).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rwjax.fit.coordinates import Coordinates
+from rwjax.fit.kinks import across_kinks
 from rwjax.fit.problem import Problem
 from rwjax.simulate import Evaluation, evaluate, free_run
 
 WINDOW_STEPS = 8
 LARGEST_DAMPING = 1e8
+MISFIT = 1.5
+"""Mean square in units of noise above which creases of the sum of squares may have stopped a fit early."""
 
 
 @dataclass(frozen=True)
@@ -141,10 +144,12 @@ def fit(
     start_free: np.ndarray | None = None,
     most_steps: int = 60,
     tolerance: float = 1e-7,
+    creases: bool = False,
 ) -> Fit:
     """Least squares of the free run over the free numbers and the logs' first states.
 
-    With `nodes` (l, w, n) given, the short windows come first and the better of both starts is kept.
+    With `nodes` (l, w, n) given, the short windows come first and the better of both starts is kept. With `creases`, a
+    fit that ends well above the noise goes on by steps across the creases of stick and slip.
     """
     start = problem.start if start is None else start
     start_free = problem.start_free if start_free is None else start_free
@@ -183,6 +188,13 @@ def fit(
             if damping > LARGEST_DAMPING or np.max(np.abs(dz), initial=0.0) < 1e-10:
                 converged = True
                 break
+    readings = int(np.count_nonzero(problem.batch.weight))
+    if creases and np.isfinite(cost) and 2.0 * cost > MISFIT * readings and len(coordinates.index):
+        wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
+        theta_k, start_k, cost_k = across_kinks(problem, wide, theta, start, start_free, cost)
+        if cost_k < cost:
+            rest = fit(problem, coordinates, theta_k, start=start_k, start_free=start_free, creases=False)
+            return replace(rest, steps=rest.steps + taken)
     return Fit(problem, coordinates, theta, start, cost, e, converged, taken)
 
 

@@ -11,8 +11,10 @@ from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
+from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import Uncertainty, uncertainty
 from rwjax.log import Log
+from rwjax.predict import anchor
 from rwjax.rig import Rig
 
 OFF_BY = (1.0, 0.5, 2.0)
@@ -60,14 +62,17 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     theta = theta_of(rig, structure)
     bounds = bounds_of(rig, structure)
     free = np.array([name in rig.free for name in structure.names])
-    moves = coordinates(theta, free, bounds, np.maximum(np.abs(theta), 1e-6))
+    moves = coordinates(theta, free, bounds, sizes_of(rig, structure, theta, train))
+    problem = anchor(problem, moves.inward(theta))
     tried = []
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
         tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
     best = min(tried, key=lambda f: f.cost)
-    if not best.converged:
-        best = fit(problem, moves, best.theta, start=best.start, most_steps=100)
+    problem = anchor(pose(structure, train, problem.noise, refine=refine), best.theta)
+    at_rest = problem.start_free.any(axis=1, keepdims=True)
+    begin = np.where(at_rest, best.start, problem.start)
+    best = fit(problem, moves, best.theta, start=begin, most_steps=100, creases=True)
     spread = uncertainty(best)
     notes = spread.notes if best.converged else (*spread.notes, "the fit did not settle within its step limit")
     spread = Uncertainty(spread.names, spread.covariance, notes)

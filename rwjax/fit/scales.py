@@ -1,0 +1,46 @@
+"""Typical sizes of commands, torques and rates in a set of logs: the units in which an unknown number is searched."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rwjax.effects import BY_NAME
+from rwjax.log import Log
+from rwjax.param import parameters
+from rwjax.plant import Structure
+from rwjax.rig import Rig
+
+
+def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
+    """Typical command [V], torque [N m], rate [rad/s] and torque per rate, by the names used in `param(scale=…)`."""
+    n = rig.numbers
+    command = max(float(np.sqrt(np.mean(np.concatenate([log.command for log in logs]) ** 2))), 1e-9)
+    gain = abs(n["drive.gain"]) if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
+    rates = []
+    for log in logs:
+        for name in ("yaw_rad_s", "yaw_rad"):
+            if name in log.outputs:
+                y, t = log.outputs[name], log.time
+                seen = np.isfinite(y)
+                y, t = y[seen], t[seen]
+                stride = max(1, len(t) // 200)
+                rate = np.diff(y[::stride]) / np.diff(t[::stride]) if name == "yaw_rad" else y
+                rates.append(float(np.max(np.abs(rate), initial=0.0)))
+                break
+    rate = max([*rates, 1e-3])
+    return {"one": 1.0, "command": command, "torque": gain * command, "rate": rate, "torque_per_rate": gain * command / rate}
+
+
+def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[Log]) -> np.ndarray:
+    """Size of every number `(p,)`: its own, or a tenth of what is typical of its kind where that is larger."""
+    typical = scales(rig, logs)
+    size = np.abs(theta)
+    for k, name in enumerate(structure.names):
+        if k < len(structure.numbers):
+            least = typical["torque"] if name.endswith(("coulomb", "static", "b3", "torque")) else 0.0
+            least = typical["torque_per_rate"] if name == "axis.friction.viscous" else least
+        else:
+            effect, _, parameter = name.rpartition(".")
+            least = typical[parameters(BY_NAME[effect])[parameter].scale]
+        size[k] = max(size[k], 0.1 * least, 1e-12)
+    return size
