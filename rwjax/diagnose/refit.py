@@ -8,11 +8,11 @@ from threading import Lock
 import numpy as np
 
 from rwjax.diagnose.explanation import Explanation, space, structure_for
+from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
 from rwjax.log import Log
-from rwjax.predict import anchor
 from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start; the best one then goes on
@@ -47,8 +47,6 @@ class Refits:
         best = self._search(explanation, parent)
         with self._lock:
             self._done[explanation] = best
-        if not explanation.names and parent is None:
-            self.problem = anchor(self.problem, best.theta)  # the start rule's first states, for all that follows
         self.progress(" + ".join(explanation.names) or "the rig as it is")
         return best
 
@@ -73,7 +71,7 @@ class Refits:
                 for start in starts
             ]
         best = min(first, key=lambda f: f.cost)
-        return fit(problem, coordinates, best.theta, start=best.start, creases=True)
+        return fit_anchored(problem, coordinates, best.theta, best.start)
 
     def many(self, explanations: Iterable[Explanation], parent: Explanation | None = None) -> dict[Explanation, Fit]:
         """Fits of several explanations, side by side."""
@@ -86,4 +84,4 @@ class Refits:
         begun = self(explanation)
         problem = self.problem.only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
-        return fit(problem, begun.coordinates, begun.theta, start=start, creases=True)
+        return fit_anchored(problem, begun.coordinates, begun.theta, start)

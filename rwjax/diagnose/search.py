@@ -1,15 +1,16 @@
 """Which: the smallest set of effects that explains the training logs, and every other set that does so as well.
 
 Forward: the candidate with the most evidence is added while it is needed. Backward: a name that is not needed is
-dropped again. Then every member is exchanged for every other candidate: a set whose evidence comes close, or whose
-residual differs by no more than chance, cannot be told apart from the best one on these logs.
+dropped again. Then every member is exchanged for every other candidate: a set whose evidence comes close, or that ties
+where nothing reaches the noise, cannot be told apart from the best one on these logs; nor can what is declared to be the
+same thing for the kind of rig.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.diagnose.evidence import correlation_time, effective_samples, log_evidence, residuals, sums
+from rwjax.diagnose.evidence import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation, candidates, free_names
 from rwjax.diagnose.refit import Refits
 
@@ -17,8 +18,10 @@ NEEDED = 5.0
 """Log evidence that a further name must bring."""
 CLOSE = 3.0
 """Log evidence within which two explanations cannot be told apart."""
-CHANCE = 2.0
-"""Standard errors within which two residuals' squares differ by chance (Vuong, Econometrica 57, 1989)."""
+TIE = 0.1
+"""Share of the sum of squares by which two explanations may differ and still tie where neither reaches the noise."""
+FAR_FROM_NOISE = 2.0
+"""Mean square in units of noise above which an explanation counts as incomplete."""
 NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
 WORTH = 0.05
@@ -117,17 +120,37 @@ class Search:
                 found += [e.plus("axis.coulomb") for e in bare if not {*e.names} & {*CONTAINS_COULOMB}]
         return [e for e in dict.fromkeys(found) if {*e.names} != {*explanation.names}]
 
-    def by_chance(self, one: Explanation, other: Explanation) -> bool:
-        """Whether the residuals' squares of two explanations differ by no more than chance."""
-        a, b = (residuals(self.refits(e), self.refits.train) for e in (one, other))
-        total = variance = 0.0
-        for name in a:
-            for x, y in zip(a[name], b[name], strict=True):
-                d = y**2 - x**2
-                total += float(np.sum(d))
-                centred = d - d.mean()
-                variance += float(np.sum(centred**2)) * correlation_time(centred)
-        return total <= CHANCE * np.sqrt(variance)
+    def as_good(self, one: Explanation, other: Explanation) -> bool:
+        """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise."""
+        a, b = self._seen(one), self._seen(other)
+        incomplete = any(a[name] > FAR_FROM_NOISE * self.count[name] for name in a)
+        return incomplete and all(b[name] < (1.0 + TIE) * a[name] for name in a)
+
+    def _declared(self, best: Explanation) -> list[Explanation]:
+        """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
+        curved = {"axis.friction.static", "axis.friction.b3"} & {*self.rig.numbers}
+        if curved or "axis.stribeck" in (*best.names, *self.rig.effects):
+            return []
+        same = ["axis.asymmetric_friction", "axis.bias_torque"]
+        if self.rig.kind == "platform" and not {"drive.deadzone"} & {*best.names, *self.rig.effects}:
+            same.append("drive.bias")
+        same = [name for name in same if name in self.names]
+        members = [name for name in best.names if name in same]
+        if len(members) != 1:
+            return []
+        rest = best.without(members[0])
+        dry = any(name in self.rig.numbers for name in DRY_IN_RIG)
+        found = []
+        for name in same:
+            other = rest.plus(name)
+            if not dry and members[0] in CONTAINS_COULOMB:
+                other = other.plus("axis.coulomb")
+            if not dry and name in CONTAINS_COULOMB:
+                other = other.without("axis.coulomb")
+                if "axis.coulomb" not in best.names:
+                    continue  # without dry friction the one is not the other
+            found.append(other)
+        return [e for e in found if {*e.names} != {*best.names}]
 
     def run(self) -> Choice:
         """The search from the rig as it is."""
@@ -144,10 +167,12 @@ class Search:
                 e
                 for e in rivals
                 if not e.contains(best)
-                and (self.evidence(e, effective) > reference - CLOSE or self.by_chance(best, e))
+                and (self.evidence(e, effective) > reference - CLOSE or self.as_good(best, e))
             ]
             alternatives = [e for e in close if not any(e.contains(other) for other in close)]
             alternatives.sort(key=lambda e: -self.evidence(e, effective))
+            known = [{*e.names} for e in alternatives]
+            alternatives += [e for e in self._declared(best) if {*e.names} not in known]
         everything = [e for e in self.squares]
         effective = self.effective(best)
         base = self.evidence(nothing, effective)

@@ -165,7 +165,7 @@ def fit(
             if cost_w < cost:
                 theta, start, cost, states = theta_w, start_w, cost_w, states_w
     e = _evaluate(problem, theta, states)
-    damping, converged, taken = 1e-3, False, 0
+    damping, converged, taken = 1e-3, most_steps == 0, 0
     for taken in range(1, most_steps + 1):
         solved = _solve(e, coordinates, theta, start_free, damping)
         if solved is None or not np.isfinite(cost):
@@ -185,7 +185,7 @@ def fit(
                 break
         else:
             damping = max(damping, 1e-6) * 8.0
-            if damping > LARGEST_DAMPING or np.max(np.abs(dz), initial=0.0) < 1e-10:
+            if damping > LARGEST_DAMPING or (len(dz) and np.max(np.abs(dz)) < 1e-10):
                 converged = True
                 break
     readings = int(np.count_nonzero(problem.batch.weight))

@@ -7,6 +7,7 @@ import numpy as np
 
 from rwjax.build import bounds_of, rig_with, structure_of, theta_of
 from rwjax.errors import LogError, RigError
+from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
@@ -14,7 +15,6 @@ from rwjax.fit.problem import pose
 from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import Uncertainty, uncertainty
 from rwjax.log import Log
-from rwjax.predict import anchor
 from rwjax.rig import Rig
 
 OFF_BY = (1.0, 0.5, 2.0)
@@ -63,16 +63,12 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     bounds = bounds_of(rig, structure)
     free = np.array([name in rig.free for name in structure.names])
     moves = coordinates(theta, free, bounds, sizes_of(rig, structure, theta, train))
-    problem = anchor(problem, moves.inward(theta))
     tried = []
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
         tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
     best = min(tried, key=lambda f: f.cost)
-    problem = anchor(pose(structure, train, problem.noise, refine=refine), best.theta)
-    at_rest = problem.start_free.any(axis=1, keepdims=True)
-    begin = np.where(at_rest, best.start, problem.start)
-    best = fit(problem, moves, best.theta, start=begin, most_steps=100, creases=True)
+    best = fit_anchored(problem, moves, best.theta, best.start)
     spread = uncertainty(best)
     notes = spread.notes if best.converged else (*spread.notes, "the fit did not settle within its step limit")
     spread = Uncertainty(spread.names, spread.covariance, notes)
