@@ -40,10 +40,10 @@ def plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
 def mean_commands(plant: Plant, batch: Batch) -> Float[Array, "l w m"]:
     """Mean of the acting command over every grid step [V]; a delay shifts it in time, continuously."""
     W, m = batch.slot_step.shape[1], batch.step_index.shape[0]
-    acting = plant.act(jnp.asarray(batch.u_command))
+    acting = jax.vmap(jax.vmap(plant.act))(jnp.asarray(batch.u_command))
     delay = plant.delay()
 
-    def one(t: Float[Array, " k+1"], u: Float[Array, " k"], h: Scalar) -> Float[Array, " s"]:
+    def one(t: Float[Array, " edge"], u: Float[Array, " k"], h: Scalar) -> Float[Array, " s"]:
         area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(t))])
         edge = h * jnp.arange(W * m + 1.0)
         if delay is not None:
@@ -76,8 +76,8 @@ def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_pa
         if angle in names:  # curvature of the angle from the change of its rate
             k = names.index(rate)
             x[names.index(angle)] -= 0.5 * slot_part * (1.0 - slot_part) * h * (right[k] - left[k])
-    t = t0 + h * (slot_step + slot_part)
-    return jnp.stack(plant.outputs(t, tuple(x), u[slot_step]), axis=-1)
+    t = t0 + h * (slot_step.astype(float) + slot_part)
+    return jnp.stack(jax.vmap(plant.outputs)(t, tuple(x), u[slot_step]), axis=-1)
 
 
 def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"], batch: Batch):

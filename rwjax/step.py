@@ -17,7 +17,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.plant import Body, Plant, State, Structure, assemble, friction_level
 from rwjax.types import Scalar
@@ -49,7 +49,7 @@ def propagator(plant: Plant, h: Scalar) -> Propagator:
     phi1 = eye + z @ phi2
     E = eye + z @ phi1
 
-    def double(_: int, p: tuple) -> tuple:
+    def double(_: Int[Array, ""], p: tuple) -> tuple:
         E, phi1, phi2 = p
         return E @ E, (E @ phi1 + phi1) / 2.0, (E @ phi2 + phi1 + phi2) / 4.0
 

@@ -31,6 +31,7 @@ class Refits:
     train: tuple[int, ...]
     progress: Callable[[str], None]
     _done: dict[Explanation, Fit] = field(default_factory=dict)
+    _polished: set[Explanation] = field(default_factory=set)
     _lock: Lock = field(default_factory=Lock)
 
     @classmethod
@@ -71,13 +72,24 @@ class Refits:
                 for start in starts
             ]
         best = min(first, key=lambda f: f.cost)
-        return fit_anchored(problem, coordinates, best.theta, best.start)
+        return fit_anchored(problem, coordinates, best.theta, best.start, creases=parent is None)
 
     def many(self, explanations: Iterable[Explanation], parent: Explanation | None = None) -> dict[Explanation, Fit]:
         """Fits of several explanations, side by side."""
         wanted = list(dict.fromkeys(explanations))
         with ThreadPoolExecutor(THREADS) as pool:
             return dict(zip(wanted, pool.map(lambda e: self(e, parent), wanted), strict=True))
+
+    def polish(self, explanation: Explanation) -> Fit:
+        """The fit of an explanation, gone on with across the creases of stick and slip; kept where that is better."""
+        begun = self(explanation)
+        if explanation not in self._polished:
+            self._polished.add(explanation)
+            problem = self.problem.only(self.train)
+            found = fit_anchored(problem, begun.coordinates, begun.theta, begun.start)
+            if found.cost < begun.cost:
+                self._done[explanation] = begun = found
+        return begun
 
     def on(self, explanation: Explanation, train: Sequence[int]) -> Fit:
         """Fit of an explanation to other logs than those marked for training, from its estimates on those."""

@@ -26,6 +26,8 @@ NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
 WORTH = 0.05
 """Share of the remaining excess (mean square above the noise) that a further name must remove."""
+CAREFUL = 2
+"""Explanations of each round that are fitted with more care."""
 MOST_NAMES = 4
 
 
@@ -87,10 +89,18 @@ class Search:
         larger = [explanation.plus(name) for name in self.names if name not in explanation.names]
         return [e for e in larger if not ("axis.coulomb" in e.names and {*explanation.names} & {*CONTAINS_COULOMB})]
 
+    def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
+        """Fits all, and the best few with more care: they decide."""
+        tried = self.refits.many(explanations, parent)
+        for explanation in sorted(tried, key=lambda e: tried[e].cost)[:CAREFUL]:
+            self.refits.polish(explanation)
+            self.squares.pop(explanation, None)
+
     def _forward(self, explanation: Explanation) -> Explanation:
         while len(explanation.names) < MOST_NAMES and self.excess(explanation) > NOTHING_LEFT:
-            tried = self.refits.many(self._extensions(explanation), explanation)
-            effective = self.effective(min(tried, key=lambda e: tried[e].cost))
+            tried = self._extensions(explanation)
+            self._fit(tried, explanation)
+            effective = self.effective(min(tried, key=lambda e: self.refits(e).cost))
             best = max(tried, key=lambda e: self.evidence(e, effective))
             if not self.worthwhile(best, explanation):
                 break
@@ -100,7 +110,7 @@ class Search:
     def _backward(self, explanation: Explanation) -> Explanation:
         while len(explanation.names) > 1:
             smaller = [explanation.without(name) for name in explanation.names]
-            self.refits.many(smaller, explanation)
+            self._fit(smaller, explanation)
             effective = self.effective(explanation)
             best = max(smaller, key=lambda e: self.evidence(e, effective))
             if self.worthwhile(explanation, best):
@@ -160,7 +170,7 @@ class Search:
         alternatives: list[Explanation] = []
         if best.names:
             rivals = self._exchanged(best)
-            self.refits.many(rivals, best)
+            self._fit(rivals, best)
             effective = self.effective(best)
             reference = self.evidence(best, effective)
             close = [

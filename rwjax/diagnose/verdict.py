@@ -7,11 +7,11 @@ from rwjax.diagnose.search import Choice
 
 Verdict = Literal["none", "effect", "ambiguous", "unknown"]
 
-SIZE_OF_NOTHING = 0.3
+SIZE_OF_NOTHING = 1.0
 """Size of a gap, in floors, below which nothing is said to be missing."""
-SIZE_OF_DOUBT = 1.2
-"""Size of a gap, in floors, below which a gap that nothing explains is not claimed: the first angle of a run that
-starts between two counts is off by up to half a count, which the floor does not hold."""
+SIZE_OF_DOUBT = 1.75
+r"""Size of a gap, in floors, below which a gap that nothing explains is not claimed: the first angle of a run that
+starts between two counts is off by up to half a count, $\sqrt3$ times its noise, which the floor does not hold."""
 EXPLAINED = 0.8
 """Share of the gap above the floor that must be closed for the effects to explain it."""
 AT_FLOOR = 1.25

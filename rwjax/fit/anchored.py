@@ -12,17 +12,19 @@ SETTLED = 1e-3
 """Relative change of the cost below which another round is not worth it."""
 
 
-def fit_anchored(problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray) -> Fit:
+def fit_anchored(
+    problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray, *, creases: bool = True
+) -> Fit:
     """Best fit in which first state and numbers agree: the first state is the start rule's at the fitted numbers.
 
-    `start` serves for runs that start at rest, of which only the angle is free.
+    `start` serves for runs that start at rest, of which only the angle is free; `creases` as in `fit`.
     """
     anchored = anchor(problem, theta)
     resting = anchored.start_free.any(axis=1, keepdims=True)
     best: Fit | None = None
     for _ in range(MOST_ROUNDS):
         begin = np.where(resting, start, anchored.start)
-        found = fit(anchored, coordinates, theta, start=begin, most_steps=100, creases=True)
+        found = fit(anchored, coordinates, theta, start=begin, most_steps=60, creases=creases)
         if np.all(resting | ~problem.start_free.any(axis=1, keepdims=True)):
             return found
         theta, start = found.theta, found.start

@@ -1,0 +1,93 @@
+"""The time step: exact where the plant is linear, exact stick, second order in between."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from rwjax.effects import EFFECTS
+from rwjax.param import parameters
+from tests.systems import platform, reaction, record, run, wheel
+
+TIME = np.arange(3001) * 0.01
+
+
+def test_coast_down_stops_where_the_closed_form_says_and_stays() -> None:
+    I, b, M_c, w0 = 0.1, 0.02, 0.05, 2.0  # noqa: E741
+    y = run(platform(), record(TIME, np.zeros_like(TIME)), {"w": w0})
+    stop = I / b * np.log1p(b * w0 / M_c)
+    exact = np.where(stop > TIME, (w0 + M_c / b) * np.exp(-b / I * TIME) - M_c / b, 0.0)
+    assert np.max(np.abs(y["yaw_rad_s"] - exact)) < 1e-5  # the step that holds the stop is of second order
+    after = stop + 0.01 < TIME
+    assert np.all(y["yaw_rad_s"][after] == 0.0)
+    assert np.ptp(y["yaw_rad"][after]) == 0.0
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.9, False), (1.01, True)])
+def test_an_axis_below_breakaway_does_not_creep(share: float, moves: bool) -> None:
+    u = np.full_like(TIME, share * 0.05 / 0.4)
+    y = run(platform(), record(TIME, u), {})
+    assert (np.ptp(y["yaw_rad"]) > 0.01) if moves else (np.ptp(y["yaw_rad"]) == 0.0)
+
+
+@pytest.mark.parametrize("inductance", [0.0641, 0.83 * 0.2e-3], ids=["L/R 77 ms", "L/R 0.2 ms"])
+def test_a_linear_motor_is_exact_under_held_voltage(inductance: float) -> None:
+    K, R, L, b, J = 0.0182, 0.83, inductance, 4.07e-6, 1.24e-4
+    t = TIME[:301]
+    u = 3.0 * np.sign(np.sin(7.0 * t + 0.1))
+    A = np.array([[-b / J, K / J, 0.0], [-K / L, -R / L, 1.0 / L], [0.0, 0.0, 0.0]])
+    step = expm(A * 0.01)
+    x, exact = np.zeros(3), []
+    for u_k in u:
+        x[2] = u_k
+        exact.append(x[:2].copy())
+        x = step @ x
+    y = run(wheel(inductance), record(t, u, {"wheel_rad_s": np.zeros_like(t)}), {})
+    scale = np.max(np.abs(np.array(exact)), axis=0)
+    assert np.max(np.abs(y["wheel_rad_s"] - np.array(exact)[:, 0])) < 1e-9 * scale[0]
+    assert np.max(np.abs(y["current_A"] - np.array(exact)[:, 1])) < 1e-9 * scale[1]
+
+
+def test_without_inductance_the_current_follows_the_voltage() -> None:
+    K, R, b, J = 0.0182, 0.83, 4.07e-6, 1.24e-4
+    t = TIME[:301]
+    y = run(wheel(0.0), record(t, np.full_like(t, 2.0), {"wheel_rad_s": np.zeros_like(t)}), {})
+    rate = (b + K**2 / R) / J
+    exact = K / R * 2.0 / J / rate * (1.0 - np.exp(-rate * t))
+    assert np.max(np.abs(y["wheel_rad_s"] - exact)) < 1e-9 * exact[-1]
+    assert np.allclose(y["current_A"], (2.0 - K * y["wheel_rad_s"]) / R, rtol=1e-9)
+
+
+def test_stick_slip_converges_with_second_order() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.09\nstribeck_velocity = 0.2")
+    t = TIME[:801]
+    log = record(t, 0.45 * np.sign(np.sin(1.9 * t + 0.2)))
+    runs = {refine: run(rig, log, {}, refine=refine)["yaw_rad"] for refine in (1, 2, 4, 32)}
+    error = [np.max(np.abs(runs[refine] - runs[32])) for refine in (1, 2, 4)]
+    assert np.polyfit(np.log([1.0, 0.5, 0.25]), np.log(error), 1)[0] > 1.6  # 2 where no kink falls within a step
+    assert error[0] < 2 * np.pi / 8192  # and a plain step is finer than any encoder here
+
+
+def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
+    t = TIME[:1001]
+    log = record(t, 3.0 * np.sign(np.sin(2.0 * t)), {"yaw_rad_s": np.zeros_like(t), "wheel_rad_s": np.zeros_like(t)})
+    y = run(reaction("viscous = 0.0"), log, {}, effects={"wheel.coulomb": {"M_c": 0.01}})
+    momentum = 0.0495 * y["yaw_rad_s"] + 1.24e-4 * y["wheel_rad_s"]
+    assert np.max(np.abs(y["wheel_rad_s"])) > 50.0
+    assert np.any((y["wheel_rad_s"] == 0.0)[1:])  # it sticks at reversals
+    assert np.max(np.abs(momentum)) < 1e-12
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+@pytest.mark.parametrize("rig", [wheel(), platform(), reaction("viscous = 0.003\ncoulomb = 0.002")], ids=lambda r: r.kind)
+def test_an_effect_at_its_null_is_the_base_plant(effect: type, rig: object) -> None:
+    if not getattr(rig, "kind", "") or (effect.name.startswith("axis") and rig.kind == "wheel"):
+        return
+    if effect.name.startswith("wheel") and rig.kind == "platform":
+        return
+    t = TIME[:401]
+    output = "wheel_rad_s" if rig.kind == "wheel" else "yaw_rad"
+    log = record(t, 2.0 * np.sin(3.0 * t), {output: np.zeros_like(t)})
+    null = {name: p.null for name, p in parameters(effect).items()}
+    base, same = run(rig, log, {}), run(rig, log, {}, effects={effect.name: null})
+    for name, value in base.items():
+        assert np.max(np.abs(same[name] - value)) <= 1e-12 * max(np.max(np.abs(value)), 1.0)
