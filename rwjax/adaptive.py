@@ -1,14 +1,17 @@
 """Reference simulation: an adaptive diffrax solver between samples, dry friction with located events.
 
-Slow and accurate: an oracle for the fixed step of `rwjax.step`, and the way to a solver of one's own choice. The smooth
-field of the plant is an ordinary `diffrax.ODETerm`. A body with dry friction slides forward, slides backward or sticks;
-between two changes of mode or command the field is smooth. The host goes from one such change to the next: while a body
-slides, its speed reaching 0 is an event; while it sticks, the torque on it reaching its breakaway level is one.
+Slow and accurate: an oracle for the fixed step of `rwjax.step`, and the way to a solver of one's own choice.
+The smooth field of the plant is an ordinary `diffrax.ODETerm`. A body with dry friction slides forward, slides
+backward or sticks; between two changes of mode or command the field is smooth. The host goes from one such
+change to the next: while a body slides, its speed reaching 0 is an event; while it sticks, the torque on it
+reaching breakaway is one.
 """
 
 from functools import cache, partial
+from itertools import pairwise
 
 import rwjax.setup_jax  # noqa: F401  (float64 comes first)
+
 import diffrax  # isort: skip
 import equinox as eqx
 import jax
@@ -23,8 +26,8 @@ from rwjax.step import propagator
 from rwjax.types import Scalar
 
 STIFF = 1e3
-"""Fastest rate of the linear part times the sampling interval above which the implicit solver is cheaper: Dopri8 stays
-stable up to about 6 a step."""
+"""Fastest rate of the linear part times the sampling interval above which the implicit solver is taken: an
+explicit one is stable only up to a few units of it a step."""
 MOST_EVENTS = 200  # of one stretch of held command; more means that a body chatters
 MOST_STEPS = 100_000  # of the solver in one stretch
 
@@ -44,12 +47,12 @@ def simulate(
     rtol: float = 1e-9,
     atol: float = 1e-11,
 ) -> dict[str, np.ndarray]:
-    """Free run of `plant` under the command of `log` from the state `start` `(n,)`: readings in SI at the log's times.
+    """Free run under the command of `log` from the state `start` `(n,)`: readings in SI at the log's times.
 
-    The command is held between samples; before the first one its first value counts as held. Without a `solver` it is
-    `Dopri8`, or `Kvaerno5` where a time constant is far shorter than the sampling interval.
+    The command is held between samples; before the first one its first value counts as held. Without a `solver`
+    it is `Dopri8`, or `Kvaerno5` where a time constant is far shorter than the sampling interval.
 
-    **Accuracy:** that of `rtol` and `atol`, events included. **Speed:** of the order of a millisecond a sample.
+    **Accuracy:** that of `rtol` and `atol`, events included. **Speed:** about a millisecond a sample.
     Raises `RuntimeError` where a body changes between stick and slip too often to be followed.
     """
     t = log.time - log.origin
@@ -58,7 +61,7 @@ def simulate(
     segment = partial(_segment, plant, solver, rtol, atol)
     x = tuple(jnp.asarray(float(v)) for v in start)
     found = [_readings(plant, jnp.asarray(t[0]), x, jnp.asarray(command(t[0])))]
-    for begin, end in zip(t[:-1], t[1:], strict=True):
+    for begin, end in pairwise(t):
         inner = edges[(edges > begin) & (edges < end)]
         for a, b in zip(np.append(begin, inner), np.append(inner, end), strict=True):
             x = _stretch(plant, segment, x, float(a), float(b), command(0.5 * (a + b)))
@@ -72,13 +75,13 @@ def _suited(plant: Plant, dt: float) -> diffrax.AbstractSolver:
 
 
 def _acting(plant: Plant, log: Log):
-    """The acting command as a function of time, continuous from the right, and the times at which it jumps."""
+    """The acting command as a function of time, continuous from the right, and the times of its jumps."""
     acting = np.array([float(plant.act(jnp.asarray(u))) for u in log.command])
     delay = plant.delay()
     edges = log.time - log.origin + (0.0 if delay is None else float(delay))
 
     def command(t: float) -> float:
-        # a sample's own time plus the delay may round to either side of the edge: 1e-12 s is below any interval
+        # a sample's time plus the delay may round to either side of the edge; 1e-12 s is below any interval
         return float(acting[max(int(np.searchsorted(edges, t + 1e-12, side="right")) - 1, 0)])
 
     return command, edges
@@ -117,8 +120,10 @@ def _stretch(plant: Plant, segment, x: State, begin: float, end: float, u: float
     )
 
 
-def _released(plant: Plant, x: State, t: float, u: float, modes: list[float], settled: list[bool]) -> list[float]:
-    """Modes with every body that rests and is pushed beyond its breakaway level set sliding, the driving one first."""
+def _released(
+    plant: Plant, x: State, t: float, u: float, modes: list[float], settled: list[bool]
+) -> list[float]:
+    """Modes, with every body that rests and is pushed beyond breakaway set sliding, the driving one first."""
     modes = list(modes)
     for body in range(len(modes)):
         if not settled[body]:
@@ -141,8 +146,10 @@ def _body_rates(structure) -> tuple[int, ...]:
     return tuple(body.rate for body, _ in plant_of(structure, jnp.ones(len(structure.names))).bodies())
 
 
-def _forces(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[State, list[Scalar], list[Scalar]]:
-    """Rates of the state with dry friction in these modes, and for each body how far the torque on it is from its
+def _forces(
+    plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes
+) -> tuple[State, list[Scalar], list[Scalar]]:
+    """Rates of the state with dry friction in these modes, and how far the torque on each body is from its
     breakaway level, forward and backward."""
     rates, motion = plant.field(t, x, u), plant.motion(t, x, u)
     ahead, behind = [], []
@@ -164,25 +171,30 @@ def _margins(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tupl
 
 
 @eqx.filter_jit
-def _segment(plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Scalar, x: State, u: Scalar, modes: Modes):
-    """Solve from `t0` to `t1` or to the first event: time and state at the end, and which bodies had an event."""
+def _segment(
+    plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Scalar, x: State, u: Scalar, modes: Modes
+):
+    """Solve from `t0` to `t1` or the first event: time and state there, and which bodies had an event."""
 
     def field(t: Scalar, x: State, args: None) -> State:
         return _forces(plant, t, x, u, modes)[0]
 
-    def distances(t: Scalar, x: State) -> list[Scalar]:  # of each body from the end of its mode, above 0 before it
+    def distances(t: Scalar, x: State) -> list[Scalar]:  # of each body from its mode's end, above 0 before it
         _, ahead, behind = _forces(plant, t, x, u, modes)
         rates = [x[body.rate] for body, _ in plant.bodies()]
         apart = [
-            jnp.where(modes[k] == 0.0, jnp.minimum(ahead[k], behind[k]), modes[k] * w) for k, w in enumerate(rates)
+            jnp.where(modes[k] == 0.0, jnp.minimum(ahead[k], behind[k]), modes[k] * w)
+            for k, w in enumerate(rates)
         ]
-        return [jnp.where(d == 0.0, TINY, d) for d in apart]  # a body that has just broken away starts at 0 and rises
+        # a body that has just broken away starts at 0 and rises
+        return [jnp.where(d == 0.0, TINY, d) for d in apart]
 
     def nearest(t: Scalar, y: State, args: None, **_) -> Scalar:
         return jnp.min(jnp.stack(distances(t, y)))
 
     bodies = plant.bodies()
-    event = diffrax.Event(nearest, optx.Bisection(rtol=1e-13, atol=1e-13), direction=False) if bodies else None
+    root = optx.Bisection(rtol=1e-13, atol=1e-13)
+    event = diffrax.Event(nearest, root, direction=False) if bodies else None
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(field),
         solver,

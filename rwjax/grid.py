@@ -22,7 +22,7 @@ class Batch(NamedTuple):
     `t_command`, `u_command`: the command's samples and, one longer, the times between which each is held.
     `h`, `t0`: grid step and start of each log relative to its run's first sample.
     `slot_step`, `slot_part`: grid step of a reading and the part of the step that has passed.
-    `reading`, `weight`: measured outputs and the inverse of their noise (0 where there is none).
+    `reading`, `weight`: measured outputs and the inverse of their noise (0 where there is none), times the root of `share`.
     """
 
     t_command: np.ndarray  # l k+1
@@ -34,11 +34,18 @@ class Batch(NamedTuple):
     slot_sample: np.ndarray  # l w q; -1 where the slot is empty
     reading: np.ndarray  # l w q y
     weight: np.ndarray  # l w q y
+    share: np.ndarray  # l w q y; how much of a reading of its own a reading is
     step_index: np.ndarray  # m; only its length matters
 
     @property
     def windows(self) -> int:
+        """Windows of each log."""
         return self.slot_step.shape[1]
+
+    @property
+    def readings(self) -> float:
+        """How many readings the residual holds, those that only repeat a count not counted again."""
+        return float(np.sum(self.share[self.weight > 0.0]))
 
 
 def _padded(n: int) -> int:
@@ -47,6 +54,23 @@ def _padded(n: int) -> int:
     while size < n:
         size += max(16, size // 4) // 16 * 16
     return size
+
+
+LONGEST_RUN = 3
+"""Samples in a row at one count that still count as so many readings."""
+
+
+def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
+    """Share `(time,)` by which each reading is a new one.
+
+    The rounding of a count that stays for many samples is one error, not many: at rest it would otherwise outweigh the
+    motion. A run of `n` equal counts counts as one reading where `n` exceeds `LONGEST_RUN`; readings in SI count fully.
+    """
+    if resolution == 0.0:
+        return np.ones(len(value))
+    change = np.flatnonzero(np.append(True, np.diff(value) != 0.0))
+    length = np.diff(np.append(change, len(value)))
+    return np.repeat(np.where(length > LONGEST_RUN, 1.0 / length, 1.0), length)
 
 
 def _grid_of(log: Log, refine: int) -> tuple[float, int]:
@@ -91,7 +115,8 @@ def lay_out(
         position = np.minimum(t / h, steps)
         nearest = np.round(position)
         position = np.where(np.abs(position - nearest) < 1e-6, nearest, position)
-        step[k, :n] = np.minimum(np.floor(position), steps - 1)
+        # a sample on a grid point belongs to the step after it, as the held command does
+        step[k, :n] = np.minimum(np.floor(position), per_window * windows - 1)
         part[k, :n] = position - step[k, :n]
     window_of = step // per_window
     slots = 1 + max(int(np.bincount(window_of[k, : len(log.time)]).max()) for k, log in enumerate(logs))
@@ -99,7 +124,7 @@ def lay_out(
     shape = (L, windows, slots)
     slot_step, slot_part = np.zeros(shape, int), np.zeros(shape)
     slot_sample = np.full(shape, -1)
-    reading, weight = np.zeros((*shape, len(names))), np.zeros((*shape, len(names)))
+    reading, weight, share = (np.zeros((*shape, len(names))) for _ in range(3))
     for k, log in enumerate(logs):
         n = len(log.time)
         w = window_of[k, :n]
@@ -113,7 +138,8 @@ def lay_out(
                 value = log.outputs[name]
                 seen = np.isfinite(value)
                 reading[k, w, q, y] = np.where(seen, value, 0.0)
-                weight[k, w, q, y] = np.where(seen, 1.0 / noise[k][name], 0.0)
+                share[k, w, q, y] = share_of_readings(value, log.resolution.get(name, 0.0))
+                weight[k, w, q, y] = np.where(seen, np.sqrt(share[k, w, q, y]) / noise[k][name], 0.0)
     return Batch(
         t_command=t_command,
         u_command=u_command,
@@ -124,6 +150,7 @@ def lay_out(
         slot_sample=slot_sample,
         reading=reading,
         weight=weight,
+        share=share,
         step_index=np.arange(per_window),
     )
 

@@ -123,13 +123,20 @@ def _stop_or_turn(
     crossed = (w0 * w1 < 0.0) & (forward + backward > 0.0)
     share = w0 / jnp.where(crossed, w0 - w1, 1.0)  # of the step until the speed is zero
     free = free0 + share * (free1 - free0)
-    net = free - jnp.clip(free, -backward, forward)
+    middle = 0.5 * (free + free1)
+    slides = (free > forward) | (free < -backward)
+    net = jnp.where(slides, middle - jnp.clip(middle, -backward, forward), 0.0)
     left = (1.0 - share) * h
     turned = left * net / body.inertia
-    stuck = (w0 == 0.0) & (excess0 == 0.0) & (excess1 == 0.0)
-    end = jnp.where(stuck, 0.0, jnp.where(crossed, turned, w1))
+    rested = (w0 == 0.0) & (excess0 == 0.0) & (forward + backward > 0.0)
+    stuck = rested & (excess1 == 0.0)
+    breaking = rested & (excess1 != 0.0)  # part of the step is over when the torque reaches breakaway
+    late = (free1 - excess1 - free0) / jnp.where(breaking, free1 - free0, 1.0)
+    end = jnp.where(stuck, 0.0, jnp.where(breaking, (1.0 - late) * w1, jnp.where(crossed, turned, w1)))
+    through = angle0 + 0.5 * (share * h * w0 + left * turned)
+    away = angle0 + (1.0 - late) * h * end / 3.0
     angle = jnp.where(
-        stuck, angle0, jnp.where(crossed, angle0 + 0.5 * (share * h * w0 + left * turned), x1[body.angle])
+        stuck, angle0, jnp.where(breaking, away, jnp.where(crossed, through, x1[body.angle]))
     )
     impulse = (end - w1) / body.reaction[body.rate]
     mended = [v + c * impulse for v, c in zip(x1, body.reaction, strict=True)]

@@ -12,7 +12,11 @@ TIME = np.arange(201) * 0.01
 COMMAND = 3.0 + np.sin(4.0 * TIME)  # one direction of motion: no kinks, so differences are smooth
 CASES = {
     "wheel": (wheel(), "wheel_rad_s", {"wheel.coulomb": {"M_c": 2e-3}, "drive.delay": {"tau": 0.0137}}),
-    "platform": (platform(), "yaw_rad", {"axis.stribeck": {"M_e": 0.1, "v_s": 1.0}, "drive.deadzone": {"u_0": 0.3}}),
+    "platform": (
+        platform(),
+        "yaw_rad",
+        {"axis.stribeck": {"M_e": 0.1, "v_s": 1.0}, "drive.deadzone": {"u_0": 0.3}},
+    ),
     "reaction": (reaction(), "yaw_rad", {"axis.bias_torque": {"T": 1e-3}, "drive.bias": {"u_b": 0.2}}),
 }
 
@@ -81,3 +85,92 @@ def test_new_starts_and_logs_of_one_shape_compile_nothing() -> None:
         if k == 0:
             compiled = evaluate._cache_size(), free_run._cache_size()
     assert (evaluate._cache_size(), free_run._cache_size()) == compiled
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_sensitivity_matches_a_difference(case: str) -> None:
+    """`local`, `chain`, `H` and `g`, against central differences of readings and states of the free run."""
+    rig, output, effects = CASES[case]
+    structure = structure_of(rig).with_effects(*effects)
+    theta = theta_of(rig, structure)
+    for effect, given in effects.items():
+        for name, value in given.items():
+            theta[structure.names.index(f"{effect}.{name}")] = value
+    problem = pose(structure, (record(TIME, COMMAND, {output: np.zeros_like(TIME)}),), {output: 1.0})
+    z = np.append(theta, [{"w": 1.0, "Omega": 20.0}.get(name, 0.0) for name in structure.states])
+    p = len(theta)
+
+    def free(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        y, nodes = free_run(structure, z[:p], z[None, p:], problem.batch)
+        return np.asarray(y) * problem.batch.weight, np.asarray(nodes)
+
+    r, nodes = free(z)
+    e = evaluate(structure, theta, nodes, problem.batch)
+    assert np.array_equal(e.residual != 0.0, r != 0.0)
+    assert np.max(np.abs(np.asarray(e.residual) - r)) < 1e-12 * np.max(
+        np.abs(r)
+    )  # windows as in the free run
+    seen = problem.batch.weight > 0.0
+    jacobian = np.einsum("nlwqy,lwna->alwqy", np.asarray(e.local)[p:], np.asarray(e.chain))
+    jacobian[:p] += np.asarray(e.local)[:p]
+    differences = np.zeros_like(jacobian)
+    for k, name in enumerate((*structure.names, *structure.states)):
+        h = np.zeros(len(z))
+        h[k] = 1e-4 * (abs(z[k]) if z[k] != 0.0 else 1.0)  # truncation 1e-8, rounding 1e-12
+        (r_up, x_up), (r_down, x_down) = free(z + h), free(z - h)
+        differences[k] = (r_up - r_down) / (2.0 * h[k])
+        by_node = (x_up - x_down) / (2.0 * h[k])
+        chain = np.asarray(e.chain)[..., k]
+        for j, state in enumerate(structure.states):
+            size = max(np.max(np.abs(by_node[..., j])), 1e-9 * np.max(np.abs(nodes[..., j])) / h[k])
+            assert np.max(np.abs(chain[..., j] - by_node[..., j])) < 1e-5 * size, (name, state)
+        size = max(np.max(np.abs(differences[k])), 1e-9 * np.max(np.abs(r)) / h[k])
+        assert np.max(np.abs(jacobian[k] - differences[k])[seen]) < 1e-5 * size, name
+    H = np.einsum("alwqy,blwqy->ab", differences, differences)
+    size = np.sqrt(np.outer(np.diag(H), np.diag(H)))
+    assert np.max(np.abs(np.asarray(e.H)[0] - H)[size > 0.0] / size[size > 0.0]) < 2e-5
+    g = np.einsum("alwqy,lwqy->a", differences, r)
+    assert (
+        np.max(np.abs(np.asarray(e.g)[0] - g) / np.maximum(np.sqrt(np.diag(H) * np.sum(r**2)), 1e-300)) < 1e-5
+    )
+
+
+def test_windows_that_do_not_join_are_mended_to_first_order() -> None:
+    """Linearised continuity: states moved off the free run come back to it, the plant being linear while it slides."""
+    structure = structure_of(platform())
+    theta = theta_of(platform(), structure)
+    problem = pose(structure, (record(TIME, COMMAND, {"yaw_rad": np.zeros_like(TIME)}),), {"yaw_rad": 1.0})
+    start = np.array([[0.3, 1.0]])
+    _, nodes = (np.asarray(a) for a in free_run(structure, theta, start, problem.batch))
+    off = nodes + np.where(np.arange(nodes.shape[1])[:, None] > 0, 0.1, 0.0)
+    e = evaluate(structure, theta, off, problem.batch)
+    assert np.max(np.abs(e.defect)) > 0.01
+    assert np.max(np.abs(off + np.asarray(e.shift) - nodes)) < 1e-10 * np.max(np.abs(nodes))
+
+
+def test_a_small_change_of_delay_moves_the_motion_continuously() -> None:
+    u = np.sign(np.sin(3.0 * TIME + 0.1))
+    runs = [
+        run(platform("viscous = 0.02"), record(TIME, u), {}, effects={"drive.delay": {"tau": tau}})["yaw_rad"]
+        for tau in (0.0149, 0.015, 0.0151)  # across a grid point
+    ]
+    steps = [np.max(np.abs(b - a)) for a, b in zip(runs[:-1], runs[1:], strict=True)]
+    # moving jumps of 0.8 N m by 0.1 ms changes w by 0.8 mrad/s; the angle by at most that times 2 s and the jumps
+    assert steps[0] == pytest.approx(steps[1], rel=0.02) and 1e-5 < steps[0] < 5e-3
+
+
+def test_the_last_current_is_that_of_the_last_command() -> None:
+    # without inductance the current follows the voltage at once, at the last sample as at any other
+    t = TIME[:51]
+    u = np.append(np.full(50, 2.0), -2.0)
+    log = record(t, u, {"wheel_rad_s": np.zeros_like(t), "current_A": np.zeros_like(t)})
+    y = run(wheel(0.0), log, {})
+    assert np.allclose(y["current_A"], (u - 0.0182 * y["wheel_rad_s"]) / 0.83, rtol=1e-12)
+
+
+def test_before_the_log_the_first_command_counts_as_held() -> None:
+    late = run(
+        platform(), record(TIME, np.full_like(TIME, 0.7)), {}, effects={"drive.delay": {"tau": 0.0437}}
+    )
+    plain = run(platform(), record(TIME, np.full_like(TIME, 0.7)), {})
+    assert np.max(np.abs(late["yaw_rad"] - plain["yaw_rad"])) < 1e-12 * np.ptp(plain["yaw_rad"]) * len(TIME)

@@ -1,18 +1,22 @@
 """The time step: exact where the plant is linear, exact stick, second order in between."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from rwjax.build import structure_of, theta_of
 from rwjax.effects import EFFECTS
 from rwjax.param import parameters
+from rwjax.simulate import plant_of
+from rwjax.step import propagator
 from tests.systems import platform, reaction, record, run, wheel
 
 TIME = np.arange(3001) * 0.01
 
 
 def test_coast_down_stops_where_the_closed_form_says_and_stays() -> None:
-    I, b, M_c, w0 = 0.1, 0.02, 0.05, 2.0  # noqa: E741
+    I, b, M_c, w0 = 0.1, 0.02, 0.05, 2.0
     y = run(platform(), record(TIME, np.zeros_like(TIME)), {"w": w0})
     stop = I / b * np.log1p(b * w0 / M_c)
     exact = np.where(stop > TIME, (w0 + M_c / b) * np.exp(-b / I * TIME) - M_c / b, 0.0)
@@ -63,13 +67,17 @@ def test_stick_slip_converges_with_second_order() -> None:
     log = record(t, 0.45 * np.sign(np.sin(1.9 * t + 0.2)))
     runs = {refine: run(rig, log, {}, refine=refine)["yaw_rad"] for refine in (1, 2, 4, 32)}
     error = [np.max(np.abs(runs[refine] - runs[32])) for refine in (1, 2, 4)]
-    assert np.polyfit(np.log([1.0, 0.5, 0.25]), np.log(error), 1)[0] > 1.6  # 2 where no kink falls within a step
+    assert (
+        np.polyfit(np.log([1.0, 0.5, 0.25]), np.log(error), 1)[0] > 1.6
+    )  # 2 where no kink falls within a step
     assert error[0] < 2 * np.pi / 8192  # and a plain step is finer than any encoder here
 
 
 def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
     t = TIME[:1001]
-    log = record(t, 3.0 * np.sign(np.sin(2.0 * t)), {"yaw_rad_s": np.zeros_like(t), "wheel_rad_s": np.zeros_like(t)})
+    log = record(
+        t, 3.0 * np.sign(np.sin(2.0 * t)), {"yaw_rad_s": np.zeros_like(t), "wheel_rad_s": np.zeros_like(t)}
+    )
     y = run(reaction("viscous = 0.0"), log, {}, effects={"wheel.coulomb": {"M_c": 0.01}})
     momentum = 0.0495 * y["yaw_rad_s"] + 1.24e-4 * y["wheel_rad_s"]
     assert np.max(np.abs(y["wheel_rad_s"])) > 50.0
@@ -78,7 +86,9 @@ def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
-@pytest.mark.parametrize("rig", [wheel(), platform(), reaction("viscous = 0.003\ncoulomb = 0.002")], ids=lambda r: r.kind)
+@pytest.mark.parametrize(
+    "rig", [wheel(), platform(), reaction("viscous = 0.003\ncoulomb = 0.002")], ids=lambda r: r.kind
+)
 def test_an_effect_at_its_null_is_the_base_plant(effect: type, rig: object) -> None:
     if not getattr(rig, "kind", "") or (effect.name.startswith("axis") and rig.kind == "wheel"):
         return
@@ -91,3 +101,23 @@ def test_an_effect_at_its_null_is_the_base_plant(effect: type, rig: object) -> N
     base, same = run(rig, log, {}), run(rig, log, {}, effects={effect.name: null})
     for name, value in base.items():
         assert np.max(np.abs(same[name] - value)) <= 1e-12 * max(np.max(np.abs(value)), 1.0)
+
+
+@pytest.mark.parametrize("h", [1e-4, 0.01], ids=["1e-4 s", "1e-2 s"])
+@pytest.mark.parametrize("inductance", [0.0641, 0.83 * 20e-6], ids=["L/R 77 ms", "L/R 20 us"])
+def test_the_exponential_functions_are_those_of_scipy(inductance: float, h: float) -> None:
+    rig = wheel(inductance)
+    plant = plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig))))
+    p = propagator(plant, jnp.asarray(h))
+    A, n = np.asarray(p.A), len(p.A)
+    augmented = np.zeros(
+        (3 * n, 3 * n)
+    )  # exp of [[A, 1, 0], [0, 0, 1], [0, 0, 0]] h holds E, h phi1, h^2 phi2
+    augmented[:n, :n], augmented[:n, n : 2 * n], augmented[n : 2 * n, 2 * n :] = A, np.eye(n), np.eye(n)
+    exact = expm(h * augmented)[:n]
+    found = np.concatenate([p.E, p.phi1, h * p.phi2], axis=1)
+    for block in range(3):
+        columns = slice(block * n, (block + 1) * n)
+        assert np.max(np.abs(found[:, columns] - exact[:, columns])) < 1e-9 * np.max(
+            np.abs(exact[:, columns])
+        )

@@ -8,7 +8,7 @@ TICK = 0.01  # s
 def command(kind: str, length: float, top: float, rng: np.random.Generator) -> np.ndarray:
     """Command of a kind (square, multisine, triangle, stair, coast, prbs, mixed), `length` seconds, within `top` volts."""
     t = np.arange(round(length / TICK)) * TICK
-    rest = rng.uniform(0.3, 0.6)
+    rest = rng.uniform(0.52, 0.8)
     s = np.maximum(t - rest, 0.0)
     if kind == "square":
         u = top * rng.uniform(0.7, 1.0) * np.sign(np.sin(2 * np.pi * s / rng.uniform(2.5, 5.0) + 1e-9))

@@ -1,24 +1,23 @@
 """Remarks: what these logs cannot tell about the numbers that were fitted, one sentence each."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from rwjax.diagnose.explanation import Explanation
 from rwjax.fit.end_to_end import Fit
 from rwjax.fit.uncertainty import Uncertainty
 from rwjax.log import Log
-from rwjax.rig import Rig
 
 WIDE = 0.3  # of the command's largest size: a stretch without commands that is worth a remark
 
 
-def remarks(
-    rig: Rig, logs: tuple[Log, ...], train: tuple[int, ...], fitted: Fit, spread: Uncertainty, named: Explanation
-) -> tuple[str, ...]:
-    """Remarks on the fit of the named explanation."""
+def remarks(logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty) -> tuple[str, ...]:
+    """Remarks on the fits of the named explanation and of those that cannot be told apart from it."""
     found = list(spread.notes)
-    if "drive.deadzone" in named.effects:
+    widths = [f.numbers()["drive.deadzone.u_0"] for f in fits if "drive.deadzone.u_0" in f.free]
+    if widths:
         sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))
-        width = fitted.numbers()["drive.deadzone.u_0"]
+        width = widths[0]
         below, above = sizes[sizes <= width], sizes[sizes > width]
         low = float(below[-1]) if len(below) else 0.0
         high = float(above[0]) if len(above) else float("inf")

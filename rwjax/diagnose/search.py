@@ -50,13 +50,15 @@ class Search:
         self.rig = refits.rig
         self.names = candidates(refits.rig)
         self.squares: dict[Explanation, dict[str, float]] = {}
-        self.count: dict[str, int] = {}
+        self.count: dict[str, float] = {}
 
     def _seen(self, explanation: Explanation) -> dict[str, float]:
         if explanation not in self.squares:
-            r = residuals(self.refits(explanation), self.refits.train)
-            self.squares[explanation] = sums(r)
-            self.count = {name: sum(len(x) for x in series) for name, series in r.items()}
+            fitted = self.refits(explanation)
+            self.squares[explanation] = sums(residuals(fitted, self.refits.train))
+            batch = fitted.problem.batch
+            share = np.where(batch.weight > 0.0, batch.share, 0.0).sum(axis=(0, 1, 2))
+            self.count = dict(zip(fitted.problem.structure.outputs, share, strict=True))
         return self.squares[explanation]
 
     def _numbers(self, explanation: Explanation) -> int:

@@ -13,7 +13,8 @@ SIZE_OF_DOUBT = 1.75
 r"""Size of a gap, in floors, below which a gap that nothing explains is not claimed: the first angle of a run that
 starts between two counts is off by up to half a count, $\sqrt3$ times its noise, which the floor does not hold."""
 EXPLAINED = 0.8
-"""Share of the gap above the floor that must be closed for the effects to explain it."""
+"""Share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 % interval
+lies below it does not."""
 AT_FLOOR = 1.25
 """Error after the effects are added, in floors, that counts as reaching the floor."""
 
@@ -21,13 +22,13 @@ AT_FLOOR = 1.25
 def judge(choice: Choice, gap: Gap) -> Verdict:
     """One of the four outcomes for the headline signal.
 
-    A gap that is closed to less than `EXPLAINED` and still stands above the floor has a cause that the library does not
+    A gap that is surely closed to less than `EXPLAINED` and still stands above the floor has a cause that the library does not
     know, or several, and the names that help must not be taken for it.
     """
     if gap.closed is None or gap.size < SIZE_OF_NOTHING:
         return "none"
     if not choice.best.names:
         return "none" if gap.size < SIZE_OF_DOUBT else "unknown"
-    if gap.closed < EXPLAINED and gap.after > AT_FLOOR * gap.floor:
+    if gap.ci95 is not None and gap.ci95[1] < EXPLAINED and gap.after > AT_FLOOR * gap.floor:
         return "unknown"
     return "ambiguous" if choice.alternatives else "effect"

@@ -1,4 +1,5 @@
-"""Fit by the start rule: runs that start moving take their first state from their first 0.5 s, again and again."""
+"""Fit by the start rule: where a model is incomplete, a run that starts moving takes its first state from its first
+0.5 s, not from whatever hides the misfit of the rest."""
 
 import numpy as np
 
@@ -10,30 +11,31 @@ from rwjax.predict import anchor
 MOST_ROUNDS = 3
 SETTLED = 1e-3
 """Relative change of the cost below which another round is not worth it."""
+COMPLETE = 2.0
+"""Mean square in units of noise up to which a model counts as complete and first states stay free."""
 
 
 def fit_anchored(
     problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray, *, creases: bool = True
 ) -> Fit:
-    """Best fit in which first state and numbers agree: the first state is the start rule's at the fitted numbers.
-
-    `start` serves for runs that start at rest, of which only the angle is free; `creases` as in `fit`.
+    """Best fit in which first states and numbers agree: all free where the model reaches the noise or every run starts
+    at rest, else the start rule's first states at the fitted numbers. `creases` as in `fit`.
     """
-    anchored = anchor(problem, theta)
-    resting = anchored.start_free.any(axis=1, keepdims=True)
-    best: Fit | None = None
-    for _ in range(MOST_ROUNDS):
-        begin = np.where(resting, start, anchored.start)
-        found = fit(anchored, coordinates, theta, start=begin, most_steps=60, creases=creases)
-        if np.all(resting | ~problem.start_free.any(axis=1, keepdims=True)):
-            return found
-        theta, start = found.theta, found.start
+    begun = fit(problem, coordinates, theta, start=start, most_steps=60, creases=creases)
+    anchored = anchor(problem, begun.theta)
+    moving = problem.start_free.any(axis=1, keepdims=True) & ~anchored.start_free.any(axis=1, keepdims=True)
+    if not moving.any() or 2.0 * begun.cost <= COMPLETE * problem.batch.readings:
+        return begun
+    theta, best = begun.theta, begun
+    for k in range(MOST_ROUNDS):
+        first = np.where(moving, anchored.start, begun.start)
+        found = fit(anchored, coordinates, theta, start=first, most_steps=60, creases=creases)
+        theta = found.theta
         anchored = anchor(problem, theta)
-        agreed = fit(anchored, coordinates, theta, start=np.where(resting, start, anchored.start), most_steps=0)
-        settled = best is not None and abs(agreed.cost - best.cost) < SETTLED * best.cost
-        if best is None or agreed.cost < best.cost:
+        agreed = fit(anchored, coordinates, theta, start=np.where(moving, anchored.start, found.start), most_steps=0)
+        settled = k > 0 and abs(agreed.cost - best.cost) < SETTLED * best.cost
+        if k == 0 or agreed.cost < best.cost:
             best = agreed
         if settled:
             break
-    assert best is not None
     return best

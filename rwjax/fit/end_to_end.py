@@ -63,6 +63,12 @@ def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float,
     return (cost if np.isfinite(cost) else np.inf), np.asarray(nodes)
 
 
+def _sticks(problem: Problem, theta: np.ndarray) -> bool:
+    """Whether any dry friction acts: without it the sum of squares has no creases."""
+    dry = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
+    return any(name.endswith(dry) and value > 0.0 for name, value in zip(problem.structure.names, theta, strict=True))
+
+
 def _solve(
     e: Evaluation, coordinates: Coordinates, theta: np.ndarray, start_free: np.ndarray, damping: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
@@ -188,8 +194,7 @@ def fit(
             if damping > LARGEST_DAMPING or (len(dz) and np.max(np.abs(dz)) < 1e-10):
                 converged = True
                 break
-    readings = int(np.count_nonzero(problem.batch.weight))
-    if creases and np.isfinite(cost) and 2.0 * cost > MISFIT * readings and len(coordinates.index):
+    if creases and _sticks(problem, theta) and np.isfinite(cost) and 2.0 * cost > MISFIT * problem.batch.readings and len(coordinates.index):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
         theta_k, start_k, cost_k = across_kinks(problem, wide, theta, start, start_free, cost)
         if cost_k < cost:

@@ -82,6 +82,6 @@ def _rms(fitted: Fit) -> dict[str, float]:
     for y, name in enumerate(problem.structure.outputs):
         seen = problem.batch.weight[..., y] > 0.0
         if seen.any():
-            r = fitted.evaluation.residual[..., y][seen]
-            found[name] = float(problem.noise[name] * np.sqrt(np.mean(r**2)))
+            error = fitted.evaluation.residual[..., y][seen] / problem.batch.weight[..., y][seen]
+            found[name] = float(np.sqrt(np.mean(error**2)))
     return found

@@ -1,16 +1,22 @@
 """The fit: known numbers from wrong starts, agreement with another optimiser, honest words."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 import pytest
 
-from rwjax import parse_rig
-from rwjax.build import structure_of, theta_of
+from rwjax import Log, parse_rig
+from rwjax.build import bounds_of, structure_of, theta_of
+from rwjax.fit.coordinates import coordinates
+from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
 from rwjax.fit.rig_fit import fit_rig
-from rwjax.simulate import free_run
-from tests.systems import MOTOR, platform, record, run
+from rwjax.rig import Rig
+from rwjax.simulate import evaluate, free_run
+from tests.systems import MOTOR, platform, reaction, record, run, wheel
 
 TIME = np.arange(1001) * 0.01
 FREE = '"axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"'
@@ -44,18 +50,25 @@ def test_optimistix_ends_at_the_same_optimum() -> None:
         start = jnp.stack([z[3], jnp.zeros(())])[None]  # the run starts at rest
         y, _ = free_run(structure, z[:3] * theta, start, problem.batch)
         misfit = ((y - problem.batch.reading) * problem.batch.weight).ravel()
-        return jnp.concatenate([misfit, 1e6 * (z[:1] - 1.0)])  # the gain is held by a stiff pull to its own value
+        return jnp.concatenate(
+            [misfit, 1e6 * (z[:1] - 1.0)]
+        )  # the gain is held by a stiff pull to its own value
 
     z0 = jnp.asarray([1.0, 1.2, 0.8, 0.0])
     solver = optx.LevenbergMarquardt(rtol=1e-10, atol=1e-10)
     other = optx.least_squares(residual, solver, z0, options={"jac": "fwd"}, max_steps=200).value
     values = np.asarray(other[:3]) * theta
-    assert ours.rig.values["axis.inertia"] == pytest.approx(values[structure.names.index("axis.inertia")], rel=1e-5)
+    assert ours.rig.values["axis.inertia"] == pytest.approx(
+        values[structure.names.index("axis.inertia")], rel=1e-5
+    )
     assert ours.rig.values["axis.friction.viscous"] == pytest.approx(values[2], rel=1e-4)
 
 
 def test_a_halved_step_moves_no_number_by_a_tenth_of_its_standard_error() -> None:
-    rig = platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.2", free=FREE + ', "axis.friction.static"')
+    rig = platform(
+        "viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.2",
+        free=FREE + ', "axis.friction.static"',
+    )
     y = _log(rig).outputs["yaw_rad"]
     q = 2 * np.pi / 2048
     log = record(TIME, _log(rig).command, {"yaw_rad": q * np.round(y / q)}, resolution={"yaw_rad": q})
@@ -82,3 +95,103 @@ def test_numbers_that_only_count_together_are_named() -> None:
     found = fit_rig(rig, [record(TIME, u, {"wheel_rad_s": y})]).uncertainty
     assert any(note.startswith("only a combination of") for note in found.notes)
     assert np.isinf(found.standard_error["motor.resistance"])
+
+
+SHORT = np.arange(401) * 0.01
+DRIVE = np.where(SHORT > 0.6, 3.0 * np.sign(np.sin(4.0 * SHORT + 0.1)) + np.sin(9.0 * SHORT), 0.0)
+MOTOR_FREE = ("motor.torque_constant", "motor.resistance", "wheel.inertia")  # the current tells them apart
+KINDS = {
+    "wheel": (replace(wheel(0.83 * 4e-3), free=MOTOR_FREE), ("wheel_rad_s", "current_A")),
+    "platform": (platform(free=FREE), ("yaw_rad",)),
+    "reaction": (
+        replace(reaction(), free=("axis.inertia", "axis.friction.viscous", "wheel.inertia")),
+        ("yaw_rad", "wheel_rad"),
+    ),
+}
+
+
+def _simulated(kind: str, noise: dict[str, float] | None = None) -> tuple[Rig, Log]:
+    rig, outputs = KINDS[kind]
+    y = run(rig, record(SHORT, DRIVE, {name: np.zeros_like(SHORT) for name in outputs}), {})
+    rng = np.random.default_rng(1)
+    return rig, record(
+        SHORT,
+        DRIVE,
+        {name: y[name] + (noise or {}).get(name, 0.0) * rng.normal(size=401) for name in outputs},
+    )
+
+
+def _from(rig: Rig, log: Log, factors: np.ndarray | float, *, windows: bool = True) -> Fit:
+    """One fit from one start, off the rig's free numbers by `factors`: `fit_rig` would try 0.5, 1 and 2 times that."""
+    structure = structure_of(rig)
+    theta, problem = theta_of(rig, structure), pose(structure, (log,))
+    free = np.array([name in rig.free for name in structure.names])
+    begin = theta.copy()
+    begin[free] *= factors
+    moves = coordinates(begin, free, bounds_of(rig, structure), np.ones_like(theta))
+    return fit(
+        problem, moves, begin, nodes=measured_nodes(problem, begin) if windows else None, tolerance=1e-12
+    )
+
+
+@pytest.mark.parametrize("windows", [True, False], ids=["windows", "free run only"])
+@pytest.mark.parametrize("factors", [0.5, 2.0, np.array([0.6, 1.7, 0.8])], ids=["halves", "doubles", "mixed"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_wrong_start_is_enough_without_noise(
+    kind: str, factors: np.ndarray | float, windows: bool
+) -> None:
+    rig, log = _simulated(kind)
+    found = _from(rig, log, factors, windows=windows)
+    assert found.converged and found.steps > 1
+    for name in rig.free:
+        assert found.numbers()[name] == pytest.approx(rig.values[name], rel=1e-8), (
+            name
+        )  # 1e-10, the noise floor of 1e-9
+
+
+def test_another_optimiser_finds_the_same_numbers_in_a_motor() -> None:
+    rig, log = _simulated("wheel", {"wheel_rad_s": 0.3, "current_A": 0.02})
+    ours = _from(rig, log, np.array([0.6, 1.7, 0.8]))
+    problem, structure = ours.problem, ours.problem.structure
+    theta = theta_of(rig, structure)
+    index = np.array([structure.names.index(name) for name in ours.free])
+
+    def residual(z, _):
+        y, _ = free_run(
+            structure,
+            jnp.asarray(theta).at[index].set(theta[index] * jnp.exp(z)),
+            problem.start,
+            problem.batch,
+        )
+        return ((y - problem.batch.reading) * problem.batch.weight).ravel()
+
+    assert not problem.start_free[:, 1].any()  # it starts at rest, and no angle is read
+    solver = optx.LevenbergMarquardt(rtol=1e-12, atol=1e-12)
+    z = optx.least_squares(
+        residual, solver, jnp.asarray([0.3, -0.2, 0.2]), options={"jac": "fwd"}, max_steps=100
+    ).value
+    for name, value in zip(ours.free, theta[index] * np.exp(np.asarray(z)), strict=True):
+        assert ours.numbers()[name] == pytest.approx(value, rel=1e-6), name
+        assert ours.numbers()[name] != pytest.approx(rig.values[name], rel=1e-6), (
+            name
+        )  # noise has moved the optimum
+
+
+def test_a_number_without_a_trace_is_named() -> None:
+    text = "axis.inertia = 0.1\naxis.friction.viscous = 0.02\naxis.gravity.torque = 0.0\naxis.gravity.angle = 0.3"
+    free = 'fit.free = ["axis.inertia", "axis.gravity.angle"]'  # the direction of a load of 0
+    rig = parse_rig(f'kind = "platform"\ndrive.gain = 0.4\n{text}\n{free}')
+    found = fit_rig(rig, [_log(rig, noise=1e-3)]).uncertainty
+    assert found.notes == ("axis.gravity.angle leaves no trace in these logs",)
+    assert np.isinf(found.standard_error["axis.gravity.angle"]) and np.isfinite(
+        found.standard_error["axis.inertia"]
+    )
+
+
+def test_a_second_fit_of_logs_of_one_shape_compiles_nothing() -> None:
+    rig, log = _simulated("platform")
+    _from(rig, log, 0.7)
+    compiled = evaluate._cache_size(), free_run._cache_size()
+    louder = record(SHORT, 1.5 * DRIVE, {"yaw_rad": 2.0 * log.outputs["yaw_rad"]})
+    _from(rig, louder, np.array([1.4, 0.6, 1.2]))
+    assert (evaluate._cache_size(), free_run._cache_size()) == compiled
