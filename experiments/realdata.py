@@ -17,7 +17,9 @@ def folder() -> Path | None:
 def need() -> Path:
     """The folder, or a plain message and the end."""
     if (path := folder()) is None:
-        raise SystemExit("real data not found: set RWJAX_REALDATA to the folder that holds emps/, dcmotor_deadzone_l298n/ …")
+        raise SystemExit(
+            "real data not found: set RWJAX_REALDATA to the folder that holds emps/, dcmotor_deadzone_l298n/ …"
+        )
     return path
 
 

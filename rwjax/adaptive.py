@@ -120,9 +120,7 @@ def _stretch(plant: Plant, segment, x: State, begin: float, end: float, u: float
     )
 
 
-def _released(
-    plant: Plant, x: State, t: float, u: float, modes: list[float], settled: list[bool]
-) -> list[float]:
+def _released(plant: Plant, x: State, t: float, u: float, modes: list[float], settled: list[bool]) -> list[float]:
     """Modes, with every body that rests and is pushed beyond breakaway set sliding, the driving one first."""
     modes = list(modes)
     for body in range(len(modes)):
@@ -146,9 +144,7 @@ def _body_rates(structure) -> tuple[int, ...]:
     return tuple(body.rate for body, _ in plant_of(structure, jnp.ones(len(structure.names))).bodies())
 
 
-def _forces(
-    plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes
-) -> tuple[State, list[Scalar], list[Scalar]]:
+def _forces(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[State, list[Scalar], list[Scalar]]:
     """Rates of the state with dry friction in these modes, and how far the torque on each body is from its
     breakaway level, forward and backward."""
     rates, motion = plant.field(t, x, u), plant.motion(t, x, u)
@@ -171,9 +167,7 @@ def _margins(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tupl
 
 
 @eqx.filter_jit
-def _segment(
-    plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Scalar, x: State, u: Scalar, modes: Modes
-):
+def _segment(plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Scalar, x: State, u: Scalar, modes: Modes):
     """Solve from `t0` to `t1` or the first event: time and state there, and which bodies had an event."""
 
     def field(t: Scalar, x: State, args: None) -> State:
@@ -183,8 +177,7 @@ def _segment(
         _, ahead, behind = _forces(plant, t, x, u, modes)
         rates = [x[body.rate] for body, _ in plant.bodies()]
         apart = [
-            jnp.where(modes[k] == 0.0, jnp.minimum(ahead[k], behind[k]), modes[k] * w)
-            for k, w in enumerate(rates)
+            jnp.where(modes[k] == 0.0, jnp.minimum(ahead[k], behind[k]), modes[k] * w) for k, w in enumerate(rates)
         ]
         # a body that has just broken away starts at 0 and rises
         return [jnp.where(d == 0.0, TINY, d) for d in apart]

@@ -51,5 +51,8 @@ def rig_with(rig: Rig, structure: Structure, theta: np.ndarray, standard_error: 
     """The rig file with estimates in place, the structure's effects added and standard errors noted."""
     values = dict(zip(structure.names, (float(v) for v in theta), strict=True))
     numbers = {name: values.get(name, old) for name, old in rig.numbers.items()}
-    effects = {effect: {name: values[f"{effect}.{name}"] for name in parameters(BY_NAME[effect])} for effect in structure.effects}
+    effects = {
+        effect: {name: values[f"{effect}.{name}"] for name in parameters(BY_NAME[effect])}
+        for effect in structure.effects
+    }
     return replace(rig, numbers=numbers, effects=effects, standard_error=dict(standard_error))

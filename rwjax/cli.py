@@ -85,8 +85,8 @@ def predict(
 ) -> None:
     """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times."""
     from rwjax.errors import write_text
-    from rwjax.predict import predict_log
     from rwjax.log import read_log
+    from rwjax.predict import predict_log
     from rwjax.rig import read_rig
 
     believed = read_rig(rig)
@@ -95,7 +95,9 @@ def predict(
         progress("simulating")
         columns = predict_log(believed, record)
     if as_json:
-        print(json.dumps({"schema": "rwjax.prediction/1", **{name: list(map(float, v)) for name, v in columns.items()}}))
+        print(
+            json.dumps({"schema": "rwjax.prediction/1", **{name: list(map(float, v)) for name, v in columns.items()}})
+        )
         return
     rows = zip(*columns.values(), strict=True)
     text = ",".join(columns) + "\n" + "".join(",".join(f"{v:.10g}" for v in row) + "\n" for row in rows)

@@ -10,9 +10,7 @@ class InputError(ValueError):
     """The input is unusable. One line: file, line or key, what is wrong, what would be right."""
 
     def __init__(self, message: str):
-        super().__init__(
-            "\\n".join(message.splitlines())
-        )  # a name may hold a line break; the message stays one line
+        super().__init__("\\n".join(message.splitlines()))  # a name may hold a line break; the message stays one line
 
 
 class RigError(InputError):
@@ -34,9 +32,7 @@ def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
         text = Path(path).read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as bad:
         line = bad.object.count(b"\n", 0, bad.start) + 1
-        raise error(
-            f"{path}:{line}: byte {bad.object[bad.start]:#04x} is not UTF-8; save the file as UTF-8"
-        ) from None
+        raise error(f"{path}:{line}: byte {bad.object[bad.start]:#04x} is not UTF-8; save the file as UTF-8") from None
     except OSError as bad:
         raise error(f"{path}: cannot be read: {bad.strerror}; give the path of a readable file") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -46,9 +42,7 @@ def write_text(path: str | os.PathLike[str], text: str, error: type[InputError])
     """Writes a file whole or not at all (a temporary file beside it, renamed); `error` if that fails."""
     target = Path(os.path.realpath(path))
     try:
-        if (
-            target.exists() and not target.is_file()
-        ):  # /dev/stdout and its like are written to, never replaced
+        if target.exists() and not target.is_file():  # /dev/stdout and its like are written to, never replaced
             target.write_text(text, encoding="utf-8")
             return
         temporary = target.with_name(f".{target.name}.{os.getpid()}")

@@ -83,9 +83,7 @@ def _grid_of(log: Log, refine: int) -> tuple[float, int]:
     return h, int(np.ceil(span / h - 1e-9))
 
 
-def lay_out(
-    structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str, float]], *, refine: int = 1
-) -> Batch:
+def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str, float]], *, refine: int = 1) -> Batch:
     """Batch of `logs` with each output divided by its noise (standard deviation, SI).
 
     `refine` divides the time step further, to check that a result does not depend on it.

@@ -37,13 +37,9 @@ def _last_third(log: Log) -> Fold:
     n = len(log.time)
     first = n - n // 3
     if n - first < FEWEST:
-        raise LogError(
-            f"{log.name}: {n} samples; a single log needs at least {3 * FEWEST}, or give a second log"
-        )
+        raise LogError(f"{log.name}: {n} samples; a single log needs at least {3 * FEWEST}, or give a second log")
     fold = Fold((log.cut(0, first),), (log.cut(first, n),))
     for part in (*fold.train, *fold.test):
         if silent := next((name for name, y in part.outputs.items() if not (y == y).any()), None):
-            raise LogError(
-                f"{part.name}: no reading of `{silent}`; give a second log, or leave the column out"
-            )
+            raise LogError(f"{part.name}: no reading of `{silent}`; give a second log, or leave the column out")
     return fold

@@ -67,9 +67,7 @@ class Log:
         )
 
 
-def read_logs(
-    paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_required: bool = True
-) -> tuple[Log, ...]:
+def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_required: bool = True) -> tuple[Log, ...]:
     """The logs of one call, in the order given; logs of the same file name are called by their paths.
 
     Raises `LogError` as `read_log` does, and where the same file is named twice.
@@ -126,9 +124,7 @@ def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     time = series["time_s"]
     if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
         row = int(late[0]) + 1
-        raise sheet.error(
-            row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row"
-        )
+        raise sheet.error(row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row")
     return series
 
 
@@ -154,9 +150,7 @@ def _check_header(sheet: Sheet, rig: Rig) -> None:
     for name in ("time_s", "voltage_V"):
         if name not in sheet.names:
             near = nearest(name, sheet.names)
-            raise sheet.error(
-                None, f"no column `{name}`, which every log needs; found {found}, nearest `{near}`"
-            )
+            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}, nearest `{near}`")
     valid = [*INPUTS, *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
     held: dict[str, str] = {}
     for name in sheet.names:
@@ -164,9 +158,7 @@ def _check_header(sheet: Sheet, rig: Rig) -> None:
         if name in COLUMNS and name not in valid:
             raise sheet.error(None, f"a `{rig.kind}` rig has no `{name}`; its columns are {', '.join(valid)}")
         if name not in valid:
-            raise sheet.error(
-                None, f"unknown column `{name}`; the nearest valid one is `{nearest(name, valid)}`"
-            )
+            raise sheet.error(None, f"unknown column `{name}`; the nearest valid one is `{nearest(name, valid)}`")
         if output in held:
             raise sheet.error(None, f"`{held[output]}` and `{name}` are the same reading; keep one of them")
         held[output] = name
@@ -175,13 +167,9 @@ def _check_header(sheet: Sheet, rig: Rig) -> None:
 def _step(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> float:
     """The size of one count in SI, or 0.0; raises `LogError` for readings that cannot be."""
     if len(bad := np.flatnonzero(np.isinf(readings))):
-        raise sheet.error(
-            int(bad[0]), f"`{name}` is infinite; leave the cell empty where a reading is missing"
-        )
+        raise sheet.error(int(bad[0]), f"`{name}` is infinite; leave the cell empty where a reading is missing")
     if (held := int(np.isfinite(readings).sum())) < FEWEST:
-        raise sheet.error(
-            None, f"`{name}` holds {held} readings; give at least {FEWEST}, or leave the column out"
-        )
+        raise sheet.error(None, f"`{name}` holds {held} readings; give at least {FEWEST}, or leave the column out")
     encoder = COLUMNS[name].encoder
     if encoder is None:
         return 0.0

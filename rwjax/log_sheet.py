@@ -47,9 +47,7 @@ def _note(where: str, line: str, notes: dict[str, str]) -> None:
         notes[key.lower()] = f"{notes[key.lower()]}; {value}" if key.lower() in notes else value
 
 
-def _header(
-    path: str | os.PathLike[str], number: int, line: str, notes: dict[str, str], rows: list[str]
-) -> Sheet:
+def _header(path: str | os.PathLike[str], number: int, line: str, notes: dict[str, str], rows: list[str]) -> Sheet:
     thesis = [cell.strip() for cell in line.split(";")]
     if thesis == list(THESIS_COLUMNS):
         return Sheet(path, notes, number, thesis, ";", rows)

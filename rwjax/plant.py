@@ -58,7 +58,9 @@ class Structure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all numbers in the order of the parameter vector: base numbers, then effect parameters."""
-        return self.numbers + tuple(f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect]))
+        return self.numbers + tuple(
+            f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect])
+        )
 
     def with_effects(self, *effects: str) -> "Structure":
         """The same rig with these effects besides, in the order of the library."""
@@ -136,7 +138,7 @@ class Plant(eqx.Module):
             reaction = tuple(enters.get(name, 0.0) for name in states)
             found.append((Body(states.index("theta"), states.index("Omega"), J, reaction), dry))
         if self.structure.has_axis and (dry := self._on(AxisDry)):
-            I = n["axis.inertia"]  # noqa: E741
+            I = n["axis.inertia"]
             reaction = tuple(-1.0 / I if name == "w" else 0.0 for name in states)
             found.append((Body(states.index("psi"), states.index("w"), I, reaction), dry))
         return found
@@ -144,7 +146,7 @@ class Plant(eqx.Module):
     def outputs(self, t: Scalar, x: State, u: Scalar) -> tuple[Scalar, ...]:
         """Readings in SI, in the order of `Structure.outputs`."""
         m = self.motion(t, x, u)
-        reading = dict(zip(OUTPUTS, (m.psi, m.w, m.theta, m.Omega, m.i), strict=True))
+        reading: dict[str, Scalar] = dict(zip(OUTPUTS, (m.psi, m.w, m.theta, m.Omega, m.i), strict=True))
         return tuple(reading[name] for name in self.structure.outputs)
 
 

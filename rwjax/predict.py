@@ -78,7 +78,9 @@ def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log
             H += G[first, y].T @ G[first, y]
     H = H[np.ix_(s, s)]
     scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
-    covariance[np.ix_(s, s)] = np.linalg.pinv(H / scale / scale[:, None], rcond=1e-10, hermitian=True) / scale / scale[:, None]
+    covariance[np.ix_(s, s)] = (
+        np.linalg.pinv(H / scale / scale[:, None], rcond=1e-10, hermitian=True) / scale / scale[:, None]
+    )
     return covariance
 
 
@@ -97,7 +99,9 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
         floor = {}
         if with_floor:
             P0 = start_covariance(problem, local, chain, k)
-            S = by_sample(problem.batch, k, np.einsum("nwqy,wnk->wqyk", local[p:, k], chain[k][:, :, p:]), len(log.time))
+            S = by_sample(
+                problem.batch, k, np.einsum("nwqy,wnk->wqyk", local[p:, k], chain[k][:, :, p:]), len(log.time)
+            )
             for j, name in enumerate(names):
                 if name in log.outputs:
                     from_start = np.einsum("ta,ab,tb->t", S[:, j], P0, S[:, j])

@@ -28,16 +28,12 @@ class Rig:
     effects: dict[str, dict[str, float]] = field(default_factory=dict)  # effect name -> its parameters
     counts_per_rev: dict[str, float] = field(default_factory=dict)  # of the encoders "axis", "wheel"
     pwm: read.Pwm | None = None
-    columns: dict[str, str] = field(
-        default_factory=dict
-    )  # "position", "pulse" -> column of the thesis layout
+    columns: dict[str, str] = field(default_factory=dict)  # "position", "pulse" -> column of the thesis layout
 
     @property
     def values(self) -> dict[str, float]:
         """Every number and effect parameter by its name ("axis.inertia", "axis.stribeck.velocity")."""
-        return self.numbers | {
-            f"{e}.{p}": value for e, given in self.effects.items() for p, value in given.items()
-        }
+        return self.numbers | {f"{e}.{p}": value for e, given in self.effects.items() for p, value in given.items()}
 
     def with_values(self, values: Mapping[str, float]) -> "Rig":
         """This rig with `values` in place; raises `KeyError` for a name that it does not hold yet."""
@@ -62,9 +58,7 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
     except (ValueError, RecursionError) as error:
         line = re.search(r"at line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else f"{path}"
-        raise RigError(
-            f"{where}: not valid TOML: {error}; write `key = value` under `[section]` headers"
-        ) from None
+        raise RigError(f"{where}: not valid TOML: {error}; write `key = value` under `[section]` headers") from None
 
 
 def _rig(document: dict[str, Any], stem: str) -> Rig:

@@ -40,9 +40,7 @@ NUMBERS = {
     "wheel.inertia": Number("J", "kg m2", "positive", MOTORED, required=True),
     "drive.gain": Number("k", "N m/V", "different from zero", ("platform",), required=True),
     "axis.inertia": Number("I", "kg m2", "positive", TURNING, required=True),
-    "axis.friction.viscous": Number(
-        "b", "N m s/rad", "any", TURNING
-    ),  # a slope may be negative (`rwjax region`)
+    "axis.friction.viscous": Number("b", "N m s/rad", "any", TURNING),  # a slope may be negative (`rwjax region`)
     "axis.friction.coulomb": Number("M_c", "N m", "zero or positive", TURNING),
     "axis.friction.static": Number("M_s", "N m", "zero or positive", TURNING),
     "axis.friction.stribeck_velocity": Number("v_s", "rad/s", "positive", TURNING),

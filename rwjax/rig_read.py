@@ -86,9 +86,7 @@ def numbers(leaves: dict[str, Any], kind: str) -> dict[str, float]:
             )
         coefficients = leaves[POLYNOMIAL]
         if not isinstance(coefficients, list) or len(coefficients) != len(COEFFICIENTS):
-            raise RigError(
-                f"`{POLYNOMIAL}` is {coefficients!r}; it has to be the four numbers [b3, b2, b1, b0]"
-            )
+            raise RigError(f"`{POLYNOMIAL}` is {coefficients!r}; it has to be the four numbers [b3, b2, b1, b0]")
         given |= dict(zip(COEFFICIENTS, coefficients, strict=True))
     checked = {name: _number(name, value, NUMBERS[name].sign) for name, value in given.items()}
     _check_together(checked, kind)
@@ -143,9 +141,7 @@ def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:
     for name, parameters in given.items():
         for parameter in (p for p in known[name] if p not in parameters):
             unit = known[name][parameter].unit
-            raise RigError(
-                f'no `{parameter}` ({unit}) for `{name}`; write {parameter} = … under [effects."{name}"]'
-            )
+            raise RigError(f'no `{parameter}` ({unit}) for `{name}`; write {parameter} = … under [effects."{name}"]')
     return given
 
 
@@ -161,9 +157,7 @@ def pwm(leaves: dict[str, Any]) -> Pwm | None:
     if not given:
         return None
     if missing := next((key for key in Pwm._fields if key not in given), None):
-        raise RigError(
-            f"`drive.pwm` has no `{missing}`; write pwm = {{ neutral_us = 1500, volts_per_us = 0.02 }}"
-        )
+        raise RigError(f"`drive.pwm` has no `{missing}`; write pwm = {{ neutral_us = 1500, volts_per_us = 0.02 }}")
     signs = {"neutral_us": "positive", "volts_per_us": "different from zero"}
     return Pwm(**{key: _number(f"drive.pwm.{key}", value, signs[key]) for key, value in given.items()})
 
@@ -179,9 +173,7 @@ def columns(leaves: dict[str, Any]) -> dict[str, str]:
     for key, value in given.items():
         if value not in THESIS_CHOICES[key]:
             right = " or ".join(f'"{column}"' for column in THESIS_CHOICES[key])
-            raise RigError(
-                f"`columns.{key}` is {value!r}; it has to be {right}, a column of the thesis layout"
-            )
+            raise RigError(f"`columns.{key}` is {value!r}; it has to be {right}, a column of the thesis layout")
     return given
 
 
@@ -208,9 +200,7 @@ def check_held(name: str, held: Collection[str], where: str, kind: str) -> None:
     numbers = [n for n, kinds in KEYS.items() if kind in kinds and (n in NUMBERS or n == POLYNOMIAL)]
     if name in numbers or name in {f"{e}.{p}" for e, known in effect_parameters().items() for p in known}:
         raise RigError(f"`{where}` names `{name}`, which has no value in this file; give it a starting value")
-    raise RigError(
-        f"`{where}` names `{name}`, no number of this file; the nearest is `{nearest(name, held)}`"
-    )
+    raise RigError(f"`{where}` names `{name}`, no number of this file; the nearest is `{nearest(name, held)}`")
 
 
 def bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[float, float]:
@@ -222,9 +212,7 @@ def bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[fl
     if not low < high:
         raise RigError(f"`{key}` is [{low!r}, {high!r}]; the first has to be below the second")
     if not low <= values[name] <= high:
-        raise RigError(
-            f"`{name}` is {values[name]!r}, outside its `fit.bounds` [{low!r}, {high!r}]; widen them"
-        )
+        raise RigError(f"`{name}` is {values[name]!r}, outside its `fit.bounds` [{low!r}, {high!r}]; widen them")
     return low, high
 
 

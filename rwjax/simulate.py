@@ -1,9 +1,10 @@
 """Simulation of laid-out logs: windows side by side, their sensitivities, and free runs."""
 
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import rwjax.setup_jax  # noqa: F401  (float64 and the compilation cache come first)
+
 import jax  # isort: skip
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -23,13 +24,13 @@ class Evaluation(NamedTuple):
     states eliminated; `defect`: end of a window minus start of the next.
     """
 
-    residual: Float[Array, "l w q y"]
-    local: Float[Array, "p+n l w q y"]
-    chain: Float[Array, "l w n p+n"]
-    shift: Float[Array, "l w n"]
-    H: Float[Array, "l p+n p+n"]
-    g: Float[Array, "l p+n"]
-    defect: Float[Array, "l w n"]
+    residual: Float[Any, "l w q y"]
+    local: Float[Any, "p+n l w q y"]
+    chain: Float[Any, "l w n p+n"]
+    shift: Float[Any, "l w n"]
+    H: Float[Any, "l p+n p+n"]
+    g: Float[Any, "l p+n"]
+    defect: Float[Any, "l w n"]
 
 
 def plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
@@ -121,9 +122,9 @@ def evaluate(structure: Structure, theta: Float[Array, " p"], nodes: Float[Array
     p, (L, W, n) = theta.shape[0], nodes.shape
     eye = jnp.eye(p + n)
     tangents = (eye[:, :p], jnp.broadcast_to(eye[:, None, None, p:], (p + n, L, W, n)))
-    (residual, end), (local, d_end) = jax.vmap(
-        lambda d: jax.jvp(outcome, (theta, nodes), d), out_axes=(None, 0)
-    )(tangents)
+    (residual, end), (local, d_end) = jax.vmap(lambda d: jax.jvp(outcome, (theta, nodes), d), out_axes=(None, 0))(
+        tangents
+    )
     d_end = jnp.moveaxis(d_end, 0, -1)
     defect = (end - jnp.concatenate([nodes[:, 1:], end[:, -1:]], axis=1)).at[:, -1].set(0.0)
 
@@ -166,5 +167,10 @@ def free_run(structure: Structure, theta: Float[Array, " p"], start: Float[Array
         return jax.lax.scan(window, x0, (jnp.arange(W, dtype=float), u, slot_step, slot_part))[1]
 
     return jax.vmap(one_log)(
-        jnp.asarray(batch.h), jnp.asarray(batch.t0), start, u, jnp.asarray(batch.slot_step), jnp.asarray(batch.slot_part)
+        jnp.asarray(batch.h),
+        jnp.asarray(batch.t0),
+        start,
+        u,
+        jnp.asarray(batch.slot_step),
+        jnp.asarray(batch.slot_part),
     )

@@ -113,7 +113,15 @@ def with_friction(
 
 
 def _stop_or_turn(
-    plant: Plant, body: Body, effects: list, t: Scalar, x: State, x1: State, u: Scalar, h: Scalar, torques: list
+    plant: Plant,
+    body: Body,
+    effects: list,
+    t: Scalar,
+    x: State,
+    x1: State,
+    u: Scalar,
+    h: Scalar,
+    torques: list,
 ) -> State:
     """Mend the end of a step for a body that rested or whose speed changed sign."""
     (free0, excess0), (free1, excess1) = torques
@@ -135,9 +143,7 @@ def _stop_or_turn(
     end = jnp.where(stuck, 0.0, jnp.where(breaking, (1.0 - late) * w1, jnp.where(crossed, turned, w1)))
     through = angle0 + 0.5 * (share * h * w0 + left * turned)
     away = angle0 + (1.0 - late) * h * end / 3.0
-    angle = jnp.where(
-        stuck, angle0, jnp.where(breaking, away, jnp.where(crossed, through, x1[body.angle]))
-    )
+    angle = jnp.where(stuck, angle0, jnp.where(breaking, away, jnp.where(crossed, through, x1[body.angle])))
     impulse = (end - w1) / body.reaction[body.rate]
     mended = [v + c * impulse for v, c in zip(x1, body.reaction, strict=True)]
     mended[body.rate], mended[body.angle] = end, angle

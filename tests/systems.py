@@ -53,7 +53,12 @@ def record(time: np.ndarray, command: np.ndarray, outputs: dict[str, np.ndarray]
 
 
 def run(
-    rig: Rig, log: Log, start: dict[str, float], *, effects: dict[str, dict[str, float]] | None = None, refine: int = 1
+    rig: Rig,
+    log: Log,
+    start: dict[str, float],
+    *,
+    effects: dict[str, dict[str, float]] | None = None,
+    refine: int = 1,
 ) -> dict[str, np.ndarray]:
     """Readings of a free run at the log's times, from a start by state name (others 0)."""
     effects = effects or {}

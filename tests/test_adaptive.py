@@ -44,9 +44,7 @@ def test_a_smooth_rig_agrees_with_an_adaptive_solve() -> None:
     assert solution.ys is not None
     start = {"psi": 0.5}
     error = [
-        float(
-            np.max(np.abs(run(rig, record(t, u), start, refine=r)["yaw_rad"] - np.asarray(solution.ys)[:, 0]))
-        )
+        float(np.max(np.abs(run(rig, record(t, u), start, refine=r)["yaw_rad"] - np.asarray(solution.ys)[:, 0])))
         for r in (1, 4)
     ]
     assert error[1] < 1e-6
@@ -87,9 +85,7 @@ def test_stick_and_slip_agree_with_located_events() -> None:
     assert error[1] < error[0] / 8.0
 
 
-def reference(
-    rig: Rig, log: Log, start: dict[str, float], effects: dict | None = None, **options: object
-) -> dict:
+def reference(rig: Rig, log: Log, start: dict[str, float], effects: dict | None = None, **options: object) -> dict:
     """As `systems.run`, by `rwjax.adaptive`."""
     effects = effects or {}
     structure = structure_of(rig).with_effects(*effects)
@@ -125,8 +121,7 @@ def test_the_step_reaches_second_order_through_stick_and_reversal() -> None:
     assert exact["yaw_rad_s"].min() < -0.1 < 0.1 < exact["yaw_rad_s"].max()
     refine = np.array([1, 2, 4, 8])
     error = [
-        np.max(np.abs(run(platform(STRIBECK), log, {}, refine=int(r))["yaw_rad"] - exact["yaw_rad"]))
-        for r in refine
+        np.max(np.abs(run(platform(STRIBECK), log, {}, refine=int(r))["yaw_rad"] - exact["yaw_rad"])) for r in refine
     ]
     # 2.00; where a stop falls within a step scatters each error a little; a stop at a step's end would give 1
     assert -np.polyfit(np.log(refine), np.log(error), 1)[0] == pytest.approx(2.0, abs=0.2)
@@ -137,12 +132,9 @@ def test_the_step_has_second_order_while_a_stribeck_axis_slides() -> None:
     log = record(SHORT, 1.0 + 0.5 * np.sin(4.0 * SHORT))
     exact = reference(platform(STRIBECK), log, {"w": 0.05})["yaw_rad"]
     error = [
-        np.max(np.abs(run(platform(STRIBECK), log, {"w": 0.05}, refine=r)["yaw_rad"] - exact))
-        for r in (1, 2, 4, 8)
+        np.max(np.abs(run(platform(STRIBECK), log, {"w": 0.05}, refine=r)["yaw_rad"] - exact)) for r in (1, 2, 4, 8)
     ]
-    assert -np.polyfit(np.log([1, 2, 4, 8]), np.log(error), 1)[0] == pytest.approx(
-        2.0, abs=0.15
-    )  # no kink: no scatter
+    assert -np.polyfit(np.log([1, 2, 4, 8]), np.log(error), 1)[0] == pytest.approx(2.0, abs=0.15)  # no kink: no scatter
 
 
 def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> None:
@@ -153,24 +145,18 @@ def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> Non
     effects = {"wheel.coulomb": {"M_c": 0.002}}
     exact = reference(rig, log, {}, effects)
     error = {
-        name: [
-            np.max(np.abs(run(rig, log, {}, effects=effects, refine=r)[name] - exact[name])) for r in (1, 8)
-        ]
+        name: [np.max(np.abs(run(rig, log, {}, effects=effects, refine=r)[name] - exact[name])) for r in (1, 8)]
         for name in exact
     }
     assert np.ptp(exact["yaw_rad"]) > 0.01
     for name, (coarse, fine) in error.items():
         size = np.ptp(exact[name])
-        assert coarse < 1e-2 * size and fine < 5e-4 * size, (
-            name
-        )  # a factor 8 in step, 64 where no event scatters it
+        assert coarse < 1e-2 * size and fine < 5e-4 * size, name  # a factor 8 in step, 64 where no event scatters it
 
 
 def test_dry_friction_of_the_wheel_keeps_angular_momentum_in_the_reference() -> None:
     log = record(SHORT, 3.0 * np.sign(np.sin(4.0 * SHORT + 0.1)))
-    y = reference(
-        reaction("viscous = 0.0"), log, {}, {"wheel.coulomb": {"M_c": 0.008}, "drive.delay": {"tau": 0.0137}}
-    )
+    y = reference(reaction("viscous = 0.0"), log, {}, {"wheel.coulomb": {"M_c": 0.008}, "drive.delay": {"tau": 0.0137}})
     momentum = 0.0495 * y["yaw_rad_s"] + 1.24e-4 * y["wheel_rad_s"]
     assert np.ptp(y["wheel_rad_s"]) > 20.0
     assert np.max(np.abs(momentum)) < 1e-9 * 1.24e-4 * np.ptp(

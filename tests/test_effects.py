@@ -33,9 +33,7 @@ def motion(w: float = 0.0, Omega: float = 0.0) -> Motion:
 
 def middle(effect: type[Effect]) -> Effect:
     """The effect with every parameter at its first search start, or 0.1."""
-    return effect(
-        **{name: jnp.asarray(p.starts[0] if p.starts else 0.1) for name, p in parameters(effect).items()}
-    )
+    return effect(**{name: jnp.asarray(p.starts[0] if p.starts else 0.1) for name, p in parameters(effect).items()})
 
 
 @pytest.mark.parametrize("module", [axis, drive, wheel], ids=lambda m: m.__name__)
@@ -59,9 +57,7 @@ def test_null_and_starts_lie_within_bounds(effect: type[Effect]) -> None:
         assert all(low <= start <= high for start in p.starts), name
 
 
-@pytest.mark.parametrize(
-    "effect", [e for e in EFFECTS if issubclass(e, AxisDry | WheelDry)], ids=lambda e: e.name
-)
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if issubclass(e, AxisDry | WheelDry)], ids=lambda e: e.name)
 @given(speed=st.floats(-30.0, 30.0))
 def test_dry_friction_never_adds_energy(effect: type, speed: float) -> None:
     m = motion(w=speed, Omega=speed)
@@ -119,9 +115,7 @@ def test_the_dead_zone_comes_before_the_offset() -> None:
     # otherwise the offset could be hidden within the zone
     both = {"drive.deadzone": {"u_0": 0.3}, "drive.bias": {"u_b": 0.2}}
     y = run(platform(), record(TIME, REST), {}, effects=both)
-    assert y["yaw_rad"][-1] == pytest.approx(
-        run(platform(), record(TIME, REST + 0.2), {})["yaw_rad"][-1], rel=1e-12
-    )
+    assert y["yaw_rad"][-1] == pytest.approx(run(platform(), record(TIME, REST + 0.2), {})["yaw_rad"][-1], rel=1e-12)
 
 
 def test_a_braked_wheel_stops_when_the_closed_form_says() -> None:

@@ -18,9 +18,7 @@ THESIS = """columns = { position = "pos2", pulse = "pwm_1" }
 drive.pwm = { neutral_us = 1500, volts_per_us = 0.02 }
 """
 WHEEL = parse_rig('kind = "wheel"\n' + MOTOR + THESIS + "wheel_encoder.counts_per_rev = 100")
-REACTION = parse_rig(
-    'kind = "reaction"\n' + MOTOR + THESIS + "axis.inertia = 1\nencoder.counts_per_rev = 2048"
-)
+REACTION = parse_rig('kind = "reaction"\n' + MOTOR + THESIS + "axis.inertia = 1\nencoder.counts_per_rev = 2048")
 ROWS = [f"{k / 100},{k % 3},{7 * k}" for k in range(12)]
 HEADER = "time_s,voltage_V,yaw_counts"
 THESIS_HEADER = "t;pos1;pos2;speed2;pwm_1;pwm_2"
@@ -78,24 +76,17 @@ def test_missing_readings_are_nan(log):
         "12,1, ,14",
     ]
     run = log(lines)
-    assert np.isnan(run.outputs["yaw_rad"][12:]).all() and np.array_equal(
-        run.outputs["yaw_rad"][:12], np.arange(12)
-    )
+    assert np.isnan(run.outputs["yaw_rad"][12:]).all() and np.array_equal(run.outputs["yaw_rad"][:12], np.arange(12))
     assert run.resolution == {"yaw_rad": 0.0} and run.supply is not None and (run.supply == 12.0).all()
 
 
 def test_linear_axis_and_no_outputs(log):
     run = log(["time_s,voltage_V,position_m", *ROWS])
     assert list(run.outputs) == ["yaw_rad"] and run.resolution == {"yaw_rad": 0.0}
-    assert (
-        log(["time_s,voltage_V", *(row.rpartition(",")[0] for row in ROWS)], outputs_required=False).outputs
-        == {}
-    )
+    assert log(["time_s,voltage_V", *(row.rpartition(",")[0] for row in ROWS)], outputs_required=False).outputs == {}
 
 
-@pytest.mark.parametrize(
-    ("rig", "output", "counts"), [(WHEEL, "wheel_rad", 100), (REACTION, "yaw_rad", 2048)]
-)
+@pytest.mark.parametrize(("rig", "output", "counts"), [(WHEEL, "wheel_rad", 100), (REACTION, "yaw_rad", 2048)])
 def test_thesis_layout(log, rig, output, counts):
     run = log(["# role: validate", THESIS_HEADER, *THESIS_ROWS], rig)
     assert run.validate and run.time == pytest.approx(0.01 * np.arange(12))

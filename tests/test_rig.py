@@ -63,8 +63,7 @@ free = ["axis.inertia", "axis.stribeck.PARAMETER"]
 
 def test_polynomial_stands_for_four_numbers():
     rig = parse_rig(
-        PLATFORM
-        + 'friction.polynomial = [0.4, -5.2e-2, 2e-2, -7e-4]\n[fit]\nfree = ["axis.friction.polynomial"]'
+        PLATFORM + 'friction.polynomial = [0.4, -5.2e-2, 2e-2, -7e-4]\n[fit]\nfree = ["axis.friction.polynomial"]'
     )
     assert [rig.numbers[b] for b in COEFFICIENTS] == [0.4, -5.2e-2, 2e-2, -7e-4]
     assert rig.free == COEFFICIENTS
@@ -218,9 +217,7 @@ def rigs(draw: st.DrawFn) -> Rig:
     names = [name for name, n in NUMBERS.items() if kind in n.kinds]
     required = {name for name in names if NUMBERS[name].required}
     absent = {"axis.friction.static", "axis.friction.stribeck_velocity", "axis.gravity.angle"}
-    absent |= set(
-        COEFFICIENTS if draw(st.booleans()) else [n for n in names if "friction.v" in n or "coul" in n]
-    )
+    absent |= set(COEFFICIENTS if draw(st.booleans()) else [n for n in names if "friction.v" in n or "coul" in n])
     chosen = [n for n in names if n in required or n in COEFFICIENTS or draw(st.booleans())]
     numbers = {name: draw(positive) for name in chosen if name not in absent}
     known = {e: p for e, p in effect_parameters().items() if e.startswith("drive.") and p}
@@ -233,15 +230,11 @@ def rigs(draw: st.DrawFn) -> Rig:
         effects={effect: {p: draw(positive) for p in known[effect]} for effect in effects},
         counts_per_rev={who: draw(positive) for who in encoders if draw(st.booleans())},
         pwm=draw(st.none() | st.builds(Pwm, positive, positive)),
-        columns=draw(
-            st.fixed_dictionaries({}, optional={"position": st.just("pos1"), "pulse": st.just("pwm_2")})
-        ),
+        columns=draw(st.fixed_dictionaries({}, optional={"position": st.just("pos1"), "pulse": st.just("pwm_2")})),
     )
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))
     errors = {name: draw(st.floats(0.0)) for name in free}
-    return replace(
-        rig, free=tuple(free), standard_error=errors, bounds={name: (-1.0, 1e13) for name in free[:1]}
-    )
+    return replace(rig, free=tuple(free), standard_error=errors, bounds={name: (-1.0, 1e13) for name in free[:1]})
 
 
 @given(rig=rigs())

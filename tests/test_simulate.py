@@ -107,9 +107,7 @@ def test_every_sensitivity_matches_a_difference(case: str) -> None:
     r, nodes = free(z)
     e = evaluate(structure, theta, nodes, problem.batch)
     assert np.array_equal(e.residual != 0.0, r != 0.0)
-    assert np.max(np.abs(np.asarray(e.residual) - r)) < 1e-12 * np.max(
-        np.abs(r)
-    )  # windows as in the free run
+    assert np.max(np.abs(np.asarray(e.residual) - r)) < 1e-12 * np.max(np.abs(r))  # windows as in the free run
     seen = problem.batch.weight > 0.0
     jacobian = np.einsum("nlwqy,lwna->alwqy", np.asarray(e.local)[p:], np.asarray(e.chain))
     jacobian[:p] += np.asarray(e.local)[:p]
@@ -130,9 +128,7 @@ def test_every_sensitivity_matches_a_difference(case: str) -> None:
     size = np.sqrt(np.outer(np.diag(H), np.diag(H)))
     assert np.max(np.abs(np.asarray(e.H)[0] - H)[size > 0.0] / size[size > 0.0]) < 2e-5
     g = np.einsum("alwqy,lwqy->a", differences, r)
-    assert (
-        np.max(np.abs(np.asarray(e.g)[0] - g) / np.maximum(np.sqrt(np.diag(H) * np.sum(r**2)), 1e-300)) < 1e-5
-    )
+    assert np.max(np.abs(np.asarray(e.g)[0] - g) / np.maximum(np.sqrt(np.diag(H) * np.sum(r**2)), 1e-300)) < 1e-5
 
 
 def test_windows_that_do_not_join_are_mended_to_first_order() -> None:
@@ -169,8 +165,6 @@ def test_the_last_current_is_that_of_the_last_command() -> None:
 
 
 def test_before_the_log_the_first_command_counts_as_held() -> None:
-    late = run(
-        platform(), record(TIME, np.full_like(TIME, 0.7)), {}, effects={"drive.delay": {"tau": 0.0437}}
-    )
+    late = run(platform(), record(TIME, np.full_like(TIME, 0.7)), {}, effects={"drive.delay": {"tau": 0.0437}})
     plain = run(platform(), record(TIME, np.full_like(TIME, 0.7)), {})
     assert np.max(np.abs(late["yaw_rad"] - plain["yaw_rad"])) < 1e-12 * np.ptp(plain["yaw_rad"]) * len(TIME)

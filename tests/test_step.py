@@ -67,17 +67,13 @@ def test_stick_slip_converges_with_second_order() -> None:
     log = record(t, 0.45 * np.sign(np.sin(1.9 * t + 0.2)))
     runs = {refine: run(rig, log, {}, refine=refine)["yaw_rad"] for refine in (1, 2, 4, 32)}
     error = [np.max(np.abs(runs[refine] - runs[32])) for refine in (1, 2, 4)]
-    assert (
-        np.polyfit(np.log([1.0, 0.5, 0.25]), np.log(error), 1)[0] > 1.6
-    )  # 2 where no kink falls within a step
+    assert np.polyfit(np.log([1.0, 0.5, 0.25]), np.log(error), 1)[0] > 1.6  # 2 where no kink falls within a step
     assert error[0] < 2 * np.pi / 8192  # and a plain step is finer than any encoder here
 
 
 def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
     t = TIME[:1001]
-    log = record(
-        t, 3.0 * np.sign(np.sin(2.0 * t)), {"yaw_rad_s": np.zeros_like(t), "wheel_rad_s": np.zeros_like(t)}
-    )
+    log = record(t, 3.0 * np.sign(np.sin(2.0 * t)), {"yaw_rad_s": np.zeros_like(t), "wheel_rad_s": np.zeros_like(t)})
     y = run(reaction("viscous = 0.0"), log, {}, effects={"wheel.coulomb": {"M_c": 0.01}})
     momentum = 0.0495 * y["yaw_rad_s"] + 1.24e-4 * y["wheel_rad_s"]
     assert np.max(np.abs(y["wheel_rad_s"])) > 50.0
@@ -110,14 +106,10 @@ def test_the_exponential_functions_are_those_of_scipy(inductance: float, h: floa
     plant = plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig))))
     p = propagator(plant, jnp.asarray(h))
     A, n = np.asarray(p.A), len(p.A)
-    augmented = np.zeros(
-        (3 * n, 3 * n)
-    )  # exp of [[A, 1, 0], [0, 0, 1], [0, 0, 0]] h holds E, h phi1, h^2 phi2
+    augmented = np.zeros((3 * n, 3 * n))  # exp of [[A, 1, 0], [0, 0, 1], [0, 0, 0]] h holds E, h phi1, h^2 phi2
     augmented[:n, :n], augmented[:n, n : 2 * n], augmented[n : 2 * n, 2 * n :] = A, np.eye(n), np.eye(n)
     exact = expm(h * augmented)[:n]
     found = np.concatenate([p.E, p.phi1, h * p.phi2], axis=1)
     for block in range(3):
         columns = slice(block * n, (block + 1) * n)
-        assert np.max(np.abs(found[:, columns] - exact[:, columns])) < 1e-9 * np.max(
-            np.abs(exact[:, columns])
-        )
+        assert np.max(np.abs(found[:, columns] - exact[:, columns])) < 1e-9 * np.max(np.abs(exact[:, columns]))

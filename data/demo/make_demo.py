@@ -14,9 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from experiments.blind.commands import TICK
 from experiments.blind.simulator import STEP, Truth, simulate
 
-TRUTH = Truth(
-    kind=1, I=0.228, gain=0.428, viscous=0.06, coulomb=0.45, excess=0.3, v_s=0.35, exponent=1.5
-)
+TRUTH = Truth(kind=1, I=0.228, gain=0.428, viscous=0.06, coulomb=0.45, excess=0.3, v_s=0.35, exponent=1.5)
 COUNTS_PER_REV = 2048
 LENGTH = 20.0  # s
 RIG = """kind = "platform"
@@ -66,7 +64,10 @@ def main(folder: Path) -> None:
         x0[0] = rng.uniform(0.0, 2 * np.pi)
         psi = simulate(t, u, at, x0, TRUTH.array(), STEP)[:, 0]
         counts = np.floor(psi * COUNTS_PER_REV / (2 * np.pi)).astype(int)
-        notes = ["# simulated: data/demo/make_demo.py", *(["# role: validate"] if name in ("stair", "mixed") else [])]
+        notes = [
+            "# simulated: data/demo/make_demo.py",
+            *(["# role: validate"] if name in ("stair", "mixed") else []),
+        ]
         rows = [f"{a:.2f},{b:.3f},{c}" for a, b, c in zip(t, u, counts, strict=True)]
         (folder / f"{name}.csv").write_text("\n".join([*notes, "time_s,voltage_V,yaw_counts", *rows, ""]))
 

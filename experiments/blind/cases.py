@@ -78,7 +78,10 @@ def _with_effect(truth: Truth, effect: str, kind: str, top: float, rng: np.rando
         },
         "axis.asymmetric_friction": {"coulomb": level, "asymmetry": sign * level * rng.uniform(0.2, 0.5)},
         "axis.bias_torque": {"bias_torque": sign * share * torque / 2},
-        "wheel.coulomb": {"wheel_coulomb": share * truth.K * top / truth.R, "wheel_breakaway": rng.uniform(0.0, 0.3)},
+        "wheel.coulomb": {
+            "wheel_coulomb": share * truth.K * top / truth.R,
+            "wheel_breakaway": rng.uniform(0.0, 0.3),
+        },
         "drive.deadzone": {"deadzone": share * top, "deadzone_form": float(rng.choice([0.0, 2.0]))},
         "drive.bias": {"bias_command": sign * share * top / 2},
         "drive.delay": {"delay": rng.uniform(0.02, 0.1)},
@@ -89,10 +92,22 @@ def _with_effect(truth: Truth, effect: str, kind: str, top: float, rng: np.rando
 def _rig(kind: str, truth: Truth, terms: list[str], free: dict[str, float], wrong: dict, encoders: dict) -> str:
     values = {name: getattr(truth, FIELD[name]) for name in FIELD} | free | wrong
     sections: dict[str, list[str]] = {
-        "wheel": ["motor.torque_constant", "motor.resistance", "motor.inductance", "motor.friction", "wheel.inertia"],
+        "wheel": [
+            "motor.torque_constant",
+            "motor.resistance",
+            "motor.inductance",
+            "motor.friction",
+            "wheel.inertia",
+        ],
         "platform": ["drive.gain", "axis.inertia", *terms],
         "reaction": [
-            *("motor.torque_constant", "motor.resistance", "motor.inductance", "motor.friction", "wheel.inertia"),
+            *(
+                "motor.torque_constant",
+                "motor.resistance",
+                "motor.inductance",
+                "motor.friction",
+                "wheel.inertia",
+            ),
             *("axis.inertia", *terms),
         ],
     }
@@ -134,7 +149,11 @@ def make_case(kind: str, effect: str | None, seed: int) -> Case:
     rng = np.random.default_rng([seed, KINDS.index(kind), *(ord(c) for c in effect or "none")])
     truth, terms = _base(kind, rng)
     top = float(rng.uniform(6.0, 9.0))
-    if effect in ("axis.stribeck", "axis.asymmetric_friction") and kind != "wheel" and "axis.friction.coulomb" not in terms:
+    if (
+        effect in ("axis.stribeck", "axis.asymmetric_friction")
+        and kind != "wheel"
+        and "axis.friction.coulomb" not in terms
+    ):
         terms = [*terms, "axis.friction.coulomb"]
     if effect in ("axis.coulomb", "axis.viscous"):
         missing = {"axis.coulomb": "axis.friction.coulomb", "axis.viscous": "axis.friction.viscous"}[effect]
@@ -147,7 +166,10 @@ def make_case(kind: str, effect: str | None, seed: int) -> Case:
     estimated = [name for name in estimated if name not in wrong]
     true_numbers = {name: getattr(truth, FIELD[name]) for name in estimated}
     free = {name: value * float(np.exp(rng.uniform(-0.35, 0.35))) for name, value in true_numbers.items()}
-    sensors: dict = {"angle": float(rng.uniform(-0.5, 0.5)), "with_wheel": kind == "wheel" or rng.random() < 0.6}
+    sensors: dict = {
+        "angle": float(rng.uniform(-0.5, 0.5)),
+        "with_wheel": kind == "wheel" or rng.random() < 0.6,
+    }
     sensors |= {"wheel": float(rng.uniform(0.3, 0.8)), "current": float(rng.uniform(0.02, 0.06))}
     encoders = {}
     if kind != "wheel" and rng.random() < 0.7:

@@ -22,7 +22,11 @@ def command(kind: str, length: float, top: float, rng: np.random.Generator) -> n
         level = rng.permutation(np.linspace(-1.0, 1.0, 9))
         u = top * level[np.minimum((s / length * 9).astype(int), 8)]
     elif kind == "coast":
-        u = top * rng.uniform(0.6, 1.0) * np.where(np.mod(s, 5.0) < 2.0, np.where(np.mod(s, 10.0) < 5.0, 1.0, -1.0), 0.0)
+        u = (
+            top
+            * rng.uniform(0.6, 1.0)
+            * np.where(np.mod(s, 5.0) < 2.0, np.where(np.mod(s, 10.0) < 5.0, 1.0, -1.0), 0.0)
+        )
     elif kind == "prbs":
         level = rng.choice([-1.0, 1.0], size=200) * rng.uniform(0.4, 1.0, size=200)
         u = top * level[(s / rng.uniform(0.3, 0.7)).astype(int)]

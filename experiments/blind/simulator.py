@@ -24,7 +24,7 @@ class Truth:
     b: float = 4.07e-6
     J: float = 1.24e-4
     gain: float = 0.428
-    I: float = 0.228  # noqa: E741
+    I: float = 0.228
     viscous: float = 0.0
     coulomb: float = 0.0
     excess: float = 0.0  # breakaway above sliding friction
@@ -94,7 +94,7 @@ def friction(rate, torque, level_forward, level_backward):
 @njit
 def rates(x, s_axis, s_wheel, u, p, out):
     """Rates of (psi, w, theta, omega, i); the directions of sliding are given, 0 is at rest."""
-    psi, w, theta, omega, i = x
+    w, omega, i = x[1], x[3], x[4]
     shaft = 0.0
     if p[KIND] != 1.0:
         i_now = (u - p[K] * omega) / p[R] if p[L] == 0.0 else i

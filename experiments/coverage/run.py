@@ -6,6 +6,7 @@
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,9 @@ def main(rigs: int, kinds: list[str]) -> None:
     """Prints the coverage of each number with its binomial interval."""
     for kind in kinds:
         with ThreadPoolExecutor(2) as pool:
-            found = [pair for one in pool.map(lambda k: hits(kind, FIRST_SEED + k), range(rigs)) for pair in one]  # noqa: B023
+            found = [
+                pair for one in pool.map(partial(hits, kind), range(FIRST_SEED, FIRST_SEED + rigs)) for pair in one
+            ]
         for name in [*dict.fromkeys(name for name, _ in found), "all"]:
             z = np.array([value for other, value in found if name in (other, "all")])
             inside = int(np.sum(np.abs(z) <= 1.96))

@@ -77,14 +77,25 @@ class Diagnosis:
             return self.effects[0].removeprefix("parameter.").split(".")[0]
         if self.verdict == "none" or self.where is None:
             return None
-        by_coordinate = {"voltage": "drive", "current": "motor", "wheel_rate": "wheel", "wheel_angle": "wheel"}
+        by_coordinate = {
+            "voltage": "drive",
+            "current": "motor",
+            "wheel_rate": "wheel",
+            "wheel_angle": "wheel",
+        }
         return by_coordinate.get(self.where.coordinate, "wheel" if self.rig.kind == "wheel" else "axis")
 
     def json(self) -> dict:
         """`diagnosis.json` as plain objects."""
 
         def one(g: Gap) -> dict:
-            return {"before": g.before, "after": g.after, "floor": g.floor, "closed": g.closed, "ci95": g.ci95}
+            return {
+                "before": g.before,
+                "after": g.after,
+                "floor": g.floor,
+                "closed": g.closed,
+                "ci95": g.ci95,
+            }
 
         where = None
         if self.where is not None and self.verdict != "none":
@@ -94,7 +105,8 @@ class Diagnosis:
                 "interval": list(self.where.interval) if self.where.interval is not None else None,
                 "share": self.where.share,
                 "windows": [
-                    {"log": log, "from_s": begin, "to_s": end, "share": share} for log, begin, end, share in self.windows
+                    {"log": log, "from_s": begin, "to_s": end, "share": share}
+                    for log, begin, end, share in self.windows
                 ],
             }
         return {
@@ -298,5 +310,3 @@ def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation]) -> str:
     if verdict == "effect":
         return "none needed: no other explanation comes close on these logs"
     return "none needed: the rig explains these logs down to their floor"
-
-

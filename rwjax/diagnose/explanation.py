@@ -85,7 +85,10 @@ def structure_for(rig: Rig) -> Structure:
 def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
     """Numbers that a fit of this explanation estimates: the rig's free ones and those of the explanation."""
     free = [*rig.free, *explanation.numbers]
-    has_level = any(name in rig.numbers for name in DRY_IN_RIG) or "axis.coulomb" in (*explanation.effects, *rig.effects)
+    has_level = any(name in rig.numbers for name in DRY_IN_RIG) or "axis.coulomb" in (
+        *explanation.effects,
+        *rig.effects,
+    )
     for effect in explanation.effects:
         for name in parameters(BY_NAME[effect]):
             if name == "M_c" and effect in CONTAINS_COULOMB:

@@ -65,14 +65,23 @@ class Refits:
             shared = {*self.rig.free, *({*explanation.numbers} & {*parent.numbers})}
             prefixes = tuple(f"{effect}." for effect in explanation.effects if effect in parent.effects)
             known = np.array(
-                [name in shared or (name.startswith(prefixes) if prefixes else False) for name in problem.structure.names]
+                [
+                    name in shared or (name.startswith(prefixes) if prefixes else False)
+                    for name in problem.structure.names
+                ]
             )
             first = [
-                fit(problem, coordinates, np.where(known, begun.theta, start), start=begun.start, most_steps=FIRST_STEPS)
+                fit(
+                    problem,
+                    coordinates,
+                    np.where(known, begun.theta, start),
+                    start=begun.start,
+                    most_steps=FIRST_STEPS,
+                )
                 for start in starts
             ]
         best = min(first, key=lambda f: f.cost)
-        return fit_anchored(problem, coordinates, best.theta, best.start, creases=parent is None)
+        return fit_anchored(problem, coordinates, best.theta, best.start, careful=parent is None)
 
     def many(self, explanations: Iterable[Explanation], parent: Explanation | None = None) -> dict[Explanation, Fit]:
         """Fits of several explanations, side by side."""

@@ -178,8 +178,7 @@ class Search:
             close = [
                 e
                 for e in rivals
-                if not e.contains(best)
-                and (self.evidence(e, effective) > reference - CLOSE or self.as_good(best, e))
+                if not e.contains(best) and (self.evidence(e, effective) > reference - CLOSE or self.as_good(best, e))
             ]
             alternatives = [e for e in close if not any(e.contains(other) for other in close)]
             alternatives.sort(key=lambda e: -self.evidence(e, effective))

@@ -84,11 +84,11 @@ def _smooth(y: np.ndarray, dt: np.ndarray, noise: float, order: int) -> tuple[np
     y_all, dt_all = y, dt
     y, dt = y_all[part], dt_all[part]
     typical = noise**2 / np.median(dt) ** (2 * order - 1)
-    best = minimize_scalar(
+    best: dict = minimize_scalar(  # pyright: ignore[reportAssignmentType]
         lambda e: run(typical * 10.0**e)[0], bounds=(-9.0, 4.0), method="bounded", options={"xatol": 0.1}
     )
     y, dt = y_all, dt_all
-    _, xs, Ps, steps = run(typical * 10.0**best.x)
+    _, xs, Ps, steps = run(typical * 10.0 ** float(best["x"]))
     X, V = np.array(xs), np.array(Ps)
     for k in range(len(y) - 2, -1, -1):
         F, ahead, P_ahead = steps[k]
@@ -130,7 +130,10 @@ def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
         drive, inertia = n["drive.gain"] * u, n["axis.inertia"]
     elif kind == "reaction":
         assert current is not None
-        drive, inertia = -(n["motor.torque_constant"] * current - n["motor.friction"] * wheel_rate), n["axis.inertia"]
+        drive, inertia = (
+            -(n["motor.torque_constant"] * current - n["motor.friction"] * wheel_rate),
+            n["axis.inertia"],
+        )
     else:
         assert current is not None
         drive, inertia = n["motor.torque_constant"] * current, n["wheel.inertia"]
@@ -143,7 +146,11 @@ def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
         torque = inertia * a - (free - np.sign(w) * polynomial)
     else:
         torque = inertia * a - (free - _dry(level, free - inertia * a, w, still))
-    where = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": log.time - log.time[0], "voltage": u}
+    where = {
+        ("wheel_rate" if kind == "wheel" else "yaw_rate"): w,
+        "time": log.time - log.time[0],
+        "voltage": u,
+    }
     where["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)
     if kind != "platform" and current is not None:
         where["current"] = np.asarray(current)

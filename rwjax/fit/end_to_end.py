@@ -172,7 +172,8 @@ def fit(
                 theta, start, cost, states = theta_w, start_w, cost_w, states_w
     e = _evaluate(problem, theta, states)
     damping, converged, taken = 1e-3, most_steps == 0, 0
-    for taken in range(1, most_steps + 1):
+    while taken < most_steps:
+        taken += 1
         solved = _solve(e, coordinates, theta, start_free, damping)
         if solved is None or not np.isfinite(cost):
             break
@@ -194,12 +195,16 @@ def fit(
             if damping > LARGEST_DAMPING or (len(dz) and np.max(np.abs(dz)) < 1e-10):
                 converged = True
                 break
-    if creases and _sticks(problem, theta) and np.isfinite(cost) and 2.0 * cost > MISFIT * problem.batch.readings and len(coordinates.index):
+    if (
+        creases
+        and _sticks(problem, theta)
+        and np.isfinite(cost)
+        and 2.0 * cost > MISFIT * problem.batch.readings
+        and len(coordinates.index)
+    ):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
         theta_k, start_k, cost_k = across_kinks(problem, wide, theta, start, start_free, cost)
         if cost_k < cost:
             rest = fit(problem, coordinates, theta_k, start=start_k, start_free=start_free, creases=False)
             return replace(rest, steps=rest.steps + taken)
     return Fit(problem, coordinates, theta, start, cost, e, converged, taken)
-
-

@@ -19,7 +19,12 @@ def _residual(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndar
 
 
 def across_kinks(
-    problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, free_start: np.ndarray, cost: float
+    problem: Problem,
+    c: Coordinates,
+    theta: np.ndarray,
+    start: np.ndarray,
+    free_start: np.ndarray,
+    cost: float,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Gauss-Newton steps with secant derivatives over shrinking spans; keeps only what lowers the cost.
 

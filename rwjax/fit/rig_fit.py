@@ -53,7 +53,9 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     Raises `RigError` where nothing is free and `LogError` where no log may be fitted.
     """
     if not rig.free:
-        raise RigError(f"rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = [\"axis.inertia\"]")
+        raise RigError(
+            f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = ["axis.inertia"]'
+        )
     train = [log for log in logs if not log.validate]
     if not train:
         raise LogError("every log is marked `# role: validate`; give at least one log to fit")

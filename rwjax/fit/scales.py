@@ -28,7 +28,13 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
                 rates.append(float(np.max(np.abs(rate), initial=0.0)))
                 break
     rate = max([*rates, 1e-3])
-    return {"one": 1.0, "command": command, "torque": gain * command, "rate": rate, "torque_per_rate": gain * command / rate}
+    return {
+        "one": 1.0,
+        "command": command,
+        "torque": gain * command,
+        "rate": rate,
+        "torque_per_rate": gain * command / rate,
+    }
 
 
 def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[Log]) -> np.ndarray:

@@ -48,7 +48,9 @@ def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
         Hss = np.einsum("tya,tyb->ab", Gs, Gs)
         Hst = np.einsum("tya,tyb->ab", Gs, Gt)
         d = np.sqrt(np.maximum(np.diag(Hss), 1e-300))
-        Gt = Gt - Gs @ ((np.linalg.pinv(Hss / d / d[:, None], rcond=1e-12, hermitian=True) @ (Hst / d[:, None])) / d[:, None])
+        Gt = Gt - Gs @ (
+            (np.linalg.pinv(Hss / d / d[:, None], rcond=1e-12, hermitian=True) @ (Hst / d[:, None])) / d[:, None]
+        )
         A += np.einsum("tya,tyb->ab", Gt, Gt)
         jacobians.append(Gt)
         residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))
@@ -100,7 +102,9 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     notes = [f"{name} sits on its bound" for name, at in zip(names, low | high, strict=True) if at]
     diagonal = np.sqrt(np.maximum(np.diag(A), 0.0))
     silent = diagonal <= 1e-9 * max(np.max(diagonal, initial=0.0), 1e-300)
-    notes += [f"{name} leaves no trace in these logs" for name, s in zip(names, silent & ~(low | high), strict=True) if s]
+    notes += [
+        f"{name} leaves no trace in these logs" for name, s in zip(names, silent & ~(low | high), strict=True) if s
+    ]
     use = np.flatnonzero(~(low | high | silent))
     covariance = np.full((len(names), len(names)), np.inf)
     if len(use):
@@ -110,7 +114,9 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         for vector in vectors[:, weak].T:
             parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > 0.1]
             notes.append(
-                "only a combination of " + " and ".join(names[k] for k in parts) + " is determined by these logs: fix one"
+                "only a combination of "
+                + " and ".join(names[k] for k in parts)
+                + " is determined by these logs: fix one"
             )
         spoilt = np.zeros(len(use), bool)
         for vector in vectors[:, weak].T:

@@ -62,11 +62,10 @@ def signed(value: float) -> str:
 
 def write_report(d: Diagnosis, folder: Path) -> Path:
     """Writes `report.html` and the figures as PNG into `folder`; returns the report's path."""
-    figures = {
-        name: _draw(d, plot, size, folder / f"{name}.png") for name, (plot, size) in _figures(d).items()
-    }
+    figures = {name: _draw(d, plot, size, folder / f"{name}.png") for name, (plot, size) in _figures(d).items()}
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("rwjax", "report"), autoescape=jinja2.select_autoescape(["j2"], default=True)
+        loader=jinja2.PackageLoader("rwjax", "report"),
+        autoescape=jinja2.select_autoescape(["j2"], default=True),
     )
     environment.filters |= {"short": short, "percent": percent, "signed": signed}
     page = environment.get_template("report.html.j2").render(

@@ -41,7 +41,13 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
         first = begin == 0.0
         ax.plot(t, by_output[d.signal], color=BEFORE, lw=0.9, label="rig as it is" if first else None)
         if d.effects:
-            ax.plot(t, d.after.error[number][d.signal], color=AFTER, lw=0.9, label="with the effects" if first else None)
+            ax.plot(
+                t,
+                d.after.error[number][d.signal],
+                color=AFTER,
+                lw=0.9,
+                label="with the effects" if first else None,
+            )
         ax.axvline(begin, color="#dddddd", lw=0.8, zorder=0)
         ax.text(begin, 1.0, f" {d.logs[number].name}", transform=ax.get_xaxis_transform(), va="bottom", fontsize=7)
         begin = float(t[-1]) + 0.5
@@ -60,7 +66,14 @@ def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
     for k, value in enumerate(values):
         ax.text(value, k, f" {value:.3g}", va="center", fontsize=8)
     ax.axvline(d.gaps[d.signal].floor, color=FLOOR, ls="--", lw=1.2)
-    ax.text(d.gaps[d.signal].floor, -0.75, f" floor {d.gaps[d.signal].floor:.3g}", color=FLOOR, fontsize=8, va="center")
+    ax.text(
+        d.gaps[d.signal].floor,
+        -0.75,
+        f" floor {d.gaps[d.signal].floor:.3g}",
+        color=FLOOR,
+        fontsize=8,
+        va="center",
+    )
     ax.set_yticks(range(len(labels)), labels, fontsize=8)
     ax.set_ylim(len(values) - 0.4, -1.0)
     ax.set_xlabel(f"held-out RMS error [{UNIT[d.signal]}]")

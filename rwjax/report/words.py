@@ -12,7 +12,11 @@ def listed(names: tuple[str, ...]) -> str:
 def verdict_sentence(d: Diagnosis) -> str:
     """What the diagnosis says, as one sentence."""
     g = d.gaps[d.signal]
-    closed = f" and {'close' if len(d.effects) > 1 else 'closes'} {100 * g.closed:.0f} % of the gap" if g.closed is not None else ""
+    closed = (
+        f" and {'close' if len(d.effects) > 1 else 'closes'} {100 * g.closed:.0f} % of the gap"
+        if g.closed is not None
+        else ""
+    )
     if d.verdict == "none":
         return f"Nothing is missing: the rig explains the logs down to the floor ({g.before:.3g} of {g.floor:.3g} {UNIT[d.signal]})."
     if d.verdict == "effect":
@@ -34,7 +38,9 @@ def text(d: Diagnosis) -> list[str]:
         if one.ci95 is not None:
             closed += f" (95 %: {100 * one.ci95[0]:.0f} to {100 * one.ci95[1]:.0f})"
         mark = "*" if name == d.signal and len(d.gaps) > 1 else " "
-        lines.append(f"{mark} {name}: before {one.before:.4g}, after {one.after:.4g}, floor {one.floor:.4g} {UNIT[name]}{closed}")
+        lines.append(
+            f"{mark} {name}: before {one.before:.4g}, after {one.after:.4g}, floor {one.floor:.4g} {UNIT[name]}{closed}"
+        )
     if d.where is not None and d.verdict != "none":
         lines.append(
             f"  where: {d.subsystem}; a law in {d.where.coordinate.replace('_', ' ')} removes {100 * d.where.share:.0f} % "

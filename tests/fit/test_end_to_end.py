@@ -50,17 +50,13 @@ def test_optimistix_ends_at_the_same_optimum() -> None:
         start = jnp.stack([z[3], jnp.zeros(())])[None]  # the run starts at rest
         y, _ = free_run(structure, z[:3] * theta, start, problem.batch)
         misfit = ((y - problem.batch.reading) * problem.batch.weight).ravel()
-        return jnp.concatenate(
-            [misfit, 1e6 * (z[:1] - 1.0)]
-        )  # the gain is held by a stiff pull to its own value
+        return jnp.concatenate([misfit, 1e6 * (z[:1] - 1.0)])  # the gain is held by a stiff pull to its own value
 
     z0 = jnp.asarray([1.0, 1.2, 0.8, 0.0])
     solver = optx.LevenbergMarquardt(rtol=1e-10, atol=1e-10)
     other = optx.least_squares(residual, solver, z0, options={"jac": "fwd"}, max_steps=200).value
     values = np.asarray(other[:3]) * theta
-    assert ours.rig.values["axis.inertia"] == pytest.approx(
-        values[structure.names.index("axis.inertia")], rel=1e-5
-    )
+    assert ours.rig.values["axis.inertia"] == pytest.approx(values[structure.names.index("axis.inertia")], rel=1e-5)
     assert ours.rig.values["axis.friction.viscous"] == pytest.approx(values[2], rel=1e-4)
 
 
@@ -129,17 +125,13 @@ def _from(rig: Rig, log: Log, factors: np.ndarray | float, *, windows: bool = Tr
     begin = theta.copy()
     begin[free] *= factors
     moves = coordinates(begin, free, bounds_of(rig, structure), np.ones_like(theta))
-    return fit(
-        problem, moves, begin, nodes=measured_nodes(problem, begin) if windows else None, tolerance=1e-12
-    )
+    return fit(problem, moves, begin, nodes=measured_nodes(problem, begin) if windows else None, tolerance=1e-12)
 
 
 @pytest.mark.parametrize("windows", [True, False], ids=["windows", "free run only"])
 @pytest.mark.parametrize("factors", [0.5, 2.0, np.array([0.6, 1.7, 0.8])], ids=["halves", "doubles", "mixed"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_one_wrong_start_is_enough_without_noise(
-    kind: str, factors: np.ndarray | float, windows: bool
-) -> None:
+def test_one_wrong_start_is_enough_without_noise(kind: str, factors: np.ndarray | float, windows: bool) -> None:
     rig, log = _simulated(kind)
     found = _from(rig, log, factors, windows=windows)
     assert found.converged and found.steps > 1
@@ -167,14 +159,10 @@ def test_another_optimiser_finds_the_same_numbers_in_a_motor() -> None:
 
     assert not problem.start_free[:, 1].any()  # it starts at rest, and no angle is read
     solver = optx.LevenbergMarquardt(rtol=1e-12, atol=1e-12)
-    z = optx.least_squares(
-        residual, solver, jnp.asarray([0.3, -0.2, 0.2]), options={"jac": "fwd"}, max_steps=100
-    ).value
+    z = optx.least_squares(residual, solver, jnp.asarray([0.3, -0.2, 0.2]), options={"jac": "fwd"}, max_steps=100).value
     for name, value in zip(ours.free, theta[index] * np.exp(np.asarray(z)), strict=True):
         assert ours.numbers()[name] == pytest.approx(value, rel=1e-6), name
-        assert ours.numbers()[name] != pytest.approx(rig.values[name], rel=1e-6), (
-            name
-        )  # noise has moved the optimum
+        assert ours.numbers()[name] != pytest.approx(rig.values[name], rel=1e-6), name  # noise has moved the optimum
 
 
 def test_a_number_without_a_trace_is_named() -> None:
@@ -183,9 +171,7 @@ def test_a_number_without_a_trace_is_named() -> None:
     rig = parse_rig(f'kind = "platform"\ndrive.gain = 0.4\n{text}\n{free}')
     found = fit_rig(rig, [_log(rig, noise=1e-3)]).uncertainty
     assert found.notes == ("axis.gravity.angle leaves no trace in these logs",)
-    assert np.isinf(found.standard_error["axis.gravity.angle"]) and np.isfinite(
-        found.standard_error["axis.inertia"]
-    )
+    assert np.isinf(found.standard_error["axis.gravity.angle"]) and np.isfinite(found.standard_error["axis.inertia"])
 
 
 def test_a_second_fit_of_logs_of_one_shape_compiles_nothing() -> None:
