@@ -1,3 +1,4 @@
+# pyright: reportOptionalSubscript=false, reportOptionalOperand=false
 """Reference simulation: an adaptive diffrax solver between samples, dry friction with located events.
 
 Slow and accurate: an oracle for the fixed step of `rwjax.step`, and the way to a solver of one's own choice.
@@ -189,7 +190,7 @@ def _segment(plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Sca
     root = optx.Bisection(rtol=1e-13, atol=1e-13)
     event = diffrax.Event(nearest, root, direction=False) if bodies else None
     solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(field),
+        diffrax.ODETerm(field),  # pyright: ignore[reportArgumentType]
         solver,
         t0,
         t1,

@@ -24,6 +24,8 @@ FAR_FROM_NOISE = 2.0
 """Mean square in units of noise above which an explanation counts as incomplete."""
 NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
+TRIFLE = 4e-4
+"""Share of the rig's own excess (2 % of its error) below which what is left is no gap but the effect's exact form."""
 WORTH = 0.05
 """Share of the remaining excess (mean square above the noise) that a further name must remove."""
 CAREFUL = 2
@@ -85,7 +87,7 @@ class Search:
     def worthwhile(self, larger: Explanation, smaller: Explanation) -> bool:
         """Whether the larger explanation is needed beside the smaller one."""
         removed = self.excess(smaller) - self.excess(larger)
-        return self.gain(larger, smaller) > NEEDED and removed > WORTH * self.excess(smaller)
+        return bool(self.gain(larger, smaller) > NEEDED and removed > WORTH * self.excess(smaller))
 
     def _extensions(self, explanation: Explanation) -> list[Explanation]:
         larger = [explanation.plus(name) for name in self.names if name not in explanation.names]
@@ -99,7 +101,8 @@ class Search:
             self.squares.pop(explanation, None)
 
     def _forward(self, explanation: Explanation) -> Explanation:
-        while len(explanation.names) < MOST_NAMES and self.excess(explanation) > NOTHING_LEFT:
+        enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
+        while len(explanation.names) < MOST_NAMES and self.excess(explanation) > enough:
             tried = self._extensions(explanation)
             self._fit(tried, explanation)
             effective = self.effective(min(tried, key=lambda e: self.refits(e).cost))

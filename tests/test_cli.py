@@ -1,0 +1,93 @@
+"""The commands, as a user's shell sees them."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax import read_rig
+
+ROOT = Path(__file__).resolve().parents[1]
+DEMO = ROOT / "data" / "demo"
+LOGS = [str(DEMO / f"{name}.csv") for name in ("square", "triangle", "multisine", "stair", "mixed")]
+
+
+def rwjax(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", "from rwjax.cli import main; main()", *arguments],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=False,
+    )
+
+
+def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path) -> None:
+    done = rwjax("diagnose", str(DEMO / "rig.toml"), *LOGS, "-o", "out", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert answer == json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert (answer["schema"], answer["verdict"], answer["effects"]) == ("rwjax.diagnosis/1", "effect", ["axis.stribeck"])
+    assert (answer["where"]["subsystem"], answer["where"]["coordinate"]) == ("axis", "yaw_rate")
+    assert answer["held_out"] == "marked"
+    assert answer["gap"]["signal"] == "yaw_rad"
+    assert answer["gap"]["closed"] > 0.9
+    assert answer["gap"]["after"] < answer["gap"]["before"] / 10.0
+    assert sum(r["probability"] for r in answer["ranking"]) == pytest.approx(1.0)
+    corrected = read_rig(tmp_path / "out" / "corrected.toml")
+    assert corrected.values["axis.inertia"] == pytest.approx(0.228, rel=0.01)  # what make_demo.py simulates
+    assert corrected.values["axis.stribeck.M_c"] == pytest.approx(0.45, rel=0.02)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "http" not in page.replace("http://www.w3.org", "").replace("https://www.w3.org", "").replace("http://purl.org", "").replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
+    assert page.index("The rig lacks Stribeck friction") < page.index("<svg")
+
+
+def test_the_corrected_file_predicts_what_the_diagnosis_claims(tmp_path: Path) -> None:
+    rig = (DEMO / "rig.toml").read_text().replace("free = [", 'free = ["axis.stribeck.M_c", "axis.stribeck.M_e", ')
+    rig += '\n[effects."axis.stribeck"]\nM_c = 0.4\nM_e = 0.2\nv_s = 0.4\n'
+    (tmp_path / "rig.toml").write_text(rig)
+    assert rwjax("fit", "rig.toml", *LOGS, "-o", "fitted.toml", cwd=tmp_path).returncode == 0
+    done = rwjax("predict", "fitted.toml", LOGS[3], "-o", "pred.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    names = (tmp_path / "pred.csv").read_text().splitlines()[0]
+    assert names == "time_s,yaw_rad"
+    predicted = np.loadtxt(tmp_path / "pred.csv", delimiter=",", skiprows=1)
+    measured = np.loadtxt(LOGS[3], delimiter=",", skiprows=3)
+    assert np.array_equal(predicted[:, 0], measured[:, 0])
+    error = predicted[:, 1] - measured[:, 2] * 2 * np.pi / 2048
+    assert np.sqrt(np.mean(error**2)) < 0.2 < np.std(measured[:, 2] * 2 * np.pi / 2048)
+
+
+def test_predict_without_outputs_starts_at_rest_at_zero(tmp_path: Path) -> None:
+    rows = "\n".join(f"{0.01 * k:.2f},{0.5 if k > 20 else 0}" for k in range(100))
+    (tmp_path / "u.csv").write_text(f"time_s,voltage_V\n{rows}\n")
+    done = rwjax("predict", str(DEMO / "rig.toml"), "u.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0] == "time_s,yaw_rad,yaw_rad_s"
+    assert [float(v) for v in lines[21].split(",")] == [0.2, 0.0, 0.0]
+    assert float(lines[-1].split(",")[1]) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fit", "absent.toml", "log.csv"], "absent.toml"),
+        (["fit", "rig.toml", "absent.csv"], "absent.csv"),
+        (["diagnose", "rig.toml", "log.csv"], "log.csv"),
+        (["predict", "rig.toml", "log.csv"], "log.csv"),
+    ],
+)
+def test_unusable_input_ends_with_one_line_and_status_2(tmp_path: Path, arguments: list[str], words: str) -> None:
+    (tmp_path / "rig.toml").write_text((DEMO / "rig.toml").read_text())
+    (tmp_path / "log.csv").write_text("time_s,voltage_V,yaw_count\n0,0,0\n")
+    done = rwjax(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
