@@ -32,7 +32,11 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
     assert answer == json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert (answer["schema"], answer["verdict"], answer["effects"]) == ("rwjax.diagnosis/1", "effect", ["axis.stribeck"])
+    assert (answer["schema"], answer["verdict"], answer["effects"]) == (
+        "rwjax.diagnosis/1",
+        "effect",
+        ["axis.stribeck"],
+    )
     assert (answer["where"]["subsystem"], answer["where"]["coordinate"]) == ("axis", "yaw_rate")
     assert answer["held_out"] == "marked"
     assert answer["gap"]["signal"] == "yaw_rad"
@@ -43,7 +47,9 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
     assert corrected.values["axis.inertia"] == pytest.approx(0.228, rel=0.01)  # what make_demo.py simulates
     assert corrected.values["axis.stribeck.M_c"] == pytest.approx(0.45, rel=0.02)
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "http" not in page.replace("http://www.w3.org", "").replace("https://www.w3.org", "").replace("http://purl.org", "").replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
+    assert "http" not in page.replace("http://www.w3.org", "").replace("https://www.w3.org", "").replace(
+        "http://purl.org", ""
+    ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
     assert page.index("The rig lacks Stribeck friction") < page.index("<svg")
 
 
