@@ -8,7 +8,8 @@ from rwjax.fit.end_to_end import Fit
 from rwjax.fit.uncertainty import Uncertainty
 from rwjax.log import Log
 
-WIDE = 0.3  # of the command's largest size: a stretch without commands that is worth a remark
+WIDE = 0.2  # of the command's largest size: a stretch without commands that is worth a remark
+NEAR = 1.1  # a command this little above the width moves nothing that could be seen
 
 
 def remarks(logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty) -> tuple[str, ...]:
@@ -18,10 +19,9 @@ def remarks(logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], 
     if widths:
         sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))
         width = widths[0]
-        below, above = sizes[sizes <= width], sizes[sizes > width]
-        low = float(below[-1]) if len(below) else 0.0
-        high = float(above[0]) if len(above) else float("inf")
-        if high - low > WIDE * sizes[-1] and np.isfinite(high):
+        ends = [(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True) if a <= NEAR * width < NEAR * b]
+        low, high = max(ends, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
+        if high - low > WIDE * sizes[-1]:
             found.append(
                 f"no command lies between {low:.3g} and {high:.3g} V, so the voltage at which the drive begins to act is "
                 f"unidentifiable there: the {width:.3g} V of drive.deadzone is where its line meets zero, "
