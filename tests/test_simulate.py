@@ -62,7 +62,6 @@ def test_irregular_samples_see_the_motion_of_regular_ones() -> None:
     rng = np.random.default_rng(0)
     fine = np.arange(5001) * 0.002
     u = np.sin(1.3 * fine)
-    reference = run(platform("viscous = 0.02"), record(fine, u), {})["yaw_rad"]
     pick = np.sort(rng.choice(np.arange(1, 5000), size=900, replace=False))
     pick = np.concatenate([[0], pick, [5000]])
     # the command is held between the kept samples: compare with the fine run under that same held command
@@ -71,6 +70,15 @@ def test_irregular_samples_see_the_motion_of_regular_ones() -> None:
     seen = run(platform("viscous = 0.02"), record(fine[pick], u[pick]), {})["yaw_rad"]
     # one grid step of 5 ms averages the command: acceleration 4 rad/s2 per volt, steps below 0.05 V
     assert np.max(np.abs(seen - reference[pick])) < 0.5 * 4.0 * 0.05 * 0.005
+
+
+@pytest.mark.xfail(reason="a reading between grid points takes the mean command of its step, not the one that acts")
+def test_without_inductance_an_irregular_sample_sees_the_current_of_its_own_command() -> None:
+    t = np.array([0.0, 0.01, 0.02, 0.03, 0.0427, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1])
+    u = np.where(t > 0.0426, -2.0, 2.0)
+    y = run(wheel(0.0), record(t, u, {"current_A": np.zeros_like(t)}), {})
+    exact = (u - 0.0182 * y["wheel_rad_s"]) / 0.83
+    assert np.max(np.abs(y["current_A"] - exact)) < 0.01 * np.ptp(exact)  # 0.5 of it; refining does not help
 
 
 def test_new_starts_and_logs_of_one_shape_compile_nothing() -> None:

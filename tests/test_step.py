@@ -6,7 +6,7 @@ import pytest
 from scipy.linalg import expm
 
 from rwjax.build import structure_of, theta_of
-from rwjax.effects import EFFECTS
+from rwjax.effects import EFFECTS, Effect
 from rwjax.param import parameters
 from rwjax.simulate import plant_of
 from rwjax.step import propagator
@@ -54,21 +54,32 @@ def test_a_linear_motor_is_exact_under_held_voltage(inductance: float) -> None:
 def test_without_inductance_the_current_follows_the_voltage() -> None:
     K, R, b, J = 0.0182, 0.83, 4.07e-6, 1.24e-4
     t = TIME[:301]
-    y = run(wheel(0.0), record(t, np.full_like(t, 2.0), {"wheel_rad_s": np.zeros_like(t)}), {})
+    u = 3.0 * np.sign(np.sin(7.0 * t + 0.1))
+    y = run(wheel(0.0), record(t, u, {"wheel_rad_s": np.zeros_like(t)}), {})
     rate = (b + K**2 / R) / J
-    exact = K / R * 2.0 / J / rate * (1.0 - np.exp(-rate * t))
-    assert np.max(np.abs(y["wheel_rad_s"] - exact)) < 1e-9 * exact[-1]
-    assert np.allclose(y["current_A"], (2.0 - K * y["wheel_rad_s"]) / R, rtol=1e-9)
+    decay, gain = np.exp(-rate * 0.01), K / R / J / rate
+    Omega, exact = 0.0, []
+    for u_k in u:
+        exact.append(Omega)
+        Omega = decay * Omega + (1.0 - decay) * gain * u_k
+    assert np.max(np.abs(y["wheel_rad_s"] - exact)) < 1e-9 * np.max(np.abs(exact))
+    assert np.max(np.abs(y["current_A"] - (u - K * np.array(exact)) / R)) < 1e-9 * 3.0 / R
 
 
 def test_stick_slip_converges_with_second_order() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.09\nstribeck_velocity = 0.2")
     t = TIME[:801]
-    log = record(t, 0.45 * np.sign(np.sin(1.9 * t + 0.2)))
-    runs = {refine: run(rig, log, {}, refine=refine)["yaw_rad"] for refine in (1, 2, 4, 32)}
-    error = [np.max(np.abs(runs[refine] - runs[32])) for refine in (1, 2, 4)]
-    assert np.polyfit(np.log([1.0, 0.5, 0.25]), np.log(error), 1)[0] > 1.6  # 2 where no kink falls within a step
-    assert error[0] < 2 * np.pi / 8192  # and a plain step is finer than any encoder here
+    steps, slopes, coarse = (1, 2, 4, 8), [], []
+    for amplitude, rate, phase in ((0.45, 1.9, 0.2), (0.45, 2.3, 0.2), (0.6, 3.1, 0.5)):
+        s = np.sin(rate * t + phase)
+        for u in (amplitude * np.sign(s), amplitude * np.round(s, 2)):
+            runs = {r: run(rig, record(t, u), {}, refine=r)["yaw_rad"] for r in (*steps, 64)}
+            error = [np.max(np.abs(runs[r] - runs[64])) for r in steps]
+            slopes.append(-np.polyfit(np.log(steps), np.log(error), 1)[0])
+            coarse.append(error[0])
+    # where in a step its stops fall scatters the slope of one run (1.4 to 2.7 here), so several runs are asked
+    assert np.mean(slopes) > 1.7
+    assert max(coarse) < 2 * np.pi / 8192  # and a plain step is finer than any encoder here
 
 
 def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
@@ -81,22 +92,26 @@ def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
     assert np.max(np.abs(momentum)) < 1e-12
 
 
-@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
-@pytest.mark.parametrize(
-    "rig", [wheel(), platform(), reaction("viscous = 0.003\ncoulomb = 0.002")], ids=lambda r: r.kind
-)
-def test_an_effect_at_its_null_is_the_base_plant(effect: type, rig: object) -> None:
-    if not getattr(rig, "kind", "") or (effect.name.startswith("axis") and rig.kind == "wheel"):
-        return
-    if effect.name.startswith("wheel") and rig.kind == "platform":
-        return
+BASES = {
+    "wheel": wheel(),
+    "platform": platform(),
+    "platform without dry friction": platform("viscous = 0.02"),
+    "reaction": reaction("viscous = 0.003\ncoulomb = 0.002"),
+}
+LACKS = {"wheel": "axis.", "platform": "wheel."}
+FITTING = [(b, e) for b, rig in BASES.items() for e in EFFECTS if not e.name.startswith(LACKS.get(rig.kind, "-"))]
+
+
+@pytest.mark.parametrize(("base", "effect"), FITTING, ids=[f"{b}-{e.name}" for b, e in FITTING])
+def test_an_effect_at_its_null_is_the_base_plant(base: str, effect: type[Effect]) -> None:
+    rig = BASES[base]
     t = TIME[:401]
     output = "wheel_rad_s" if rig.kind == "wheel" else "yaw_rad"
     log = record(t, 2.0 * np.sin(3.0 * t), {output: np.zeros_like(t)})
     null = {name: p.null for name, p in parameters(effect).items()}
-    base, same = run(rig, log, {}), run(rig, log, {}, effects={effect.name: null})
-    for name, value in base.items():
-        assert np.max(np.abs(same[name] - value)) <= 1e-12 * max(np.max(np.abs(value)), 1.0)
+    plain, same = run(rig, log, {}), run(rig, log, {}, effects={effect.name: null})
+    for name, value in plain.items():  # the same but for the order in which a compiler adds: 3e-16
+        assert np.max(np.abs(same[name] - value)) <= 1e-14 * np.max(np.abs(value))
 
 
 @pytest.mark.parametrize("h", [1e-4, 0.01], ids=["1e-4 s", "1e-2 s"])
