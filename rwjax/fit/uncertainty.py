@@ -10,6 +10,8 @@ from rwjax.grid import by_sample
 UNIDENTIFIED = 1e-8
 """Ratio of the smallest to the largest eigenvalue of the normalised normal equations below which a combination of
 numbers is called undetermined."""
+WEIGHS = 0.01
+"""Weight in an undetermined combination above which a number is undetermined itself."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         values, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
         weak = values < UNIDENTIFIED * values[-1]
         for vector in vectors[:, weak].T:
-            parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > 0.1]
+            parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > WEIGHS]
             notes.append(
                 "only a combination of "
                 + " and ".join(names[k] for k in parts)
@@ -120,7 +122,7 @@ def uncertainty(fitted: Fit) -> Uncertainty:
             )
         spoilt = np.zeros(len(use), bool)
         for vector in vectors[:, weak].T:
-            spoilt |= np.abs(vector) > 0.1
+            spoilt |= np.abs(vector) > WEIGHS
         inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
         sandwich = inverse @ meat(jacobians, residuals)[np.ix_(use, use)] @ inverse
         sandwich = sandwich * scale[use] * scale[use][:, None]

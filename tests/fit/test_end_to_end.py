@@ -29,7 +29,7 @@ def _log(rig, command=None, noise: float = 0.0, **more):
     return record(TIME, u, {"yaw_rad": y + np.random.default_rng(0).normal(0.0, noise, len(y))}, **more)
 
 
-@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize("factor", [0.6, 1.7])  # no start of the fit is the truth
 def test_known_numbers_come_back_from_wrong_starts(factor: float) -> None:
     truth = platform(free=FREE)
     believed = truth.with_values({name: factor * truth.values[name] for name in truth.free})
@@ -96,7 +96,6 @@ def test_numbers_that_only_count_together_are_named() -> None:
     assert all(np.isinf(error) for error in found.standard_error.values())
 
 
-@pytest.mark.xfail(reason="a number that weighs less than 0.1 in an undetermined combination keeps its error")
 def test_a_number_that_moves_with_an_undetermined_combination_has_no_standard_error() -> None:
     free = 'free = ["motor.torque_constant", "motor.resistance", "wheel.inertia", "motor.friction"]'
     rig = parse_rig(f'kind = "wheel"\n{MOTOR}\n[fit]\n{free}')  # L is known: one combination is left
