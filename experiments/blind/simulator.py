@@ -1,7 +1,7 @@
-"""Truth: rigs simulated with exact stick and slip in steps of 0.1 ms, sharing no code and no time stepping with `rwjax`.
+"""Truth: rigs simulated with exact stick and slip in steps of 0.1 ms; shares no code with `rwjax`.
 
-Order within a step: command maps, delay, motor, torques. A body at rest stays at rest while the torque on it is below
-breakaway; where its speed would change sign the step is cut at the zero crossing (regula falsi on the step's length)
+Order: command maps, delay, motor, torques; sensors are in `cases.py`. A body at rest stays at exactly 0 while the
+torque on it is below breakaway; where its speed would change sign the step is cut at the zero crossing of its chord
 and the rest of the step decides anew. Midpoint steps of fixed direction in between.
 """
 
@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 STEP = 1e-4  # s
+CUTS = 4  # most zero crossings resolved within one step
 
 
 @dataclass
@@ -69,15 +70,22 @@ def act(u, p):
 
 
 @njit
-def axis_level(w, s, p):
-    """Dry friction of the axis sliding towards `s`."""
-    fall = 1.0 / (1.0 + (w / p[V_S]) ** 2) if p[FORM] == 1.0 else np.exp(-((abs(w) / p[V_S]) ** p[EXPONENT]))
-    return max(p[COULOMB] + p[EXCESS] * fall + s * p[ASYMMETRY], 0.0)
+def axis_level(w, p):
+    """Dry friction of the axis, sliding either way."""
+    if p[EXCESS] == 0.0:
+        return p[COULOMB]
+    v, n = abs(w) / p[V_S], p[EXPONENT]
+    if p[FORM] == 1.0:
+        return p[COULOMB] + p[EXCESS] / (1.0 + v * v)
+    power = v * v if n == 2.0 else (v if n == 1.0 else v**n)
+    return p[COULOMB] + p[EXCESS] * np.exp(-power)
 
 
 @njit
 def wheel_level(omega, p):
     """Dry friction of the wheel's bearing."""
+    if p[WHEEL_COULOMB] == 0.0:
+        return 0.0
     return p[WHEEL_COULOMB] * (1.0 + p[WHEEL_BREAKAWAY] * np.exp(-((omega / 3.0) ** 2)))
 
 
@@ -107,48 +115,52 @@ def rates(x, s_axis, s_wheel, u, p, out):
         drive = p[GAIN] * u if p[KIND] == 1.0 else -shaft
         free = drive + p[BIAS_TORQUE] - p[VISCOUS] * w
         out[0] = w
-        out[1] = (free - friction(s_axis, free, axis_level(w, 1.0, p), axis_level(w, -1.0, p))) / p[I]
+        level, skew = axis_level(w, p), p[ASYMMETRY]
+        out[1] = (free - friction(s_axis, free, max(level + skew, 0.0), max(level - skew, 0.0))) / p[I]
 
 
 @njit
-def advance(x, u, h, p, depth):
-    """One midpoint step, cut where the axis or the wheel passes through rest."""
-    s_axis, s_wheel = np.sign(x[1]), np.sign(x[3])
-    k = np.zeros(5)
-    rates(x, s_axis, s_wheel, u, p, k)
-    sa = s_axis if s_axis != 0.0 else np.sign(k[1])
-    sw = s_wheel if s_wheel != 0.0 else np.sign(k[3])
-    half = x + 0.5 * h * k
-    rates(half, sa, sw, u, p, k)
-    if sa == 0.0:
-        k[0] = k[1] = 0.0
-    if sw == 0.0:
-        k[2] = k[3] = 0.0
-    y = x + h * k
-    if depth < 4:
+def advance(x, u, h, p, k, half):
+    """Moves `x` by `h` in midpoint steps, cut where axis or wheel pass through rest; `k`, `half` are scratch."""
+    for part in range(CUTS + 1):
+        s_axis, s_wheel = np.sign(x[1]), np.sign(x[3])
+        rates(x, s_axis, s_wheel, u, p, k)
+        sa = s_axis if s_axis != 0.0 else np.sign(k[1])
+        sw = s_wheel if s_wheel != 0.0 else np.sign(k[3])
+        for j in range(5):
+            half[j] = x[j] + 0.5 * h * k[j]
+        rates(half, sa, sw, u, p, k)
+        if sa == 0.0:
+            k[0] = k[1] = 0.0
+        if sw == 0.0:
+            k[2] = k[3] = 0.0
+        w, omega, dry_wheel = x[1], x[3], p[WHEEL_COULOMB] > 0.0
+        w_end, omega_end = w + h * k[1], omega + h * k[3]
         cut = 1.0
-        if x[1] * y[1] < 0.0:
-            cut = min(cut, x[1] / (x[1] - y[1]))
-        if x[3] * y[3] < 0.0 and p[WHEEL_COULOMB] > 0.0:
-            cut = min(cut, x[3] / (x[3] - y[3]))
-        if cut < 1.0:
-            y = x + cut * h * k
-            if x[1] != 0.0 and abs(y[1]) < 1e-12 + 1e-9 * abs(x[1]):
-                y[1] = 0.0
-            if x[3] != 0.0 and p[WHEEL_COULOMB] > 0.0 and abs(y[3]) < 1e-12 + 1e-9 * abs(x[3]):
-                y[3] = 0.0
-            return advance(y, u, (1.0 - cut) * h, p, depth + 1)
-    return y
+        if part < CUTS and w * w_end < 0.0:
+            cut = w / (w - w_end)
+        if part < CUTS and dry_wheel and omega * omega_end < 0.0:
+            cut = min(cut, omega / (omega - omega_end))
+        for j in range(5):
+            x[j] += cut * h * k[j]
+        if cut == 1.0:
+            return
+        if w != 0.0 and abs(x[1]) < 1e-12 + 1e-9 * abs(w):
+            x[1] = 0.0
+        if omega != 0.0 and dry_wheel and abs(x[3]) < 1e-12 + 1e-9 * abs(omega):
+            x[3] = 0.0
+        h *= 1.0 - cut
 
 
 @njit
 def simulate(t_command, u_command, t_sample, x0, p, step):
-    """States at `t_sample` (sorted) under the command held from each `t_command` on; the first holds before it."""
+    """(psi, w, theta, omega, i of `x0`, measured current) at `t_sample`; commands hold from their `t_command` on."""
     n = len(t_command)
     v = np.empty(n)
     for k in range(n):
         v[k] = act(u_command[k], p)
     out = np.zeros((len(t_sample), 6))
+    slope, half = np.zeros(5), np.empty(5)
     x, t = x0.copy(), t_sample[0]
     k = 0
     for j in range(len(t_sample)):
@@ -159,7 +171,7 @@ def simulate(t_command, u_command, t_sample, x0, p, step):
             if k + 1 < n:
                 end = min(end, t_command[k + 1] + p[DELAY])
             h = min(step, end - t)
-            x = advance(x, v[k], h, p, 0)
+            advance(x, v[k], h, p, slope, half)
             t += h
         while k + 1 < n and t_command[k + 1] + p[DELAY] <= t + 1e-12:
             k += 1
