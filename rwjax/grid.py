@@ -13,7 +13,8 @@ from rwjax.log import Log
 from rwjax.plant import Structure
 
 LONGEST_STEP = 5e-3
-"""Longest time step [s]; the sampling interval is divided until its parts are no longer than this."""
+"""Longest time step [s]; the sampling interval is divided until its parts are no longer than this. Where angles alone
+are logged, faster samples share a step."""
 
 
 class Batch(NamedTuple):
@@ -75,6 +76,8 @@ def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
 
 def _grid_of(log: Log, refine: int) -> tuple[float, int]:
     dt = float(np.median(np.diff(log.time)))
+    if {*log.outputs} <= {"yaw_rad", "wheel_rad"}:
+        dt *= max(1, int(LONGEST_STEP / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
     h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
     span = log.time[-1] - log.time[0]
     steps = round(span / h)
@@ -92,7 +95,7 @@ def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str,
     grids = [_grid_of(log, refine) for log in logs]
     longest = max(steps for _, steps in grids)
     per_window = 32
-    while per_window * 256 < longest * len(logs) and per_window < 1024:
+    while per_window * 512 < longest * len(logs) and per_window < 1024:
         per_window *= 2
     per_window *= refine
     windows = _padded(-(-longest // per_window))

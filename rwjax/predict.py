@@ -12,12 +12,12 @@ import numpy as np
 
 from rwjax.build import structure_of, theta_of
 from rwjax.fit.coordinates import coordinates
-from rwjax.fit.end_to_end import fit
+from rwjax.fit.end_to_end import fit, sensitivities
 from rwjax.fit.problem import START_S, Problem, pose, starts_at_rest
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.rig import Rig
-from rwjax.simulate import evaluate, free_run
+from rwjax.simulate import free_run
 
 
 @dataclass(frozen=True)
@@ -62,14 +62,13 @@ def anchor(problem: Problem, theta: np.ndarray) -> Problem:
 
 def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:
     """Covariance of a log's first state from the readings of the first 0.5 s `(n, n)`."""
-    p = local.shape[0] - problem.start.shape[1]
     s = np.flatnonzero(problem.start_free[log])
     n = problem.start.shape[1]
     covariance = np.zeros((n, n))
     if not len(s):
         return covariance
     record, names = problem.logs[log], problem.structure.outputs
-    by_start = np.einsum("nwqy,wnk->wqyk", local[p:, log], chain[log][:, :, p:])
+    by_start = np.einsum("nwqy,wnk->wqyk", local[-n:, log], chain[log][:, :, -n:])
     G = by_sample(problem.batch, log, by_start, len(record.time))
     first = record.time - record.time[0] <= START_S
     H = np.zeros((n, n))
@@ -89,10 +88,10 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
     start = find_start(problem, theta)
     y, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, start, problem.batch))
     names = problem.structure.outputs
-    p = len(theta)
+    n = problem.start.shape[1]
     if with_floor:
-        e = evaluate(problem.structure, theta, nodes, problem.batch)
-        local, chain = np.asarray(e.local), np.asarray(e.chain)
+        e = sensitivities(problem, theta, np.zeros(0, int), nodes)
+        local, chain = e.local, e.chain
     found = []
     for k, log in enumerate(problem.logs):
         samples = by_sample(problem.batch, k, y[k], len(log.time))
@@ -100,7 +99,7 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
         if with_floor:
             P0 = start_covariance(problem, local, chain, k)
             S = by_sample(
-                problem.batch, k, np.einsum("nwqy,wnk->wqyk", local[p:, k], chain[k][:, :, p:]), len(log.time)
+                problem.batch, k, np.einsum("nwqy,wnk->wqyk", local[-n:, k], chain[k][:, :, -n:]), len(log.time)
             )
             for j, name in enumerate(names):
                 if name in log.outputs:

@@ -7,7 +7,7 @@ import rwjax.setup_jax  # noqa: F401  (float64 and the compilation cache come fi
 
 import jax  # isort: skip
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.grid import Batch
 from rwjax.plant import Plant, Structure, assemble
@@ -16,7 +16,7 @@ from rwjax.types import Scalar
 
 
 class Evaluation(NamedTuple):
-    """Residuals of all windows and what a Gauss-Newton step needs. Axes as in `Batch`; `p` numbers, `n` states.
+    """Residuals of all windows and what a Gauss-Newton step needs. Axes as in `Batch`; `k` numbers, `n` states.
 
     `residual` (measured - simulated is minus this) in units of noise; `local` its derivative by (numbers, the window's
     first state); `chain`, `shift`: linearised continuity makes the change of a window's first state
@@ -25,11 +25,11 @@ class Evaluation(NamedTuple):
     """
 
     residual: Float[Any, "l w q y"]
-    local: Float[Any, "p+n l w q y"]
-    chain: Float[Any, "l w n p+n"]
+    local: Float[Any, "k+n l w q y"]
+    chain: Float[Any, "l w n k+n"]
     shift: Float[Any, "l w n"]
-    H: Float[Any, "l p+n p+n"]
-    g: Float[Any, "l p+n"]
+    H: Float[Any, "l k+n k+n"]
+    g: Float[Any, "l k+n"]
     defect: Float[Any, "l w n"]
 
 
@@ -38,21 +38,37 @@ def plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
     return assemble(structure, {name: theta[k] for k, name in enumerate(structure.names)})
 
 
-def mean_commands(plant: Plant, batch: Batch) -> Float[Array, "l w m"]:
-    """Mean of the acting command over every grid step [V]; a delay shifts it in time, continuously."""
+def commands(plant: Plant, batch: Batch) -> tuple[Float[Array, "l w m"], Float[Array, "l w q"]]:
+    """Mean of the acting command over every grid step, and the command at every reading [V].
+
+    A delay shifts them in time, continuously: a reading sees the mean from its own time to the next sample or over one
+    grid step, whichever is shorter.
+    """
     W, m = batch.slot_step.shape[1], batch.step_index.shape[0]
     acting = jax.vmap(jax.vmap(plant.act))(jnp.asarray(batch.u_command))
     delay = plant.delay()
 
-    def one(t: Float[Array, " edge"], u: Float[Array, " k"], h: Scalar) -> Float[Array, " s"]:
+    def one(t: Float[Array, " edge"], u: Float[Array, " k"], h: Scalar, slot_step, slot_part):
         area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(t))])
-        edge = h * jnp.arange(W * m + 1.0)
-        if delay is not None:
-            edge = edge - delay
-        before = jnp.minimum(edge, 0.0) * u[0]  # the first command is taken to have been held before the log
-        return jnp.diff(jnp.interp(edge, t, area) + before) / h
 
-    return jax.vmap(one)(jnp.asarray(batch.t_command), acting, jnp.asarray(batch.h)).reshape(-1, W, m)
+        def until(time: Float[Array, " s"]) -> Float[Array, " s"]:
+            late = time if delay is None else time - delay
+            before = jnp.minimum(late, 0.0) * u[0]  # the first command is taken to have been held before the log
+            return jnp.interp(late, t, area) + before
+
+        steps = jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h
+        sample = h * ((m * jnp.arange(W)[:, None] + slot_step).astype(float) + slot_part).ravel()
+        width = jnp.minimum(h, jnp.min(jnp.diff(t)))
+        readings = (until(sample + width) - until(sample)) / width
+        return steps.reshape(W, m), readings.reshape(W, -1)
+
+    return jax.vmap(one)(
+        jnp.asarray(batch.t_command),
+        acting,
+        jnp.asarray(batch.h),
+        jnp.asarray(batch.slot_step),
+        jnp.asarray(batch.slot_part),
+    )
 
 
 def _window(plant: Plant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: Float[Array, " m"]):
@@ -68,7 +84,7 @@ def _window(plant: Plant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: F
 
 
 def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_part) -> Float[Array, "q y"]:
-    """Outputs at the reading slots of one window, interpolated between grid points."""
+    """Outputs at the reading slots of one window, interpolated between grid points; `u` (q,) the command there."""
     left = tuple(s[slot_step] for s in states)
     right = tuple(s[slot_step + 1] for s in states)
     x = [a + slot_part * (b - a) for a, b in zip(left, right, strict=True)]
@@ -78,50 +94,60 @@ def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_pa
             k = names.index(rate)
             x[names.index(angle)] -= 0.5 * slot_part * (1.0 - slot_part) * h * (right[k] - left[k])
     t = t0 + h * (slot_step.astype(float) + slot_part)
-    return jnp.stack(jax.vmap(plant.outputs)(t, tuple(x), u[slot_step]), axis=-1)
+    return jnp.stack(jax.vmap(plant.outputs)(t, tuple(x), u), axis=-1)
 
 
 def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"], batch: Batch):
     """Readings of every window from its own first state, and the state at its end."""
     plant = plant_of(structure, theta)
-    u = mean_commands(plant, batch)
+    u, at_reading = commands(plant, batch)
     W, m = u.shape[1:]
 
-    def one_log(h, t0, nodes, u, slot_step, slot_part):
+    def one_log(h, t0, nodes, u, at_reading, slot_step, slot_part):
         p = propagator(plant, h)
 
-        def one_window(w, x0, u, slot_step, slot_part):
+        def one_window(w, x0, u, at_reading, slot_step, slot_part):
             start = t0 + w * m * h
             states = _window(plant, p, h, start, x0, u)
-            return _readings(plant, h, start, states, u, slot_step, slot_part), jnp.stack([s[-1] for s in states])
+            y = _readings(plant, h, start, states, at_reading, slot_step, slot_part)
+            return y, jnp.stack([s[-1] for s in states])
 
-        return jax.vmap(one_window)(jnp.arange(W, dtype=float), nodes, u, slot_step, slot_part)
+        return jax.vmap(one_window)(jnp.arange(W, dtype=float), nodes, u, at_reading, slot_step, slot_part)
 
     return jax.vmap(one_log)(
         jnp.asarray(batch.h),
         jnp.asarray(batch.t0),
         nodes,
         u,
+        at_reading,
         jnp.asarray(batch.slot_step),
         jnp.asarray(batch.slot_part),
     )
 
 
 @partial(jax.jit, static_argnames="structure")
-def evaluate(structure: Structure, theta: Float[Array, " p"], nodes: Float[Array, "l w n"], batch: Batch) -> Evaluation:
+def evaluate(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    numbers: Int[Array, " k"],
+    nodes: Float[Array, "l w n"],
+    batch: Batch,
+) -> Evaluation:
     """Residuals and normal equations at `theta` with every window started from its node (condensed multiple shooting).
 
-    Bock and Plitt (1984); the windows' states are eliminated by linearised continuity, so that the step is that of the
-    whole log while every window is short and all of them run side by side. Forward sensitivities, exact to rounding.
+    `numbers`: which entries of `theta` to differentiate by; an index past its end gives a column of zeros. Bock and
+    Plitt (1984); the windows' states are eliminated by linearised continuity, so that the step is that of the whole log
+    while every window is short and all of them run side by side. Forward sensitivities, exact to rounding.
     """
 
     def outcome(theta, nodes):
         y, end = _simulate_windows(structure, theta, nodes, batch)
         return (y - jnp.asarray(batch.reading)) * jnp.asarray(batch.weight), end
 
-    p, (L, W, n) = theta.shape[0], nodes.shape
-    eye = jnp.eye(p + n)
-    tangents = (eye[:, :p], jnp.broadcast_to(eye[:, None, None, p:], (p + n, L, W, n)))
+    k, (L, W, n) = numbers.shape[0], nodes.shape
+    by_number = jnp.concatenate([jax.nn.one_hot(numbers, theta.shape[0]), jnp.zeros((n, theta.shape[0]))])
+    by_state = jnp.concatenate([jnp.zeros((k, n)), jnp.eye(n)])
+    tangents = (by_number, jnp.broadcast_to(by_state[:, None, None], (k + n, L, W, n)))
     (residual, end), (local, d_end) = jax.vmap(lambda d: jax.jvp(outcome, (theta, nodes), d), out_axes=(None, 0))(
         tangents
     )
@@ -131,17 +157,17 @@ def evaluate(structure: Structure, theta: Float[Array, " p"], nodes: Float[Array
     def link(carry, window):
         chain, shift = carry
         d_end, defect = window
-        by_theta = jnp.concatenate([d_end[:, :p], jnp.zeros((n, n))], axis=1)
-        return (d_end[:, p:] @ chain + by_theta, d_end[:, p:] @ shift + defect), (chain, shift)
+        by_theta = jnp.concatenate([d_end[:, :k], jnp.zeros((n, n))], axis=1)
+        return (d_end[:, k:] @ chain + by_theta, d_end[:, k:] @ shift + defect), (chain, shift)
 
-    first = (jnp.concatenate([jnp.zeros((n, p)), jnp.eye(n)], axis=1), jnp.zeros(n))
+    first = (jnp.concatenate([jnp.zeros((n, k)), jnp.eye(n)], axis=1), jnp.zeros(n))
     chain, shift = jax.vmap(lambda d, e: jax.lax.scan(link, first, (d, e))[1])(d_end, defect)
 
     H_local = jnp.einsum("alwqy,blwqy->lwab", local, local)
     g_local = jnp.einsum("alwqy,lwqy->lwa", local, residual)
-    upper = jnp.broadcast_to(eye[:p], (L, W, p, p + n))
+    upper = jnp.broadcast_to(jnp.eye(k + n)[:k], (L, W, k, k + n))
     C = jnp.concatenate([upper, chain], axis=2)
-    c = jnp.concatenate([jnp.zeros((L, W, p)), shift], axis=2)
+    c = jnp.concatenate([jnp.zeros((L, W, k)), shift], axis=2)
     H = jnp.einsum("lwai,lwab,lwbj->lij", C, H_local, C, optimize="optimal")
     g = jnp.einsum("lwai,lwa->li", C, g_local + jnp.einsum("lwab,lwb->lwa", H_local, c))
     return Evaluation(residual, local, chain, shift, H, g, defect)
@@ -151,26 +177,27 @@ def evaluate(structure: Structure, theta: Float[Array, " p"], nodes: Float[Array
 def free_run(structure: Structure, theta: Float[Array, " p"], start: Float[Array, "l n"], batch: Batch):
     """Readings of whole logs from their first state, and the states at the windows' starts."""
     plant = plant_of(structure, theta)
-    u = mean_commands(plant, batch)
+    u, at_reading = commands(plant, batch)
     W, m = u.shape[1:]
 
-    def one_log(h, t0, x0, u, slot_step, slot_part):
+    def one_log(h, t0, x0, u, at_reading, slot_step, slot_part):
         p = propagator(plant, h)
 
         def window(x, inputs):
-            w, u, slot_step, slot_part = inputs
+            w, u, at_reading, slot_step, slot_part = inputs
             begin = t0 + w * m * h
             states = _window(plant, p, h, begin, x, u)
-            y = _readings(plant, h, begin, states, u, slot_step, slot_part)
+            y = _readings(plant, h, begin, states, at_reading, slot_step, slot_part)
             return jnp.stack([s[-1] for s in states]), (y, x)
 
-        return jax.lax.scan(window, x0, (jnp.arange(W, dtype=float), u, slot_step, slot_part))[1]
+        return jax.lax.scan(window, x0, (jnp.arange(W, dtype=float), u, at_reading, slot_step, slot_part))[1]
 
     return jax.vmap(one_log)(
         jnp.asarray(batch.h),
         jnp.asarray(batch.t0),
         start,
         u,
+        at_reading,
         jnp.asarray(batch.slot_step),
         jnp.asarray(batch.slot_part),
     )

@@ -121,6 +121,7 @@ def _stop_or_turn(
     x1: State,
     u: Scalar,
     h: Scalar,
+    rate0: Scalar,
     torques: list,
 ) -> State:
     """Mend the end of a step for a body that rested or whose speed changed sign."""
@@ -129,7 +130,11 @@ def _stop_or_turn(
     rest = plant.motion(t, tuple(jnp.zeros_like(v) if k == body.rate else v for k, v in enumerate(x)), u)
     forward, backward = friction_level(effects, rest, 1.0), friction_level(effects, rest, -1.0)
     crossed = (w0 * w1 < 0.0) & (forward + backward > 0.0)
-    share = w0 / jnp.where(crossed, w0 - w1, 1.0)  # of the step until the speed is zero
+    # speed over the step: w0 + swift s + bend s^2, with s from 0 to 1; `share` is where it is zero
+    swift = h * rate0
+    bend = w1 - w0 - swift
+    turn = jnp.where(crossed, swift**2 - 4.0 * bend * w0, 1.0)
+    share = jnp.where(crossed, 2.0 * w0 / jnp.where(crossed, jnp.sign(w0) * jnp.sqrt(turn) - swift, 1.0), 0.0)
     free = free0 + share * (free1 - free0)
     middle = 0.5 * (free + free1)
     slides = (free > forward) | (free < -backward)
@@ -141,7 +146,8 @@ def _stop_or_turn(
     breaking = rested & (excess1 != 0.0)  # part of the step is over when the torque reaches breakaway
     late = (free1 - excess1 - free0) / jnp.where(breaking, free1 - free0, 1.0)
     end = jnp.where(stuck, 0.0, jnp.where(breaking, (1.0 - late) * w1, jnp.where(crossed, turned, w1)))
-    through = angle0 + 0.5 * (share * h * w0 + left * turned)
+    until = share * h * (w0 + share * (swift / 2.0 + share * bend / 3.0))
+    through = angle0 + until + 0.5 * left * turned
     away = angle0 + (1.0 - late) * h * end / 3.0
     angle = jnp.where(stuck, angle0, jnp.where(breaking, away, jnp.where(crossed, through, x1[body.angle])))
     impulse = (end - w1) / body.reaction[body.rate]
@@ -160,5 +166,5 @@ def step(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar)
     n1 = _minus(rates1, _times(p.A, a, direct))
     x1 = _add(a, _times(p.phi2, _minus(n1, n0), reached))
     for k, (body, effects) in enumerate(plant.bodies()):
-        x1 = _stop_or_turn(plant, body, effects, t, x, x1, u, h, [torques0[k], torques1[k]])
+        x1 = _stop_or_turn(plant, body, effects, t, x, x1, u, h, rates0[body.rate], [torques0[k], torques1[k]])
     return x1

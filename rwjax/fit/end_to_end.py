@@ -18,6 +18,8 @@ from rwjax.fit.problem import Problem
 from rwjax.simulate import Evaluation, evaluate, free_run
 
 WINDOW_STEPS = 8
+COLUMNS = 8
+"""Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
 LARGEST_DAMPING = 1e8
 MISFIT = 1.5
 """Mean square in units of noise above which creases of the sum of squares may have stopped a fit early."""
@@ -50,8 +52,11 @@ class Fit:
         return dict(zip(self.problem.structure.names, (float(v) for v in self.theta), strict=True))
 
 
-def _evaluate(problem: Problem, theta: np.ndarray, nodes: np.ndarray) -> Evaluation:
-    return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, nodes, problem.batch)))
+def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
+    """`evaluate` with its columns by the numbers first, zeros up to a multiple of `COLUMNS`, the states last."""
+    padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
+    padded[: len(numbers)] = numbers
+    return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, problem.batch)))
 
 
 def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
@@ -76,9 +81,10 @@ def _solve(
 
     Numbers on a bound that the step would leave through are held; first states are eliminated log by log.
     """
-    p, k = len(theta), coordinates.index
+    k = np.arange(len(coordinates.index))
     scale = coordinates.slope(theta)
     L, n = start_free.shape
+    p = e.g.shape[1] - n
     held = np.zeros(len(k), bool)
     low, high = coordinates.on_bound(theta)
     for _ in range(len(k) + 1):
@@ -122,15 +128,16 @@ def _through_windows(
     """First phase: a few steps from states read off the log. Returns numbers and first states."""
     damping = 1e-3
     for _ in range(WINDOW_STEPS):
-        e = _evaluate(problem, theta, nodes)
+        e = sensitivities(problem, theta, c.index, nodes)
         step = _solve(e, c, theta, start_free, damping)
         if step is None:
             break
         dz, dx = step
         share = c.shorten(dz)
         theta_new = c.move(theta, share * dz)
-        dtheta = theta_new - theta
-        change = np.concatenate([np.broadcast_to(dtheta, (len(dx), len(theta))), share * dx], axis=1)
+        change = np.zeros(e.g.shape)
+        change[:, : len(c.index)] = (theta_new - theta)[c.index]
+        change[:, -dx.shape[1] :] = share * dx
         nodes_new = nodes + np.einsum("lwna,la->lwn", e.chain, change) + share * e.shift
         if not np.all(np.isfinite(nodes_new)):
             break
@@ -170,7 +177,7 @@ def fit(
             cost_w, states_w = _run(problem, theta_w, start_w)
             if cost_w < cost:
                 theta, start, cost, states = theta_w, start_w, cost_w, states_w
-    e = _evaluate(problem, theta, states)
+    e = sensitivities(problem, theta, coordinates.index, states)
     damping, converged, taken = 1e-3, most_steps == 0, 0
     while taken < most_steps:
         taken += 1
@@ -186,7 +193,7 @@ def fit(
             theta, start, cost, states = theta_new, start_new, cost_new, states_new
             small = gain <= tolerance * max(cost, 1.0)
             damping = max(damping * (0.1 if share == 1.0 else 1.0), 1e-10)
-            e = _evaluate(problem, theta, states)
+            e = sensitivities(problem, theta, coordinates.index, states)
             if small and damping < 1e-2:
                 converged = True
                 break

@@ -34,8 +34,8 @@ class Uncertainty:
 def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:
     """Normal matrix of the free coordinates with first states eliminated, and for each log its reduced Jacobian
     `(time, output, k)` and residual `(time, output)` in units of noise."""
-    problem, e, k = fitted.problem, fitted.evaluation, fitted.coordinates.index
-    p = len(fitted.theta)
+    problem, e, k = fitted.problem, fitted.evaluation, np.arange(len(fitted.coordinates.index))
+    p = len(e.local) - problem.start.shape[1]
     scale = fitted.coordinates.slope(fitted.theta)
     A = np.zeros((len(k), len(k)))
     jacobians, residuals = [], []
