@@ -48,6 +48,12 @@ class Batch(NamedTuple):
         """How many readings the residual holds, those that only repeat a count not counted again."""
         return float(np.sum(self.share[self.weight > 0.0]))
 
+    def until(self, time: float) -> "Batch":
+        """The windows in which the first `time` seconds of every log lie."""
+        windows = int(time / (np.min(self.h) * len(self.step_index))) + 1
+        axes = ("slot_step", "slot_part", "slot_sample", "reading", "weight", "share")
+        return self._replace(**{name: getattr(self, name)[:, :windows] for name in axes})
+
 
 def _padded(n: int) -> int:
     """Next of few sizes, so that logs of similar length share one compiled program."""

@@ -13,7 +13,7 @@ import numpy as np
 from rwjax.build import structure_of, theta_of
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import fit, sensitivities
-from rwjax.fit.problem import START_S, Problem, pose, starts_at_rest
+from rwjax.fit.problem import START_S, Problem, pose
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.rig import Rig
@@ -33,12 +33,13 @@ class Prediction:
 
 
 def early(problem: Problem) -> Problem:
-    """The problem with everything after the first 0.5 s of each log left out of the residual."""
-    weight = problem.batch.weight.copy()
+    """The problem of the first 0.5 s of each log."""
+    batch = problem.batch.until(START_S)
+    weight = batch.weight.copy()
     for k, log in enumerate(problem.logs):
         late = np.append(log.time - log.time[0] > START_S, False)  # empty slots point at the last entry
-        weight[k] = np.where(late[problem.batch.slot_sample[k]][..., None], 0.0, weight[k])
-    return replace(problem, batch=problem.batch._replace(weight=weight))
+        weight[k] = np.where(late[batch.slot_sample[k]][..., None], 0.0, weight[k])
+    return replace(problem, batch=batch._replace(weight=weight))
 
 
 def find_start(problem: Problem, theta: np.ndarray) -> np.ndarray:
@@ -55,9 +56,9 @@ def anchor(problem: Problem, theta: np.ndarray) -> Problem:
     A fit that may choose the first rate of a run bends it, where the model is incomplete, to hide what is missing, and
     then fails by the start rule on which every gap is measured. Where a run starts at rest only its angle is free.
     """
-    moving = np.array([not starts_at_rest(log) for log in problem.logs])
-    start = np.where(moving[:, None], find_start(problem, theta), problem.start)
-    return replace(problem, start=start, start_free=problem.start_free & ~moving[:, None])
+    moving = problem.moving[:, None]
+    start = np.where(moving, find_start(problem, theta), problem.start) if moving.any() else problem.start
+    return replace(problem, start=start, start_free=problem.start_free & ~moving)
 
 
 def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:

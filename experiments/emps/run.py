@@ -56,7 +56,7 @@ def main(folder: Path) -> None:
     found = diagnose(base, logs)
     print("\n".join(text(found)))
     print("  effects added              gap [mm]   mass [kg]   shift     viscous [N s/m]   shift")
-    for rung in found.waterfall:
+    for rung in (*found.waterfall, *found.beside):
         m, b = rung.numbers["axis.inertia"][0], rung.numbers["axis.friction.viscous"][0]
         shift = [rung.drift[name][1] for name in ("axis.inertia", "axis.friction.viscous")]
         names = " + ".join(rung.names) or "none"

@@ -23,6 +23,7 @@ from rwjax.plant import Structure
 from rwjax.rig import Rig
 
 SCHEMA = "rwjax.diagnosis/1"
+MOST_RIVALS = 4  # explanations told apart by the next experiment, the best one among them
 LISTED = 6  # names whose held-out gap is worked out for the ranking
 
 
@@ -48,7 +49,10 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything that the report shows; `json` is what other programs read."""
+    """Everything that the report shows; `json` is what other programs read.
+
+    `waterfall`: the rig as it is, then the named effects one after the other; `beside`: the same for the alternatives.
+    """
 
     rig: Rig
     logs: tuple[Log, ...]
@@ -63,6 +67,7 @@ class Diagnosis:
     held_out: str
     next_experiment: str
     waterfall: tuple[Rung, ...]
+    beside: tuple[Rung, ...]
     remarks: tuple[str, ...]
     corrected: Rig
     before: Held
@@ -139,7 +144,7 @@ class Diagnosis:
                         for name, (value, error) in rung.numbers.items()
                     },
                 }
-                for rung in self.waterfall
+                for rung in (*self.waterfall, *self.beside)
             ],
             "remarks": list(self.remarks),
         }
@@ -244,14 +249,14 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         after = before
         gaps = {name: gap(before, before, name) for name in before.square}
 
-    rungs = [_rung(refits, nothing, before.rms(signal), None)]
-    for k in range(len(named.names)):
-        partial = Explanation(named.names[: k + 1])
-        if not {*partial.names} == {*best.names}:
-            rms = held_out(refits, partial, numbered, with_floor=False).rms(signal)
-        else:
-            partial, rms = best, after.rms(signal)
-        rungs.append(_rung(refits, partial, rms, rungs[0].numbers))
+    rivals = list(dict.fromkeys([best, *choice.alternatives]))[:MOST_RIVALS] if verdict == "ambiguous" else []
+    first = _rung(refits, nothing, before.rms(signal), None)
+    steps = [Explanation(named.names[: k + 1]) for k in range(len(named.names))]
+    others = dict.fromkeys(Explanation(rival.names[: k + 1]) for rival in rivals for k in range(len(rival.names)))
+
+    def rung(step: Explanation) -> Rung:
+        held = after if step == best else held_out(refits, step, numbered, with_floor=False)
+        return _rung(refits, step, held.rms(signal), first.numbers)
 
     ranking = []
     for k, (explanation, probability) in enumerate(choice.ranking):
@@ -265,7 +270,6 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     fitted = refits(named)
     spread = uncertainty(fitted)
     coordinate = coordinate_of(named.names[0]) if named.names and verdict != "unknown" else None
-    rivals = list(dict.fromkeys([best, *choice.alternatives]))[:4] if verdict == "ambiguous" else []
     return Diagnosis(
         rig=rig,
         logs=every,
@@ -278,8 +282,11 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         signal=signal,
         gaps=gaps,
         held_out=rule,
-        next_experiment=_next(refits, verdict, rivals),
-        waterfall=tuple(rungs),
+        next_experiment=_next(
+            refits, verdict, [r for r in rivals if r not in choice.same], {name: g.after for name, g in gaps.items()}
+        ),
+        waterfall=(first, *map(rung, steps)),
+        beside=tuple(rung(other) for other in others if other not in steps),
         remarks=remarks(every, train, [fitted, *(refits(e) for e in rivals[1:])], spread),
         corrected=_corrected(rig, refits.problem.structure, fitted, named, spread),
         before=before,
@@ -302,9 +309,11 @@ def _shares(search: Search, choice: Choice) -> dict[str, float]:
     return found
 
 
-def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation]) -> str:
+def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], left: dict[str, float]) -> str:
+    if verdict == "ambiguous" and len(rivals) < 2:
+        return "none can tell them apart: for this kind of rig they are the same thing"
     if verdict == "ambiguous":
-        return propose(refits, rivals)
+        return propose(refits, rivals, left)
     if verdict == "unknown":
         return "repeat one of these runs three times, so that what never repeats can be told from what is missing"
     if verdict == "effect":

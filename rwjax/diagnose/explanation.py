@@ -43,11 +43,18 @@ def coordinate_of(name: str) -> str:
     return BY_NAME[name].coordinate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Explanation:
-    """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong."""
+    """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong. Their order is for
+    the reader alone."""
 
     names: tuple[str, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Explanation) and {*self.names} == {*other.names}
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self.names))
 
     @property
     def effects(self) -> tuple[str, ...]:

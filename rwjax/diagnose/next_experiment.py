@@ -1,4 +1,4 @@
-"""Next experiment: among commands that the rig can run, the one on which the rivals differ most beside the noise."""
+"""Next experiment: among commands that the rig can run, the one on which the rivals differ most beside their error."""
 
 import numpy as np
 
@@ -35,8 +35,12 @@ def commands(top: float) -> dict[str, np.ndarray]:
     return {name: np.where(on, u, 0.0) for name, u in levels.items()}
 
 
-def propose(refits: Refits, rivals: list[Explanation]) -> str:
-    """Sentence that names the most telling command, and by how much the closest rivals differ on it."""
+def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -> str:
+    """Sentence that names the most telling command, and by how much the rivals differ on it.
+
+    `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a difference below it tells
+    nothing.
+    """
     problem = refits.problem
     top = float(max(np.max(np.abs(problem.logs[k].command)) for k in refits.train))
     outputs = sorted({name for k in refits.train for name in problem.logs[k].outputs})
@@ -56,7 +60,8 @@ def propose(refits: Refits, rivals: list[Explanation]) -> str:
         )
         for name, u in plans.items()
     ]
-    plan = pose(problem.structure, logs, problem.noise)
+    error = {name: max(noise, left.get(name, 0.0)) for name, noise in problem.noise.items()}
+    plan = pose(problem.structure, logs, error)
     start = np.zeros_like(plan.start)
     runs = []
     for rival in rivals:
@@ -73,5 +78,5 @@ def propose(refits: Refits, rivals: list[Explanation]) -> str:
     best = int(np.argmax(telling))
     names = " and ".join(" + ".join(r.names) for r in rivals[:2])
     if telling[best] < 1.0:
-        return f"no command within {top:.3g} V separates {names}: they are the same thing for this rig"
-    return f"run {logs[best].name}: there {names} differ by {telling[best]:.1f} times the noise"
+        return f"no command within {top:.3g} V separates {names}: there they are the same thing for this rig"
+    return f"run {logs[best].name}: there {names} differ by {telling[best]:.1f} times the error that is left"

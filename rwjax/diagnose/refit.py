@@ -1,13 +1,13 @@
 """Refits: the rig's free numbers and an explanation's together, from several starts."""
 
+import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from threading import Lock
 
 import numpy as np
 
-from rwjax.diagnose.explanation import Explanation, space, structure_for
+from rwjax.diagnose.explanation import Explanation, free_names, space, structure_for
 from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
@@ -16,7 +16,33 @@ from rwjax.log import Log
 from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start; the best one then goes on
-THREADS = 2
+THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+HOPELESS = 4.0
+"""Cost against the best one's above which an explanation that gets no nearer is not fitted to the end."""
+NEARER = 1.5
+"""Factor by which the cost must fall in `FIRST_STEPS` steps for an explanation to get nearer."""
+
+
+def _further(begun: Fit) -> Fit:
+    return fit(
+        begun.problem,
+        begun.coordinates,
+        begun.theta,
+        start=begun.start,
+        damping=begun.damping,
+        most_steps=FIRST_STEPS,
+    )
+
+
+def _roughly(begun: Fit) -> Fit:
+    return fit_anchored(
+        begun.problem,
+        begun.coordinates,
+        begun.theta,
+        begun.start,
+        damping=begun.damping,
+        careful=False,
+    )
 
 
 @dataclass
@@ -31,27 +57,27 @@ class Refits:
     train: tuple[int, ...]
     progress: Callable[[str], None]
     _done: dict[Explanation, Fit] = field(default_factory=dict)
+    _hopeless: set[Explanation] = field(default_factory=set)
     _polished: set[Explanation] = field(default_factory=set)
-    _lock: Lock = field(default_factory=Lock)
 
     @classmethod
     def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "Refits":
         """Refits of `rig` to `logs`, trained on those numbered in `train`."""
         return cls(rig, pose(structure_for(rig), logs), tuple(train), progress)
 
-    def __call__(self, explanation: Explanation, parent: Explanation | None = None) -> Fit:
-        """Best fit of an explanation; with a `parent` its estimates are where the search begins."""
-        with self._lock:
-            known = self._done.get(explanation)
-        if known is not None:
-            return known
-        best = self._search(explanation, parent)
-        with self._lock:
-            self._done[explanation] = best
-        self.progress(" + ".join(explanation.names) or "the rig as it is")
-        return best
+    def __call__(self, explanation: Explanation) -> Fit:
+        """Best fit of an explanation."""
+        if explanation not in self._done:
+            begun = self._begin(explanation, None)
+            self._done[explanation] = fit_anchored(begun.problem, begun.coordinates, begun.theta, begun.start)
+        return self._done[explanation]
 
-    def _search(self, explanation: Explanation, parent: Explanation | None) -> Fit:
+    def __contains__(self, explanation: Explanation) -> bool:
+        return explanation in self._done
+
+    def _begin(self, explanation: Explanation, parent: Explanation | None) -> Fit:
+        """The start that the first few steps bring furthest; with a `parent` its estimates are where all begin."""
+        self.progress(" + ".join(explanation.names) or "the rig as it is")
         problem = self.problem.only(self.train)
         coordinates, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
         if parent is None:
@@ -61,39 +87,59 @@ class Refits:
                 for nodes in (measured_nodes(problem, start), None)
             ]
         else:
-            begun = self._done[parent]
-            shared = {*self.rig.free, *({*explanation.numbers} & {*parent.numbers})}
-            prefixes = tuple(f"{effect}." for effect in explanation.effects if effect in parent.effects)
-            known = np.array(
-                [
-                    name in shared or (name.startswith(prefixes) if prefixes else False)
-                    for name in problem.structure.names
-                ]
-            )
+            begun = self(parent)
+            fitted = {*free_names(self.rig, parent)} & {*free_names(self.rig, explanation)}
+            known = np.array([name in fitted for name in problem.structure.names])
+            starts = [np.where(known, begun.theta, start) for start in starts]
             first = [
                 fit(
                     problem,
                     coordinates,
-                    np.where(known, begun.theta, start),
+                    start,
                     start=begun.start,
+                    nodes=measured_nodes(problem, start),
                     most_steps=FIRST_STEPS,
                 )
                 for start in starts
             ]
-        best = min(first, key=lambda f: f.cost)
-        return fit_anchored(problem, coordinates, best.theta, best.start, careful=parent is None)
+        tried = [self._done[explanation]] if explanation in self._done else []
+        return min(first + tried, key=lambda f: f.cost)
 
-    def many(self, explanations: Iterable[Explanation], parent: Explanation | None = None) -> dict[Explanation, Fit]:
-        """Fits of several explanations, side by side."""
+    def race(self, explanations: Iterable[Explanation], parent: Explanation) -> dict[Explanation, Fit]:
+        """Fits of several explanations side by side, from a parent's estimates.
+
+        One that leaves more than `HOPELESS` times what the best one leaves, and gets no nearer, is not fitted to the
+        end; it may run again in another race.
+        """
         wanted = list(dict.fromkeys(explanations))
+        self(parent)
         with ThreadPoolExecutor(THREADS) as pool:
-            return dict(zip(wanted, pool.map(lambda e: self(e, parent), wanted), strict=True))
+            new = [e for e in wanted if e not in self._done or e in self._hopeless]
+            left = dict(zip(new, pool.map(lambda e: self._begin(e, parent), new), strict=True))
+            done = {e: self._done[e] for e in wanted if e not in left}
+            moving = set(left)
+            while left:
+                least = min(f.cost for f in (self(parent), *left.values(), *done.values()))
+                if near := [e for e in left if left[e].cost <= HOPELESS * least]:
+                    done |= zip(near, pool.map(_roughly, [left.pop(e) for e in near]), strict=True)
+                elif moving := [e for e in left if e in moving]:
+                    for e, fitted in zip(moving, pool.map(_further, [left[e] for e in moving]), strict=True):
+                        if fitted.cost > left[e].cost / NEARER:
+                            moving = [other for other in moving if other != e]
+                        left[e] = fitted
+                else:
+                    break
+        self._done |= done | left
+        self._hopeless -= {*done}
+        self._hopeless |= {*left}
+        return {e: self._done[e] for e in wanted}
 
     def polish(self, explanation: Explanation) -> Fit:
         """The fit of an explanation, gone on with across the creases of stick and slip; kept where that is better."""
         begun = self(explanation)
         if explanation not in self._polished:
             self._polished.add(explanation)
+            self.progress(f"{' + '.join(explanation.names)}, more closely")
             problem = self.problem.only(self.train)
             found = fit_anchored(problem, begun.coordinates, begun.theta, begun.start)
             if found.cost < begun.cost:

@@ -12,7 +12,8 @@ import numpy as np
 
 from rwjax.diagnose.evidence import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation, candidates, free_names
-from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.refit import HOPELESS, Refits
+from rwjax.fit.end_to_end import Fit
 
 NEEDED = 5.0
 """Log evidence that a further name must bring."""
@@ -35,11 +36,13 @@ MOST_NAMES = 4
 
 @dataclass(frozen=True)
 class Choice:
-    """`best` explanation; `alternatives` that cannot be told apart from it; `evidence` of everything that was tried,
-    relative to the rig as it is; `ranking` single names with their share of the evidence."""
+    """`best` explanation; `alternatives` that cannot be told apart from it, `same` of them on no logs of this kind of
+    rig; `evidence` of everything that was tried, relative to the rig as it is; `ranking` single names with their share
+    of the evidence."""
 
     best: Explanation
     alternatives: tuple[Explanation, ...]
+    same: tuple[Explanation, ...]
     evidence: dict[Explanation, float]
     ranking: tuple[tuple[Explanation, float], ...]
 
@@ -51,17 +54,17 @@ class Search:
         self.refits = refits
         self.rig = refits.rig
         self.names = candidates(refits.rig)
-        self.squares: dict[Explanation, dict[str, float]] = {}
+        self.squares: dict[Explanation, tuple[Fit, dict[str, float]]] = {}
         self.count: dict[str, float] = {}
 
     def _seen(self, explanation: Explanation) -> dict[str, float]:
-        if explanation not in self.squares:
-            fitted = self.refits(explanation)
-            self.squares[explanation] = sums(residuals(fitted, self.refits.train))
+        fitted = self.refits(explanation)
+        if explanation not in self.squares or self.squares[explanation][0] is not fitted:
+            self.squares[explanation] = fitted, sums(residuals(fitted, self.refits.train))
             batch = fitted.problem.batch
             share = np.where(batch.weight > 0.0, batch.share, 0.0).sum(axis=(0, 1, 2))
             self.count = dict(zip(fitted.problem.structure.outputs, share, strict=True))
-        return self.squares[explanation]
+        return self.squares[explanation][1]
 
     def _numbers(self, explanation: Explanation) -> int:
         return len(free_names(self.rig, explanation)) - len(self.rig.free)
@@ -95,10 +98,11 @@ class Search:
 
     def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
         """Fits all, and the best few with more care: they decide."""
-        tried = self.refits.many(explanations, parent)
+        tried = self.refits.race(explanations, parent)
+        least = min(f.cost for f in (self.refits(parent), *tried.values()))
         for explanation in sorted(tried, key=lambda e: tried[e].cost)[:CAREFUL]:
-            self.refits.polish(explanation)
-            self.squares.pop(explanation, None)
+            if tried[explanation].cost <= HOPELESS * least:
+                self.refits.polish(explanation)
 
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
@@ -133,7 +137,7 @@ class Search:
             found += bare
             if member in CONTAINS_COULOMB and not dry and "axis.coulomb" in self.names:
                 found += [e.plus("axis.coulomb") for e in bare if not {*e.names} & {*CONTAINS_COULOMB}]
-        return [e for e in dict.fromkeys(found) if {*e.names} != {*explanation.names}]
+        return [e for e in dict.fromkeys(found) if e != explanation]
 
     def as_good(self, one: Explanation, other: Explanation) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise."""
@@ -165,7 +169,7 @@ class Search:
                 if "axis.coulomb" not in best.names:
                     continue  # without dry friction the one is not the other
             found.append(other)
-        return [e for e in found if {*e.names} != {*best.names}]
+        return [e for e in found if e != best]
 
     def run(self) -> Choice:
         """The search from the rig as it is."""
@@ -173,6 +177,7 @@ class Search:
         self.refits(nothing)
         best = self._backward(self._forward(nothing))
         alternatives: list[Explanation] = []
+        same = self._declared(best)
         if best.names:
             rivals = self._exchanged(best)
             self._fit(rivals, best)
@@ -185,20 +190,19 @@ class Search:
             ]
             alternatives = [e for e in close if not any(e.contains(other) for other in close)]
             alternatives.sort(key=lambda e: -self.evidence(e, effective))
-            known = [{*e.names} for e in alternatives]
-            alternatives += [e for e in self._declared(best) if {*e.names} not in known]
+            alternatives += [e for e in same if e not in alternatives]
         everything = [e for e in self.squares]
         effective = self.effective(best)
         base = self.evidence(nothing, effective)
         evidence = {e: self.evidence(e, effective) - base for e in everything}
-        return Choice(best, tuple(alternatives), evidence, self._ranking(nothing, best, effective))
+        return Choice(best, tuple(alternatives), tuple(same), evidence, self._ranking(nothing, best, effective))
 
     def _ranking(
         self, nothing: Explanation, best: Explanation, effective: dict[str, float]
     ) -> tuple[tuple[Explanation, float], ...]:
         """Shares of the evidence among the rig as it is, the single names and the best set."""
         field = list(dict.fromkeys([*self._extensions(nothing), best, nothing]))
-        field = [e for e in field if e in self.refits._done or not e.names]
+        field = [e for e in field if e in self.refits or not e.names]
         values = np.array([self.evidence(e, effective) for e in field])
         share = np.exp(values - values.max())
         share /= share.sum()

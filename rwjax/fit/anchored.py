@@ -16,18 +16,33 @@ COMPLETE = 2.0
 
 
 def fit_anchored(
-    problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray, *, careful: bool = True
+    problem: Problem,
+    coordinates: Coordinates,
+    theta: np.ndarray,
+    start: np.ndarray,
+    *,
+    damping: float = 1e-3,
+    careful: bool = True,
 ) -> Fit:
     """Best fit in which first states and numbers agree: all free where the model reaches the noise or every run starts
-    at rest, else the start rule's first states at the fitted numbers. `careful`: to the last digit and across the creases of stick and slip; otherwise as closely
-    as a comparison of explanations needs.
+    at rest, else the start rule's first states at the fitted numbers. `careful`: to the last digit and across the
+    creases of stick and slip; otherwise as closely as a comparison of explanations needs.
     """
     most_steps, tolerance = (60, 1e-7) if careful else (20, 1e-4)
-    begun = fit(problem, coordinates, theta, start=start, most_steps=most_steps, tolerance=tolerance, creases=careful)
-    anchored = anchor(problem, begun.theta)
-    moving = problem.start_free.any(axis=1, keepdims=True) & ~anchored.start_free.any(axis=1, keepdims=True)
+    begun = fit(
+        problem,
+        coordinates,
+        theta,
+        start=start,
+        damping=damping,
+        most_steps=most_steps,
+        tolerance=tolerance,
+        creases=careful,
+    )
+    moving = problem.moving[:, None]
     if not moving.any() or 2.0 * begun.cost <= COMPLETE * problem.batch.readings:
         return begun
+    anchored = anchor(problem, begun.theta)
     theta, best = begun.theta, begun
     for k in range(MOST_ROUNDS if careful else 1):
         first = np.where(moving, anchored.start, begun.start)

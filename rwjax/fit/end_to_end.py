@@ -30,7 +30,8 @@ class Fit:
     """Result of a fit. `theta` all numbers in the order of `structure.names`, `start` first state of each log.
 
     `cost`: half the sum of squared residuals in units of noise. `evaluation`: sensitivities at the optimum, windows
-    started from the free run (numpy arrays). `converged`: False where the step limit came first.
+    started from the free run (numpy arrays). `converged`: False where the step limit came first. `damping`: of the last
+    step, with which a fit that goes on begins.
     """
 
     problem: Problem
@@ -41,6 +42,7 @@ class Fit:
     evaluation: Evaluation
     converged: bool
     steps: int
+    damping: float
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -154,7 +156,7 @@ def fit(
     *,
     start: np.ndarray | None = None,
     nodes: np.ndarray | None = None,
-    start_free: np.ndarray | None = None,
+    damping: float = 1e-3,
     most_steps: int = 60,
     tolerance: float = 1e-7,
     creases: bool = False,
@@ -165,7 +167,7 @@ def fit(
     fit that ends well above the noise goes on by steps across the creases of stick and slip.
     """
     start = problem.start if start is None else start
-    start_free = problem.start_free if start_free is None else start_free
+    start_free = problem.start_free
     theta = coordinates.inward(theta)
     cost, states = _run(problem, theta, start)
     if nodes is not None:
@@ -178,7 +180,7 @@ def fit(
             if cost_w < cost:
                 theta, start, cost, states = theta_w, start_w, cost_w, states_w
     e = sensitivities(problem, theta, coordinates.index, states)
-    damping, converged, taken = 1e-3, most_steps == 0, 0
+    converged, taken = most_steps == 0, 0
     while taken < most_steps:
         taken += 1
         solved = _solve(e, coordinates, theta, start_free, damping)
@@ -212,6 +214,6 @@ def fit(
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
         theta_k, start_k, cost_k = across_kinks(problem, wide, theta, start, start_free, cost)
         if cost_k < cost:
-            rest = fit(problem, coordinates, theta_k, start=start_k, start_free=start_free, creases=False)
+            rest = fit(problem, coordinates, theta_k, start=start_k)
             return replace(rest, steps=rest.steps + taken)
-    return Fit(problem, coordinates, theta, start, cost, e, converged, taken)
+    return Fit(problem, coordinates, theta, start, cost, e, converged, taken, damping)

@@ -27,12 +27,12 @@ def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
             for name, entries in ((angle_name, (angle, rate)), (rate_name, (rate,))):
                 if name not in log.outputs or entries[0] not in states:
                     continue
-                for w in range(len(at)):
-                    y, s = log.outputs[name][index[w]], t[index[w]] - at[w]
-                    seen = np.isfinite(y)
-                    if seen.sum() < 5:
-                        continue
-                    c = np.polynomial.polynomial.polyfit(s[seen], y[seen], 2)
-                    for order, entry in enumerate(entries):
-                        nodes[k, w, states.index(entry)] = c[order]
+                seen = np.isfinite(log.outputs[name][index])
+                fitted = seen.sum(axis=1) >= 5
+                offset = (t[index] - at[:, None])[fitted, :, None]
+                powers = np.where(seen[fitted, :, None], offset ** np.arange(3), 0.0)
+                y = np.where(seen[fitted], log.outputs[name][index[fitted]], 0.0)
+                parabola = np.einsum("wps,ws->wp", np.linalg.pinv(powers), y)
+                for order, entry in enumerate(entries):
+                    nodes[k, fitted, states.index(entry)] = parabola[:, order]
     return nodes

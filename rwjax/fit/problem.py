@@ -25,9 +25,11 @@ class Problem:
     start: np.ndarray
     start_free: np.ndarray
 
-    def with_structure(self, structure: Structure) -> "Problem":
-        """The same logs under a plant with other effects."""
-        return replace(self, structure=structure)
+    @property
+    def moving(self) -> np.ndarray:
+        """Logs whose first rates the readings must tell: those that do not start at rest `(l,)`."""
+        angles = [name in ("psi", "theta") for name in self.structure.states]
+        return np.any(self.start_free & ~np.array(angles), axis=1)
 
     def only(self, logs: Collection[int]) -> "Problem":
         """The same arrays with all other logs left out of the residual: nothing has to be compiled anew."""
