@@ -80,41 +80,30 @@ class Refits:
         self.progress(" + ".join(explanation.names) or "the rig as it is")
         problem = self.problem.only(self.train)
         coordinates, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
-        if parent is None:
-            first = [
-                fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
-                for start in starts
-                for nodes in (measured_nodes(problem, start), None)
-            ]
-        else:
+        first = None
+        if parent is not None:
             begun = self(parent)
+            first = begun.start
             fitted = {*free_names(self.rig, parent)} & {*free_names(self.rig, explanation)}
             known = np.array([name in fitted for name in problem.structure.names])
             starts = [np.where(known, begun.theta, start) for start in starts]
-            first = [
-                fit(
-                    problem,
-                    coordinates,
-                    start,
-                    start=begun.start,
-                    nodes=measured_nodes(problem, start),
-                    most_steps=FIRST_STEPS,
-                )
-                for start in starts
-            ]
-        tried = [self._done[explanation]] if explanation in self._done else []
-        return min(first + tried, key=lambda f: f.cost)
+        tried = [
+            fit(problem, coordinates, start, start=first, nodes=nodes, most_steps=FIRST_STEPS)
+            for start in starts
+            for nodes in ((None,) if explanation in self else (measured_nodes(problem, start), None))
+        ]
+        return min(tried, key=lambda f: f.cost)
 
     def race(self, explanations: Iterable[Explanation], parent: Explanation) -> dict[Explanation, Fit]:
         """Fits of several explanations side by side, from a parent's estimates.
 
         One that leaves more than `HOPELESS` times what the best one leaves, and gets no nearer, is not fitted to the
-        end; it may run again in another race.
+        end; it may run again in another race. So does a special case of the parent, which may know a better place.
         """
         wanted = list(dict.fromkeys(explanations))
         self(parent)
         with ThreadPoolExecutor(THREADS) as pool:
-            new = [e for e in wanted if e not in self._done or e in self._hopeless]
+            new = [e for e in wanted if e not in self._done or e in self._hopeless or parent.contains(e)]
             left = dict(zip(new, pool.map(lambda e: self._begin(e, parent), new), strict=True))
             done = {e: self._done[e] for e in wanted if e not in left}
             moving = set(left)
@@ -129,9 +118,10 @@ class Refits:
                         left[e] = fitted
                 else:
                     break
-        self._done |= done | left
-        self._hopeless -= {*done}
-        self._hopeless |= {*left}
+        for e, fitted in (done | left).items():
+            if e not in self._done or fitted.cost < self._done[e].cost:
+                self._done[e] = fitted
+                (self._hopeless.add if e in left else self._hopeless.discard)(e)
         return {e: self._done[e] for e in wanted}
 
     def polish(self, explanation: Explanation) -> Fit:
