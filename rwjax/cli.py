@@ -1,13 +1,16 @@
 """Command line: reads the arguments, calls the library, prints. The one place that prints and exits."""
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.exceptions import Abort, TyperException
 
 from rwjax.errors import InputError
 
@@ -24,6 +27,13 @@ Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on 
 Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
 
 
+class FitMethod(StrEnum):
+    """Ways to fit that write a rig file."""
+
+    E2E = "end-to-end"
+    TWO_STAGE = "two-stage"
+
+
 @contextmanager
 def _progress(quiet: bool) -> Iterator[Callable[[str], None]]:
     """A spinner with the latest step on a terminal, nothing otherwise."""
@@ -37,18 +47,34 @@ def _progress(quiet: bool) -> Iterator[Callable[[str], None]]:
         yield lambda text: status.update(text)
 
 
-def _folder(path: Path) -> Path:
+@contextmanager
+def _results(path: Path) -> Iterator[Path]:
+    """The folder of the results, made before the work begins; gone again if there are none."""
+    new = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot make this folder ({error.strerror}); give another with -o") from None
-    return path
+    try:
+        yield path
+    except InputError:
+        if new and not any(path.iterdir()):
+            path.rmdir()
+        raise
+
+
+def _keep_input(output: Path, *inputs: Path) -> None:
+    if output.exists() and any(output.samefile(path) for path in inputs if path.exists()):
+        raise InputError(f"{output}: is the input; give another path with -o")
 
 
 @app.command()
 def fit(
     rig: RigFile,
     logs: LogFiles,
+    method: Annotated[
+        FitMethod, typer.Option(help="two-stage: friction from coast-downs, as in the thesis")
+    ] = FitMethod.E2E,
     output: Annotated[Path | None, typer.Option("-o", metavar="FITTED.toml", help="stdout without it")] = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -57,21 +83,29 @@ def fit(
     from rwjax.errors import write_text
     from rwjax.fit.rig_fit import fit_rig
     from rwjax.log import read_logs
+    from rwjax.methods.two_stage import two_stage
     from rwjax.rig import read_rig, write_rig
 
     with _progress(quiet) as progress:
         believed = read_rig(rig)
         records = read_logs(logs, believed)
         progress("fitting")
-        result = fit_rig(believed, records)
+        result = (fit_rig if method is FitMethod.E2E else two_stage)(believed, records)
     text = write_rig(result.rig)
     if output is not None:
+        _keep_input(output, *logs)
         write_text(output, text, InputError)
     if as_json:
         print(json.dumps(result.json(), indent=1))
     elif output is None:
         print(text, end="")
-    for note in result.uncertainty.notes:
+    else:
+        for name in result.rig.free:
+            error = result.rig.standard_error.get(name)
+            spread = "" if error is None else f" ± {error:.2g}"
+            print(f"{name} = {result.rig.values[name]:.6g}{spread}")
+        print(f"fitted to {', '.join(log.name for log in records if not log.validate)}; written to {output}")
+    for note in result.notes:
         print(f"note: {note}", file=sys.stderr)
 
 
@@ -84,6 +118,8 @@ def predict(
     quiet: Quiet = False,
 ) -> None:
     """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times."""
+    import numpy as np
+
     from rwjax.errors import write_text
     from rwjax.log import read_log
     from rwjax.predict import predict_log
@@ -94,17 +130,51 @@ def predict(
     with _progress(quiet) as progress:
         progress("simulating")
         columns = predict_log(believed, record)
+    if not all(np.isfinite(v).all() for v in columns.values()):
+        raise InputError(
+            f"{rig}: the simulation of {log} leaves the range of numbers; check the rig's numbers and units"
+        )
+    rows = zip(*columns.values(), strict=True)
+    lines = (",".join([repr(float(row[0])), *(f"{v:.10g}" for v in row[1:])]) for row in rows)
+    text = "\n".join([",".join(columns), *lines, ""])
+    if output is not None:
+        _keep_input(output, rig, log)
+        write_text(output, text, InputError)
     if as_json:
         print(
             json.dumps({"schema": "rwjax.prediction/1", **{name: list(map(float, v)) for name, v in columns.items()}})
         )
-        return
-    rows = zip(*columns.values(), strict=True)
-    text = ",".join(columns) + "\n" + "".join(",".join(f"{v:.10g}" for v in row) + "\n" for row in rows)
-    if output is not None:
-        write_text(output, text, InputError)
-    else:
+    elif output is None:
         print(text, end="")
+
+
+@app.command()
+def compare(
+    rig: RigFile,
+    logs: LogFiles,
+    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")] = Path("comparison"),
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Every identification method on the same logs, judged on the same held-out data."""
+    from rwjax.compare import compare as run
+    from rwjax.errors import write_text
+    from rwjax.log import read_logs
+    from rwjax.report.comparison import table, write_figure
+    from rwjax.rig import read_rig
+
+    believed = read_rig(rig)
+    records = read_logs(logs, believed)
+    with _results(output) as folder, _progress(quiet) as progress:
+        result = run(believed, records, progress)
+        answer, text = json.dumps(result.json(), indent=1, allow_nan=False), table(result)
+        write_text(folder / "comparison.json", answer + "\n", InputError)
+        write_text(folder / "comparison.txt", text, InputError)
+        figure = write_figure(result, folder / "comparison.png")
+    if as_json:
+        print(answer)
+    else:
+        print(text + f"figure: {figure}")
 
 
 @app.command()
@@ -125,8 +195,7 @@ def diagnose(
 
     believed = read_rig(rig)
     records = read_logs(logs, believed)
-    folder = _folder(output)
-    with _progress(quiet) as progress:
+    with _results(output) as folder, _progress(quiet) as progress:
         result = run(believed, records, progress)
         progress("writing the report")
         answer = json.dumps(result.json(), indent=1, allow_nan=False)
@@ -143,7 +212,16 @@ def diagnose(
 def main() -> None:
     """Entry point: one line and status 2 for unusable input."""
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
     except InputError as error:
         print(f"rwjax: {error}", file=sys.stderr)
         sys.exit(2)
+    except TyperException as error:  # arguments that do not fit the command
+        what = " ".join(error.format_message().split())
+        if what:
+            print(f"rwjax: {what} (`rwjax COMMAND --help` lists what is right)", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except (KeyboardInterrupt, Abort):
+        print("rwjax: interrupted", file=sys.stderr)
+        sys.stderr.flush()
+        os._exit(130)  # threads may be inside compiled code, which must not be torn down under them

@@ -41,6 +41,8 @@ def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
 def write_text(path: str | os.PathLike[str], text: str, error: type[InputError]) -> None:
     """Writes a file whole or not at all (a temporary file beside it, renamed); `error` if that fails."""
     target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise error(f"{path}: is a folder; give the path of a file")
     try:
         if target.exists() and not target.is_file():  # /dev/stdout and its like are written to, never replaced
             target.write_text(text, encoding="utf-8")

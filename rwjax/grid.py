@@ -9,12 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.errors import LogError
 from rwjax.log import Log
 from rwjax.plant import Structure
 
 LONGEST_STEP = 5e-3
 """Longest time step [s]; the sampling interval is divided until its parts are no longer than this. Where angles alone
 are logged, faster samples share a step."""
+
+
+MOST_STEPS = 5_000_000  # of one log: three hours at 400 Hz
 
 
 class Batch(NamedTuple):
@@ -64,32 +68,36 @@ def _padded(n: int) -> int:
 
 
 LONGEST_RUN = 3
-"""Samples in a row at one count that still count as so many readings."""
+"""Readings that samples in a row at one count stand for at most."""
 
 
 def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
     """Share `(time,)` by which each reading is a new one.
 
     The rounding of a count that stays for many samples is one error, not many: at rest it would otherwise outweigh the
-    motion. A run of `n` equal counts counts as one reading where `n` exceeds `LONGEST_RUN`; readings in SI count fully.
+    motion. A run of equal counts counts as at most `LONGEST_RUN` readings; readings in SI count fully.
     """
     if resolution == 0.0:
         return np.ones(len(value))
     change = np.flatnonzero(np.append(True, np.diff(value) != 0.0))
     length = np.diff(np.append(change, len(value)))
-    return np.repeat(np.where(length > LONGEST_RUN, 1.0 / length, 1.0), length)
+    return np.repeat(np.minimum(1.0, LONGEST_RUN / length), length)
 
 
 def _grid_of(log: Log, refine: int) -> tuple[float, int]:
     dt = float(np.median(np.diff(log.time)))
-    if {*log.outputs} <= {"yaw_rad", "wheel_rad"}:
+    if log.outputs and {*log.outputs} <= {"yaw_rad", "wheel_rad"}:
         dt *= max(1, int(LONGEST_STEP / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
     h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
     span = log.time[-1] - log.time[0]
-    steps = round(span / h)
-    if steps > 0 and abs(steps * h - span) < 0.5 * h:
-        h = span / steps  # regular sampling: grid points fall on samples to rounding
-    return h, int(np.ceil(span / h - 1e-9))
+    steps = max(1, round(span / h))
+    if steps > MOST_STEPS:
+        widest = int(np.argmax(np.diff(log.time)))
+        raise LogError(
+            f"{log.name}: {span:.4g} s in steps of {h:.2g} s are too many; the widest gap, {np.diff(log.time)[widest]:.4g} s, "
+            f"follows {log.time[widest]:.6g} s: split the log there, or check `time_s`"
+        )
+    return span / steps, steps  # regular samples fall on grid points to rounding
 
 
 def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str, float]], *, refine: int = 1) -> Batch:

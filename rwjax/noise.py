@@ -1,11 +1,16 @@
 """Noise of each logged output: what even a perfect model leaves, read from the fastest part of the signal."""
 
+from math import comb
+
 import numpy as np
 
 from rwjax.log import Log
 
 MAD_TO_SIGMA = 1.0 / 0.6745  # of a normal distribution
-THIRD_DIFFERENCE = np.sqrt(20.0)  # standard deviation of a third difference of white noise of unit size
+JITTER = 2.0
+"""Noise of a counted reading, in units of its rounding error, below which it is the rounding alone."""
+PLAINLY = 0.85  # less than this share of the estimate so far: more than chance
+ORDERS = (3, 5, 7)  # of the differences; what moves smoothly shrinks with the order, white noise does not
 
 
 def quantisation(log: Log, output: str) -> float:
@@ -14,14 +19,21 @@ def quantisation(log: Log, output: str) -> float:
 
 
 def rapid(signal: np.ndarray) -> float:
-    """Size of what changes from sample to sample without pattern: third differences, robust against steps."""
-    d = np.diff(signal[np.isfinite(signal)], n=3)
-    if len(d) < 8:
-        return 0.0
-    robust = MAD_TO_SIGMA * np.median(np.abs(d - np.median(d))) / THIRD_DIFFERENCE
-    # printed or counted readings may repeat so often that the median is 0: then the mean square, its largest 2 % left out
-    kept = np.sort(np.abs(d))[: max(8, int(0.98 * len(d)))]
-    return float(robust if robust > 0.0 else np.sqrt(np.mean(kept**2)) / THIRD_DIFFERENCE)
+    """Size of what changes from sample to sample without pattern: differences, robust against steps, of a higher
+    order where that is plainly less: a motion that is sampled slowly stays in the low orders."""
+    found = []
+    for order in ORDERS:
+        d = np.diff(signal[np.isfinite(signal)], n=order) / np.sqrt(comb(2 * order, order))
+        if len(d) < 8:
+            break
+        robust = MAD_TO_SIGMA * np.median(np.abs(d - np.median(d)))
+        # printed or counted readings may repeat so often that the median is 0: then the mean square, its largest 2 % left out
+        kept = np.sort(np.abs(d))[: max(8, int(0.98 * len(d)))]
+        found.append(float(robust if robust > 0.0 else np.sqrt(np.mean(kept**2))))
+    lowest = found[0] if found else 0.0
+    for sigma in found[1:]:
+        lowest = sigma if sigma < PLAINLY * lowest else lowest
+    return lowest
 
 
 def of_readings(log: Log) -> dict[str, float]:
@@ -29,9 +41,10 @@ def of_readings(log: Log) -> dict[str, float]:
     found = {}
     for name, value in log.outputs.items():
         seen = value[np.isfinite(value)]
-        sigma = quantisation(log, name)
-        if sigma == 0.0:
-            sigma = rapid(value)
+        step = quantisation(log, name)
+        sigma = rapid(value)
+        if sigma < JITTER * step:
+            sigma = step
         tiny = 1e-9 * float(np.max(np.abs(seen), initial=0.0)) + 1e-12
         found[name] = max(sigma, tiny)
     return found

@@ -11,7 +11,7 @@ class Parameter:
     """What is known about a number before any log is seen.
 
     `unit`: SI unit as text. `bounds`: physically possible values. `null`: the value at which the effect is absent.
-    `starts`: values from which a search begins, in units of `scale_of` (see `rwjax.diagnose.candidates`) or absolute.
+    `starts`: values from which a search begins, in units of the scale named by `scale` (see `rwjax.fit.scales`).
     """
 
     name: str
@@ -21,11 +21,6 @@ class Parameter:
     starts: tuple[float, ...]
     scale: str
     tex: str
-
-    @property
-    def logarithmic(self) -> bool:
-        """Strictly positive numbers are fitted in log coordinates."""
-        return self.bounds[0] > 0.0
 
 
 def param(

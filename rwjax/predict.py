@@ -6,14 +6,13 @@ still leave: noise and quantisation of the readings, the start's uncertainty car
 of runs that repeat one command.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from rwjax.build import structure_of, theta_of
-from rwjax.fit.coordinates import coordinates
-from rwjax.fit.end_to_end import fit, sensitivities
-from rwjax.fit.problem import START_S, Problem, pose
+from rwjax.fit.end_to_end import first_states, sensitivities
+from rwjax.fit.problem import START_S, Problem, pose, starts_at_rest
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.rig import Rig
@@ -30,35 +29,6 @@ class Prediction:
     outputs: dict[str, np.ndarray]
     start: np.ndarray
     floor: dict[str, np.ndarray]
-
-
-def early(problem: Problem) -> Problem:
-    """The problem of the first 0.5 s of each log."""
-    batch = problem.batch.until(START_S)
-    weight = batch.weight.copy()
-    for k, log in enumerate(problem.logs):
-        late = np.append(log.time - log.time[0] > START_S, False)  # empty slots point at the last entry
-        weight[k] = np.where(late[batch.slot_sample[k]][..., None], 0.0, weight[k])
-    return replace(problem, batch=batch._replace(weight=weight))
-
-
-def find_start(problem: Problem, theta: np.ndarray) -> np.ndarray:
-    """First state of each log `(l, n)` by the start rule."""
-    if not problem.start_free.any():
-        return problem.start
-    fixed = coordinates(theta, np.zeros(len(theta), bool), np.zeros((len(theta), 2)), theta)
-    return fit(early(problem), fixed, theta, most_steps=12, tolerance=1e-5).start
-
-
-def anchor(problem: Problem, theta: np.ndarray) -> Problem:
-    """The problem with first states of moving runs set by the start rule and no longer free.
-
-    A fit that may choose the first rate of a run bends it, where the model is incomplete, to hide what is missing, and
-    then fails by the start rule on which every gap is measured. Where a run starts at rest only its angle is free.
-    """
-    moving = problem.moving[:, None]
-    start = np.where(moving, find_start(problem, theta), problem.start) if moving.any() else problem.start
-    return replace(problem, start=start, start_free=problem.start_free & ~moving)
 
 
 def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:
@@ -86,7 +56,7 @@ def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log
 
 def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> list[Prediction]:
     """Free runs of all logs of a problem from the start rule, with the floor if wanted."""
-    start = find_start(problem, theta)
+    start = first_states(problem, theta)
     y, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, start, problem.batch))
     names = problem.structure.outputs
     n = problem.start.shape[1]
@@ -111,10 +81,12 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
 
 
 def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:
-    """Scatter between runs of one command: for each output, (log, variance at its times) where runs repeat."""
+    """Scatter between runs of one command, all from rest: for each output, (log, variance at its times)."""
     groups: dict[tuple, list[int]] = {}
     for k, log in enumerate(logs):
-        groups.setdefault((len(log.time), log.command.tobytes()), []).append(k)
+        if starts_at_rest(log):  # a run that starts moving repeats only what moved alike
+            times = np.round(log.time - log.time[0], 3)
+            groups.setdefault((times.tobytes(), log.command.tobytes()), []).append(k)
     found: dict[str, list[tuple[int, np.ndarray]]] = {}
     for members in groups.values():
         if len(members) < 2:

@@ -106,11 +106,6 @@ def _check_together(numbers: dict[str, float], kind: str) -> None:
     ):
         if name in numbers and other not in numbers:
             raise RigError(f"`{name}` means nothing without `{other}`; give both, or neither")
-    M_c, M_s = (numbers.get(f"axis.friction.{name}", 0.0) for name in ("coulomb", "static"))
-    if "axis.friction.static" in numbers and M_s < M_c:
-        raise RigError(
-            f"`axis.friction.static` is {M_s!r}; it has to be at least `axis.friction.coulomb`, here {M_c!r}"
-        )
 
 
 def effect_parameters() -> "dict[str, dict[str, Parameter]]":
@@ -137,7 +132,9 @@ def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:
             wanted = ", ".join(f"`{p}`" for p in known[name])
             raise RigError(f"the effect `{name}` has no parameter `{parameter}`; it has {wanted}")
         if parameter:
-            parameters[parameter] = _number(f"effects.{key}", value)
+            low = known[name][parameter].bounds[0]
+            sign = "positive" if low > 0.0 else "zero or positive" if low == 0.0 else "any"
+            parameters[parameter] = _number(f"effects.{key}", value, sign)
     for name, parameters in given.items():
         for parameter in (p for p in known[name] if p not in parameters):
             unit = known[name][parameter].unit

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int
 
 from rwjax.grid import Batch
 from rwjax.plant import Plant, Structure, assemble
-from rwjax.step import propagator, step
+from rwjax.step import propagator, step, with_friction
 from rwjax.types import Scalar
 
 
@@ -123,6 +123,24 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
         jnp.asarray(batch.slot_step),
         jnp.asarray(batch.slot_part),
     )
+
+
+@partial(jax.jit, static_argnames="structure")
+def rates_along(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    t: Float[Array, " t"],
+    states: Float[Array, "t n"],
+    command: Float[Array, " t"],
+) -> Float[Array, "t n"]:
+    """Rates of all states, dry friction included, along a given motion; a body at speed 0 feels what would hold it."""
+    plant = plant_of(structure, theta)
+
+    def one(t: Scalar, x: Float[Array, " n"], u: Scalar) -> Float[Array, " n"]:
+        state = tuple(x[k] for k in range(len(structure.states)))
+        return jnp.stack(with_friction(plant, t, state, plant.act(u), state)[0])
+
+    return jax.vmap(one)(t, states, command)
 
 
 @partial(jax.jit, static_argnames="structure")

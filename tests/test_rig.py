@@ -128,8 +128,8 @@ MALFORMED = [
     (FRICTION + "stribeck_velocity = 1", "means nothing without `axis.friction.static`"),
     (PLATFORM + "gravity.angle = 1", "`axis.gravity.angle` means nothing without `axis.gravity.torque`"),
     (
-        FRICTION + "static = 1\nstribeck_velocity = 1\ncoulomb = 2",
-        "has to be at least `axis.friction.coulomb`, here 2.0",
+        PLATFORM + "[effects.'axis.stribeck']\nM_c = 0.1\nM_e = 0.1\nv_s = 0",
+        "`effects.axis.stribeck.v_s` is 0.0; it has to be positive",
     ),
     (
         FRICTION + "viscous = 1\npolynomial = [1, 2, 3, 4]",

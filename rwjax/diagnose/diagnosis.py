@@ -187,13 +187,9 @@ def _worst_windows(before: Held, logs: tuple[Log, ...], signal: str) -> tuple[tu
     return tuple(sorted(found, key=lambda w: -w[3])[:5])
 
 
-def _combined(spread: Uncertainty) -> dict[str, float]:
-    return {name: (error if np.isfinite(error) else np.inf) for name, error in spread.standard_error.items()}
-
-
 def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, tuple[float, float]] | None) -> Rung:
     fitted = refits(explanation)
-    error, value = _combined(uncertainty(fitted)), fitted.numbers()
+    error, value = uncertainty(fitted).standard_error, fitted.numbers()
     numbers = {name: (value[name], error.get(name, np.inf)) for name in refits.rig.free}
     base = numbers if base is None else base
     drift = {}

@@ -96,7 +96,7 @@ def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
         *explanation.effects,
         *rig.effects,
     )
-    for effect in explanation.effects:
+    for effect in (name for name in BY_NAME if name in explanation.effects):
         for name in parameters(BY_NAME[effect]):
             if name == "M_c" and effect in CONTAINS_COULOMB:
                 if has_level:
@@ -136,7 +136,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
     for number in explanation.numbers:
         k = names.index(number)
         if bounds[k, 0] > 0.0:
-            bounds[k] = theta[k] / WRONG_BY, theta[k] * WRONG_BY
+            bounds[k] = max(bounds[k, 0], theta[k] / WRONG_BY), min(bounds[k, 1], theta[k] * WRONG_BY)
     for effect in structure.effects:
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")

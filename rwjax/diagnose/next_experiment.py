@@ -36,7 +36,7 @@ def commands(top: float) -> dict[str, np.ndarray]:
 
 
 def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -> str:
-    """Sentence that names the most telling command, and by how much the rivals differ on it.
+    """Sentence that names the most telling command, and by how much the first two rivals differ on it.
 
     `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a difference below it tells
     nothing.
@@ -64,17 +64,14 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
     plan = pose(problem.structure, logs, error)
     start = np.zeros_like(plan.start)
     runs = []
-    for rival in rivals:
+    for rival in rivals[:2]:
         y, _ = free_run(problem.structure, refits(rival).theta, start, plan.batch)
         runs.append(np.asarray(y) * plan.batch.weight)
-    telling = []
-    for k in range(len(logs)):
-        pairs = [
-            np.sqrt(np.mean(by_sample(plan.batch, k, (a - b)[k], len(t)) ** 2) * len(problem.structure.outputs))
-            for i, a in enumerate(runs)
-            for b in runs[i + 1 :]
-        ]
-        telling.append(max(pairs) if np.median(pairs) == 0.0 else float(np.median(pairs)))
+    one, other = runs
+    telling = [
+        float(np.sqrt(np.mean(by_sample(plan.batch, k, (one - other)[k], len(t)) ** 2) * len(outputs)))
+        for k in range(len(logs))
+    ]
     best = int(np.argmax(telling))
     names = " and ".join(" + ".join(r.names) for r in rivals[:2])
     if telling[best] < 1.0:

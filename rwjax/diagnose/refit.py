@@ -13,6 +13,7 @@ from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
 from rwjax.log import Log
+from rwjax.noise import pooled
 from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start; the best one then goes on
@@ -63,7 +64,9 @@ class Refits:
     @classmethod
     def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "Refits":
         """Refits of `rig` to `logs`, trained on those numbered in `train`."""
-        return cls(rig, pose(structure_for(rig), logs), tuple(train), progress)
+        noise = pooled(tuple(logs[k] for k in train))
+        unseen = pooled(tuple(logs))  # for outputs that no training log holds
+        return cls(rig, pose(structure_for(rig), logs, unseen | noise), tuple(train), progress)
 
     def __call__(self, explanation: Explanation) -> Fit:
         """Best fit of an explanation."""

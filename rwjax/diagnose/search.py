@@ -108,6 +108,8 @@ class Search:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
         while len(explanation.names) < MOST_NAMES and self.excess(explanation) > enough:
             tried = self._extensions(explanation)
+            if not tried:
+                break
             self._fit(tried, explanation)
             effective = self.effective(min(tried, key=lambda e: self.refits(e).cost))
             best = max(tried, key=lambda e: self.evidence(e, effective))

@@ -15,6 +15,8 @@ starts between two counts is off by up to half a count, $\sqrt3$ times its noise
 EXPLAINED = 0.8
 """Share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 % interval
 lies below it does not."""
+BARELY = 0.6
+"""Share of the gap that a named cause closes at the least, however wide its interval."""
 AT_FLOOR = 1.25
 """Error after the effects are added, in floors, that counts as reaching the floor."""
 
@@ -29,6 +31,7 @@ def judge(choice: Choice, gap: Gap) -> Verdict:
         return "none"
     if not choice.best.names:
         return "none" if gap.size < SIZE_OF_DOUBT else "unknown"
-    if gap.ci95 is not None and gap.ci95[1] < EXPLAINED and gap.after > AT_FLOOR * gap.floor:
+    short = gap.closed < BARELY or (gap.ci95 is not None and gap.ci95[1] < EXPLAINED)
+    if short and gap.after > AT_FLOOR * gap.floor:
         return "unknown"
     return "ambiguous" if choice.alternatives else "effect"

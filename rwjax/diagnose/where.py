@@ -11,8 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from rwjax.fit.end_to_end import Fit
+from rwjax.fit.end_to_end import Fit, first_states
+from rwjax.grid import by_sample
 from rwjax.log import Log
+from rwjax.simulate import free_run, rates_along
+
+STRETCH = 1500  # samples
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,8 @@ class Missing:
 class Where:
     """`coordinate`: what the missing part is a function of; `share` of the excess squared error of the training logs
     that the best law in it removes, and `shares` the same for every coordinate. `drawn`: the logged coordinate over
-    which the missing torque is laid; `interval` holds four fifths of the missing torque's square there.
+    which the missing torque is laid; `interval` of `coordinate`, where it was logged, holds four fifths of the missing
+    torque's square.
     """
 
     coordinate: str
@@ -79,10 +84,12 @@ def _smooth(y: np.ndarray, dt: np.ndarray, noise: float, order: int) -> tuple[np
             Ps.append(P)
         return cost, xs, Ps, steps
 
-    stride = max(1, len(y) // 1500)  # the intensity is chosen on a stretch of the log
-    part = slice(0, max(len(y) // stride, 200))
+    length = min(len(y), STRETCH)  # the intensity is chosen on the stretch that moves most
+    starts = range(0, len(y) - length + 1, max(1, length // 2))
+    first = max(starts, key=lambda s: np.nanstd(np.diff(y[s : s + length])))
+    part = slice(first, first + length)
     y_all, dt_all = y, dt
-    y, dt = y_all[part], dt_all[part]
+    y, dt = y_all[part], dt_all[first : first + length - 1]
     typical = noise**2 / np.median(dt) ** (2 * order - 1)
     best: dict = minimize_scalar(  # pyright: ignore[reportAssignmentType]
         lambda e: run(typical * 10.0**e)[0], bounds=(-9.0, 4.0), method="bounded", options={"xatol": 0.1}
@@ -98,81 +105,52 @@ def _smooth(y: np.ndarray, dt: np.ndarray, noise: float, order: int) -> tuple[np
     return X, np.sqrt(np.maximum(np.diagonal(V, axis1=1, axis2=2), 0.0))
 
 
-def _dry(level: float, free: np.ndarray, rate: np.ndarray, still: float) -> np.ndarray:
-    """Dry friction at a smoothed rate: against the motion, or what holds where the rate is lost in noise."""
-    return np.where(np.abs(rate) > still, level * np.sign(rate), np.clip(free, -level, level))
-
-
 def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
-    """Missing torque of one log on the axis, or on the wheel where there is no axis."""
-    n, problem = fitted.numbers(), fitted.problem
-    kind = problem.structure.kind
-    dt = np.diff(log.time)
-    u = log.command
+    """Missing torque of one log on the axis, or on the wheel where there is no axis: inertia times the acceleration
+    that the fitted plant cannot account for along the smoothed motion."""
+    problem = fitted.problem
+    structure = problem.structure
+    kind = structure.kind
     angle, rate = ("wheel_rad", "wheel_rad_s") if kind == "wheel" else ("yaw_rad", "yaw_rad_s")
     name = angle if angle in log.outputs else rate
     if name not in log.outputs:
         return None
+    t, dt = log.time - log.origin, np.diff(log.time)
     X, D = _smooth(log.outputs[name], dt, problem.noise[name], 3 if name == angle else 2)
     if name == angle:
         position, w, a, w_sd, a_sd = X[:, 0], X[:, 1], X[:, 2], D[:, 1], D[:, 2]
     else:
         w, a, w_sd, a_sd = X[:, 0], X[:, 1], D[:, 0], D[:, 1]
         position = np.concatenate([[0.0], np.cumsum(0.5 * (w[1:] + w[:-1]) * dt)])
-    still = float(3.0 * np.median(w_sd))
-    friction = n.get("axis.friction.viscous", 0.0) * w
-    gravity = n.get("axis.gravity.torque", 0.0) * np.sin(position + n.get("axis.gravity.angle", 0.0))
-    current = log.outputs.get("current_A")
-    wheel_rate = w if kind == "wheel" else log.outputs.get("wheel_rad_s", np.zeros_like(w))
-    if kind != "platform" and (current is None or not np.all(np.isfinite(current))):
-        current = _current(n, log, wheel_rate if kind == "wheel" or "wheel_rad_s" in log.outputs else None)
-    if kind == "platform":
-        drive, inertia = n["drive.gain"] * u, n["axis.inertia"]
-    elif kind == "reaction":
-        assert current is not None
-        drive, inertia = (
-            -(n["motor.torque_constant"] * current - n["motor.friction"] * wheel_rate),
-            n["axis.inertia"],
-        )
-    else:
-        assert current is not None
-        drive, inertia = n["motor.torque_constant"] * current, n["wheel.inertia"]
-        friction, gravity = n["motor.friction"] * w, np.zeros_like(w)
-    free = drive - friction - gravity
-    level = n.get("axis.friction.coulomb", 0.0) if kind != "wheel" else 0.0
-    if "axis.friction.b3" in n and kind != "wheel":
-        s = np.abs(w)
-        polynomial = sum(n[f"axis.friction.b{3 - p}"] * s**p for p in range(4))
-        torque = inertia * a - (free - np.sign(w) * polynomial)
-    else:
-        torque = inertia * a - (free - _dry(level, free - inertia * a, w, still))
-    where = {
-        ("wheel_rate" if kind == "wheel" else "yaw_rate"): w,
-        "time": log.time - log.time[0],
-        "voltage": u,
-    }
+    body = {"theta": position, "Omega": w} if kind == "wheel" else {"psi": position, "w": w}
+    still = np.abs(w) <= 3.0 * np.median(w_sd)
+    body["Omega" if kind == "wheel" else "w"] = np.where(still, 0.0, w)
+    simulated = _rest_of(fitted, number, log)
+    states = np.stack([body.get(state, simulated.get(state, np.zeros_like(w))) for state in structure.states], axis=1)
+    rates = np.asarray(rates_along(structure, fitted.theta, t, states, log.command))
+    inertia = fitted.numbers()["wheel.inertia" if kind == "wheel" else "axis.inertia"]
+    column = structure.states.index("Omega" if kind == "wheel" else "w")
+    where = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": t, "voltage": log.command}
     where["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)
-    if kind != "platform" and current is not None:
-        where["current"] = np.asarray(current)
-    return Missing(number, torque, inertia * a_sd, where)
+    if kind != "platform":
+        where["current"] = simulated["i"]
+    if kind == "reaction":
+        where["wheel_rate"] = simulated["Omega"]
+    return Missing(number, inertia * (np.where(still, 0.0, a) - rates[:, column]), inertia * a_sd, where)
 
 
-def _current(n: dict[str, float], log: Log, wheel_rate: np.ndarray | None) -> np.ndarray:
-    """Current [A] that the motor's equations give for the logged voltage and the wheel's rate (simulated if unlogged)."""
-    K, R, L = n["motor.torque_constant"], n["motor.resistance"], n.get("motor.inductance", 0.0)
-    J, b = n["wheel.inertia"], n["motor.friction"]
-    i, omega, out = 0.0, 0.0, []
-    dt = np.append(np.diff(log.time), 0.0)
-    for k, u in enumerate(log.command):
-        rate = wheel_rate[k] if wheel_rate is not None else omega
-        if L == 0.0:
-            i = (u - K * rate) / R
-        out.append(i)
-        if L > 0.0:
-            settled = (u - K * rate) / R
-            i = settled + (i - settled) * np.exp(-dt[k] * R / L)
-        omega += dt[k] * (K * i - b * omega) / J
-    return np.array(out)
+def _rest_of(fitted: Fit, number: int, log: Log) -> dict[str, np.ndarray]:
+    """Current and wheel rate at a log's times: measured where they are, else of the fitted free run."""
+    problem = fitted.problem
+    y, _ = free_run(problem.structure, fitted.theta, first_states(problem, fitted.theta), problem.batch)
+    samples = by_sample(problem.batch, number, np.asarray(y)[number], len(log.time))
+    found = {}
+    for state, name in (("i", "current_A"), ("Omega", "wheel_rad_s")):
+        if name in problem.structure.outputs:
+            simulated = samples[:, problem.structure.outputs.index(name)]
+            measured = log.outputs.get(name, simulated)
+            found[state] = np.where(np.isfinite(measured), measured, simulated)
+    return found
 
 
 def locate(fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordinate: str | None) -> Where | None:
@@ -189,7 +167,7 @@ def locate(fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordin
         return None
     drawn = first if first in logged else next((name for name in ("voltage", "time") if name in logged), None)
     interval = None
-    if drawn is not None:
+    if drawn is not None and drawn == first:
         sd = np.concatenate([m.deviation for m in found])
         weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
         y = np.concatenate([m.torque for m in found])

@@ -36,7 +36,7 @@ class Coordinates:
     def move(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
         """`theta` after a step in coordinates, kept within bounds."""
         free = theta[self.index]
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):  # each entry is computed both ways and taken once
             moved = np.where(self.logarithmic, free * np.exp(step), free + self.size * step)
         out = theta.copy()
         out[self.index] = np.clip(moved, *self.bounds.T)

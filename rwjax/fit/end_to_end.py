@@ -21,6 +21,7 @@ WINDOW_STEPS = 8
 COLUMNS = 8
 """Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
 LARGEST_DAMPING = 1e8
+START_STEPS = 12
 MISFIT = 1.5
 """Mean square in units of noise above which creases of the sum of squares may have stopped a fit early."""
 
@@ -61,13 +62,19 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
     return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, problem.batch)))
 
 
-def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
-    """Half the sum of squares of the free run, and the states at the windows' starts."""
+def _run_each(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Half the sum of squares of each log's free run `(l,)`, and the states at the windows' starts."""
     y, nodes = free_run(problem.structure, theta, start, problem.batch)
     with np.errstate(over="ignore", invalid="ignore"):
         residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
-        cost = 0.5 * float(np.sum(residual**2))
-    return (cost if np.isfinite(cost) else np.inf), np.asarray(nodes)
+        cost = 0.5 * np.sum(residual**2, axis=(1, 2, 3))
+    return np.where(np.isfinite(cost), cost, np.inf), np.asarray(nodes)
+
+
+def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
+    """Half the sum of squares of all free runs, and the states at the windows' starts."""
+    cost, nodes = _run_each(problem, theta, start)
+    return float(np.sum(cost)), nodes
 
 
 def _sticks(problem: Problem, theta: np.ndarray) -> bool:
@@ -76,38 +83,108 @@ def _sticks(problem: Problem, theta: np.ndarray) -> bool:
     return any(name.endswith(dry) and value > 0.0 for name, value in zip(problem.structure.names, theta, strict=True))
 
 
+def first_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
+    """First state of each log `(l, n)` by the start rule: least squares over its first 0.5 s, every log for itself."""
+    x = problem.start if start is None else start
+    early = problem.early()
+    told = early.batch.weight.any(axis=(1, 2, 3)) & problem.start_free.any(axis=1)
+    if not told.any():
+        return x
+    nothing = np.zeros(0, int)
+    cost, nodes = _run_each(early, theta, x)
+    damping = np.full(len(x), 1e-3)
+    settled = ~told
+    for _ in range(START_STEPS):
+        e = sensitivities(early, theta, nothing, nodes)
+        p = e.g.shape[1] - x.shape[1]
+        trial = x.copy()
+        for log in np.flatnonzero(~settled & np.isfinite(e.g).all(axis=1)):
+            s = np.flatnonzero(problem.start_free[log])
+            trial[log, s] += start_response(e.H[log], e.g[log], nothing, p + s, damping[log])[1]
+        cost_new, nodes_new = _run_each(early, theta, trial)
+        better = cost_new <= cost
+        settled |= better & (cost - cost_new <= 1e-5 * np.maximum(cost, 1.0))
+        damping = np.where(better, np.maximum(0.1 * damping, 1e-10), 8.0 * np.maximum(damping, 1e-6))
+        settled |= damping > LARGEST_DAMPING
+        x, cost = np.where(better[:, None], trial, x), np.where(better, cost_new, cost)
+        nodes = np.where(better[:, None, None], nodes_new, nodes)
+        if settled.all():
+            break
+    return x
+
+
+def _project(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """First states with those of anchored logs set by the start rule."""
+    if not problem.anchored.any():
+        return start
+    anchored = replace(problem, start_free=problem.start_free & problem.anchored[:, None])
+    return np.where(problem.anchored[:, None], first_states(anchored, theta, start), start)
+
+
+def by_start(e: Evaluation, log: int) -> np.ndarray:
+    """Derivative of a log's residual by (numbers, first state) through the whole run `(w, q, y, k+n)`."""
+    windows, n = e.residual.shape[1], e.chain.shape[2]
+    return _through(e.local[:, log], e.chain[log], windows, len(e.local) - n)
+
+
+def _through(local: np.ndarray, chain: np.ndarray, windows: int, p: int) -> np.ndarray:
+    through = np.einsum("nwqy,wnc->wqyc", local[p:, :windows], chain[:windows])
+    through[..., :p] += np.moveaxis(local[:p, :windows], 0, -1)
+    return through
+
+
+def start_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.ndarray, np.ndarray]:
+    """Normal matrix and gradient `(k+n, k+n)`, `(k+n,)` of the readings that tell a log's first state: those of its
+    first 0.5 s where it is anchored, else all."""
+    if not problem.anchored[log]:
+        return e.H[log], e.g[log]
+    first = problem.early().batch
+    windows = first.windows
+    p = len(e.local) - e.chain.shape[2]
+    counts = (first.weight[log] > 0.0)[..., None]
+    G = np.where(counts, _through(e.local[:, log], e.chain[log], windows, p), 0.0).reshape(-1, len(e.local))
+    return G.T @ G, G.T @ np.where(counts[..., 0], e.residual[log, :windows], 0.0).ravel()
+
+
+def start_response(H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, damping: float):
+    """Change of the first state's entries `s` per change of the numbers `k`, and by itself, that `start_normal` asks."""
+    Hss = H[np.ix_(s, s)]
+    diagonal = np.diag(Hss)
+    ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
+    inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
+    return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
+
+
 def _solve(
-    e: Evaluation, coordinates: Coordinates, theta: np.ndarray, start_free: np.ndarray, damping: float
+    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Damped Gauss-Newton step: change of the coordinates, and of each log's first state.
 
-    Numbers on a bound that the step would leave through are held; first states are eliminated log by log.
+    First states follow the numbers as `start_response` says, log by log; numbers on a bound that the step would leave
+    through are held.
     """
     k = np.arange(len(coordinates.index))
     scale = coordinates.slope(theta)
-    L, n = start_free.shape
+    L, n = problem.start.shape
     p = e.g.shape[1] - n
+    A, b, parts = np.zeros((len(k), len(k))), np.zeros(len(k)), []
+    for log in range(L):
+        s = np.flatnonzero(problem.start_free[log])
+        P, q = start_response(*start_normal(problem, e, log), k, p + s, damping)
+        P = P * scale
+        H, g = e.H[log], e.g[log]
+        Hts, Hss = H[np.ix_(k, p + s)] * scale[:, None], H[np.ix_(p + s, p + s)]
+        reduced = H[np.ix_(k, k)] * scale[:, None] * scale + Hts @ P + P.T @ Hts.T + P.T @ Hss @ P
+        A += reduced
+        A[np.diag_indices(len(k))] += damping * H[k, k] * scale**2
+        b += g[k] * scale + P.T @ g[p + s] + (Hts + P.T @ Hss) @ q
+        parts.append((s, P, q))
+    if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
+        return None
     held = np.zeros(len(k), bool)
     low, high = coordinates.on_bound(theta)
+    dz = np.zeros(len(k))
     for _ in range(len(k) + 1):
-        A = np.zeros((len(k), len(k)))
-        b = np.zeros(len(k))
-        parts = []
-        for log in range(L):
-            s = np.flatnonzero(start_free[log])
-            H, g = e.H[log], e.g[log]
-            Htt = H[np.ix_(k, k)] * scale[:, None] * scale
-            Hts = H[np.ix_(k, p + s)] * scale[:, None]
-            Hss = H[np.ix_(p + s, p + s)]
-            diagonal = np.diag(Hss)
-            ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
-            inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
-            A += Htt - Hts @ inverse @ Hts.T
-            A[np.diag_indices(len(k))] += damping * np.diag(Htt)
-            b += g[k] * scale - Hts @ inverse @ g[p + s]
-            parts.append((s, inverse, Hts, g[p + s]))
-        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
-            return None
         move = np.flatnonzero(~held)
         dz = np.zeros(len(k))
         if len(move):
@@ -119,19 +196,19 @@ def _solve(
             break
         held |= leaving
     dx = np.zeros((L, n))
-    for log, (s, inverse, Hts, g) in enumerate(parts):
-        dx[log, s] = -inverse @ (g + Hts.T @ dz)
+    for log, (s, P, q) in enumerate(parts):
+        dx[log, s] = q + P @ dz
     return dz, dx
 
 
 def _through_windows(
-    problem: Problem, c: Coordinates, theta: np.ndarray, nodes: np.ndarray, start_free: np.ndarray
+    problem: Problem, c: Coordinates, theta: np.ndarray, nodes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """First phase: a few steps from states read off the log. Returns numbers and first states."""
     damping = 1e-3
     for _ in range(WINDOW_STEPS):
         e = sensitivities(problem, theta, c.index, nodes)
-        step = _solve(e, c, theta, start_free, damping)
+        step = _solve(problem, e, c, theta, damping)
         if step is None:
             break
         dz, dx = step
@@ -161,21 +238,22 @@ def fit(
     tolerance: float = 1e-7,
     creases: bool = False,
 ) -> Fit:
-    """Least squares of the free run over the free numbers and the logs' first states.
+    """Least squares of the free run over the free numbers and the logs' first states, those of anchored logs by the
+    start rule at every step.
 
     With `nodes` (l, w, n) given, the short windows come first and the better of both starts is kept. With `creases`, a
     fit that ends well above the noise goes on by steps across the creases of stick and slip.
     """
-    start = problem.start if start is None else start
-    start_free = problem.start_free
     theta = coordinates.inward(theta)
+    start = _project(problem, theta, problem.start if start is None else start)
     cost, states = _run(problem, theta, start)
     if nodes is not None:
         nodes = nodes.copy()
-        nodes[:, 0] = np.where(start_free, nodes[:, 0], start)
+        nodes[:, 0] = np.where(problem.start_free, nodes[:, 0], start)
         with np.errstate(all="ignore"):
-            theta_w, start_w = _through_windows(problem, coordinates, theta, nodes, start_free)
+            theta_w, start_w = _through_windows(problem, coordinates, theta, nodes)
         if np.all(np.isfinite(theta_w)) and np.all(np.isfinite(start_w)):
+            start_w = _project(problem, theta_w, start_w)
             cost_w, states_w = _run(problem, theta_w, start_w)
             if cost_w < cost:
                 theta, start, cost, states = theta_w, start_w, cost_w, states_w
@@ -183,12 +261,13 @@ def fit(
     converged, taken = most_steps == 0, 0
     while taken < most_steps:
         taken += 1
-        solved = _solve(e, coordinates, theta, start_free, damping)
+        solved = _solve(problem, e, coordinates, theta, damping)
         if solved is None or not np.isfinite(cost):
             break
         dz, dx = solved
         share = coordinates.shorten(dz)
-        theta_new, start_new = coordinates.move(theta, share * dz), start + share * dx
+        theta_new = coordinates.move(theta, share * dz)
+        start_new = _project(problem, theta_new, start + share * dx)
         cost_new, states_new = _run(problem, theta_new, start_new)
         gain = cost - cost_new
         if gain >= 0.0:
@@ -212,8 +291,9 @@ def fit(
         and len(coordinates.index)
     ):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
-        theta_k, start_k, cost_k = across_kinks(problem, wide, theta, start, start_free, cost)
-        if cost_k < cost:
-            rest = fit(problem, coordinates, theta_k, start=start_k)
+        free = problem.start_free & ~problem.anchored[:, None]
+        theta_k, start_k, _ = across_kinks(problem, wide, theta, start, free, cost)
+        rest = fit(problem, coordinates, theta_k, start=start_k)
+        if rest.cost < cost:
             return replace(rest, steps=rest.steps + taken)
     return Fit(problem, coordinates, theta, start, cost, e, converged, taken, damping)

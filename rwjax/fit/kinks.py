@@ -52,7 +52,6 @@ def across_kinks(
             break
         H, g = J.T @ J, J.T @ r
         scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
-        improved = False
         for damping in DAMPINGS:
             M = H / scale / scale[:, None] + damping * np.eye(len(g))
             dz = -np.linalg.lstsq(M, g / scale, rcond=1e-12)[0] / scale
@@ -62,8 +61,6 @@ def across_kinks(
                 start_new[log, state] += d
             new = 0.5 * float(np.sum(_residual(problem, theta_new, start_new) ** 2))
             if new < cost:
-                theta, start, cost, improved = theta_new, start_new, new, True
+                theta, start, cost = theta_new, start_new, new
                 break
-        if not improved and span == SPANS[-1]:
-            break
     return theta, start, cost

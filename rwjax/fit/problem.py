@@ -12,11 +12,15 @@ from rwjax.plant import Structure
 
 START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""
+NO_COMMAND = 1e-3
+"""Voltage that cannot be told from none [V]."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`."""
+    """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`; `anchored`:
+    logs `(l,)` that tell them by their first 0.5 s alone (the start rule), not by the whole run.
+    """
 
     structure: Structure
     logs: tuple[Log, ...]
@@ -24,12 +28,19 @@ class Problem:
     batch: Batch
     start: np.ndarray
     start_free: np.ndarray
+    anchored: np.ndarray
 
-    @property
-    def moving(self) -> np.ndarray:
-        """Logs whose first rates the readings must tell: those that do not start at rest `(l,)`."""
-        angles = [name in ("psi", "theta") for name in self.structure.states]
-        return np.any(self.start_free & ~np.array(angles), axis=1)
+    def early(self) -> "Problem":
+        """The problem of the first 0.5 s of each log, its readings weighed by their noise there: nothing later counts."""
+        batch = self.batch.until(START_S)
+        weight = batch.weight.copy()
+        for k, log in enumerate(self.logs):
+            early = _early(log)
+            noise = noise_of.of_readings(log.cut(0, int(early.sum())))
+            unit = np.array([self.noise[y] / noise[y] if y in noise else 1.0 for y in self.structure.outputs])
+            late = np.append(~early, False)  # empty slots point at the last entry
+            weight[k] = np.where(late[batch.slot_sample[k]][..., None], 0.0, weight[k] * unit)
+        return replace(self, batch=batch._replace(weight=weight), anchored=np.zeros(len(self.logs), bool))
 
     def only(self, logs: Collection[int]) -> "Problem":
         """The same arrays with all other logs left out of the residual: nothing has to be compiled anew."""
@@ -55,11 +66,13 @@ def _line(log: Log, name: str) -> tuple[float, float, float]:
 
 
 def starts_at_rest(log: Log) -> bool:
-    """Whether input and rates are indistinguishable from zero over the first 0.5 s."""
+    """Whether input and rates are indistinguishable from zero over the first 0.5 s; a current's offset says nothing."""
     early = _early(log)
-    if np.max(np.abs(log.command[early])) > 1e-3 * max(np.max(np.abs(log.command)), 1e-12):
+    if np.max(np.abs(log.command[early])) > NO_COMMAND:
         return False
     for name, value in log.outputs.items():
+        if name == "current_A":
+            continue
         y = value[early & np.isfinite(value)]
         if len(y) < 3:
             continue
@@ -90,6 +103,8 @@ def _first_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray
             seen = log.outputs[angle_name][early & np.isfinite(log.outputs[angle_name])]
             guess[angle], guess[rate] = (float(np.mean(seen)) if rest and len(seen) else value), slope
             free[angle] = True
+        elif log.outputs and angle == "psi" and "axis.gravity.torque" in structure.numbers:
+            free[angle] = True  # unseen, but gravity depends on it
         if rate_name in log.outputs:
             guess[rate] = _line(log, rate_name)[0]
         free[rate] = not rest
@@ -114,4 +129,5 @@ def pose(
         batch=lay_out(structure, logs, [noise] * len(logs), refine=refine),
         start=np.stack([guess for guess, _ in first]),
         start_free=np.stack([free for _, free in first]),
+        anchored=np.zeros(len(logs), bool),
     )

@@ -30,6 +30,11 @@ class RigFit:
     uncertainty: Uncertainty
     rms: dict[str, float]
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know, one sentence each."""
+        return self.uncertainty.notes
+
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
         value = self.fit.numbers()

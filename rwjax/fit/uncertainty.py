@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.fit.end_to_end import Fit
+from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
 from rwjax.grid import by_sample
 
 UNIDENTIFIED = 1e-8
@@ -41,18 +41,10 @@ def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
     jacobians, residuals = [], []
     for log, record in enumerate(problem.logs):
         s = np.flatnonzero(problem.start_free[log])
-        columns = np.concatenate([k, p + s])
-        through = np.einsum("nwqy,wnc->wqyc", e.local[p:, log], e.chain[log][:, :, columns])
-        through[..., : len(k)] += np.moveaxis(e.local[k, log], 0, -1)
-        G = by_sample(problem.batch, log, through, len(record.time))
-        G[..., : len(k)] *= scale
-        Gt, Gs = G[..., : len(k)], G[..., len(k) :]
-        Hss = np.einsum("tya,tyb->ab", Gs, Gs)
-        Hst = np.einsum("tya,tyb->ab", Gs, Gt)
-        d = np.sqrt(np.maximum(np.diag(Hss), 1e-300))
-        Gt = Gt - Gs @ (
-            (np.linalg.pinv(Hss / d / d[:, None], rcond=1e-12, hermitian=True) @ (Hst / d[:, None])) / d[:, None]
-        )
+        P, _ = start_response(*start_normal(problem, e, log), k, p + s, 0.0)
+        through = by_start(e, log)
+        through = (through[..., k] + through[..., p + s] @ P) * scale
+        Gt = by_sample(problem.batch, log, through, len(record.time))
         A += np.einsum("tya,tyb->ab", Gt, Gt)
         jacobians.append(Gt)
         residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))

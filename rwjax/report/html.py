@@ -4,6 +4,7 @@ import io
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import matplotlib
@@ -13,6 +14,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from rwjax.diagnose.diagnosis import Diagnosis
+from rwjax.errors import InputError, write_text
 from rwjax.report import plots
 from rwjax.report.words import verdict_sentence
 from rwjax.rig import write_rig
@@ -34,7 +36,8 @@ def _figures(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
 
 def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str:
     """SVG text of a plot, saved as PNG besides."""
-    with plt.rc_context({"svg.fonttype": "none", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
+    style: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+    with plt.rc_context({"svg.fonttype": "none", "svg.hashsalt": "rwjax", **style}):
         figure, ax = plt.subplots(figsize=size, layout="constrained")
         plot(d, ax)
         figure.savefig(png, dpi=130)
@@ -72,5 +75,5 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         d=d, sentence=verdict_sentence(d), figures=figures, unit=plots.UNIT, corrected=write_rig(d.corrected)
     )
     path = folder / "report.html"
-    path.write_text(page, encoding="utf-8")
+    write_text(path, page, InputError)
     return path

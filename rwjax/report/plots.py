@@ -87,7 +87,7 @@ def plot_missing(d: Diagnosis, ax: Axes) -> Axes:
     c = np.concatenate([m.coordinates[d.where.drawn] for m in d.where.missing])
     y = np.concatenate([m.torque for m in d.where.missing])
     sd = np.concatenate([m.deviation for m in d.where.missing])
-    keep = sd < 3.0 * np.median(sd)
+    keep = np.isfinite(c) & np.isfinite(y) & (sd < 3.0 * np.median(sd))
     c, y, sd = c[keep], y[keep], sd[keep]
     stride = max(1, len(c) // 4000)
     ax.plot(c[::stride], y[::stride], ".", ms=1.5, color="#bbbbbb", label="missing torque, every sample")

@@ -1,0 +1,47 @@
+"""What every identification method returns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rwjax.errors import LogError, RigError
+from rwjax.log import Log
+from rwjax.rig import Rig
+
+
+@dataclass(frozen=True)
+class Identified:
+    """`rig` with estimates and standard errors (SI) in place; `notes` that a user should read."""
+
+    rig: Rig
+    notes: tuple[str, ...] = ()
+
+    def json(self) -> dict:
+        """Plain objects for `rwjax fit --json`."""
+        errors = self.rig.standard_error
+        return {
+            "schema": "rwjax.fit/1",
+            "numbers": {
+                name: {"value": self.rig.values[name], "standard_error": errors.get(name)} for name in self.rig.free
+            },
+            "notes": list(self.notes),
+        }
+
+
+def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
+    """The logs that may be fitted. Raises `RigError` where nothing is free and `LogError` where no log is left."""
+    if not rig.free:
+        raise RigError(
+            f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = ["axis.inertia"]'
+        )
+    train = [log for log in logs if not log.validate]
+    if not train:
+        raise LogError("every log is marked `# role: validate`; give at least one log to fit")
+    return train
+
+
+def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:
+    """The rig with `values` of the numbers `names` in place, and their standard errors where they are finite."""
+    known = {name: float(e) for name, e in zip(names, errors, strict=True) if np.isfinite(e)}
+    return replace(rig.with_values(dict(zip(names, map(float, values), strict=True))), standard_error=known)

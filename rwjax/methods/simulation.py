@@ -1,0 +1,51 @@
+"""Output error: the free run is compared with the readings, by the library's own fit and as scipy users do it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from rwjax.build import bounds_of, structure_of, theta_of
+from rwjax.fit.problem import pose
+from rwjax.fit.rig_fit import fit_rig
+from rwjax.fit.scales import sizes_of
+from rwjax.log import Log
+from rwjax.methods.identified import Identified, estimated, to_fit
+from rwjax.rig import Rig
+from rwjax.simulate import free_run
+
+
+def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
+    """The library's own fit: exact sensitivities, short windows first, unknown first states."""
+    result = fit_rig(rig, logs)
+    return Identified(result.rig, result.uncertainty.notes)
+
+
+def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
+    """`scipy.optimize.least_squares` over a simulation, derivatives by differences, first states read off the logs.
+
+    The simulation is the library's, so that the table shows the method and not the speed of somebody's integrator.
+    """
+    train = to_fit(rig, logs)
+    structure = structure_of(rig)
+    problem = pose(structure, train)
+    theta = theta_of(rig, structure)
+    free = np.flatnonzero([name in rig.free for name in structure.names])
+    size = sizes_of(rig, structure, theta, train)[free]
+    low, high = bounds_of(rig, structure)[free].T / size
+
+    def residual(z: np.ndarray) -> np.ndarray:
+        numbers = theta.copy()
+        numbers[free] = z * size
+        y, _ = free_run(structure, numbers, problem.start, problem.batch)
+        r = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
+        return np.nan_to_num(r[problem.batch.weight > 0.0], nan=1e6, posinf=1e6, neginf=-1e6)
+
+    best = least_squares(
+        residual, np.clip(theta[free] / size, low, high), bounds=(low, np.maximum(high, low + 1e-12)), x_scale="jac"
+    )
+    variance = 2.0 * best.cost / max(len(best.fun) - len(free), 1)
+    errors = np.sqrt(np.diag(np.linalg.pinv(best.jac.T @ best.jac)) * variance) * size
+    names = [structure.names[k] for k in free]
+    notes = () if best.success else ("the search did not settle",)
+    return Identified(estimated(rig, names, best.x * size, errors), notes)

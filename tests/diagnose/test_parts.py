@@ -1,0 +1,88 @@
+"""The verdict's rules, the missing torque and the next experiment, each by itself."""
+
+import numpy as np
+import pytest
+
+from rwjax import parse_rig
+from rwjax.diagnose.explanation import Explanation
+from rwjax.diagnose.gap import Gap
+from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.search import Choice, Search
+from rwjax.diagnose.verdict import judge
+from rwjax.diagnose.where import missing_torque
+from rwjax.fit.rig_fit import fit_rig
+from tests.systems import platform, record, run
+
+TIME = np.arange(2001) * 0.01
+COMMAND = np.where(TIME > 0.6, 0.9 * np.sign(np.sin(1.7 * TIME)) + 0.3 * np.sin(5.0 * TIME), 0.0)
+
+
+def chosen(*names: str, alternatives: tuple[Explanation, ...] = ()) -> Choice:
+    return Choice(Explanation(names), alternatives, (), {}, ())
+
+
+@pytest.mark.parametrize(
+    ("choice", "gap", "verdict"),
+    [
+        (chosen(), Gap(1.0, 1.0, 1.0, None, None), "none"),
+        (chosen(), Gap(1.2, 1.2, 1.0, 0.0, (0.0, 0.0)), "none"),
+        (chosen(), Gap(5.0, 5.0, 1.0, 0.0, (0.0, 0.0)), "unknown"),
+        (chosen("axis.coulomb"), Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)), "effect"),
+        (chosen("axis.coulomb"), Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6)), "unknown"),
+        # hardly anything is closed: no name, however wide the interval
+        (chosen("axis.coulomb"), Gap(5.0, 4.6, 1.0, 0.1, (-1.0, 0.85)), "unknown"),
+        (
+            chosen("axis.coulomb", alternatives=(Explanation(("wheel.coulomb",)),)),
+            Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)),
+            "ambiguous",
+        ),
+    ],
+)
+def test_the_four_outcomes(choice: Choice, gap: Gap, verdict: str) -> None:
+    assert judge(choice, gap) == verdict
+
+
+def true_log(rig, noise: float = 2e-4, **effects):
+    y = run(rig, record(TIME, COMMAND), {}, effects=effects or None)["yaw_rad"]
+    return record(TIME, COMMAND, {"yaw_rad": y + np.random.default_rng(0).normal(0.0, noise, len(y))})
+
+
+def test_a_true_rig_misses_no_torque_whatever_it_models() -> None:
+    rig = parse_rig(
+        'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02\ncoulomb = 0.05\n'
+        'static = 0.12\nstribeck_velocity = 0.3\n[effects."axis.bias_torque"]\nT = 0.03\n[fit]\nfree = ["axis.inertia"]'
+    )
+    log = true_log(rig)
+    found = missing_torque(fit_rig(rig, [log]).fit, 0, log)
+    assert found is not None
+    bent = np.abs(found.torque) > 4.0 * found.deviation
+    assert np.mean(bent) < 0.12  # the smoother cannot follow the instants of stick and slip
+    rate = np.abs(found.coordinates["yaw_rate"])
+    for low, high in ((0.1, 0.4), (0.4, 1.0), (1.0, 2.0)):
+        assert abs(np.median(found.torque[(rate > low) & (rate < high)])) < 0.01  # bias and Stribeck are ten times that
+
+
+def test_a_missing_bias_is_read_off_at_its_size() -> None:
+    rig = platform()
+    log = true_log(rig, **{"axis.bias_torque": {"T": 0.03}})
+    structure_fit = fit_rig(rig, [true_log(rig)]).fit
+    found = missing_torque(structure_fit, 0, log)
+    assert found is not None
+    sliding = np.abs(found.coordinates["yaw_rate"]) > 0.3
+    assert np.median(found.torque[sliding]) == pytest.approx(0.03, rel=0.15)
+
+
+def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
+    rig = platform("viscous = 0.02")
+    search = Search(Refits.of(rig, [true_log(rig)], [0], lambda text: None))
+    same = search._declared(Explanation(("axis.bias_torque", "axis.coulomb")))
+    assert {frozenset(e.names) for e in same} == {
+        frozenset({"axis.asymmetric_friction"}),
+        frozenset({"drive.bias", "axis.coulomb"}),
+    }
+
+
+def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
+    one, other = Explanation(("axis.stribeck", "axis.bias_torque")), Explanation(("axis.bias_torque", "axis.stribeck"))
+    assert one == other and {one: 1}[other] == 1
+    assert one != Explanation(("axis.stribeck",))
