@@ -68,20 +68,20 @@ def _padded(n: int) -> int:
 
 
 LONGEST_RUN = 3
-"""Readings that samples in a row at one count stand for at most."""
+"""Samples in a row at one count that still count as so many readings."""
 
 
 def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
     """Share `(time,)` by which each reading is a new one.
 
     The rounding of a count that stays for many samples is one error, not many: at rest it would otherwise outweigh the
-    motion. A run of equal counts counts as at most `LONGEST_RUN` readings; readings in SI count fully.
+    motion. A run of `n` equal counts counts as one reading where `n` exceeds `LONGEST_RUN`; readings in SI count fully.
     """
     if resolution == 0.0:
         return np.ones(len(value))
     change = np.flatnonzero(np.append(True, np.diff(value) != 0.0))
     length = np.diff(np.append(change, len(value)))
-    return np.repeat(np.minimum(1.0, LONGEST_RUN / length), length)
+    return np.repeat(np.where(length > LONGEST_RUN, 1.0 / length, 1.0), length)
 
 
 def _grid_of(log: Log, refine: int) -> tuple[float, int]:

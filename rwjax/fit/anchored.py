@@ -9,7 +9,7 @@ from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.problem import Problem
 
-COMPLETE = 1.2
+COMPLETE = 2.0
 """Mean square in units of noise up to which a model counts as complete and first states stay free."""
 
 
