@@ -6,7 +6,8 @@ import numpy as np
 
 from rwjax.log import Log
 
-MAD_TO_SIGMA = 1.0 / 0.6745  # of a normal distribution
+KEPT, OF_KEPT = 0.8, 0.6616
+"""Share of the smallest differences that is used, and the root mean square of that share of a standard normal."""
 JITTER = 2.0
 """Noise of a counted reading, in units of its rounding error, below which it is the rounding alone."""
 PLAINLY = 0.85  # less than this share of the estimate so far: more than chance
@@ -26,10 +27,10 @@ def rapid(signal: np.ndarray) -> float:
         d = np.diff(signal[np.isfinite(signal)], n=order) / np.sqrt(comb(2 * order, order))
         if len(d) < 8:
             break
-        robust = MAD_TO_SIGMA * np.median(np.abs(d - np.median(d)))
-        # printed or counted readings may repeat so often that the median is 0: then the mean square, its largest 2 % left out
-        kept = np.sort(np.abs(d))[: max(8, int(0.98 * len(d)))]
-        found.append(float(robust if robust > 0.0 else np.sqrt(np.mean(kept**2))))
+        size = np.sort(np.abs(d))
+        robust = np.sqrt(np.mean(size[: int(KEPT * len(d))] ** 2)) / OF_KEPT
+        # printed or counted readings may repeat so often that this is 0: then all but the largest 2 %
+        found.append(float(robust if robust > 0.0 else np.sqrt(np.mean(size[: max(8, int(0.98 * len(d)))] ** 2))))
     lowest = found[0] if found else 0.0
     for sigma in found[1:]:
         lowest = sigma if sigma < PLAINLY * lowest else lowest

@@ -1,0 +1,34 @@
+"""The documentation names everything that a user may write, and the README only commands that exist."""
+
+import re
+from pathlib import Path
+
+from rwjax.cli import app
+from rwjax.effects import EFFECTS
+from rwjax.log import COLUMNS, INPUTS
+from rwjax.param import parameters
+from rwjax.rig_names import COEFFICIENTS, KEYS
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_every_key_column_and_effect_is_documented() -> None:
+    text = (ROOT / "docs" / "files.md").read_text()
+    for key in {key.replace("drive.pwm.", "") for key in KEYS} - {"neutral_us", "volts_per_us"}:
+        assert f"`{key}`" in text, key
+    for column in (*COLUMNS, *INPUTS):
+        assert f"`{column}`" in text, column
+    rows = {line.split("|")[1].strip(" `"): line for line in text.splitlines() if line.startswith("| `")}
+    for effect in EFFECTS:
+        assert effect.name in rows, effect.name
+        for parameter in parameters(effect):
+            assert f"`{parameter}`" in rows[effect.name], (effect.name, parameter)
+    assert COEFFICIENTS[0] in text
+
+
+def test_the_readme_names_only_commands_that_exist() -> None:
+    text = (ROOT / "README.md").read_text()
+    commands = {command.callback.__name__ for command in app.registered_commands if command.callback}
+    assert {*re.findall(r"^\$ rwjax +(\w+)", text, re.M)} <= commands
+    for module in re.findall(r"python -m ([\w.]+)", text):
+        assert (ROOT / f"{module.replace('.', '/')}.py").exists(), module
