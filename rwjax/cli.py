@@ -81,16 +81,19 @@ def fit(
 ) -> None:
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
     from rwjax.errors import write_text
-    from rwjax.fit.rig_fit import fit_rig
     from rwjax.log import read_logs
-    from rwjax.methods.two_stage import two_stage
     from rwjax.rig import read_rig, write_rig
+
+    if method is FitMethod.TWO_STAGE:
+        from rwjax.methods.two_stage import two_stage as identify
+    else:
+        from rwjax.fit.rig_fit import fit_rig as identify
 
     with _progress(quiet) as progress:
         believed = read_rig(rig)
         records = read_logs(logs, believed)
         progress("fitting")
-        result = (fit_rig if method is FitMethod.E2E else two_stage)(believed, records)
+        result = identify(believed, records)
     text = write_rig(result.rig)
     if output is not None:
         _keep_input(output, *logs)
