@@ -24,7 +24,8 @@ MOST_STEPS = 5_000_000  # of one log: three hours at 400 Hz
 class Batch(NamedTuple):
     """Several logs as arrays. Axes: log `l`, window `w`, grid step within a window `m`, reading slot `q`, output `y`.
 
-    `t_command`, `u_command`: the command's samples and, one longer, the times between which each is held.
+    `t_command`, `u_command`: the command's samples and, one longer, the times between which each is held; those before
+    a cut are below 0.
     `h`, `t0`: grid step and start of each log relative to its run's first sample.
     `slot_step`, `slot_part`: grid step of a reading and the part of the step that has passed.
     `reading`, `weight`: measured outputs and the inverse of their noise (0 where there is none), times the root of `share`.
@@ -100,6 +101,13 @@ def _grid_of(log: Log, refine: int) -> tuple[float, int]:
     return span / steps, steps  # regular samples fall on grid points to rounding
 
 
+def _recent(log: Log) -> tuple[np.ndarray, np.ndarray]:
+    """Time and command of the last second before a log that was cut out of a run, time from the log's first sample."""
+    before, command = log.earlier
+    late = before > log.time[0] - 1.0
+    return before[late] - log.time[0], command[late]
+
+
 def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str, float]], *, refine: int = 1) -> Batch:
     """Batch of `logs` with each output divided by its noise (standard deviation, SI).
 
@@ -108,12 +116,13 @@ def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str,
     names = structure.outputs
     grids = [_grid_of(log, refine) for log in logs]
     longest = max(steps for _, steps in grids)
+    recent = [_recent(log) for log in logs]
     per_window = 32
     while per_window * 512 < longest * len(logs) and per_window < 1024:
         per_window *= 2
     per_window *= refine
     windows = _padded(-(-longest // per_window))
-    samples = _padded(max(len(log.time) for log in logs))
+    samples = _padded(max(len(log.time) + len(before) for log, (before, _) in zip(logs, recent, strict=True)))
     L = len(logs)
     t_command = np.zeros((L, samples + 1))
     u_command = np.zeros((L, samples))
@@ -123,10 +132,10 @@ def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str,
         n = len(log.time)
         t = log.time - log.time[0]
         end = t[-1] + h * per_window * windows
-        t_command[k, :n] = t
-        t_command[k, n:] = np.linspace(end, 2.0 * end, samples + 1 - n)
-        u_command[k, :n] = log.command
-        u_command[k, n:] = log.command[-1]
+        held = np.append(recent[k][0], t)
+        t_command[k, : len(held)] = held
+        t_command[k, len(held) :] = np.linspace(end, 2.0 * end, samples + 1 - len(held))
+        u_command[k] = np.pad(np.append(recent[k][1], log.command), (0, samples - len(held)), mode="edge")
         position = np.minimum(t / h, steps)
         nearest = np.round(position)
         position = np.where(np.abs(position - nearest) < 1e-6, nearest, position)

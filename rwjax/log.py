@@ -51,6 +51,7 @@ class Log:
     validate: bool  # never used to fit or to select
     supply: np.ndarray | None  # V
     origin: float  # s, time of the run's first sample, kept by `cut`
+    earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))  # time and command before a cut
 
     def cut(self, first: int, last: int) -> "Log":
         """The samples `first` to `last - 1`; the name says which ("square.csv[12.0 s…]")."""
@@ -64,6 +65,10 @@ class Log:
             command=self.command[first:last],
             outputs={name: y[first:last] for name, y in self.outputs.items()},
             supply=None if self.supply is None else self.supply[first:last],
+            earlier=(
+                np.append(self.earlier[0], self.time[:first]),
+                np.append(self.earlier[1], self.command[:first]),
+            ),
         )
 
 

@@ -53,7 +53,7 @@ def commands(plant: Plant, batch: Batch) -> tuple[Float[Array, "l w m"], Float[A
 
         def until(time: Float[Array, " s"]) -> Float[Array, " s"]:
             late = time if delay is None else time - delay
-            before = jnp.minimum(late, 0.0) * u[0]  # the first command is taken to have been held before the log
+            before = jnp.minimum(late - t[0], 0.0) * u[0]  # the first command is taken to have been held before the log
             return jnp.interp(late, t, area) + before
 
         steps = jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h

@@ -175,3 +175,16 @@ def test_before_the_log_the_first_command_counts_as_held() -> None:
     late = run(platform(), record(TIME, np.full_like(TIME, 0.7)), {}, effects={"drive.delay": {"tau": 0.0437}})
     plain = run(platform(), record(TIME, np.full_like(TIME, 0.7)), {})
     assert np.max(np.abs(late["yaw_rad"] - plain["yaw_rad"])) < 1e-12 * np.ptp(plain["yaw_rad"]) * len(TIME)
+
+
+def test_a_delayed_command_from_before_a_cut_still_arrives() -> None:
+    rig = platform()
+    t = np.arange(1001) * 0.01
+    u = np.where(t < 5.0, 0.5, -0.8)
+    effects = {"drive.delay": {"tau": 0.3}}
+    whole = record(t, u)
+    y = run(rig, whole, {}, effects=effects)
+    cut = 510  # 0.1 s after the command changed, 0.2 s before it acts
+    part = whole.cut(cut, len(t))
+    start = {"psi": float(y["yaw_rad"][cut]), "w": float(y["yaw_rad_s"][cut])}
+    assert run(rig, part, start, effects=effects)["yaw_rad"] == pytest.approx(y["yaw_rad"][cut:], abs=1e-9)
