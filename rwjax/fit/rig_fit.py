@@ -1,7 +1,7 @@
 """Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import sizes_of
-from rwjax.fit.uncertainty import Uncertainty, uncertainty
+from rwjax.fit.uncertainty import Uncertainty, strongly_tied, uncertainty
 from rwjax.log import Log
 from rwjax.rig import Rig
 
@@ -45,6 +45,7 @@ class RigFit:
                 name: {"value": value[name], "standard_error": e if np.isfinite(e) else None}
                 for name, e in errors.items()
             },
+            "covariance": [[float(v) if np.isfinite(v) else None for v in row] for row in self.uncertainty.covariance],
             "rms": self.rms,
             "noise": self.fit.problem.noise,
             "converged": self.fit.converged,
@@ -77,6 +78,13 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     best = min(tried, key=lambda f: f.cost)
     best = fit_anchored(problem, moves, best.theta, best.start)
     spread = uncertainty(best)
+    spread = replace(
+        spread,
+        notes=(
+            *spread.notes,
+            *(f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)),
+        ),
+    )
     notes = spread.notes if best.converged else (*spread.notes, "the fit did not settle within its step limit")
     spread = Uncertainty(spread.names, spread.covariance, notes)
     known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e)}

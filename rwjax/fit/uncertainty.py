@@ -14,6 +14,10 @@ WEIGHS = 0.01
 """Weight in an undetermined combination above which a number is undetermined itself."""
 
 
+TIED = 0.99
+"""Correlation above which two numbers are hardly told apart."""
+
+
 @dataclass(frozen=True)
 class Uncertainty:
     """`covariance` (k, k) of the free numbers in SI; rows and columns of numbers on a bound or undetermined are inf.
@@ -29,6 +33,15 @@ class Uncertainty:
     def standard_error(self) -> dict[str, float]:
         """Standard error of each free number in SI."""
         return dict(zip(self.names, (float(v) for v in np.sqrt(np.diag(self.covariance))), strict=True))
+
+
+def strongly_tied(found: Uncertainty) -> list[tuple[str, str, float]]:
+    """Pairs of numbers whose errors correlate by more than `TIED`, and by how much."""
+    d = np.sqrt(np.diag(found.covariance))
+    with np.errstate(invalid="ignore"):
+        correlation = found.covariance / d / d[:, None]
+    pairs = [(i, j) for i in range(len(d)) for j in range(i) if abs(correlation[i, j]) > TIED]
+    return [(found.names[j], found.names[i], float(correlation[i, j])) for i, j in pairs]
 
 
 def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:

@@ -198,3 +198,30 @@ def test_a_second_fit_of_logs_of_one_shape_compiles_nothing() -> None:
     louder = record(SHORT, 1.5 * DRIVE, {"yaw_rad": 2.0 * log.outputs["yaw_rad"]})
     _from(rig, louder, np.array([1.4, 0.6, 1.2]))
     assert (evaluate._cache_size(), free_run._cache_size()) == compiled
+
+
+def test_numbers_that_are_hardly_told_apart_are_named_with_their_correlation() -> None:
+    truth = platform("viscous = 0.5\ncoulomb = 0.05", free=FREE)
+    level = np.where(TIME > 5.0, 0.55, 0.5)  # two speeds that hardly differ
+    log = _log(truth, np.where(TIME > 0.6, level, 0.0), noise=1e-3)
+    found = fit_rig(truth, [log])
+    notes = [note for note in found.uncertainty.notes if "hardly told apart" in note]
+    assert any("axis.friction.viscous" in note and "axis.friction.coulomb" in note for note in notes)
+    C = np.array(found.json()["covariance"])
+    k = [found.rig.free.index(f"axis.friction.{name}") for name in ("viscous", "coulomb")]
+    assert C[k[0], k[1]] / np.sqrt(C[k[0], k[0]] * C[k[1], k[1]]) < -0.99
+    other = platform(free=FREE)
+    assert not [n for n in fit_rig(other, [_log(other, noise=1e-3)]).uncertainty.notes if "hardly" in n]
+
+
+def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
+    truth = platform(free=FREE)
+    fits = []
+    for seed in range(40):
+        log = _log(truth)
+        noise = np.random.default_rng(seed).normal(0.0, 2e-3, len(TIME))
+        fits.append(fit_rig(truth, [record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] + noise})]))
+    for name in truth.free:
+        scatter = np.std([f.rig.values[name] for f in fits], ddof=1)
+        claimed = np.median([f.uncertainty.standard_error[name] for f in fits])
+        assert 0.65 < claimed / scatter < 1.5, name  # 40 draws know a scatter to 11 %
