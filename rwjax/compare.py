@@ -10,9 +10,10 @@ import numpy as np
 from rwjax.build import structure_of, theta_of
 from rwjax.errors import InputError
 from rwjax.fit.problem import pose
+from rwjax.fit.rig_fit import to_fit
 from rwjax.held_out import folds
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, to_fit
+from rwjax.methods.identified import Identified
 from rwjax.methods.kalman import prediction_error
 from rwjax.methods.regression import equation_error, weak_form
 from rwjax.methods.simulation import end_to_end, finite_differences

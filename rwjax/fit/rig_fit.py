@@ -53,11 +53,8 @@ class RigFit:
         }
 
 
-def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
-    """End-to-end fit of the free numbers of `rig` to all `logs` that are not marked for validation.
-
-    Raises `RigError` where nothing is free and `LogError` where no log may be fitted.
-    """
+def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
+    """The logs that may be fitted. Raises `RigError` where nothing is free and `LogError` where no log is left."""
     if not rig.free:
         raise RigError(
             f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = ["axis.inertia"]'
@@ -65,6 +62,15 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     train = [log for log in logs if not log.validate]
     if not train:
         raise LogError("every log is marked `# role: validate`; give at least one log to fit")
+    return train
+
+
+def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
+    """End-to-end fit of the free numbers of `rig` to all `logs` that are not marked for validation.
+
+    Raises `RigError` where nothing is free and `LogError` where no log may be fitted.
+    """
+    train = to_fit(rig, logs)
     structure = structure_of(rig)
     problem = pose(structure, train, refine=refine)
     theta = theta_of(rig, structure)

@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rwjax.errors import LogError, RigError
-from rwjax.log import Log
 from rwjax.rig import Rig
 
 
@@ -27,18 +25,6 @@ class Identified:
             },
             "notes": list(self.notes),
         }
-
-
-def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
-    """The logs that may be fitted. Raises `RigError` where nothing is free and `LogError` where no log is left."""
-    if not rig.free:
-        raise RigError(
-            f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = ["axis.inertia"]'
-        )
-    train = [log for log in logs if not log.validate]
-    if not train:
-        raise LogError("every log is marked `# role: validate`; give at least one log to fit")
-    return train
 
 
 def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:

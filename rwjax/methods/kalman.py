@@ -18,9 +18,10 @@ from scipy.optimize import minimize
 
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.fit.problem import Problem, pose
+from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated, to_fit
+from rwjax.methods.identified import Identified, estimated
 from rwjax.plant import Structure
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of

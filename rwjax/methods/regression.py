@@ -21,10 +21,11 @@ from scipy.signal import lfilter, savgol_filter
 
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.errors import LogError
+from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import meat
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated, to_fit
+from rwjax.methods.identified import Identified, estimated
 from rwjax.plant import Structure
 from rwjax.predict import predict_log
 from rwjax.rig import Rig

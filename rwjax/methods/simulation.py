@@ -7,10 +7,10 @@ from scipy.optimize import least_squares
 
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.fit.problem import pose
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.fit.rig_fit import fit_rig, to_fit
 from rwjax.fit.scales import sizes_of
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated, to_fit
+from rwjax.methods.identified import Identified, estimated
 from rwjax.rig import Rig
 from rwjax.simulate import free_run
 

@@ -16,8 +16,9 @@ from scipy.signal import lfilter
 
 from rwjax.errors import LogError, RigError
 from rwjax.fit.problem import NO_COMMAND
+from rwjax.fit.rig_fit import to_fit
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated, to_fit
+from rwjax.methods.identified import Identified, estimated
 from rwjax.predict import predict_log
 from rwjax.rig import Rig
 
