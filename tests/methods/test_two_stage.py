@@ -35,10 +35,9 @@ def test_the_thesis_curve_comes_out_of_its_coast_down(order: int | None) -> None
     assert abs(ours.coef[3] / CORRECTED_3_14[3] - 1.0) > 1.0
 
 
-def test_known_friction_comes_back_within_its_interval() -> None:
+def test_known_friction_comes_back_from_counts_to_five_percent() -> None:
     truth = platform("viscous = 0.02\ncoulomb = 0.05", free='"axis.friction.viscous", "axis.friction.coulomb"')
     t = np.arange(1201) * 0.01
-    hits = []
     for seed in range(20):
         y = run(truth, record(t, np.zeros_like(t)), {"w": 6.0})["yaw_rad"]
         y = Q * np.round((y + np.random.default_rng(seed).uniform(0.0, Q)) / Q)
@@ -47,8 +46,6 @@ def test_known_friction_comes_back_within_its_interval() -> None:
         found = two_stage(believed, [log]).rig
         for name in truth.free:
             assert found.values[name] == pytest.approx(truth.values[name], rel=0.05)
-            hits.append(abs(found.values[name] - truth.values[name]) < 0.03 * truth.values[name])
-    assert np.mean(hits) > 0.5
 
 
 def test_a_stribeck_rig_gets_the_curve_closest_to_the_polynomial() -> None:
