@@ -28,6 +28,7 @@ class Batch(NamedTuple):
     a cut are below 0.
     `h`, `t0`: grid step and start of each log relative to its run's first sample.
     `slot_step`, `slot_part`: grid step of a reading and the part of the step that has passed.
+    `which`, `plus`: a log's numbers are `theta[which] + plus`, in the order of the structure's names `p`.
     `reading`, `weight`: measured outputs and the inverse of their noise (0 where there is none), times the root of `share`.
     """
 
@@ -35,6 +36,8 @@ class Batch(NamedTuple):
     u_command: np.ndarray  # l k
     h: np.ndarray  # l
     t0: np.ndarray  # l
+    which: np.ndarray  # l p
+    plus: np.ndarray  # l p
     slot_step: np.ndarray  # l w q
     slot_part: np.ndarray  # l w q
     slot_sample: np.ndarray  # l w q; -1 where the slot is empty
@@ -108,8 +111,17 @@ def _recent(log: Log) -> tuple[np.ndarray, np.ndarray]:
     return before[late] - log.time[0], command[late]
 
 
-def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str, float]], *, refine: int = 1) -> Batch:
+def lay_out(
+    structure: Structure,
+    logs: Sequence[Log],
+    noise: Sequence[dict[str, float]],
+    *,
+    per_run: Sequence[str] = (),
+    refine: int = 1,
+) -> Batch:
     """Batch of `logs` with each output divided by its noise (standard deviation, SI).
+
+    Every log has a value of its own of the numbers `per_run`: they follow the shared ones in `theta`, log by log.
 
     `refine` divides the time step further, to check that a result does not depend on it.
     """
@@ -169,6 +181,8 @@ def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str,
         u_command=u_command,
         h=np.array([h for h, _ in grids]),
         t0=np.array([log.time[0] - log.origin for log in logs]),
+        which=_which(structure, L, per_run),
+        plus=np.array([structure.vector(log.added) for log in logs]),
         slot_step=slot_step,
         slot_part=slot_part,
         slot_sample=slot_sample,
@@ -177,6 +191,13 @@ def lay_out(structure: Structure, logs: Sequence[Log], noise: Sequence[dict[str,
         share=share,
         step_index=np.arange(per_window),
     )
+
+
+def _which(structure: Structure, logs: int, per_run: Sequence[str]) -> np.ndarray:
+    which = np.tile(np.arange(len(structure.names)), (logs, 1))
+    for k, name in enumerate(per_run):
+        which[:, structure.names.index(name)] = len(structure.names) + k + len(per_run) * np.arange(logs)
+    return which
 
 
 def by_sample(batch: Batch, log: int, values: np.ndarray, samples: int) -> np.ndarray:

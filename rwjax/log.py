@@ -4,14 +4,14 @@ import math
 import os
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from rwjax.errors import LogError, nearest, write_text
-from rwjax.log_sheet import FEWEST, Sheet, check_finite, numbers, read_sheet
+from rwjax.log_sheet import FEWEST, Sheet, check_finite, is_number, numbers, read_sheet
 from rwjax.rig import Rig
 from rwjax.rig_names import MOTORED, THESIS_COLUMNS, TURNING
 
@@ -51,6 +51,7 @@ class Log:
     validate: bool  # never used to fit or to select
     supply: np.ndarray | None  # V
     origin: float  # s, time of the run's first sample, kept by `cut`
+    added: dict[str, float] = field(default_factory=dict)  # known differences of the rig's numbers in this run
     earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))  # time and command before a cut
 
     def cut(self, first: int, last: int) -> "Log":
@@ -108,6 +109,7 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
         resolution={new: step[old] for old, new in canonical.items()},
         notes=sheet.notes,
         validate=_validate(sheet),
+        added=_added(sheet, rig),
         supply=series.get("supply_V"),
         origin=float(series["time_s"][0]),
     )
@@ -118,6 +120,23 @@ def _validate(sheet: Sheet) -> bool:
     if role not in ("train", "validate"):
         raise LogError(f"{sheet.path}: `# role: {role}` is unknown; it is `train` or `validate`")
     return role == "validate"
+
+
+def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
+    """Known differences of the rig's numbers in this run, from notes `# add axis.inertia: 0.012`."""
+    found = {}
+    held = {name.lower(): name for name in rig.values}  # keys of notes are read in small letters
+    for key, value in sheet.notes.items():
+        word, _, name = key.partition(" ")
+        if word != "add":
+            continue
+        if name not in held:
+            near = nearest(name, rig.values)
+            raise LogError(f"{sheet.path}: `# {key}: {value}`: the rig file has no `{name}`; the nearest is `{near}`")
+        if not is_number(value) or not math.isfinite(float(value)):
+            raise LogError(f"{sheet.path}: `# {key}: {value}` has to be one number, such as `# {key}: 0.012`")
+        found[held[name]] = float(value)
+    return found
 
 
 def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ $\Omega$ is the wheel's speed relative to the body (thesis eq. 3.1, 3.4, 4.2). $
 The state is a tuple of scalars: `psi, w` where there is an axis, then `theta, Omega` and, with inductance, `i`.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import equinox as eqx
@@ -61,6 +62,10 @@ class Structure(NamedTuple):
         return self.numbers + tuple(
             f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect])
         )
+
+    def vector(self, given: Mapping[str, float]) -> list[float]:
+        """The numbers given by name in the order of the parameter vector, 0 for the others."""
+        return [given.get(name, 0.0) for name in self.names]
 
     def with_effects(self, *effects: str) -> "Structure":
         """The same rig with these effects besides, in the order of the library."""

@@ -24,6 +24,8 @@ class Rig:
     numbers: dict[str, float]  # the plant numbers that the file holds, of `rig_names.NUMBERS`
     free: tuple[str, ...] = ()  # the names, of `values`, that a fit estimates
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+    prior: dict[str, tuple[float, float]] = field(default_factory=dict)  # mean and standard deviation besides the logs
+    per_run: tuple[str, ...] = ()  # the names, of `free`, of which every log has a value of its own
     standard_error: dict[str, float] = field(default_factory=dict)  # inf: the logs say nothing about it
     effects: dict[str, dict[str, float]] = field(default_factory=dict)  # effect name -> its parameters
     counts_per_rev: dict[str, float] = field(default_factory=dict)  # of the encoders "axis", "wheel"
@@ -64,8 +66,8 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
 def _rig(document: dict[str, Any], stem: str) -> Rig:
     leaves = read.leaves(document)
     kind = read.kind(leaves)
-    standard_error, bounds, effects = (
-        read.take(leaves, section) for section in ("fit.standard_error", "fit.bounds", "effects")
+    standard_error, bounds, prior, effects = (
+        read.take(leaves, section) for section in ("fit.standard_error", "fit.bounds", "fit.prior", "effects")
     )
     read.check_keys(leaves, kind)
     rig = Rig(
@@ -77,9 +79,12 @@ def _rig(document: dict[str, Any], stem: str) -> Rig:
         pwm=read.pwm(leaves),
         columns=read.columns(leaves),
     )
+    free = read.names(leaves, "fit.free", rig.values, kind)
     return replace(
         rig,
-        free=read.free(leaves, rig.values, kind),
+        free=free,
+        per_run=read.per_run(leaves, free, rig.values, kind),
+        prior={name: read.prior(name, pair, free) for name, pair in prior.items()},
         bounds={name: read.bound(name, pair, rig.values, kind) for name, pair in bounds.items()},
         standard_error={
             name: read.standard_error(name, value, rig.values, kind) for name, value in standard_error.items()
@@ -138,6 +143,10 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
         yield ("columns", key), column, ""
     if rig.free:
         yield ("fit", "free"), _folded(rig.free), ""
+    if rig.per_run:
+        yield ("fit", "per_run"), _folded(rig.per_run), "a value for each log"
+    for name, (mean, spread) in rig.prior.items():
+        yield ("fit", "prior", name), [mean, spread], "mean, standard deviation"
     for name, error in rig.standard_error.items():
         yield ("fit", "standard_error", name), error, ""
     for name, bounds in rig.bounds.items():

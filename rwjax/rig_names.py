@@ -61,6 +61,7 @@ SETTINGS = {
     "columns.position": KINDS,
     "columns.pulse": KINDS,
     "fit.free": KINDS,
+    "fit.per_run": KINDS,
 }
 KEYS = {name: n.kinds for name, n in NUMBERS.items() if name not in COEFFICIENTS} | SETTINGS  # key -> kinds
 THESIS_CHOICES = {"position": ("pos1", "pos2"), "pulse": ("pwm_1", "pwm_2")}  # for `[columns]`

@@ -174,20 +174,28 @@ def columns(leaves: dict[str, Any]) -> dict[str, str]:
     return given
 
 
-def free(leaves: dict[str, Any], values: dict[str, float], kind: str) -> tuple[str, ...]:
-    """The names in `fit.free`, the polynomial written out as its four coefficients."""
-    given = leaves.get("fit.free", [])
+def names(leaves: dict[str, Any], key: str, values: dict[str, float], kind: str) -> tuple[str, ...]:
+    """The names of numbers that `key` lists, the polynomial written out as its four coefficients."""
+    given = leaves.get(key, [])
     if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        raise RigError(f'`fit.free` is {given!r}; it has to be a list of names, such as ["axis.inertia"]')
+        raise RigError(f'`{key}` is {given!r}; it has to be a list of names, such as ["axis.inertia"]')
     held: dict[str, tuple[str, ...]] = {name: (name,) for name in values}
     if COEFFICIENTS[0] in values:
         held[POLYNOMIAL] = COEFFICIENTS
     for name in given:
-        check_held(name, held, "fit.free", kind)
-    names = tuple(each for name in given for each in held[name])
-    if twice := next((name for i, name in enumerate(names) if name in names[:i]), None):
-        raise RigError(f"`fit.free` names `{twice}` twice; name it once")
-    return names
+        check_held(name, held, key, kind)
+    listed = tuple(each for name in given for each in held[name])
+    if twice := next((name for i, name in enumerate(listed) if name in listed[:i]), None):
+        raise RigError(f"`{key}` names `{twice}` twice; name it once")
+    return listed
+
+
+def per_run(leaves: dict[str, Any], free: tuple[str, ...], values: dict[str, float], kind: str) -> tuple[str, ...]:
+    """The names in `fit.per_run`, all of them free."""
+    listed = names(leaves, "fit.per_run", values, kind)
+    if fixed := next((name for name in listed if name not in free), None):
+        raise RigError(f"`fit.per_run` names `{fixed}`, which is not estimated; name it in `fit.free` too")
+    return listed
 
 
 def check_held(name: str, held: Collection[str], where: str, kind: str) -> None:
@@ -211,6 +219,16 @@ def bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[fl
     if not low <= values[name] <= high:
         raise RigError(f"`{name}` is {values[name]!r}, outside its `fit.bounds` [{low!r}, {high!r}]; widen them")
     return low, high
+
+
+def prior(name: str, pair: Any, free: tuple[str, ...]) -> tuple[float, float]:
+    """Mean and standard deviation of what is known of a free number besides the logs."""
+    key = f"fit.prior.{name}"
+    if name not in free:
+        raise RigError(f"`{key}` is of no use, since `{name}` is not estimated; name it in `fit.free`, or take it out")
+    if not isinstance(pair, list) or len(pair) != 2:
+        raise RigError(f"`{key}` is {pair!r}; it has to be [mean, standard deviation]")
+    return _number(key, pair[0]), _number(key, pair[1], "positive")
 
 
 def standard_error(name: str, value: Any, values: dict[str, float], kind: str) -> float:

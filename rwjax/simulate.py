@@ -38,36 +38,40 @@ def plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
     return assemble(structure, {name: theta[k] for k, name in enumerate(structure.names)})
 
 
-def commands(plant: Plant, batch: Batch) -> tuple[Float[Array, "l w m"], Float[Array, "l w q"]]:
-    """Mean of the acting command over every grid step, and the command at every reading [V].
+def _plant_of_run(structure: Structure, theta: Float[Array, " t"], run: Batch) -> Plant:
+    """Plant with the numbers of one log: its own entries of `theta`, and what is known to be added to them."""
+    return plant_of(structure, theta[jnp.asarray(run.which)] + jnp.asarray(run.plus))
+
+
+def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "w m"], Float[Array, "w q"]]:
+    """Mean of the acting command over every grid step of one log, and the command at every reading [V].
 
     A delay shifts them in time, continuously: a reading sees the mean from its own time to the next sample or over one
     grid step, whichever is shorter.
     """
-    W, m = batch.slot_step.shape[1], batch.step_index.shape[0]
-    acting = jax.vmap(jax.vmap(plant.act))(jnp.asarray(batch.u_command))
+    t, h, slot_step = jnp.asarray(run.t_command), jnp.asarray(run.h), jnp.asarray(run.slot_step)
+    W, m = slot_step.shape[0], run.step_index.shape[0]
+    u = jax.vmap(plant.act)(jnp.asarray(run.u_command))
     delay = plant.delay()
+    area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(t))])
 
-    def one(t: Float[Array, " edge"], u: Float[Array, " k"], h: Scalar, slot_step, slot_part):
-        area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(t))])
+    def until(time: Float[Array, " s"]) -> Float[Array, " s"]:
+        late = time if delay is None else time - delay
+        before = jnp.minimum(late - t[0], 0.0) * u[0]  # the first command is taken to have been held before the log
+        return jnp.interp(late, t, area) + before
 
-        def until(time: Float[Array, " s"]) -> Float[Array, " s"]:
-            late = time if delay is None else time - delay
-            before = jnp.minimum(late - t[0], 0.0) * u[0]  # the first command is taken to have been held before the log
-            return jnp.interp(late, t, area) + before
+    steps = jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h
+    sample = h * ((m * jnp.arange(W)[:, None] + slot_step).astype(float) + jnp.asarray(run.slot_part)).ravel()
+    width = jnp.minimum(h, jnp.min(jnp.diff(t)))
+    readings = (until(sample + width) - until(sample)) / width
+    return steps.reshape(W, m), readings.reshape(W, -1)
 
-        steps = jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h
-        sample = h * ((m * jnp.arange(W)[:, None] + slot_step).astype(float) + slot_part).ravel()
-        width = jnp.minimum(h, jnp.min(jnp.diff(t)))
-        readings = (until(sample + width) - until(sample)) / width
-        return steps.reshape(W, m), readings.reshape(W, -1)
 
-    return jax.vmap(one)(
-        jnp.asarray(batch.t_command),
-        acting,
-        jnp.asarray(batch.h),
-        jnp.asarray(batch.slot_step),
-        jnp.asarray(batch.slot_part),
+def _each_log(one, batch: Batch, *of_log: Array):
+    """`one(run, *values)` for every log of a batch, side by side; only `step_index` has no axis of logs."""
+    step_index = jnp.asarray(batch.step_index)
+    return jax.vmap(lambda run, *values: one(run._replace(step_index=step_index), *values))(
+        batch._replace(step_index=batch.h), *of_log
     )
 
 
@@ -99,12 +103,13 @@ def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_pa
 
 def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"], batch: Batch):
     """Readings of every window from its own first state, and the state at its end."""
-    plant = plant_of(structure, theta)
-    u, at_reading = commands(plant, batch)
-    W, m = u.shape[1:]
 
-    def one_log(h, t0, nodes, u, at_reading, slot_step, slot_part):
+    def one_log(run: Batch, nodes: Float[Array, "w n"]):
+        plant = _plant_of_run(structure, theta, run)
+        h, t0 = jnp.asarray(run.h), jnp.asarray(run.t0)
         p = propagator(plant, h)
+        u, at_reading = commands(plant, run)
+        W, m = u.shape
 
         def one_window(w, x0, u, at_reading, slot_step, slot_part):
             start = t0 + w * m * h
@@ -112,17 +117,11 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
             y = _readings(plant, h, start, states, at_reading, slot_step, slot_part)
             return y, jnp.stack([s[-1] for s in states])
 
-        return jax.vmap(one_window)(jnp.arange(W, dtype=float), nodes, u, at_reading, slot_step, slot_part)
+        return jax.vmap(one_window)(
+            jnp.arange(W, dtype=float), nodes, u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
+        )
 
-    return jax.vmap(one_log)(
-        jnp.asarray(batch.h),
-        jnp.asarray(batch.t0),
-        nodes,
-        u,
-        at_reading,
-        jnp.asarray(batch.slot_step),
-        jnp.asarray(batch.slot_part),
-    )
+    return _each_log(one_log, batch, nodes)
 
 
 @partial(jax.jit, static_argnames="structure")
@@ -146,7 +145,7 @@ def rates_along(
 @partial(jax.jit, static_argnames="structure")
 def evaluate(
     structure: Structure,
-    theta: Float[Array, " p"],
+    theta: Float[Array, " t"],
     numbers: Int[Array, " k"],
     nodes: Float[Array, "l w n"],
     batch: Batch,
@@ -192,14 +191,15 @@ def evaluate(
 
 
 @partial(jax.jit, static_argnames="structure")
-def free_run(structure: Structure, theta: Float[Array, " p"], start: Float[Array, "l n"], batch: Batch):
+def free_run(structure: Structure, theta: Float[Array, " t"], start: Float[Array, "l n"], batch: Batch):
     """Readings of whole logs from their first state, and the states at the windows' starts."""
-    plant = plant_of(structure, theta)
-    u, at_reading = commands(plant, batch)
-    W, m = u.shape[1:]
 
-    def one_log(h, t0, x0, u, at_reading, slot_step, slot_part):
+    def one_log(run: Batch, x0: Float[Array, " n"]):
+        plant = _plant_of_run(structure, theta, run)
+        h, t0 = jnp.asarray(run.h), jnp.asarray(run.t0)
         p = propagator(plant, h)
+        u, at_reading = commands(plant, run)
+        W, m = u.shape
 
         def window(x, inputs):
             w, u, at_reading, slot_step, slot_part = inputs
@@ -208,14 +208,7 @@ def free_run(structure: Structure, theta: Float[Array, " p"], start: Float[Array
             y = _readings(plant, h, begin, states, at_reading, slot_step, slot_part)
             return jnp.stack([s[-1] for s in states]), (y, x)
 
-        return jax.lax.scan(window, x0, (jnp.arange(W, dtype=float), u, at_reading, slot_step, slot_part))[1]
+        inputs = (jnp.arange(W, dtype=float), u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part))
+        return jax.lax.scan(window, x0, inputs)[1]
 
-    return jax.vmap(one_log)(
-        jnp.asarray(batch.h),
-        jnp.asarray(batch.t0),
-        start,
-        u,
-        at_reading,
-        jnp.asarray(batch.slot_step),
-        jnp.asarray(batch.slot_part),
-    )
+    return _each_log(one_log, batch, start)

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 
 import numpy as np
 import pytest
@@ -231,3 +232,25 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
         LogError, match="cannot be written: No such file or directory; give a path in a writable folder"
     ):
         write_log(tmp_path / "none" / "run.csv", {"time_s": np.arange(3)})
+
+
+def test_what_a_run_had_more_is_read_by_name(log):
+    assert log(["# add axis.inertia: 0.012", HEADER, *ROWS]).added == {"axis.inertia": 0.012}
+    effect = parse_rig(
+        'kind = "platform"\ndrive.gain = 1\naxis.inertia = 1\nencoder.counts_per_rev = 256\n'
+        '[effects."axis.coulomb"]\nM_c = 0.1'
+    )
+    assert log(["# add axis.coulomb.M_c: -0.01", HEADER, *ROWS], effect).added == {"axis.coulomb.M_c": -0.01}
+
+
+@pytest.mark.parametrize(
+    ("note", "message"),
+    [
+        ("# add axis.intertia: 1", "the rig file has no `axis.intertia`; the nearest is `axis.inertia`"),
+        ("# add axis.inertia: much", "has to be one number, such as `# add axis.inertia: 0.012`"),
+        ("# add axis.inertia: inf", "has to be one number"),
+    ],
+)
+def test_a_difference_that_cannot_be_is_refused(log, note, message):
+    with pytest.raises(LogError, match=re.escape(message)):
+        log([note, HEADER, *ROWS])

@@ -78,6 +78,7 @@ def test_estimates_take_their_place():
 
 
 FRICTION = PLATFORM + "[axis.friction]\n"
+FIT = "[fit]\nfree = ['axis.inertia']\n"
 FREE = PLATFORM + "[fit]\nfree = "
 MALFORMED = [
     ("kind = wheel", "rig.toml:1: not valid TOML: Invalid value"),
@@ -163,6 +164,11 @@ MALFORMED = [
         PLATFORM + "[fit.bounds]\n'axis.inertia' = [1, 2]",
         "`axis.inertia` is 0.228, outside its `fit.bounds` [1.0, 2.0]",
     ),
+    (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = 3", "`fit.prior.axis.inertia` is 3; it has to be [mean, stand"),
+    (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = [1, 0]", "`fit.prior.axis.inertia` is 0.0; it has to be positive"),
+    (PLATFORM + FIT + "[fit.prior]\n'drive.gain' = [1, 1]", "is of no use, since `drive.gain` is not estimated"),
+    (PLATFORM + FIT + "per_run = ['drive.gain']", "`fit.per_run` names `drive.gain`, which is not estimated"),
+    (PLATFORM + FIT + "per_run = 'drive.gain'", "`fit.per_run` is 'drive.gain'; it has to be a list of names"),
     (PLATFORM + "[fit.standard_error]\n'axis.inerta' = 1", "the nearest is `axis.inertia`"),
     (PLATFORM + "[fit.standard_error]\n'axis.inertia' = -1", "it has to be zero or positive"),
     (
@@ -234,7 +240,14 @@ def rigs(draw: st.DrawFn) -> Rig:
     )
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))
     errors = {name: draw(st.floats(0.0)) for name in free}
-    return replace(rig, free=tuple(free), standard_error=errors, bounds={name: (-1.0, 1e13) for name in free[:1]})
+    return replace(
+        rig,
+        free=tuple(free),
+        standard_error=errors,
+        bounds={name: (-1.0, 1e13) for name in free[:1]},
+        per_run=tuple(free[:2]),
+        prior={name: (draw(st.floats(-1e9, 1e9)), draw(positive)) for name in free[1:3]},
+    )
 
 
 @given(rig=rigs())

@@ -283,7 +283,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         ),
         waterfall=(first, *map(rung, steps)),
         beside=tuple(rung(other) for other in others if other not in steps),
-        remarks=remarks(every, train, [fitted, *(refits(e) for e in rivals[1:])], spread),
+        remarks=remarks(rig, every, train, [fitted, *(refits(e) for e in rivals[1:])], spread),
         corrected=_corrected(rig, refits.problem.structure, fitted, named, spread),
         before=before,
         after=after,

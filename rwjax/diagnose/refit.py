@@ -66,7 +66,7 @@ class Refits:
         """Refits of `rig` to `logs`, trained on those numbered in `train`."""
         noise = pooled(tuple(logs[k] for k in train))
         unseen = pooled(tuple(logs))  # for outputs that no training log holds
-        return cls(rig, pose(structure_for(rig), logs, unseen | noise), tuple(train), progress)
+        return cls(rig, pose(structure_for(rig), logs, unseen | noise, prior=rig.prior), tuple(train), progress)
 
     def __call__(self, explanation: Explanation) -> Fit:
         """Best fit of an explanation."""

@@ -7,12 +7,15 @@ import numpy as np
 from rwjax.fit.end_to_end import Fit
 from rwjax.fit.uncertainty import Uncertainty
 from rwjax.log import Log
+from rwjax.rig import Rig
 
 WIDE = 0.2  # of the command's largest size: a stretch without commands that is worth a remark
 NEAR = 1.1  # a command this little above the width moves nothing that could be seen
 
 
-def remarks(logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty) -> tuple[str, ...]:
+def remarks(
+    rig: Rig, logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty
+) -> tuple[str, ...]:
     """Remarks on the fits of the named explanation and of those that cannot be told apart from it."""
     found = list(spread.notes)
     widths = [f.numbers()["drive.deadzone.u_0"] for f in fits if "drive.deadzone.u_0" in f.free]
@@ -27,6 +30,10 @@ def remarks(logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], 
                 f"unidentifiable there: the {width:.3g} V of drive.deadzone is where its line meets zero, "
                 "and a threshold anywhere between, with a step, gives the same logs"
             )
+    if rig.per_run:
+        found.append(
+            f"{', '.join(rig.per_run)}: one value for all runs, since a held-out run's own value (fit.per_run) is not known"
+        )
     if len(train) == 1:
         found.append("one run was fitted: nothing says how well runs repeat, so the floor is a lower bound")
     return tuple(found)

@@ -127,8 +127,9 @@ def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
     body["Omega" if kind == "wheel" else "w"] = np.where(still, 0.0, w)
     simulated = _rest_of(fitted, number, log)
     states = np.stack([body.get(state, simulated.get(state, np.zeros_like(w))) for state in structure.states], axis=1)
-    rates = np.asarray(rates_along(structure, fitted.theta, t, states, log.command))
-    inertia = fitted.numbers()["wheel.inertia" if kind == "wheel" else "axis.inertia"]
+    theta = fitted.theta + np.array(structure.vector(log.added))
+    rates = np.asarray(rates_along(structure, theta, t, states, log.command))
+    inertia = theta[structure.names.index("wheel.inertia" if kind == "wheel" else "axis.inertia")]
     column = structure.states.index("Omega" if kind == "wheel" else "w")
     where = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": t, "voltage": log.command}
     where["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)

@@ -6,6 +6,9 @@ import numpy as np
 
 LARGEST_LOG_STEP = 0.7
 """Largest change of a logarithm in one step: keeps a start that is off by a factor from overshooting."""
+SMALL_LOG_STEP = 0.1
+"""Below it a number moves in proportion to the step, as the linear ones do: numbers that the logs only determine up to a
+common factor then stay on the straight line on which they scale together, along which a prior alone decides."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,8 @@ class Coordinates:
         """`theta` after a step in coordinates, kept within bounds."""
         free = theta[self.index]
         with np.errstate(over="ignore", invalid="ignore"):  # each entry is computed both ways and taken once
-            moved = np.where(self.logarithmic, free * np.exp(step), free + self.size * step)
+            factor = np.where(np.abs(step) < SMALL_LOG_STEP, 1.0 + step, np.exp(step))
+            moved = np.where(self.logarithmic, free * factor, free + self.size * step)
         out = theta.copy()
         out[self.index] = np.clip(moved, *self.bounds.T)
         return out

@@ -28,7 +28,7 @@ MISFIT = 1.5
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of a fit. `theta` all numbers in the order of `structure.names`, `start` first state of each log.
+    """Result of a fit. `theta` all numbers in the order of `problem.names`, `start` first state of each log.
 
     `cost`: half the sum of squared residuals in units of noise. `evaluation`: sensitivities at the optimum, windows
     started from the free run (numpy arrays). `converged`: False where the step limit came first. `damping`: of the last
@@ -48,11 +48,11 @@ class Fit:
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the free numbers."""
-        return tuple(self.problem.structure.names[k] for k in self.coordinates.index)
+        return tuple(self.problem.names[k] for k in self.coordinates.index)
 
     def numbers(self) -> dict[str, float]:
         """All numbers by name."""
-        return dict(zip(self.problem.structure.names, (float(v) for v in self.theta), strict=True))
+        return dict(zip(self.problem.names, (float(v) for v in self.theta), strict=True))
 
 
 def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
@@ -72,15 +72,17 @@ def _run_each(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[n
 
 
 def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
-    """Half the sum of squares of all free runs, and the states at the windows' starts."""
+    """Half the sum of squares of all free runs and of the prior, and the states at the windows' starts."""
     cost, nodes = _run_each(problem, theta, start)
-    return float(np.sum(cost)), nodes
+    return float(np.sum(cost)) + problem.against_prior(theta)[0], nodes
 
 
 def _sticks(problem: Problem, theta: np.ndarray) -> bool:
     """Whether any dry friction acts: without it the sum of squares has no creases."""
     dry = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
-    return any(name.endswith(dry) and value > 0.0 for name, value in zip(problem.structure.names, theta, strict=True))
+    return any(
+        name.partition(" ")[0].endswith(dry) and value > 0.0 for name, value in zip(problem.names, theta, strict=True)
+    )
 
 
 def first_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
@@ -167,7 +169,9 @@ def _solve(
     scale = coordinates.slope(theta)
     L, n = problem.start.shape
     p = e.g.shape[1] - n
-    A, b, parts = np.zeros((len(k), len(k))), np.zeros(len(k)), []
+    free = coordinates.index
+    A, parts = np.diag(problem.prior[free, 1] * scale**2), []
+    b = problem.against_prior(theta)[1][free] * scale
     for log in range(L):
         s = np.flatnonzero(problem.start_free[log])
         P, q = start_response(*start_normal(problem, e, log), k, p + s, damping)

@@ -51,6 +51,9 @@ def across_kinks(
         if not np.all(np.isfinite(J)):
             break
         H, g = J.T @ J, J.T @ r
+        k, slope = np.arange(len(c.index)), c.slope(theta)
+        H[k, k] += problem.prior[c.index, 1] * slope**2
+        g[k] += problem.against_prior(theta)[1][c.index] * slope
         scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
         for damping in DAMPINGS:
             M = H / scale / scale[:, None] + damping * np.eye(len(g))
@@ -60,6 +63,7 @@ def across_kinks(
             for (log, state), d in zip(entries, dz[len(c.index) :], strict=True):
                 start_new[log, state] += d
             new = 0.5 * float(np.sum(_residual(problem, theta_new, start_new) ** 2))
+            new += problem.against_prior(theta_new)[0]
             if new < cost:
                 theta, start, cost = theta_new, start_new, new
                 break

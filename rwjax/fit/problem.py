@@ -1,6 +1,6 @@
 """Logs and a structure made ready for a fit: layout, noise, which runs start at rest."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,9 @@ NO_COMMAND = 1e-3
 @dataclass(frozen=True)
 class Problem:
     """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`; `anchored`:
-    logs `(l,)` that tell them by their first 0.5 s alone (the start rule), not by the whole run.
+    logs `(l,)` that tell them by their first 0.5 s alone (the start rule), not by the whole run. `per_run`: numbers of
+    which every run has a value of its own; `prior` (t, 2): mean and inverse variance of what is known of each number
+    besides the logs, 0 where nothing is.
     """
 
     structure: Structure
@@ -29,6 +31,24 @@ class Problem:
     start: np.ndarray
     start_free: np.ndarray
     anchored: np.ndarray
+    per_run: tuple[str, ...]
+    prior: np.ndarray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all entries of `theta`: the structure's, then those that every run has of its own, log by log."""
+        return self.structure.names + tuple(f"{name} in {log.name}" for log in self.logs for name in self.per_run)
+
+    def spread_out(self, values: np.ndarray) -> np.ndarray:
+        """Values of the structure's numbers (p, …) as values of all entries of `theta`."""
+        own = [self.structure.names.index(name) for name in self.per_run]
+        return np.concatenate([values, *(values[own] for _ in self.logs)])
+
+    def against_prior(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        """Half the squared distance from the prior in its standard deviations, and its slope `(t,)`."""
+        mean, precision = self.prior.T
+        away = np.where(precision > 0.0, theta - mean, 0.0)
+        return 0.5 * float(precision @ away**2), precision * away
 
     def early(self) -> "Problem":
         """The problem of the first 0.5 s of each log, its readings weighed by their noise there: nothing later counts."""
@@ -116,18 +136,29 @@ def _first_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray
 
 
 def pose(
-    structure: Structure, logs: Sequence[Log], noise: dict[str, float] | None = None, *, refine: int = 1
+    structure: Structure,
+    logs: Sequence[Log],
+    noise: dict[str, float] | None = None,
+    *,
+    per_run: Sequence[str] = (),
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    refine: int = 1,
 ) -> Problem:
-    """Problem of fitting a structure to logs; `noise` (SI) from the readings unless it is given."""
+    """Problem of fitting a structure to logs; `noise` (SI) from the readings unless it is given. `prior`: mean and
+    standard deviation by name."""
     logs = tuple(logs)
+    known = [(prior or {}).get(name, (0.0, np.inf)) for name in structure.names]
     noise = noise_of.pooled(logs) if noise is None else noise
     first = [_first_state(structure, log, starts_at_rest(log)) for log in logs]
-    return Problem(
+    problem = Problem(
         structure=structure,
         logs=logs,
         noise=noise,
-        batch=lay_out(structure, logs, [noise] * len(logs), refine=refine),
+        batch=lay_out(structure, logs, [noise] * len(logs), per_run=per_run, refine=refine),
         start=np.stack([guess for guess, _ in first]),
         start_free=np.stack([free for _, free in first]),
         anchored=np.zeros(len(logs), bool),
+        per_run=tuple(per_run),
+        prior=np.array([(mean, spread**-2.0) for mean, spread in known]),
     )
+    return replace(problem, prior=problem.spread_out(problem.prior))

@@ -1,7 +1,7 @@
 """Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,34 +23,37 @@ OFF_BY = (1.0, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class RigFit:
-    """Fitted rig with what the optimum says. `rms`: free-run RMS of every output over the fitted logs [SI]."""
+    """Fitted rig with what the optimum says. `rms`: free-run RMS of every output over the fitted logs [SI]. A number that
+    every run has of its own stands in `rig` as the mean over the runs, with the standard error of that mean.
+    """
 
     rig: Rig
     fit: Fit
     uncertainty: Uncertainty
     rms: dict[str, float]
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a user should know, one sentence each."""
-        return self.uncertainty.notes
+    notes: tuple[str, ...]
+    """What a user should know, one sentence each."""
 
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
-        value = self.fit.numbers()
-        errors = self.uncertainty.standard_error
+        value, errors = self.fit.numbers() | self.rig.values, self.uncertainty.standard_error | self.rig.standard_error
+        names = dict.fromkeys((*self.rig.free, *self.uncertainty.names))
         return {
             "schema": "rwjax.fit/1",
             "numbers": {
-                name: {"value": value[name], "standard_error": e if np.isfinite(e) else None}
-                for name, e in errors.items()
+                name: {"value": value[name], "standard_error": _finite(errors.get(name, np.inf))} for name in names
             },
-            "covariance": [[float(v) if np.isfinite(v) else None for v in row] for row in self.uncertainty.covariance],
+            "covariance_of": list(self.uncertainty.names),
+            "covariance": [[_finite(v) for v in row] for row in self.uncertainty.covariance],
             "rms": self.rms,
             "noise": self.fit.problem.noise,
             "converged": self.fit.converged,
-            "notes": list(self.uncertainty.notes),
+            "notes": list(self.notes),
         }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
@@ -72,11 +75,14 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     """
     train = to_fit(rig, logs)
     structure = structure_of(rig)
-    problem = pose(structure, train, refine=refine)
-    theta = theta_of(rig, structure)
-    bounds = bounds_of(rig, structure)
-    free = np.array([name in rig.free for name in structure.names])
-    moves = coordinates(theta, free, bounds, sizes_of(rig, structure, theta, train))
+    problem = pose(structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine)
+    shared = theta_of(rig, structure)
+    estimated = {*rig.free} - {*rig.per_run}
+    free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])
+    theta, bounds, size = (
+        problem.spread_out(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
+    )
+    moves = coordinates(theta, free, bounds, size)
     tried = []
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
@@ -84,17 +90,17 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     best = min(tried, key=lambda f: f.cost)
     best = fit_anchored(problem, moves, best.theta, best.start)
     spread = uncertainty(best)
-    spread = replace(
-        spread,
-        notes=(
-            *spread.notes,
-            *(f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)),
-        ),
-    )
-    notes = spread.notes if best.converged else (*spread.notes, "the fit did not settle within its step limit")
-    spread = Uncertainty(spread.names, spread.covariance, notes)
-    known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e)}
-    return RigFit(rig_with(rig, structure, best.theta, known), best, spread, _rms(best))
+    notes = [*spread.notes]
+    notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
+    notes += [] if best.converged else ["the fit did not settle within its step limit"]
+    values = best.theta[: len(shared)].copy()
+    known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e) and name in rig.free}
+    for k, name in enumerate(rig.per_run):
+        own = best.theta[len(shared) + k :: len(rig.per_run)]
+        values[structure.names.index(name)] = np.mean(own)
+        if len(own) > 1:
+            known[name] = float(np.std(own, ddof=1) / np.sqrt(len(own)))
+    return RigFit(rig_with(rig, structure, values, known), best, spread, _rms(best), tuple(notes))
 
 
 def _rms(fitted: Fit) -> dict[str, float]:

@@ -45,8 +45,8 @@ def strongly_tied(found: Uncertainty) -> list[tuple[str, str, float]]:
 
 
 def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:
-    """Normal matrix of the free coordinates with first states eliminated, and for each log its reduced Jacobian
-    `(time, output, k)` and residual `(time, output)` in units of noise."""
+    """Normal matrix of the free coordinates with first states eliminated and the prior added, and for each log its
+    reduced Jacobian `(time, output, k)` and residual `(time, output)` in units of noise."""
     problem, e, k = fitted.problem, fitted.evaluation, np.arange(len(fitted.coordinates.index))
     p = len(e.local) - problem.start.shape[1]
     scale = fitted.coordinates.slope(fitted.theta)
@@ -61,7 +61,7 @@ def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
         A += np.einsum("tya,tyb->ab", Gt, Gt)
         jacobians.append(Gt)
         residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))
-    return A, jacobians, residuals
+    return A + np.diag(problem.prior[fitted.coordinates.index, 1] * scale**2), jacobians, residuals
 
 
 def _bandwidth(series: np.ndarray) -> float:
@@ -129,7 +129,8 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         for vector in vectors[:, weak].T:
             spoilt |= np.abs(vector) > WEIGHS
         inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
-        sandwich = inverse @ meat(jacobians, residuals)[np.ix_(use, use)] @ inverse
+        middle = meat(jacobians, residuals) + np.diag(fitted.problem.prior[fitted.coordinates.index, 1] * scale**2)
+        sandwich = inverse @ middle[np.ix_(use, use)] @ inverse
         sandwich = sandwich * scale[use] * scale[use][:, None]
         sandwich[spoilt, :] = sandwich[:, spoilt] = np.inf
         covariance[np.ix_(use, use)] = sandwich

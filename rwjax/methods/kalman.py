@@ -35,18 +35,19 @@ QUIET, LOUD = 1e-6, 1e3
 
 class _Runs(NamedTuple):
     """Logs at equal steps: `h` (l,), `command` (l, t), `reading` (l, t, y) with NaN where there is none, first states
-    and how unsure they are (l, n)."""
+    and how unsure they are (l, n), what a run's numbers have more than the rig's `plus` (l, p)."""
 
     h: Any
     command: Any
     reading: Any
     start: Any
     unsure: Any
+    plus: Any
 
 
 def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     """Negative log likelihood of one log's innovations."""
-    plant = plant_of(structure, theta)
+    plant = plant_of(structure, theta + run.plus)
     p = propagator(plant, run.h)
     n = len(structure.states)
     rates = jnp.array([1.0 if name in ("w", "Omega") else 0.0 for name in structure.states])
@@ -160,4 +161,4 @@ def _laid_out(problem: Problem) -> _Runs:
         commands.append(np.pad(log.command[nearest], (0, longest - n), mode="edge"))
         readings.append(np.pad(reading[nearest], ((0, longest - n), (0, 0)), constant_values=np.nan))
     unsure = np.where(problem.start_free, 0.1 * np.maximum(np.abs(problem.start), 1.0), 1e-6)
-    return _Runs(np.array(h), np.array(commands), np.array(readings), problem.start, unsure)
+    return _Runs(np.array(h), np.array(commands), np.array(readings), problem.start, unsure, problem.batch.plus)

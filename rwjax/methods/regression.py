@@ -168,6 +168,7 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
         )
         for m in motions
     ]
+    added = [np.array(structure.vector(log.added)) for log in train]
 
     def full(z: np.ndarray) -> np.ndarray:
         out = theta.copy()
@@ -176,9 +177,9 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
 
     def pieces(z: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         found = []
-        for m, motion in zip(motions, along, strict=True):
-            f = np.asarray(rates_along(structure, full(z), *motion))[: len(m.time)]
-            df = np.asarray(_slopes(structure, full(z), *motion))[: len(m.time), :, free] * size
+        for m, motion, plus in zip(motions, along, added, strict=True):
+            f = np.asarray(rates_along(structure, full(z) + plus, *motion))[: len(m.time)]
+            df = np.asarray(_slopes(structure, full(z) + plus, *motion))[: len(m.time), :, free] * size
             for rate in m.acceleration:
                 k = structure.states.index(rate)
                 a, model = form(m, rate, f[:, k])

@@ -18,7 +18,7 @@ from rwjax.simulate import free_run
 def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
     """The library's own fit: exact sensitivities, short windows first, unknown first states."""
     result = fit_rig(rig, logs)
-    return Identified(result.rig, result.uncertainty.notes)
+    return Identified(result.rig, result.notes)
 
 
 def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
@@ -28,18 +28,21 @@ def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
     """
     train = to_fit(rig, logs)
     structure = structure_of(rig)
-    problem = pose(structure, train)
+    problem = pose(structure, train, prior=rig.prior)
     theta = theta_of(rig, structure)
     free = np.flatnonzero([name in rig.free for name in structure.names])
     size = sizes_of(rig, structure, theta, train)[free]
     low, high = bounds_of(rig, structure)[free].T / size
+
+    mean, precision = problem.prior.T
 
     def residual(z: np.ndarray) -> np.ndarray:
         numbers = theta.copy()
         numbers[free] = z * size
         y, _ = free_run(structure, numbers, problem.start, problem.batch)
         r = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
-        return np.nan_to_num(r[problem.batch.weight > 0.0], nan=1e6, posinf=1e6, neginf=-1e6)
+        r = np.append(r[problem.batch.weight > 0.0], np.sqrt(precision) * (numbers - mean))
+        return np.nan_to_num(r, nan=1e6, posinf=1e6, neginf=-1e6)
 
     best = least_squares(
         residual, np.clip(theta[free] / size, low, high), bounds=(low, np.maximum(high, low + 1e-12)), x_scale="jac"

@@ -179,6 +179,10 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
         raise LogError(
             f"{names}: no stretch of {SHORTEST_S:.0f} s in which the axis turns at 0 V; the two-stage method needs a coast-down"
         )
+    if loaded := next((log for log in train if log.added), None):
+        raise LogError(
+            f"{loaded.name}: has an `# add` note; the two-stage method takes one rig for all runs: leave it out"
+        )
     inertia = rig.numbers["axis.inertia"]
     power = {name: 3 - k for k, name in enumerate(reversed(POLYNOMIAL))} | {CURVE[0]: 0, CURVE[3]: 1}
     stribeck = "axis.friction.static" in rig.numbers

@@ -78,7 +78,7 @@ def test_a_number_on_its_bound_is_named() -> None:
     believed = truth.with_values({"axis.friction.viscous": 0.01})
     log = _log(truth, noise=2e-3)
     bent = record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] * (1.0 + 0.02 * TIME / 10.0)})
-    notes = fit_rig(believed, [bent]).uncertainty.notes
+    notes = fit_rig(believed, [bent]).notes
     assert "axis.friction.viscous sits on its bound" in notes
 
 
@@ -205,13 +205,13 @@ def test_numbers_that_are_hardly_told_apart_are_named_with_their_correlation() -
     level = np.where(TIME > 5.0, 0.55, 0.5)  # two speeds that hardly differ
     log = _log(truth, np.where(TIME > 0.6, level, 0.0), noise=1e-3)
     found = fit_rig(truth, [log])
-    notes = [note for note in found.uncertainty.notes if "hardly told apart" in note]
+    notes = [note for note in found.notes if "hardly told apart" in note]
     assert any("axis.friction.viscous" in note and "axis.friction.coulomb" in note for note in notes)
     C = np.array(found.json()["covariance"])
     k = [found.rig.free.index(f"axis.friction.{name}") for name in ("viscous", "coulomb")]
     assert C[k[0], k[1]] / np.sqrt(C[k[0], k[0]] * C[k[1], k[1]]) < -0.99
     other = platform(free=FREE)
-    assert not [n for n in fit_rig(other, [_log(other, noise=1e-3)]).uncertainty.notes if "hardly" in n]
+    assert not [n for n in fit_rig(other, [_log(other, noise=1e-3)]).notes if "hardly" in n]
 
 
 def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
@@ -225,3 +225,59 @@ def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
         scatter = np.std([f.rig.values[name] for f in fits], ddof=1)
         claimed = np.median([f.uncertainty.standard_error[name] for f in fits])
         assert 0.65 < claimed / scatter < 1.5, name  # 40 draws know a scatter to 11 %
+
+
+def _runs(rig: Rig, inertias: list[float]) -> list[Log]:
+    """One run of the rig for each inertia, named `a.csv`, `b.csv`, …"""
+    truths = [rig.with_values({"axis.inertia": inertia}) for inertia in inertias]
+    logs = [_log(truth, noise=1e-3) for truth in truths]
+    return [replace(log, name=f"{name}.csv") for name, log in zip("abcdef", logs, strict=False)]
+
+
+def test_a_known_added_inertia_tells_friction_and_inertia_in_absolute_units() -> None:
+    truth = platform(free='"drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
+    plain, loaded = _runs(truth, [0.1, 0.14])
+    believed = truth.with_values({"drive.gain": 0.6, "axis.inertia": 0.17})
+    alone = fit_rig(believed, [plain])
+    assert any("only a combination of" in note for note in alone.notes)  # gain, inertia and friction scale together
+    both = fit_rig(believed, [plain, replace(loaded, added={"axis.inertia": 0.04})])
+    for name in truth.free:
+        error = both.uncertainty.standard_error[name]
+        assert abs(both.rig.values[name] - truth.values[name]) < 4.0 * error, name
+        assert error < 0.02 * truth.values[name], name
+
+
+def test_a_number_of_every_run_comes_back_run_by_run() -> None:
+    truth = platform(free=FREE)
+    inertias = [0.09, 0.1, 0.12]
+    found = fit_rig(replace(truth, per_run=("axis.inertia",)), _runs(truth, inertias))
+    numbers = found.fit.numbers()
+    for name, inertia in zip("abc", inertias, strict=True):
+        own = f"axis.inertia in {name}.csv"
+        assert abs(numbers[own] - inertia) < 4.0 * found.uncertainty.standard_error[own]
+    assert found.rig.values["axis.inertia"] == pytest.approx(np.mean(inertias), rel=1e-3)
+    assert found.rig.values["axis.friction.coulomb"] == pytest.approx(0.05, rel=1e-2)
+    scatter = np.std(inertias, ddof=1) / np.sqrt(3.0)
+    assert found.rig.standard_error["axis.inertia"] == pytest.approx(scatter, rel=0.05)
+
+
+def test_a_prior_weighs_as_much_as_it_is_sure() -> None:
+    truth = platform(free=FREE)
+    log = _log(truth, noise=1e-3)
+    plain = fit_rig(truth, [log])
+    value, error = plain.rig.values["axis.inertia"], plain.uncertainty.standard_error["axis.inertia"]
+    unsure = fit_rig(replace(truth, prior={"axis.inertia": (2.0 * value, 1e6)}), [log])
+    assert unsure.rig.values["axis.inertia"] == pytest.approx(value, rel=1e-7)
+    sure = fit_rig(replace(truth, prior={"axis.inertia": (value + error, 1e-3 * error)}), [log])
+    assert sure.rig.values["axis.inertia"] == pytest.approx(value + error, abs=0.01 * error)
+    assert sure.uncertainty.standard_error["axis.inertia"] == pytest.approx(1e-3 * error, rel=0.01)
+
+
+def test_a_prior_settles_what_the_logs_leave_open() -> None:
+    truth = platform(free='"drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
+    known = replace(truth.with_values({"axis.inertia": 0.15}), prior={"drive.gain": (0.4, 0.02)})
+    found = fit_rig(known, [_log(truth, noise=1e-3)])
+    assert not any("only a combination" in note for note in found.notes)
+    for name in truth.free:  # all scale with the gain, which is known to 5 %
+        assert found.rig.values[name] == pytest.approx(truth.values[name], rel=0.01), name
+        assert found.uncertainty.standard_error[name] == pytest.approx(0.05 * truth.values[name], rel=0.2), name
