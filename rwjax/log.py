@@ -12,6 +12,7 @@ import numpy as np
 
 from rwjax.errors import LogError, nearest, write_text
 from rwjax.log_sheet import FEWEST, Sheet, check_finite, is_number, numbers, read_sheet
+from rwjax.outliers import outliers
 from rwjax.rig import Rig
 from rwjax.rig_names import MOTORED, THESIS_COLUMNS, TURNING
 
@@ -52,7 +53,15 @@ class Log:
     supply: np.ndarray | None  # V
     origin: float  # s, time of the run's first sample, kept by `cut`
     added: dict[str, float] = field(default_factory=dict)  # known differences of the rig's numbers in this run
+    left_out: dict[str, np.ndarray] = field(default_factory=dict)  # times [s] of outliers, which `outputs` do not hold
     earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))  # time and command before a cut
+
+    def remarks(self) -> list[str]:
+        """What a user should know about the readings, one sentence each."""
+        return [
+            f"{self.name}: {len(times)} of the readings of {name} are outliers and left out, the first at {times[0]:.6g} s"
+            for name, times in self.left_out.items()
+        ]
 
     def cut(self, first: int, last: int) -> "Log":
         """The samples `first` to `last - 1`; the name says which ("square.csv[12.0 s…]")."""
@@ -101,17 +110,21 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
         raise sheet.error(None, f"no measured output; a `{rig.kind}` rig needs at least one of {valid}")
     step = {name: _step(sheet, name, y, rig) for name, y in outputs.items()}
     canonical = {name: COLUMNS[name].output for name in COLUMNS if name in outputs}
+    time, command = series["time_s"], series["voltage_V"]
+    readings = {new: outputs[old] * (step[old] or 1.0) for old, new in canonical.items()}
+    wrong = {name: outliers(y, command if name == "current_A" else None) for name, y in readings.items()}
     return Log(
         name=Path(path).name,
-        time=series["time_s"],
-        command=series["voltage_V"],
-        outputs={new: outputs[old] * (step[old] or 1.0) for old, new in canonical.items()},
+        time=time,
+        command=command,
+        outputs={name: np.where(wrong[name], np.nan, y) for name, y in readings.items()},
+        left_out={name: time[where] for name, where in wrong.items() if where.any()},
         resolution={new: step[old] for old, new in canonical.items()},
         notes=sheet.notes,
         validate=_validate(sheet),
         added=_added(sheet, rig),
         supply=series.get("supply_V"),
-        origin=float(series["time_s"][0]),
+        origin=float(time[0]),
     )
 
 

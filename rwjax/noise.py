@@ -1,10 +1,12 @@
 """Noise of each logged output: what even a perfect model leaves, read from the fastest part of the signal."""
 
 from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rwjax.log import Log
+if TYPE_CHECKING:
+    from rwjax.log import Log
 
 KEPT, OF_KEPT = 0.8, 0.6616
 """Share of the smallest differences that is used, and the root mean square of that share of a standard normal."""
@@ -14,7 +16,7 @@ PLAINLY = 0.85  # less than this share of the estimate so far: more than chance
 ORDERS = (3, 5, 7)  # of the differences; what moves smoothly shrinks with the order, white noise does not
 
 
-def quantisation(log: Log, output: str) -> float:
+def quantisation(log: "Log", output: str) -> float:
     """Standard deviation [SI] of rounding to counts, $q/\\sqrt{12}$; 0 where the reading is not in counts."""
     return log.resolution.get(output, 0.0) / np.sqrt(12.0)
 
@@ -37,7 +39,7 @@ def rapid(signal: np.ndarray) -> float:
     return lowest
 
 
-def of_readings(log: Log) -> dict[str, float]:
+def of_readings(log: "Log") -> dict[str, float]:
     """Standard deviation [SI] of each output's noise, from the log alone; never below quantisation."""
     found = {}
     for name, value in log.outputs.items():
@@ -51,7 +53,7 @@ def of_readings(log: Log) -> dict[str, float]:
     return found
 
 
-def pooled(logs: tuple[Log, ...]) -> dict[str, float]:
+def pooled(logs: "tuple[Log, ...]") -> dict[str, float]:
     """One standard deviation for each output over all logs (root of the mean variance)."""
     each = [of_readings(log) for log in logs]
     names = {name for noise in each for name in noise}

@@ -17,7 +17,7 @@ def remarks(
     rig: Rig, logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty
 ) -> tuple[str, ...]:
     """Remarks on the fits of the named explanation and of those that cannot be told apart from it."""
-    found = list(spread.notes)
+    found = [*spread.notes, *(remark for log in logs for remark in log.remarks())]
     widths = [f.numbers()["drive.deadzone.u_0"] for f in fits if "drive.deadzone.u_0" in f.free]
     if widths:
         sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))

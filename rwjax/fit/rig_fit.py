@@ -90,7 +90,7 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     best = min(tried, key=lambda f: f.cost)
     best = fit_anchored(problem, moves, best.theta, best.start)
     spread = uncertainty(best)
-    notes = [*spread.notes]
+    notes = [*spread.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
     values = best.theta[: len(shared)].copy()

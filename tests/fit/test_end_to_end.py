@@ -281,3 +281,33 @@ def test_a_prior_settles_what_the_logs_leave_open() -> None:
     for name in truth.free:  # all scale with the gain, which is known to 5 %
         assert found.rig.values[name] == pytest.approx(truth.values[name], rel=0.01), name
         assert found.uncertainty.standard_error[name] == pytest.approx(0.05 * truth.values[name], rel=0.2), name
+
+
+@pytest.mark.parametrize("factor", [0.4, 2.5])
+def test_a_swing_is_not_fitted_a_period_off(factor: float) -> None:
+    # twelve periods of a pendulum: with 40 % of its gravity the start is seven periods behind, each a local minimum
+    truth = parse_rig(
+        'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.01\n'
+        '[axis.gravity]\ntorque = 1.5\n[fit]\nfree = ["axis.gravity.torque", "axis.friction.viscous"]'
+    )
+    time = np.arange(2001) * 0.01
+    y = run(truth, record(time, 0.0 * time), {"psi": 1.0})["yaw_rad"]
+    log = record(time, 0.0 * time, {"yaw_rad": y + np.random.default_rng(0).normal(0.0, 1e-3, len(y))})
+    found = fit_rig(truth.with_values({name: factor * truth.values[name] for name in truth.free}), [log])
+    for name, error in found.uncertainty.standard_error.items():
+        assert abs(found.rig.values[name] - truth.values[name]) < 4.0 * error < 0.04 * truth.values[name], name
+
+
+def test_dropouts_cost_precision_and_nothing_else() -> None:
+    truth = platform(free=FREE)
+    whole = _log(truth, np.where(TIME > 0.6, 0.6 * np.sign(np.sin(1.7 * TIME)), 0.0), noise=1e-3)
+    silent = (TIME > 2.0) & (TIME < 4.5)  # no readings
+    kept = ~((TIME > 6.0) & (TIME < 6.5)) | (
+        np.arange(len(TIME)) % 37 == 0
+    )  # hardly any samples; the command is held there
+    y = np.where(silent, np.nan, whole.outputs["yaw_rad"])
+    broken = record(TIME[kept], whole.command[kept], {"yaw_rad": y[kept]})
+    full, found = fit_rig(truth, [whole]), fit_rig(truth, [broken])
+    for name, error in found.uncertainty.standard_error.items():
+        assert abs(found.rig.values[name] - truth.values[name]) < 4.0 * error, name
+        assert full.uncertainty.standard_error[name] < error < 5.0 * full.uncertainty.standard_error[name], name
