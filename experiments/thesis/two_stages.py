@@ -178,6 +178,6 @@ def _figure(ours: Polynomial, whole: Polynomial) -> plt.Figure:
     axes[2].plot(t, driven["yaw_rad_s"])
     axes[2].axhline(settled(6.7)[0], color="#999999", ls=":", label=f"settles at {settled(6.7)[0]:.2f} rad/s")
     axes[2].set(xlabel="time [s]", ylabel="yaw rate ψ' [rad/s]", title="Fig. 3.11: 6.7 V from rest")
-    for ax in axes:
-        ax.legend(frameon=False, fontsize=8)
+    for ax, place in zip(axes, ("upper right", "upper left", "lower right"), strict=True):
+        ax.legend(frameon=False, fontsize=8, loc=place)
     return figure
