@@ -71,7 +71,9 @@ def dead_band() -> None:
     row("the same with Table 3.2 [V]", "", f"{FRICTION(0.0) / (0.428 / INERTIA):.2f}")
     least = min(r.real for r in FRICTION.deriv().roots())
     row(
-        "voltage below which a moving platform stops, least friction over gain [V]", "", f"{FRICTION(least) / GAIN:.2f}"
+        "voltage below which a moving platform stops [V], where its friction is least [rad/s]",
+        "",
+        f"{FRICTION(least) / GAIN:.2f}, {least:.2f}",
     )
     t = np.arange(2001) * 0.01
     for volts in (4.2, 4.25):

@@ -13,7 +13,7 @@ from rwjax import Log
 
 def row(what: str, printed: str, here: str) -> None:
     """One line: what it is, what the thesis prints, what comes out here."""
-    print(f"  {what:79s} {printed:>14s}  {here}")
+    print(f"  {what:86s} {printed:>14s}  {here}")
 
 
 def save(figure: plt.Figure, folder: Path, name: str) -> None:
