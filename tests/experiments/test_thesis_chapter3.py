@@ -103,6 +103,7 @@ def test_the_printed_digits_fix_the_curve_and_not_its_coefficients() -> None:
     assert np.all(np.abs(found / regenerate.FRICTION.coef - 1.0) > 0.3)
     low, high = two_stages.under_rounding(200)
     assert np.all(high - low > 0.3 * np.abs(found))
+    assert np.all((regenerate.FRICTION.coef < low) | (regenerate.FRICTION.coef > high))  # printed from something else
 
 
 def test_the_polynomial_drives_beyond_the_measured_speeds() -> None:
