@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -75,6 +76,9 @@ def fit(
     method: Annotated[
         FitMethod, typer.Option(help="two-stage: friction from coast-downs, as in the thesis")
     ] = FitMethod.E2E,
+    bootstrap: Annotated[
+        int, typer.Option(min=0, metavar="N", help="95 % intervals by N refits to resampled stretches (end-to-end)")
+    ] = 0,
     output: Annotated[Path | None, typer.Option("-o", metavar="FITTED.toml", help="stdout without it")] = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -86,8 +90,13 @@ def fit(
 
     if method is FitMethod.TWO_STAGE:
         from rwjax.methods.two_stage import two_stage as identify
+
+        if bootstrap:
+            raise InputError("--bootstrap: the two-stage method always makes its own; leave the option out")
     else:
-        from rwjax.fit.rig_fit import fit_rig as identify
+        from rwjax.fit.rig_fit import fit_rig
+
+        identify = partial(fit_rig, bootstrap=bootstrap)
 
     with _progress(quiet) as progress:
         believed = read_rig(rig)
@@ -106,6 +115,8 @@ def fit(
         for name in result.rig.free:
             error = result.rig.standard_error.get(name)
             spread = "" if error is None else f" ± {error:.2g}"
+            if name in result.interval:
+                spread += " (95 %: {:.6g} to {:.6g})".format(*result.interval[name])
             print(f"{name} = {result.rig.values[name]:.6g}{spread}")
         print(f"fitted to {', '.join(log.name for log in records if not log.validate)}; written to {output}")
     for note in result.notes:

@@ -20,6 +20,11 @@ class Coordinates:
     size: np.ndarray
     bounds: np.ndarray
 
+    def without(self, number: int) -> "Coordinates":
+        """The same with `theta[number]` held."""
+        kept = self.index != number
+        return Coordinates(self.index[kept], self.logarithmic[kept], self.size[kept], self.bounds[kept])
+
     def inward(self, theta: np.ndarray) -> np.ndarray:
         """`theta` with its free numbers moved into their bounds."""
         out = theta.copy()

@@ -153,8 +153,9 @@ def start_response(H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, d
     Hss = H[np.ix_(s, s)]
     diagonal = np.diag(Hss)
     ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
-    inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
-    return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
+    with np.errstate(all="ignore"):  # a run that leaves the range of numbers: the step is refused where it is taken
+        inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
+        return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
 
 
 def _solve(

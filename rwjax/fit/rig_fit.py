@@ -8,10 +8,12 @@ import numpy as np
 from rwjax.build import bounds_of, rig_with, structure_of, theta_of
 from rwjax.errors import LogError, RigError
 from rwjax.fit.anchored import fit_anchored
+from rwjax.fit.bootstrap import bootstrap as resampled
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
+from rwjax.fit.profile import interval as profile
 from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import Uncertainty, strongly_tied, uncertainty
 from rwjax.log import Log
@@ -21,15 +23,25 @@ OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started."""
 
 
+NORMAL_95 = 1.96
+WIDE = 2.0
+"""Ratio of an interval's ends above which the sum of squares of a positive number is taken for no parabola."""
+FIRST_STEP = 0.05
+"""First step of a profile where there is no standard error, in units of the number's size."""
+
+
 @dataclass(frozen=True)
 class RigFit:
     """Fitted rig with what the optimum says. `rms`: free-run RMS of every output over the fitted logs [SI]. A number that
-    every run has of its own stands in `rig` as the mean over the runs, with the standard error of that mean.
+    every run has of its own stands in `rig` as the mean over the runs, with the standard error of that mean. `interval`:
+    95 % of each estimated number [SI], by the sandwich's standard error; by the profile where a bound is near or the logs
+    say little; by the bootstrap where one was made.
     """
 
     rig: Rig
     fit: Fit
     uncertainty: Uncertainty
+    interval: dict[str, tuple[float, float]]
     rms: dict[str, float]
     notes: tuple[str, ...]
     """What a user should know, one sentence each."""
@@ -43,6 +55,7 @@ class RigFit:
             "numbers": {
                 name: {"value": value[name], "standard_error": _finite(errors.get(name, np.inf))} for name in names
             },
+            "interval95": {name: [_finite(end) for end in ends] for name, ends in self.interval.items()},
             "covariance_of": list(self.uncertainty.names),
             "covariance": [[_finite(v) for v in row] for row in self.uncertainty.covariance],
             "rms": self.rms,
@@ -68,8 +81,10 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
-def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
+def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -> RigFit:
     """End-to-end fit of the free numbers of `rig` to all `logs` that are not marked for validation.
+
+    `bootstrap`: refits to resampled stretches, whose percentiles are then the intervals; 0 for none.
 
     Raises `RigError` where nothing is free and `LogError` where no log may be fitted.
     """
@@ -100,7 +115,35 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
         values[structure.names.index(name)] = np.mean(own)
         if len(own) > 1:
             known[name] = float(np.std(own, ddof=1) / np.sqrt(len(own)))
-    return RigFit(rig_with(rig, structure, values, known), best, spread, _rms(best), tuple(notes))
+    interval = {name: _normal(best, spread, k) for k, name in enumerate(best.free)}
+    on_bound = np.logical_or(*moves.on_bound(best.theta))
+    for k, name in enumerate(best.free):
+        error = spread.standard_error[name]
+        if not np.isfinite(error) and not on_bound[k]:
+            interval[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])  # the logs say nothing
+        elif not _parabolic(best, interval[name], k):
+            unit = error if np.isfinite(error) else FIRST_STEP * moves.size[k]
+            low, high = interval[name] = profile(best, int(moves.index[k]), float(spread.inflation[k]), float(unit))
+            notes.append(
+                f"{name}: 95 % from {low:.3g} to {high:.3g} by its profile, since a standard error says little"
+            )
+    if bootstrap:
+        drawn = np.percentile(resampled(best, bootstrap), (2.5, 97.5), axis=0).T
+        interval = {name: (float(low), float(high)) for name, (low, high) in zip(best.free, drawn, strict=True)}
+    return RigFit(rig_with(rig, structure, values, known), best, spread, interval, _rms(best), tuple(notes))
+
+
+def _normal(fitted: Fit, spread: Uncertainty, k: int) -> tuple[float, float]:
+    """95 % interval of a free number by its standard error."""
+    value, reach = float(fitted.theta[fitted.coordinates.index[k]]), NORMAL_95 * float(np.sqrt(spread.covariance[k, k]))
+    return value - reach, value + reach
+
+
+def _parabolic(fitted: Fit, interval: tuple[float, float], k: int) -> bool:
+    """Whether a standard error describes what the logs say of a free number: no bound near, no factor between its ends."""
+    (low, high), (least, most) = interval, fitted.coordinates.bounds[k]
+    inside = least < low and high < most
+    return bool(inside and (not fitted.coordinates.logarithmic[k] or high < WIDE * low))
 
 
 def _rms(fitted: Fit) -> dict[str, float]:

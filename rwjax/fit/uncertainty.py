@@ -22,11 +22,13 @@ TIED = 0.99
 class Uncertainty:
     """`covariance` (k, k) of the free numbers in SI; rows and columns of numbers on a bound or undetermined are inf.
 
-    `notes`: what a user should know, one sentence each.
+    `inflation` (k,): by what correlated residuals multiply the variance of each; the mean of the others where a number
+    has none. `notes`: what a user should know, one sentence each.
     """
 
     names: tuple[str, ...]
     covariance: np.ndarray
+    inflation: np.ndarray
     notes: tuple[str, ...]
 
     @property
@@ -113,7 +115,7 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         f"{name} leaves no trace in these logs" for name, s in zip(names, silent & ~(low | high), strict=True) if s
     ]
     use = np.flatnonzero(~(low | high | silent))
-    covariance = np.full((len(names), len(names)), np.inf)
+    covariance, inflation = np.full((len(names), len(names)), np.inf), np.ones(len(names))
     if len(use):
         d = diagonal[use]
         values, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
@@ -131,7 +133,10 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
         middle = meat(jacobians, residuals) + np.diag(fitted.problem.prior[fitted.coordinates.index, 1] * scale**2)
         sandwich = inverse @ middle[np.ix_(use, use)] @ inverse
+        found = np.diag(sandwich) / np.diag(inverse)
+        inflation[:] = np.mean(found[~spoilt]) if not spoilt.all() else np.mean(found)
+        inflation[use[~spoilt]] = found[~spoilt]
         sandwich = sandwich * scale[use] * scale[use][:, None]
         sandwich[spoilt, :] = sandwich[:, spoilt] = np.inf
         covariance[np.ix_(use, use)] = sandwich
-    return Uncertainty(names, covariance, tuple(notes))
+    return Uncertainty(names, covariance, inflation, tuple(notes))

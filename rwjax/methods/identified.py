@@ -15,6 +15,12 @@ class Identified:
     rig: Rig
     notes: tuple[str, ...] = ()
 
+    @property
+    def interval(self) -> dict[str, tuple[float, float]]:
+        """95 % interval of each estimated number by its standard error [SI]."""
+        errors = self.rig.standard_error
+        return {n: (self.rig.values[n] - 1.96 * e, self.rig.values[n] + 1.96 * e) for n, e in errors.items()}
+
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
         errors = self.rig.standard_error

@@ -9,10 +9,12 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.build import bounds_of, structure_of, theta_of
+from rwjax.fit.bootstrap import bootstrap
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
+from rwjax.fit.profile import interval
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.rig import Rig
 from rwjax.simulate import evaluate, free_run
@@ -311,3 +313,38 @@ def test_dropouts_cost_precision_and_nothing_else() -> None:
     for name, error in found.uncertainty.standard_error.items():
         assert abs(found.rig.values[name] - truth.values[name]) < 4.0 * error, name
         assert full.uncertainty.standard_error[name] < error < 5.0 * full.uncertainty.standard_error[name], name
+
+
+def test_three_kinds_of_interval_agree_where_the_sum_of_squares_is_a_parabola() -> None:
+    truth = platform(free=FREE)
+    found = fit_rig(truth, [_log(truth, noise=1e-3)])
+    drawn = np.percentile(bootstrap(found.fit, 60), (2.5, 97.5), axis=0).T
+    for k, name in enumerate(found.fit.free):
+        error = found.uncertainty.standard_error[name]
+        low, high = found.interval[name]
+        number = int(found.fit.coordinates.index[k])
+        assert interval(found.fit, number, float(found.uncertainty.inflation[k]), error) == pytest.approx(
+            (low, high), abs=0.05 * error
+        )
+        assert 0.5 < (drawn[k, 1] - drawn[k, 0]) / (high - low) < 1.6, name  # 60 draws of 24 stretches
+        assert low < truth.values[name] < high, name
+
+
+def test_a_number_at_its_bound_has_a_one_sided_interval_that_the_profile_gives() -> None:
+    truth = platform("viscous = 0.02\ncoulomb = 0.0", free=FREE)
+    log = _log(truth, noise=1e-3)
+    found = fit_rig(truth.with_values({"axis.friction.coulomb": 0.01}), [log])
+    low, high = found.interval["axis.friction.coulomb"]
+    assert low == 0.0 < high
+    # the upper end by hand: hold the friction there, fit the rest, and see the cost grow by half of 3.84
+    held = replace(truth.with_values({"axis.friction.coulomb": high}), free=truth.free[:2])
+    k = found.fit.free.index("axis.friction.coulomb")
+    grown = 2.0 * (fit_rig(held, [log]).fit.cost - found.fit.cost) / found.uncertainty.inflation[k]
+    assert grown == pytest.approx(3.84, rel=0.05)
+    assert any("by its profile" in note for note in found.notes)
+
+
+def test_numbers_that_only_scale_together_have_no_interval() -> None:
+    rig = platform(free='"drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
+    found = fit_rig(rig, [_log(rig, noise=1e-3)])
+    assert {ends[1] for ends in found.interval.values()} == {np.inf}
