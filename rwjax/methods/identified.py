@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rwjax.errors import RigError
 from rwjax.rig import Rig
 
 
@@ -31,6 +32,12 @@ class Identified:
             },
             "notes": list(self.notes),
         }
+
+
+def undelayed(rig: Rig, method: str) -> None:
+    """Raises `RigError` for a rig whose commands act late, where a method takes them to act at once."""
+    if "drive.delay" in rig.effects:
+        raise RigError(f"rig `{rig.name}`: has drive.delay; the {method} takes commands to act at once")
 
 
 def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:

@@ -21,7 +21,7 @@ from rwjax.fit.problem import Problem, pose
 from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated
+from rwjax.methods.identified import Identified, estimated, undelayed
 from rwjax.plant import Structure
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of
@@ -53,10 +53,10 @@ def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     rates = jnp.array([1.0 if name in ("w", "Omega") else 0.0 for name in structure.states])
 
     def move(x, t, u):
-        return jnp.stack(step(plant, p, t, tuple(x[k] for k in range(n)), u, run.h))
+        return jnp.stack(step(plant, p, t, tuple(x[k] for k in range(n)), plant.act(u), run.h))
 
     def read(x, t, u):
-        return jnp.stack(plant.outputs(t, tuple(x[k] for k in range(n)), u))
+        return jnp.stack(plant.outputs(t, tuple(x[k] for k in range(n)), plant.act(u)))
 
     def filtered(carry, sample):
         x, P, k = carry
@@ -90,6 +90,7 @@ def _slope(structure: Structure, theta, intensity, runs: _Runs, noise):
 
 def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
     """Maximum likelihood of the innovations over all logs. Raises as `to_fit`."""
+    undelayed(rig, "prediction-error method")
     train = to_fit(rig, logs)
     structure = structure_of(rig)
     problem = pose(structure, train)

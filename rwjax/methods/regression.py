@@ -25,7 +25,7 @@ from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import meat
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated
+from rwjax.methods.identified import Identified, estimated, undelayed
 from rwjax.plant import Structure
 from rwjax.predict import predict_log
 from rwjax.rig import Rig
@@ -84,6 +84,8 @@ class _Motion:
         if "i" in self.states:
             if "current_A" in log.outputs:
                 self.states["i"] = self._at(log, log.outputs["current_A"])
+            elif through := next((name for name in rig.effects if name.startswith("drive.")), None):
+                raise LogError(f"{log.name}: no `current_A`, which regression needs to estimate {through} (L > 0)")
             else:
                 self.states["i"] = _current(rig, self.h, log.command[held], self.states["Omega"])
 
@@ -146,6 +148,7 @@ def _weak(m: _Motion, rate: str, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
+    undelayed(rig, "regression")
     train = to_fit(rig, logs)
     structure = structure_of(rig)
     theta = theta_of(rig, structure)

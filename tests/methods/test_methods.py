@@ -1,11 +1,13 @@
 """Every method on logs that it can handle: known numbers come back; and the comparison of them all."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rwjax.compare import METHODS, compare
+from rwjax.errors import LogError, RigError
 from rwjax.methods.kalman import prediction_error
 from rwjax.methods.regression import equation_error, weak_form
 from rwjax.methods.simulation import finite_differences
@@ -47,6 +49,31 @@ def test_known_numbers_of_a_wheel_come_back(method, within: float) -> None:
     log = record(TIME, u, {"wheel_rad_s": y + np.random.default_rng(1).normal(0.0, 0.3, len(y))})
     found = method(believed, [log]).rig
     assert found.values["wheel.inertia"] == pytest.approx(1.24e-4, rel=within)
+
+
+@pytest.mark.parametrize(("method", "within"), [(finite_differences, 0.05), (prediction_error, 0.05), (weak_form, 0.1)])
+def test_an_effect_on_the_command_is_estimated_by_every_method(method, within: float) -> None:
+    base = wheel(inductance=0.0)
+    truth = replace(base, effects={"drive.deadzone": {"u_0": 0.8}}, free=(*base.free, "drive.deadzone.u_0"))
+    u = 6.0 * COMMAND
+    y = run(truth, record(TIME, u, {"wheel_rad_s": np.zeros_like(TIME)}), {})["wheel_rad_s"]
+    log = record(TIME, u, {"wheel_rad_s": y + np.random.default_rng(1).normal(0.0, 0.3, len(y))})
+    found = method(truth.with_values({"drive.deadzone.u_0": 0.6}), [log]).rig
+    assert found.values["drive.deadzone.u_0"] == pytest.approx(0.8, rel=within)
+
+
+def test_regression_refuses_a_command_whose_current_it_cannot_know() -> None:
+    truth = replace(wheel(), effects={"drive.deadzone": {"u_0": 0.8}})
+    log = record(TIME, 6.0 * COMMAND, {"wheel_rad_s": 300.0 * COMMAND})
+    with pytest.raises(LogError, match="no `current_A`, which regression needs to estimate drive.deadzone"):
+        weak_form(truth, [log])
+
+
+@pytest.mark.parametrize("method", [prediction_error, weak_form, equation_error])
+def test_a_method_that_knows_no_delay_says_so(method) -> None:
+    late = replace(platform(free=FREE), effects={"drive.delay": {"tau": 0.05}})
+    with pytest.raises(RigError, match="has drive.delay; .* takes commands to act at once"):
+        method(late, [axis_log(late)])
 
 
 def test_the_comparison_judges_all_methods_on_the_same_held_out_run(tmp_path) -> None:
