@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from rwjax.fit.coordinates import Coordinates
-from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.end_to_end import Fit, by_start, fit, start_normal, start_response
 from rwjax.fit.problem import Problem
-from rwjax.predict import errors, floor_variance, predict
 
 COMPLETE = 4.0
 """Mean square in floors up to which a model counts as complete and first states stay free: time stamps that are off by
@@ -16,19 +15,27 @@ COMPLETE = 4.0
 
 
 def _complete(begun: Fit) -> bool:
-    """Whether a fit with free first states reaches the noise, and by the start rule the floor."""
-    problem = begun.problem
+    """Whether a fit with free first states reaches the noise, and by the start rule the floor.
+
+    The start rule's first states and their floor are those that the sensitivities at the optimum give: near it the
+    model is as good as linear in them, and nothing has to be simulated again.
+    """
+    problem, e = begun.problem, begun.evaluation
     if 2.0 * begun.cost > COMPLETE * problem.batch.readings:
         return False
-    predictions = predict(problem, begun.theta)
-    square, floor = errors(problem, predictions), floor_variance(problem, predictions)
-    fitted = np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))
-    for name in problem.noise:
-        logs = [k for k in fitted if name in square[k]]
-        left = [np.nanmean(square[k][name] ** 2) for k in logs]
-        if logs and np.mean(left) > COMPLETE * np.mean([np.mean(floor[k][name]) for k in logs]):
-            return False
-    return True
+    rule = replace(problem, anchored=problem.start_free.any(axis=1))
+    p, nothing = len(e.local) - problem.start.shape[1], np.zeros(0, int)
+    square, floor = np.zeros((2, len(problem.structure.outputs)))
+    for log in map(int, np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))):
+        s = p + np.flatnonzero(problem.start_free[log])
+        H, g = start_normal(rule, e, log)
+        _, change = start_response(H, g, nothing, s, 0.0)
+        through = by_start(e, log)[..., s]
+        seen = problem.batch.weight[log] > 0.0
+        scatter = np.einsum("wqya,ab,wqyb->wqy", through, np.linalg.pinv(H[np.ix_(s, s)], hermitian=True), through)
+        square += np.sum(np.where(seen, e.residual[log] + through @ change, 0.0) ** 2, axis=(0, 1))
+        floor += np.sum(np.where(seen, problem.batch.share[log] + np.maximum(scatter, 0.0), 0.0), axis=(0, 1))
+    return bool(np.all(square <= COMPLETE * floor))
 
 
 def fit_anchored(
