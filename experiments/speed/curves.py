@@ -1,0 +1,149 @@
+"""Fresh processes, cost over effects and log length, many fits, scattered starts."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from experiments.speed import c_limit
+from experiments.speed.problem import BELIEVED, COUNT, EFFECTS, arrays, log, posed, rig, with_effects
+from experiments.speed.table import seconds, show, timed
+from rwjax import write_log
+from rwjax.fit.rig_fit import fit_rig
+from rwjax.rig import write_rig
+
+LENGTHS = (10.0, 30.0, 60.0, 300.0, 1800.0, 10800.0)
+FITS = 32
+STARTS = 256
+SCATTER = 0.25
+REACHED = 1e-3
+
+
+def fresh(rounds: int = 3) -> None:
+    """From a process's start to the fitted numbers, by stages, with a cold and a warm cache of compiled programs."""
+    with tempfile.TemporaryDirectory() as folder:
+        record = log()
+        counts = np.rint(record.outputs["yaw_rad"] / COUNT).astype(int)
+        write_log(Path(folder) / "log.csv", {"time_s": record.time, "voltage_V": record.command, "yaw_counts": counts})
+        (Path(folder) / "rig.toml").write_text(write_rig(rig()))
+        environment = os.environ | {"JAX_COMPILATION_CACHE_DIR": f"{folder}/cache"}
+        command = [sys.executable, "-m", "experiments.speed.fresh", folder]
+
+        def once() -> dict:
+            spent, done = timed(lambda: subprocess.run(command, env=environment, capture_output=True, check=True))
+            return json.loads(done.stdout) | {"process": spent}
+
+        cold = once()
+        warm = [once() for _ in range(rounds)]
+    stages = [name for name in cold if name != "cost"]
+    middle = {name: float(np.median([w[name] for w in warm])) for name in stages}
+    rows = [[kind, *(seconds(s[name]) for name in stages)] for kind, s in (("cold", cold), ("warm", middle))]
+    show("Fresh process (the process's time holds a second fit)", ["cache", *stages], rows)
+
+
+def effects(rounds: int = 7) -> list[tuple[int, float]]:
+    """Time of a fit over the number of added effects; returns (free numbers, seconds)."""
+    rows, points = [], []
+    for count in range(len(EFFECTS) + 1):
+        believed, truth = with_effects(count)
+        record = log(truth=truth)
+        first, _ = timed(fit_rig, believed, [record])
+        times = []
+        for _ in range(rounds):
+            spent, found = timed(fit_rig, believed, [record])
+            times.append(spent)
+        numbers, readings = len(believed.free), found.fit.problem.batch.readings
+        points.append((numbers, float(np.median(times))))
+        added = EFFECTS[count - 1].name if count else "none"
+        mean_square = f"{2.0 * found.fit.cost / readings:.3f}"
+        rows.append(
+            [f"+ {added}" if count else "none", str(numbers), seconds(points[-1][1]), seconds(first), mean_square]
+        )
+    head = ["effects, one more a row", "free numbers", "`fit_rig`", "first call", "mean square in units of noise"]
+    show("Over the number of effects", head, rows)
+    return points
+
+
+def length() -> list[tuple[float, float, float]]:
+    """Time of a fit over the log's length; returns (seconds of log, rwjax, C)."""
+    rows, points = [], []
+    for duration in LENGTHS:
+        record, believed = log(duration), rig()
+        first, _ = timed(fit_rig, believed, [record])
+        runs = [timed(fit_rig, believed, [record]) for _ in range(5 if duration <= 300.0 else 1)]
+        ours, found = float(np.median([spent for spent, _ in runs])), runs[0][1]
+        fitter = c_limit.Fitter(arrays(record), samples=40 if duration <= 300.0 else 500)
+        fits = [timed(fitter.fit, BELIEVED) for _ in range(5)]
+        limit = float(np.median([spent for spent, _ in fits]))
+        same = abs(found.fit.cost / fits[0][1].cost - 1.0) < REACHED
+        points.append((duration, ours, limit))
+        batch = found.fit.problem.batch
+        layout = f"{batch.windows} x {len(batch.step_index)}"
+        rows.append([f"{duration:g} s", seconds(ours), seconds(limit), layout, seconds(first), "yes" if same else "no"])
+    slopes = np.polyfit(np.log([p[0] for p in points]), np.log([p[1:] for p in points]), 1)[0]
+    long = [p for p in points if p[0] >= 60.0]
+    late = np.polyfit(np.log([p[0] for p in long]), np.log([p[1:] for p in long]), 1)[0]
+    show(
+        "Over the log's length",
+        ["log", "`fit_rig`", "C", "windows x steps", "first call", "same optimum"],
+        [
+            *rows,
+            ["slope (log-log)", f"{slopes[0]:.2f}", f"{slopes[1]:.2f}", "", "", ""],
+            ["from 60 s on", f"{late[0]:.2f}", f"{late[1]:.2f}", "", "", ""],
+        ],
+    )
+    return points
+
+
+def threads() -> None:
+    """Many fits one at a time and on two threads over one compiled program."""
+    starts = BELIEVED * np.exp(SCATTER * np.random.default_rng(1).normal(size=(FITS, 3)))
+    record = log()
+
+    def one(believed: np.ndarray) -> None:
+        fit_rig(rig(believed), [record])
+
+    one(BELIEVED)
+    alone, both = [], []
+    for _ in range(3):
+        alone.append(timed(lambda: [one(s) for s in starts])[0])
+        with ThreadPoolExecutor(2) as pool:
+            both.append(timed(lambda: list(pool.map(one, starts)))[0])
+    gain = float(np.median(np.array(alone) / np.array(both)))
+    show(
+        f"{FITS} fits from different starts",
+        ["way", "fits a second"],
+        [
+            ["one at a time", f"{FITS / np.median(alone):.3g}"],
+            ["two threads", f"{FITS / np.median(both):.3g} ({gain:.2f} times)"],
+        ],
+    )
+
+
+def starts() -> None:
+    """Share of scattered starts from which the optimum is reached."""
+    record, rng = log(), np.random.default_rng(0)
+    scattered = BELIEVED * np.exp(SCATTER * rng.normal(size=(STARTS, 3)))
+    fitter = c_limit.Fitter(arrays(record))
+    limit = np.array([fitter.fit(s).cost for s in scattered])
+    ours = np.array([fit_rig(rig(s), [record]).fit.cost for s in scattered])
+    single = np.array([_one_start(s) for s in scattered])
+    best = min(limit.min(), ours.min(), single.min())
+    rows = [
+        [name, f"{np.sum(cost <= (1.0 + REACHED) * best)} of {STARTS}"]
+        for name, cost in (("`fit_rig`", ours), ("rwjax from one start", single), ("C", limit))
+    ]
+    show(f"Starts scattered by {SCATTER:g} in the logarithm about the common one", ["way", "reach the optimum"], rows)
+
+
+def _one_start(believed: np.ndarray) -> float:
+    from rwjax.fit.end_to_end import fit
+    from rwjax.fit.nodes import measured_nodes
+
+    problem, moves, theta = posed(log(), believed)
+    return fit(problem, moves, theta, nodes=measured_nodes(problem, theta)).cost
