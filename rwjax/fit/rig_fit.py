@@ -9,7 +9,7 @@ from rwjax.build import bounds_of, rig_with, structure_of, theta_of
 from rwjax.errors import LogError, RigError
 from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.coordinates import coordinates
-from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.end_to_end import Fit, fit, reaches_noise
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import sizes_of
@@ -18,7 +18,7 @@ from rwjax.log import Log
 from rwjax.rig import Rig
 
 OFF_BY = (1.0, 0.5, 2.0)
-"""Factors on all free numbers from which a fit is started."""
+"""Factors on all free numbers from which a fit is started, until one of them reaches the noise."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,8 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, refine: int = 1) -> RigFit:
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
         tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
+        if reaches_noise(tried[-1].cost, problem):
+            break
     best = min(tried, key=lambda f: f.cost)
     best = fit_anchored(problem, moves, best.theta, best.start)
     spread = uncertainty(best)
