@@ -17,7 +17,7 @@ from rwjax import write_log
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.rig import write_rig
 
-LENGTHS = (10.0, 30.0, 60.0, 300.0, 1800.0, 10800.0)
+LENGTHS = (10.0, 30.0, 60.0, 300.0, 1800.0)
 FITS = 32
 STARTS = 256
 SCATTER = 0.25
