@@ -28,7 +28,8 @@ typedef struct {
 typedef struct {
     int windows, samples, substeps; // samples of each window, grid steps of each sample
     double gain, h;
-    const double *command, *reading, *weight; // sample by sample, all windows of a sample next to each other
+    const double *command, *reading, *weight; // in the order of time
+    const double *lane_command, *lane_reading, *lane_weight; // lane by lane: the windows of a group next to each other
 } Data;
 
 static Plant plant_of(const double *z, double gain, double h) {
@@ -98,10 +99,10 @@ void simulate(int samples, int substeps, double gain, double h, const double *co
 static double run(const Data *d, const double *z, double *Xp, double *Xw) {
     Plant p = plant_of(z, d->gain, d->h);
     double psi = Xp[0], w = Xw[0], cost = 0.0;
+    size_t at = 0;
     for (int window = 0; window < d->windows; window++) {
         Xp[window] = psi, Xw[window] = w;
-        for (int k = 0; k < d->samples; k++) {
-            size_t at = (size_t)k * d->windows + window;
+        for (int k = 0; k < d->samples; k++, at++) {
             double r = d->weight[at] * (psi - d->reading[at]);
             cost += r * r;
             for (int q = 0; q < d->substeps; q++) advance(&p, d->command[at], &psi, &w);
@@ -124,8 +125,9 @@ static void evaluate(const Data *d, const double *z, const double *Xp, const dou
         Sw[3] = one;
         for (int k = 0; k < d->samples; k++) {
             lanes u, y, weight, J[COLUMNS];
-            memcpy(&u, d->command + k * W + b, sizeof u), memcpy(&y, d->reading + k * W + b, sizeof y);
-            memcpy(&weight, d->weight + k * W + b, sizeof weight);
+            size_t at = b * d->samples + (size_t)k * LANES;
+            memcpy(&u, d->lane_command + at, sizeof u), memcpy(&y, d->lane_reading + at, sizeof y);
+            memcpy(&weight, d->lane_weight + at, sizeof weight);
             lanes r = (psi - y) * weight;
             for (int j = 0; j < CARRIED; j++) J[j] = Sp[j] * weight;
             J[4] = weight;
@@ -248,8 +250,9 @@ static double move(size_t W, const double *H, const double *g, const double *cha
 // Fits z (3) and the nodes Xp, Xw (windows) in place: first through the windows, then on the free run itself. Returns the
 // number of evaluations with sensitivities.
 int fit(int windows, int samples, int substeps, double gain, double h, const double *command, const double *reading,
-        const double *weight, double *z, double *Xp, double *Xw, double tolerance, int most, double *cost) {
-    const Data d = {windows, samples, substeps, gain, h, command, reading, weight};
+        const double *weight, const double *lane_command, const double *lane_reading, const double *lane_weight, double *z, double *Xp, double *Xw, double tolerance, int most, double *cost) {
+    const Data d = {windows, samples, substeps, gain,        h,           command,
+                    reading, weight,  lane_command, lane_reading, lane_weight};
     const size_t W = windows;
     double *out = malloc(STRIDE * W * sizeof(double)), *chain = malloc(2 * (COLUMNS + 1) * W * sizeof(double));
     double *nodes = malloc(2 * W * sizeof(double)), H[COLUMNS * COLUMNS], g[COLUMNS], z_new[3], damping = 1e-3;

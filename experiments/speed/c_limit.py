@@ -46,7 +46,7 @@ def library() -> ctypes.CDLL:
     i, f = ctypes.c_int, ctypes.c_double
     c.simulate.argtypes = [i, i, f, f, ROWS, ROWS, ROWS, ROWS]
     c.simulate.restype = None
-    c.fit.argtypes = [i, i, i, f, f, ROWS, ROWS, ROWS, ROWS, ROWS, ROWS, f, i, ROWS]
+    c.fit.argtypes = [i, i, i, f, f, *[ROWS] * 9, f, i, ROWS]
     c.fit.restype = i
     return c
 
@@ -68,19 +68,21 @@ class Fitter:
         starts = np.minimum(np.arange(self.windows) * samples, n - 1)
         self.nodes = first_states(a.reading, starts)
         self.nodes[starts == n - 1] = self.nodes[-1]
-        self.command, self.reading, self.weight = (self._laid(v) for v in (a.command, a.reading, a.weight))
+        self.series = [self._padded(v) for v in (a.command, a.reading, a.weight)]
+        self.lanes = [self._by_lane(v) for v in self.series]
 
-    def _laid(self, values: np.ndarray) -> np.ndarray:
-        padded = np.zeros(self.windows * self.samples)
-        padded[: len(values)] = values
-        return np.ascontiguousarray(padded.reshape(self.windows, self.samples).T)
+    def _padded(self, values: np.ndarray) -> np.ndarray:
+        return np.append(values, np.zeros(self.windows * self.samples - len(values)))
+
+    def _by_lane(self, values: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(values.reshape(-1, LANES, self.samples).transpose(0, 2, 1)).ravel()
 
     def fit(self, believed: np.ndarray) -> Found:
         """The optimum from a start."""
         a, z, cost = self.arrays, np.log(believed), np.zeros(1)
         psi, w = (np.ascontiguousarray(v) for v in self.nodes.T)
         evaluations = library().fit(
-            self.windows, self.samples, a.substeps, TRUTH.gain, a.step, self.command, self.reading, self.weight,
+            self.windows, self.samples, a.substeps, TRUTH.gain, a.step, *self.series, *self.lanes,
             z, psi, w, TOLERANCE, 100, cost,
         )  # fmt: skip
         return Found(np.exp(z), np.array([psi[0], w[0]]), float(cost[0]), int(evaluations))

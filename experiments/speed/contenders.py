@@ -11,10 +11,9 @@ from typing import IO
 import numpy as np
 
 from experiments.speed import c_limit, scipy_ivp, scipy_numba
-from experiments.speed.problem import BELIEVED, FREE, arrays, log, posed, rig
+from experiments.speed.curves import one_start
+from experiments.speed.problem import BELIEVED, FREE, arrays, log, rig
 from experiments.speed.table import ratio, seconds, show, timed
-from rwjax.fit.end_to_end import Fit, fit
-from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.rig_fit import fit_rig
 
 ROUNDS = 11
@@ -42,12 +41,6 @@ class Entry:
     def off(self, best: "Entry") -> float:
         """Largest relative distance of a number from the best fit's."""
         return float(np.max(np.abs(np.asarray(self.numbers) / np.asarray(best.numbers) - 1.0)))
-
-
-def one_start() -> Fit:
-    """The library's fit from one start, as `fit_rig` begins it, to the last digit and without standard errors."""
-    problem, moves, theta = posed(log())
-    return fit(problem, moves, theta, nodes=measured_nodes(problem, theta))
 
 
 class Casadi:

@@ -6,22 +6,31 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from experiments.speed import c_limit
+from experiments.speed import c_limit, scipy_numba
 from experiments.speed.problem import BELIEVED, COUNT, EFFECTS, arrays, log, posed, rig, with_effects
 from experiments.speed.table import seconds, show, timed
 from rwjax import write_log
+from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.rig import write_rig
 
-LENGTHS = (10.0, 30.0, 60.0, 300.0, 1800.0)
+LENGTHS = (10.0, 30.0, 60.0, 300.0, 1800.0, 10800.0)
 FITS = 32
 STARTS = 256
 SCATTER = 0.25
 REACHED = 1e-3
+
+
+def one_start(believed: np.ndarray = BELIEVED) -> Fit:
+    """The library's fit from one start alone, to the last digit and without standard errors."""
+    problem, moves, theta = posed(log(), believed)
+    return fit(problem, moves, theta, nodes=measured_nodes(problem, theta))
 
 
 def fresh(rounds: int = 3) -> None:
@@ -72,32 +81,45 @@ def effects(rounds: int = 7) -> list[tuple[int, float]]:
 def length() -> list[tuple[float, float, float]]:
     """Time of a fit over the log's length; returns (seconds of log, rwjax, C)."""
     rows, points = [], []
+    scipy_numba.fit(arrays(log()))  # compiles
     for duration in LENGTHS:
         record, believed = log(duration), rig()
+        a = arrays(record)
+        fitter = c_limit.Fitter(a)
         first, _ = timed(fit_rig, believed, [record])
         runs = [timed(fit_rig, believed, [record]) for _ in range(5 if duration <= 300.0 else 1)]
-        ours, found = float(np.median([spent for spent, _ in runs])), runs[0][1]
-        fitter = c_limit.Fitter(arrays(record), samples=40 if duration <= 300.0 else 500)
         fits = [timed(fitter.fit, BELIEVED) for _ in range(5)]
-        limit = float(np.median([spent for spent, _ in fits]))
-        same = abs(found.fit.cost / fits[0][1].cost - 1.0) < REACHED
+        ours, limit = (float(np.median([spent for spent, _ in found])) for found in (runs, fits))
         points.append((duration, ours, limit))
-        batch = found.fit.problem.batch
-        layout = f"{batch.windows} x {len(batch.step_index)}"
-        rows.append([f"{duration:g} s", seconds(ours), seconds(limit), layout, seconds(first), "yes" if same else "no"])
-    slopes = np.polyfit(np.log([p[0] for p in points]), np.log([p[1:] for p in points]), 1)[0]
-    long = [p for p in points if p[0] >= 60.0]
-    late = np.polyfit(np.log([p[0] for p in long]), np.log([p[1:] for p in long]), 1)[0]
-    show(
-        "Over the log's length",
-        ["log", "`fit_rig`", "C", "windows x steps", "first call", "same optimum"],
-        [
-            *rows,
-            ["slope (log-log)", f"{slopes[0]:.2f}", f"{slopes[1]:.2f}", "", "", ""],
-            ["from 60 s on", f"{late[0]:.2f}", f"{late[1]:.2f}", "", "", ""],
-        ],
-    )
+        found, best = runs[0][1].fit, fits[0][1]
+        numba, other = timed(scipy_numba.fit, a)
+        batch = found.problem.batch
+        rows.append(
+            [
+                f"{duration:g} s",
+                f"{batch.windows} x {len(batch.step_index)}",
+                seconds(ours),
+                seconds(first),
+                _same(found.cost, best.cost),
+                seconds(limit),
+                seconds(numba),
+                _same(other.cost, best.cost),
+            ]
+        )
+    rows += [_slopes("slope", points), _slopes("slope from 60 s on", [p for p in points if p[0] >= 60.0])]
+    head = ["log", "windows x steps", "`fit_rig`", "first call", "C's optimum", "C", "scipy + numba", "C's optimum"]
+    show("Over the log's length", head, rows)
     return points
+
+
+def _same(cost: float, best: float) -> str:
+    return "yes" if abs(cost - best) <= REACHED * best else "no"
+
+
+def _slopes(name: str, points: list[tuple[float, float, float]]) -> list[str]:
+    """Row with the exponents of time over length of the library and of C."""
+    ours, limit = np.polyfit(np.log([p[0] for p in points]), np.log([p[1:] for p in points]), 1)[0]
+    return [name, "", f"{ours:.2f}", "", "", f"{limit:.2f}", "", ""]
 
 
 def threads() -> None:
@@ -129,21 +151,20 @@ def starts() -> None:
     """Share of scattered starts from which the optimum is reached."""
     record, rng = log(), np.random.default_rng(0)
     scattered = BELIEVED * np.exp(SCATTER * rng.normal(size=(STARTS, 3)))
-    fitter = c_limit.Fitter(arrays(record))
+    a = arrays(record)
+    fitter = c_limit.Fitter(a)
     limit = np.array([fitter.fit(s).cost for s in scattered])
+    numba = np.array([scipy_numba.fit(replace(a, believed=s)).cost for s in scattered])
     ours = np.array([fit_rig(rig(s), [record]).fit.cost for s in scattered])
-    single = np.array([_one_start(s) for s in scattered])
-    best = min(limit.min(), ours.min(), single.min())
+    single = np.array([one_start(s).cost for s in scattered])
+    best = min(limit.min(), ours.min())
     rows = [
         [name, f"{np.sum(cost <= (1.0 + REACHED) * best)} of {STARTS}"]
-        for name, cost in (("`fit_rig`", ours), ("rwjax from one start", single), ("C", limit))
+        for name, cost in (
+            ("`fit_rig`", ours),
+            ("rwjax from one start", single),
+            ("C", limit),
+            ("scipy + numba", numba),
+        )
     ]
     show(f"Starts scattered by {SCATTER:g} in the logarithm about the common one", ["way", "reach the optimum"], rows)
-
-
-def _one_start(believed: np.ndarray) -> float:
-    from rwjax.fit.end_to_end import fit
-    from rwjax.fit.nodes import measured_nodes
-
-    problem, moves, theta = posed(log(), believed)
-    return fit(problem, moves, theta, nodes=measured_nodes(problem, theta)).cost
