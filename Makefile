@@ -24,7 +24,7 @@ bench: .venv/.bench
 	@$(BIN)/python -m experiments.speed.run $(PARTS)
 
 .venv/.bench: $(READY)
-	@$(BIN)/python -m pip install -q --disable-pip-version-check "casadi>=3.8"
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
 	@touch $@
 
 # The locked versions, then the package itself as it lies here, with nothing else resolved or fetched.
