@@ -100,8 +100,8 @@ def measure() -> list[Entry]:
     ivp = Entry("scipy least_squares + solve_ivp")
     fitter = c_limit.Fitter(a)
     spent, _ = timed(fit_rig, believed, [record])
-    ours.first = f"first call {seconds(spent)}"
-    numba.first = f"first call {seconds(timed(scipy_numba.fit, a)[0])}"
+    ours.first = f"first call {seconds(spent)}, programs from disk"
+    numba.first = f"first call {seconds(timed(scipy_numba.fit, a)[0])}, from disk"
     one_start(), fitter.fit(BELIEVED)
     shooting = Casadi(CASADI_ROUNDS)
     casadi.first = f"build {seconds(shooting.build)}"
