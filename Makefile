@@ -1,11 +1,11 @@
-# make demo | test | lint | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test lint lock clean python
+.PHONY: demo test lint bench lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -18,6 +18,14 @@ lint: $(READY)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/pyright
+
+# The benchmark of the fit against its rivals and a C program (about ten minutes; gcc); PARTS="contenders" for one table.
+bench: .venv/.bench
+	@$(BIN)/python -m experiments.speed.run $(PARTS)
+
+.venv/.bench: $(READY)
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
+	@touch $@
 
 # The locked versions, then the package itself as it lies here, with nothing else resolved or fetched.
 $(READY): requirements.lock pyproject.toml | python

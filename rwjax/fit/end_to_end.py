@@ -77,6 +77,11 @@ def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float,
     return float(np.sum(cost)) + problem.against_prior(theta)[0], nodes
 
 
+def reaches_noise(cost: float, problem: Problem) -> bool:
+    """Whether a cost is so low that creases of the sum of squares, or a bad start, cannot have stopped the fit early."""
+    return 2.0 * cost <= MISFIT * problem.batch.readings
+
+
 def _sticks(problem: Problem, theta: np.ndarray) -> bool:
     """Whether any dry friction acts: without it the sum of squares has no creases."""
     dry = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
@@ -292,7 +297,7 @@ def fit(
         creases
         and _sticks(problem, theta)
         and np.isfinite(cost)
-        and 2.0 * cost > MISFIT * problem.batch.readings
+        and not reaches_noise(cost, problem)
         and len(coordinates.index)
     ):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))

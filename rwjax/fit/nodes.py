@@ -11,9 +11,7 @@ HALF_WIDTH = 7  # samples on either side of a window's start, through which a pa
 def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
     """States at the windows' starts `(l, w, n)`: measured ones from the log, the others from a free run at `theta`."""
     states = problem.structure.states
-    _, simulated = free_run(problem.structure, theta, problem.start, problem.batch)
-    nodes = np.array(simulated)
-    nodes[~np.isfinite(nodes)] = 0.0
+    nodes = np.full((len(problem.logs), problem.batch.windows, len(states)), np.nan)
     steps = len(problem.batch.step_index)
     for k, log in enumerate(problem.logs):
         at = np.minimum(np.arange(nodes.shape[1]) * steps * problem.batch.h[k], log.time[-1] - log.time[0])
@@ -35,4 +33,8 @@ def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
                 parabola = np.einsum("wps,ws->wp", np.linalg.pinv(powers), y)
                 for order, entry in enumerate(entries):
                     nodes[k, fitted, states.index(entry)] = parabola[:, order]
+    unseen = np.isnan(nodes)
+    if unseen.any():
+        _, simulated = free_run(problem.structure, theta, problem.start, problem.batch)
+        nodes = np.where(unseen, np.nan_to_num(simulated, nan=0.0, posinf=0.0, neginf=0.0), nodes)
     return nodes

@@ -10,7 +10,7 @@ from rwjax.errors import LogError, RigError
 from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.bootstrap import bootstrap as resampled
 from rwjax.fit.coordinates import coordinates
-from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.end_to_end import Fit, fit, reaches_noise
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
 from rwjax.fit.profile import interval as profile
@@ -20,7 +20,7 @@ from rwjax.log import Log
 from rwjax.rig import Rig
 
 OFF_BY = (1.0, 0.5, 2.0)
-"""Factors on all free numbers from which a fit is started."""
+"""Factors on all free numbers from which a fit is started, until one of them reaches the noise."""
 
 
 NORMAL_95 = 1.96
@@ -102,6 +102,8 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
         tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
+        if reaches_noise(tried[-1].cost, problem):
+            break
     best = min(tried, key=lambda f: f.cost)
     best = fit_anchored(problem, moves, best.theta, best.start)
     spread = uncertainty(best)

@@ -1,0 +1,38 @@
+"""One fit in a process of its own: from its start to the fitted numbers, by stages, as JSON."""
+
+import time
+
+BEGIN = time.perf_counter()
+
+import json  # noqa: E402
+import sys  # noqa: E402
+
+
+def main(folder: str) -> None:
+    """Reads `rig.toml` and `log.csv` of a folder and fits."""
+    from rwjax import read_log, read_rig
+    from rwjax.fit.rig_fit import fit_rig
+
+    imported = time.perf_counter()
+    rig = read_rig(f"{folder}/rig.toml")
+    record = read_log(f"{folder}/log.csv", rig)
+    read = time.perf_counter()
+    found = fit_rig(rig, [record])
+    fitted = time.perf_counter()
+    fit_rig(rig, [record])
+    again = time.perf_counter()
+    print(
+        json.dumps(
+            {
+                "import": imported - BEGIN,
+                "read": read - imported,
+                "first fit": fitted - read,
+                "second fit": again - fitted,
+                "cost": found.fit.cost,
+            }
+        )
+    )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
