@@ -70,9 +70,9 @@ def _smooth_jacobian(plant: Plant) -> Float[Array, "n n"]:
 @cache
 def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
     """Which entries of the linear part, and of its exponential, can differ from zero: the others are not computed."""
+    generic = {name: 0.7 + 0.1 * k for k, name in enumerate(structure.names)}
     with jax.ensure_compile_time_eval():
-        generic = {name: jnp.asarray(0.7 + 0.1 * k) for k, name in enumerate(structure.names)}
-        A = np.asarray(_smooth_jacobian(assemble(structure, generic))) != 0.0
+        A = np.asarray(jax.jit(lambda numbers: _smooth_jacobian(assemble(structure, numbers)))(generic)) != 0.0
     n = len(A)
     return A, np.linalg.matrix_power(np.eye(n, dtype=int) + A, n) > 0
 

@@ -93,8 +93,9 @@ def measure() -> list[Entry]:
         Entry("rwjax, `fit_rig`"),
         Entry("rwjax, one start without standard errors"),
     )
-    numba, casadi = (
+    numba, smooth, casadi = (
         Entry("scipy least_squares + numba, same step"),
+        Entry("scipy least_squares + numba RK4"),
         Entry("CasADi multiple shooting, Gauss-Newton, IPOPT"),
     )
     ivp = Entry("scipy least_squares + solve_ivp")
@@ -102,6 +103,7 @@ def measure() -> list[Entry]:
     spent, _ = timed(fit_rig, believed, [record])
     ours.first = f"first call {seconds(spent)}, programs from disk"
     numba.first = f"first call {seconds(timed(scipy_numba.fit, a)[0])}, from disk"
+    smooth.first = f"first call {seconds(timed(scipy_numba.fit, a, scipy_numba.smooth_residual)[0])}, from disk"
     one_start(), fitter.fit(BELIEVED)
     shooting = Casadi(CASADI_ROUNDS)
     casadi.first = f"build {seconds(shooting.build)}"
@@ -113,7 +115,11 @@ def measure() -> list[Entry]:
         plain.times.append(spent)
         plain.numbers, plain.cost = [single.numbers()[name] for name in FREE], single.cost
         plain.evaluations = f"{single.steps} steps after the windows'"
-        for entry, call in ((limit, lambda: fitter.fit(BELIEVED)), (numba, lambda: scipy_numba.fit(a))):
+        for entry, call in (
+            (limit, lambda: fitter.fit(BELIEVED)),
+            (numba, lambda: scipy_numba.fit(a)),
+            (smooth, lambda: scipy_numba.fit(a, scipy_numba.smooth_residual)),
+        ):
             spent, best = timed(call)
             entry.times.append(spent)
             entry.numbers, entry.cost, entry.evaluations = best.numbers, best.cost, str(best.evaluations)
@@ -122,6 +128,8 @@ def measure() -> list[Entry]:
             casadi.times.append(r["time"])
             casadi.numbers, casadi.cost, casadi.evaluations = r["numbers"], r["cost"], f"{r['iterations']} iterations"
     numba.evaluations += " simulations"
+    smooth.evaluations += " simulations"
+    smooth.note = f"sign smoothed over {scipy_numba.WIDTH:g} rad/s"
     limit.evaluations += " with sensitivities"
     casadi.note = "RK4, sign smoothed over 0.003 rad/s"
     spent, best = timed(scipy_ivp.fit, a)
@@ -132,7 +140,7 @@ def measure() -> list[Entry]:
         f"{best.evaluations} simulations",
     )
     ivp.note = "sign smoothed over 0.03 rad/s"
-    return [limit, ours, plain, numba, casadi, ivp, newcomer("default"), newcomer("forward")]
+    return [limit, ours, plain, numba, smooth, casadi, ivp, newcomer("default"), newcomer("forward")]
 
 
 def report(entries: list[Entry]) -> None:
