@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from experiments.blind.drive import SLOT, chance
-from experiments.blind.truth import ELEMENTS, MEMORY, PSI, PSI_DRIVE, REST, W_DRIVE, W
+from experiments.blind.truth import CONTACT, ELEMENTS, MEMORY, PSI, PSI_DRIVE, REST, TOUCH, W_DRIVE, W
 
 
 @njit
@@ -75,8 +75,9 @@ def push(t, p):
 
 
 @njit
-def smooth_load(psi, w, warm, p):
-    """Torques against the axis that are smooth in angle and speed: viscous, drag, gravity, spring."""
+def smooth_load(x, warm, p):
+    """Torques against the axis that are smooth in angle and speed: viscous, drag, gravity, spring, stop."""
+    psi, w = x[PSI], x[W]
     torque = p.viscous * w
     if p.drift_viscous != 0.0:
         torque *= 1.0 + p.drift_viscous * warm
@@ -92,17 +93,17 @@ def smooth_load(psi, w, warm, p):
         stretch = psi - p.spring_zero
         torque += p.spring * stretch + p.spring_3 * stretch**3
     if p.stop_form == 1.0:
-        torque += soft_stop(psi, w, p)
+        torque += soft_stop(x, p)
     return torque
 
 
 @njit
-def soft_stop(psi, w, p):
-    """Torque of an elastic end stop, which pushes and never pulls."""
-    if psi > p.stop_high:
-        return max(p.stop_stiffness * (psi - p.stop_high) + p.stop_damping * w, 0.0)
-    if psi < p.stop_low:
-        return min(p.stop_stiffness * (psi - p.stop_low) + p.stop_damping * w, 0.0)
+def soft_stop(x, p):
+    """Torque of the elastic end stop that the axis touches, which pushes and never pulls."""
+    if x[TOUCH] > 0.0:
+        return max(p.stop_stiffness * (x[PSI] - p.stop_high) + p.stop_damping * x[W], 0.0)
+    if x[TOUCH] < 0.0:
+        return min(p.stop_stiffness * (x[PSI] - p.stop_low) + p.stop_damping * x[W], 0.0)
     return 0.0
 
 
@@ -112,9 +113,9 @@ def coupling_torque(x, p):
     twist, rate = x[PSI_DRIVE] - x[PSI], x[W_DRIVE] - x[W]
     if p.coupling == 1.0:
         return p.stiffness * twist + p.damping * rate
-    if twist > 0.5 * p.gap:
+    if x[CONTACT] > 0.0:
         return max(p.stiffness * (twist - 0.5 * p.gap) + p.damping * rate, 0.0)
-    if twist < -0.5 * p.gap:
+    if x[CONTACT] < 0.0:
         return min(p.stiffness * (twist + 0.5 * p.gap) + p.damping * rate, 0.0)
     return 0.0
 

@@ -23,7 +23,7 @@ __all__ = ["KINDS", "Case", "Prepared", "kinds_of", "make_case", "prepare", "wri
 TRAINING = ("square", "multisine", "triangle", "stair", "coast", "prbs")
 JITTER = 1e-4  # s, largest distance of a sample from its time stamp
 OFF = {  # by how much (logarithm) a number of the rig file is off, where 8 to 30 % could hardly be seen
-    "parameter.motor.friction": (0.8, 1.5),
+    "parameter.motor.friction": (1.2, 2.0),
     "parameter.motor.inductance": (0.3, 0.6),
     "parameter.axis.friction.viscous": (0.2, 0.6),
     "parameter.axis.friction.coulomb": (0.2, 0.6),

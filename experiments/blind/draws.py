@@ -245,8 +245,8 @@ def wheel_drag(scene: Scene, rng: Rng) -> Numbers:
 
 def cogging(scene: Scene, rng: Rng) -> Numbers:
     return {
-        "cogging": Power(between(rng, 0.15, 0.4) * scene.stall),
-        "cogging_order": float(rng.integers(4, 15)),
+        "cogging": Power(between(rng, 0.04, 0.16) * scene.stall),
+        "cogging_order": float(rng.integers(4, 13)),
         "cogging_phase": phase(rng),
         "cogging_2": between(rng, 0.1, 0.5) if rng.random() < 0.4 else 0.0,
     }

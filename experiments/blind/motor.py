@@ -21,15 +21,12 @@ def current(x, v, p):
 
 @njit
 def current_rate(x, v, p):
-    """Rate of the current; the driver holds it at a hard limit, or takes voltage away above a soft one."""
+    """Rate of the current; above a soft limit the driver takes voltage away (a hard one is in `simulator`)."""
     i, limit = x[AMPERE], p.current_limit
     v = on_supply(v, i, p)
     if limit > 0.0 and p.foldback > 0.0 and abs(i) > limit:
         v -= np.sign(i) * p.foldback * (abs(i) - limit)
-    rate = (v - p.R * (1.0 + x[HEAT]) * i - p.K * x[OMEGA]) / p.L
-    if limit > 0.0 and p.foldback == 0.0 and abs(i) >= limit and rate * i > 0.0:
-        return 0.0
-    return rate
+    return (v - p.R * (1.0 + x[HEAT]) * i - p.K * x[OMEGA]) / p.L
 
 
 @njit

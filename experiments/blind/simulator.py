@@ -19,7 +19,7 @@ from experiments.blind.axis import (
     smooth_load,
     warmth,
 )
-from experiments.blind.drive import follow, shape
+from experiments.blind.drive import SLOT, follow, shape
 from experiments.blind.motor import current, current_rate, heat_rate, motor_torque, wheel_level, wheel_losses
 from experiments.blind.truth import (
     AMPERE,
@@ -41,6 +41,7 @@ from experiments.blind.truth import (
     SLEW,
     STATES,
     THETA,
+    TOUCH,
     W_DRIVE,
     Truth,
     W,
@@ -51,7 +52,7 @@ __all__ = ["STEP", "Truth", "run", "simulate"]
 STEP = 1e-4  # s
 CUTS = 8  # most events resolved within one step
 BOUNCE = 0.01  # rad/s, below which a body stays at a hard stop
-NOTHING, AXIS_RESTS, WHEEL_RESTS, STOPS, GAP_CLOSES = range(5)
+NOTHING, AXIS_RESTS, WHEEL_RESTS, STOPS, GAP_CLOSES, CAPPED = range(6)
 
 
 @njit
@@ -93,6 +94,12 @@ def wheel_rates(x, spin, v, burst, p, out):
 
 
 @njit
+def apart(x, p):
+    """Whether drive and axis move on their own; at a closed hard gap they are one body."""
+    return p.coupling != 0.0 and not (p.coupling == 3.0 and x[CONTACT] != 0.0)
+
+
+@njit
 def axis_rates(x, slide, drive, outer, warm, p, out):
     """Rates of the axis and of the drive's side of a coupling under the torque `drive`."""
     w, mass = x[W], inertia(x[W], p)
@@ -100,11 +107,11 @@ def axis_rates(x, slide, drive, outer, warm, p, out):
     carried = drive
     if p.coupling == 1.0 or p.coupling == 2.0:
         carried = coupling_torque(x, p)
-    elif p.coupling == 3.0 and x[CONTACT] == 0.0:
+    elif apart(x, p):
         carried = 0.0
     level = dry_level(x, slide == 0.0, carried, warm, p)
     forward, backward = max(level + p.asymmetry, 0.0), max(level - p.asymmetry, 0.0)
-    free = carried + outer - smooth_load(x[PSI], w, warm, p)
+    free = carried + outer - smooth_load(x, warm, p)
     if p.preslide_form > 0.0:
         dry = elastic_friction(x[SHARE : SHARE + ELEMENTS], w, forward, backward, p)
     else:
@@ -114,7 +121,7 @@ def axis_rates(x, slide, drive, outer, warm, p, out):
         out[PSI_DRIVE], out[W_DRIVE] = out[PSI], out[W]
         return
     out[PSI_DRIVE] = x[W_DRIVE]
-    if x[CONTACT] == 0.0:
+    if apart(x, p):
         out[W] = (free - dry) / (mass * (1.0 - p.drive_share))
         out[W_DRIVE] = (drive - carried) / (mass * p.drive_share)
     else:
@@ -163,16 +170,23 @@ def next_event(x, k, h, p):
         share = crossing(x[OMEGA], x[OMEGA] + h * k[OMEGA])
         if share < cut:
             cut, event = share, WHEEL_RESTS
-    if p.stop_form == 2.0:
+    if p.stop_form > 0.0 and x[TOUCH] == 0.0:
         move = h * k[PSI]
         share = min(meeting(x[PSI] - p.stop_high, move), meeting(p.stop_low - x[PSI], -move))
         if share < cut:
             cut, event = share, STOPS
-    if p.coupling == 3.0 and x[CONTACT] == 0.0:
+    if p.coupling >= 2.0 and x[CONTACT] == 0.0:
         twist, move = x[PSI_DRIVE] - x[PSI], h * (k[PSI_DRIVE] - k[PSI])
         share = min(meeting(twist - 0.5 * p.gap, move), meeting(-twist - 0.5 * p.gap, -move))
         if share < cut:
             cut, event = share, GAP_CLOSES
+    if p.current_limit > 0.0 and p.foldback == 0.0:
+        move = h * k[AMPERE]
+        share = min(
+            meeting(x[AMPERE] - p.current_limit, move), meeting(-x[AMPERE] - p.current_limit, -move)
+        )
+        if share < cut:
+            cut, event = share, CAPPED
     return cut, event
 
 
@@ -181,24 +195,41 @@ def happen(x, event, p):
     """State right after an event."""
     if event == AXIS_RESTS:
         x[W] = 0.0
-        if x[CONTACT] != 0.0 or p.coupling == 0.0:
+        if not apart(x, p):
             x[W_DRIVE] = 0.0
     elif event == WHEEL_RESTS:
         x[OMEGA] = 0.0
     elif event == STOPS:
         x[PSI] = p.stop_high if x[W] > 0.0 else p.stop_low
+        if p.stop_form == 1.0:
+            x[TOUCH] = 1.0 if x[W] > 0.0 else -1.0
+            return
         x[W] = -p.restitution * x[W] if p.restitution * abs(x[W]) > BOUNCE else 0.0
-        if x[CONTACT] != 0.0 or p.coupling == 0.0:
+        if not apart(x, p):
             x[W_DRIVE] = x[W]
     elif event == GAP_CLOSES:
         x[CONTACT] = 1.0 if x[PSI_DRIVE] > x[PSI] else -1.0
         x[PSI_DRIVE] = x[PSI] + 0.5 * p.gap * x[CONTACT]
-        x[W] = x[W_DRIVE] = p.drive_share * x[W_DRIVE] + (1.0 - p.drive_share) * x[W]
+        if p.coupling == 3.0:
+            x[W] = x[W_DRIVE] = p.drive_share * x[W_DRIVE] + (1.0 - p.drive_share) * x[W]
+    elif event == CAPPED:
+        x[AMPERE] = p.current_limit if x[AMPERE] > 0.0 else -p.current_limit
 
 
 @njit
 def let_go(x, k, drive, p):
-    """Opens a hard contact that would have to pull; true where it did."""
+    """Opens contacts that have come apart: soft ones that are inside the gap or off the stop, hard ones that would pull.
+
+    True where the rates at the start of the step are therefore no longer those that were found.
+    """
+    if x[TOUCH] * (x[PSI] - (p.stop_high if x[TOUCH] > 0.0 else p.stop_low)) < -1e-12:
+        x[TOUCH] = 0.0
+    if x[CONTACT] == 0.0:
+        return False
+    if p.coupling == 2.0:
+        if x[CONTACT] * (x[PSI_DRIVE] - x[PSI]) < 0.5 * p.gap - 1e-12:
+            x[CONTACT] = 0.0
+        return False
     carried = drive - p.drive_share * inertia(x[W], p) * k[W]
     if carried * x[CONTACT] >= 0.0:
         return False
@@ -230,13 +261,16 @@ def advance(x, v, outer, warm, h, p, k, half):
     for part in range(CUTS + 1):
         slide, spin = np.sign(x[W]), np.sign(x[OMEGA])
         drive = rates(x, slide, spin, v, outer, warm, p, k)
-        if x[CONTACT] != 0.0 and let_go(x, k, drive, p):
+        if (x[CONTACT] != 0.0 or x[TOUCH] != 0.0) and let_go(x, k, drive, p):
             rates(x, slide, spin, v, outer, warm, p, k)
         slide = slide if slide != 0.0 else np.sign(k[W])
         spin = spin if spin != 0.0 else np.sign(k[OMEGA])
         held = slide == 0.0 and not elastic
         if p.stop_form == 2.0 and x[W] == 0.0 and leans(x, slide, p):
             slide, held = 0.0, True
+        capped = p.foldback == 0.0 and k[AMPERE] * x[AMPERE] > 0.0 and abs(x[AMPERE]) >= p.current_limit > 0.0
+        if capped:
+            k[AMPERE] = 0.0
         for j in range(MOVED):
             half[j] = x[j] + 0.5 * h * k[j]
         for j in range(MOVED, STATES):
@@ -246,8 +280,10 @@ def advance(x, v, outer, warm, h, p, k, half):
         rates(half, slide, spin, v, outer, warm, p, k)
         if held:
             k[PSI] = k[W] = 0.0
-            if p.coupling == 0.0 or x[CONTACT] != 0.0:
+            if not apart(x, p):
                 k[PSI_DRIVE] = k[W_DRIVE] = 0.0
+        if capped:
+            k[AMPERE] = 0.0
         if spin == 0.0:
             k[THETA] = k[OMEGA] = 0.0
         cut, event = next_event(x, k, h, p) if part < CUTS else (1.0, NOTHING)
@@ -255,8 +291,6 @@ def advance(x, v, outer, warm, h, p, k, half):
             deflect(x[SHARE : SHARE + ELEMENTS], k[PSI], cut * h, p, x[SHARE : SHARE + ELEMENTS])
         for j in range(MOVED):
             x[j] += cut * h * k[j]
-        if p.current_limit > 0.0 and p.foldback == 0.0:
-            x[AMPERE] = min(max(x[AMPERE], -p.current_limit), p.current_limit)
         age(x, cut * h, p)
         happen(x, event, p)
         if event == NOTHING:
@@ -283,6 +317,8 @@ def _run(t_command, u_command, t_sample, x, p, step):
             end = t_sample[j]
             if k + 1 < n:
                 end = min(end, t_command[k + 1] + p.delay)
+            if p.loose > 0.0:
+                end = min(end, start + SLOT * (np.floor((t - start) / SLOT + 1e-9) + 1.0))
             h = min(step, end - t)
             middle = t - start + 0.5 * h
             volts = follow(x, v[k], middle, h, p)

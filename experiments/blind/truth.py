@@ -7,10 +7,11 @@ import numpy as np
 # What a step of the equations of motion moves …
 PSI, W, THETA, OMEGA, AMPERE, HEAT, PSI_DRIVE, W_DRIVE, LOST = range(9)
 MOVED = 9
-# … and what follows by rules of its own: elastic friction, command, supply, oddities outside the list of effects.
+# … and what follows by rules of its own: elastic friction, command, supply, the side on which a gap is closed or an
+# end stop touched, oddities outside the list of effects.
 ELEMENTS = 4
 SHARE = 9  # the first of ELEMENTS
-SLEW, LAG_1, LAG_2, LOAD, CONTACT, REST, MEMORY, PLAY, GATE = range(SHARE + ELEMENTS, SHARE + ELEMENTS + 9)
+SLEW, LAG_1, LAG_2, LOAD, CONTACT, TOUCH, REST, MEMORY, PLAY, GATE = range(SHARE + ELEMENTS, SHARE + ELEMENTS + 10)
 STATES = GATE + 1
 
 
