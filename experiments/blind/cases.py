@@ -5,6 +5,7 @@
 
 import argparse
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from experiments.blind.sensors import Recorded, cells, readings
 from experiments.blind.simulator import run
 from experiments.blind.truth import OMEGA, PSI, STATES, THETA, Truth, W
 
-__all__ = ["KINDS", "Case", "Prepared", "kinds_of", "make_case", "prepare", "write_case"]
+__all__ = ["KINDS", "Case", "Prepared", "amplitude_for", "kinds_of", "make_case", "prepare", "write_case"]
 
 TRAINING = ("square", "multisine", "triangle", "stair", "coast", "prbs")
 JITTER = 1e-4  # s, largest distance of a sample from its time stamp
@@ -175,7 +176,16 @@ def observe(rig: Rig, records: list[Recorded]) -> Scene:
         start=float(np.mean([x[THETA if rig.kind == "wheel" else PSI] for _, _, x in found])),
         ampere=float(np.quantile(np.abs(ampere), 0.99)),
         energy=energy,
+        floor=_floor(rig, states),
     )
+
+
+def _floor(rig: Rig, states: np.ndarray) -> dict[str, float]:
+    """What noise, quantisation and the unknown instant of each sample leave of each column, in SI."""
+    late = JITTER / np.sqrt(3.0)
+    wheel, axis = (late * float(np.sqrt(np.mean(states[:, k] ** 2))) for k in (OMEGA, W))
+    jitter = {"wheel_counts": wheel, "yaw_counts": axis, "yaw_rad": axis}
+    return {name: float(np.hypot(f, jitter.get(name, 0.0))) for name, f in rig.sensors.floor().items()}
 
 
 def _raw_size(with_it: list[dict], without: list[dict], floor: dict[str, float]) -> float:
@@ -256,12 +266,12 @@ def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0) 
         "seed": seed,
         "effect": effect or "none",
         "amplitude": amplitude,
-        "raw_size": _raw_size(with_it, without, rig.sensors.floor()),
+        "raw_size": _raw_size(with_it, without, case.scene.floor),
         "same_as": {name: equivalent(kind, name, truth) for name in present if equivalent(kind, name, truth)},
         "changed": {e: {k: getattr(truth, k) for k in numbers} for e, numbers in case.numbers.items() if present},
         "true_numbers": {name: number(truth, name) for name in rig.free},
         "wrong_numbers": {name: float(value) for name, value in wrong.items()},
-        "floor": rig.sensors.floor(),
+        "floor": case.scene.floor,
         "starts": starts,
         "parameters": asdict(truth),
     }
@@ -274,6 +284,22 @@ def _log(record: Recorded, validate: bool, readings_as_text: dict[str, list[str]
     columns |= readings_as_text
     rows = [",".join(row) for row in zip(*columns.values(), strict=True)]
     return "\n".join([*(["# role: validate"] if validate else []), ",".join(columns), *rows, ""])
+
+
+def raw_size(kind: str, effect: str, seed: int, amplitude: float) -> float:
+    """Approximate size of a case's effect, without any refit."""
+    return make_case(kind, effect, seed, amplitude).truth["raw_size"]
+
+
+def amplitude_for(
+    wanted: float, kind: str, effect: str, seed: int, measure: Callable[..., float] = raw_size, steps: int = 12
+) -> float:
+    """Amplitude at which `measure(kind, effect, seed, amplitude)` has a value, between 1e-4 and 1e2, by bisection."""
+    low, high = np.log(1e-4), np.log(1e2)
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if measure(kind, effect, seed, float(np.exp(middle))) < wanted else (low, middle)
+    return float(np.exp(0.5 * (low + high)))
 
 
 def write_case(case: Case, folder: Path) -> None:

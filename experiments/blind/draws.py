@@ -58,6 +58,7 @@ class Scene:
     start: float
     ampere: float  # A, 99 % quantile
     energy: float  # J, most heat in the winding in one run
+    floor: dict[str, float]  # of each column in SI: noise, quantisation, jitter
 
     @property
     def truth(self) -> Truth:
@@ -198,9 +199,11 @@ def contact(scene: Scene, hertz: float, damping: float, share: float) -> tuple[f
 
 def backlash(scene: Scene, rng: Rng) -> Numbers:
     share, form = between(rng, 0.15, 0.5), one_of(rng, 2.0, 3.0)
-    k, c = contact(scene, between(rng, 15.0, 40.0), between(rng, 0.1, 0.5), share)
-    gap = Power(between(rng, 0.04, 0.2))
-    return {"coupling": form, "gap": gap, "drive_share": share, "stiffness": k, "damping": c}
+    found: Numbers = {"coupling": form, "gap": Power(between(rng, 0.04, 0.2)), "drive_share": share}
+    if form == 2.0:
+        k, c = contact(scene, between(rng, 15.0, 40.0), between(rng, 0.1, 0.5), share)
+        found |= {"stiffness": k, "damping": c}
+    return found
 
 
 def flexible(scene: Scene, rng: Rng) -> Numbers:
@@ -212,11 +215,13 @@ def flexible(scene: Scene, rng: Rng) -> Numbers:
 def end_stop(scene: Scene, rng: Rng) -> Numbers:
     sides = int(rng.integers(3))
     far = scene.high - scene.start > scene.start - scene.low  # the side on which the runs get further
-    found: Numbers = {"stop_form": one_of(rng, 1.0, 2.0), "restitution": between(rng, 0.0, 0.6)}
+    found: Numbers = {"stop_form": one_of(rng, 1.0, 2.0)}
     if sides == 0 or far:
         found["stop_high"] = Limit(scene.high - scene.start, between(rng, 0.4, 0.8), scene.start)
     if sides == 0 or not far:
         found["stop_low"] = Limit(scene.low - scene.start, between(rng, 0.4, 0.8), scene.start)
+    if found["stop_form"] == 2.0:
+        return found | {"restitution": between(rng, 0.0, 0.6)}
     omega = 2.0 * np.pi * between(rng, 3.0, 12.0)
     found["stop_stiffness"] = float(scene.truth.I * omega**2)
     found["stop_damping"] = float(2.0 * between(rng, 0.05, 0.6) * scene.truth.I * omega)
@@ -245,7 +250,7 @@ def wheel_drag(scene: Scene, rng: Rng) -> Numbers:
 
 def cogging(scene: Scene, rng: Rng) -> Numbers:
     return {
-        "cogging": Power(between(rng, 0.04, 0.16) * scene.stall),
+        "cogging": Power(between(rng, 0.03, 0.12) * scene.stall),
         "cogging_order": float(rng.integers(4, 13)),
         "cogging_phase": phase(rng),
         "cogging_2": between(rng, 0.1, 0.5) if rng.random() < 0.4 else 0.0,
@@ -341,14 +346,17 @@ def clock(scene: Scene, rng: Rng) -> Numbers:
     return {"clock": Power(sign(rng) * between(rng, 0.02, 0.08))}
 
 
+NOTHING = Wishes()
+
+
 @dataclass(frozen=True)
 class Effect:
     """One effect: kinds of rig, its draw, what it asks of every rig and of most (three in four)."""
 
     kinds: tuple[str, ...]
     draw: Callable[[Scene, Rng], Numbers]
-    always: Wishes = Wishes()
-    mostly: Wishes = Wishes()
+    always: Wishes = NOTHING
+    mostly: Wishes = NOTHING
 
 
 INERTIAS = ("axis.inertia", "wheel.inertia")
@@ -375,7 +383,9 @@ EFFECTS = {
     "axis.periodic_torque": Effect(TURNING, periodic),
     "wheel.coulomb": Effect(MOTORED, wheel_coulomb),
     "wheel.drag": Effect(MOTORED, wheel_drag),
-    "wheel.cogging": Effect(MOTORED, cogging, Wishes(logs=("triangle", "multisine", "stair"))),
+    "wheel.cogging": Effect(
+        MOTORED, cogging, Wishes(logs=("triangle", "multisine", "stair"), columns=("wheel_rad_s",))
+    ),
     "motor.heating": Effect(MOTORED, heating),
     "motor.saturation": Effect(MOTORED, torque_saturation),
     "motor.current_limit": Effect(MOTORED, current_limit, Wishes(logs=("square", "prbs"))),

@@ -166,9 +166,10 @@ def _sensors(kind: str, wishes: Wishes, rng: np.random.Generator) -> Sensors:
         if with_rate < 0.25:
             noise["yaw_rad_s"] = rate
     if kind != "platform":
-        if "wheel_counts" in wishes.columns or which < 0.25:
+        wishes_rate = "wheel_rad_s" in wishes.columns
+        if "wheel_counts" in wishes.columns or (which < 0.25 and not wishes_rate):
             noise["wheel_counts"], counts["wheel_counts"] = 0.0, wheel_counts
-        elif "wheel_rad_s" in wishes.columns or kind == "wheel" or which < 0.75:
+        elif wishes_rate or kind == "wheel" or which < 0.75:
             noise["wheel_rad_s"] = wheel
         if with_current < 0.85 or "current_A" in wishes.columns or len(noise) < 2:
             noise["current_A"] = current

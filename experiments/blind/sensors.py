@@ -7,8 +7,6 @@ import numpy as np
 from experiments.blind.simulator import STEP, Truth, missed_rate, run
 from experiments.blind.truth import LOST, OMEGA, PSI, THETA, W
 
-RATE_OF = {"yaw_counts": "yaw_rad_s", "yaw_rad": "yaw_rad_s", "wheel_counts": "wheel_rad_s"}
-
 
 @dataclass(frozen=True)
 class Sensors:

@@ -182,9 +182,7 @@ def next_event(x, k, h, p):
             cut, event = share, GAP_CLOSES
     if p.current_limit > 0.0 and p.foldback == 0.0:
         move = h * k[AMPERE]
-        share = min(
-            meeting(x[AMPERE] - p.current_limit, move), meeting(-x[AMPERE] - p.current_limit, -move)
-        )
+        share = min(meeting(x[AMPERE] - p.current_limit, move), meeting(-x[AMPERE] - p.current_limit, -move))
         if share < cut:
             cut, event = share, CAPPED
     return cut, event
