@@ -192,8 +192,10 @@ def _raw_size(with_it: list[dict], without: list[dict], floor: dict[str, float])
     """RMS difference in units of the noise floor, of the column where it is largest."""
     sizes = []
     for name, noise in floor.items():
-        gap = np.concatenate([a[name] - b[name] for a, b in zip(with_it, without, strict=True)])
-        sizes.append(float(np.sqrt(np.mean(gap**2))) / noise)
+        with np.errstate(over="ignore", invalid="ignore"):  # a rig file far off may run away
+            gap = np.concatenate([a[name] - b[name] for a, b in zip(with_it, without, strict=True)])
+            size = float(np.sqrt(np.mean(gap**2))) / noise
+        sizes.append(size if np.isfinite(size) else np.inf)
     return max(sizes)
 
 

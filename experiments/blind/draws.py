@@ -208,7 +208,7 @@ def backlash(scene: Scene, rng: Rng) -> Numbers:
 
 def flexible(scene: Scene, rng: Rng) -> Numbers:
     share = between(rng, 0.3, 0.7)
-    k, c = contact(scene, between(rng, 0.8, 3.5), between(rng, 0.02, 0.15), share)
+    k, c = contact(scene, between(rng, 0.7, 2.5), between(rng, 0.02, 0.15), share)
     return {"coupling": 1.0, "drive_share": share, "stiffness": Power(k, -1.0), "damping": Power(c, -0.5)}
 
 
@@ -273,7 +273,7 @@ def current_limit(scene: Scene, rng: Rng) -> Numbers:
 
 def dead_zone(scene: Scene, rng: Rng) -> Numbers:
     return {
-        "deadzone": Power(between(rng, 0.06, 0.25) * scene.rig.top),
+        "deadzone": Power(between(rng, 0.08, 0.3) * scene.rig.top),
         "deadzone_form": one_of(rng, 0.0, 1.0, 2.0),
     }
 
