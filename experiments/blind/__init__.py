@@ -1,1 +1,7 @@
-"""A simulator that shares no code with `rwjax`, and the labelled rigs and logs that it makes."""
+"""A simulator that shares no code with `rwjax`, and the labelled rigs and logs that it makes.
+
+`truth` numbers and state; `drive`, `motor`, `axis`, `simulator`, `sensors` the physics from command to reading; `rigs`,
+`commands` what there is without effects; `draws`, `outside` one entry for each effect and each cause outside the list;
+`cases` puts them together; `oracle` refits the simulator to its own logs. To add an effect: its numbers in `truth`, its
+equation in the part where it acts, its draw and its entry in `draws.EFFECTS`.
+"""

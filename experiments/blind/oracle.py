@@ -1,0 +1,235 @@
+"""What the best possible diagnosis could know of a case: the simulator itself, refitted to the logs that it made.
+
+It begins at the true numbers and the true form of the effect, so where its refit does not close the gap, or leaves an
+effect's number open, the logs do not carry it. `judge` answers for a case, `refit` fits any effect to it.
+`python -m experiments.blind.oracle --kind platform --effect axis.stribeck --seed 3`
+"""
+
+import argparse
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from experiments.blind.cases import KINDS, Case, Prepared, make_case, prepare, settled, split
+from experiments.blind.draws import EFFECTS, Numbers, put
+from experiments.blind.outside import OUTSIDE
+from experiments.blind.rigs import number, with_number
+from experiments.blind.sensors import Recorded, readings
+from experiments.blind.simulator import STEP
+from experiments.blind.truth import PSI, THETA, Truth
+
+FIRST = 0.5  # s, part of a run that its start is taken from
+REST = 1e-7  # rad, shift of the start that shows whether a run can be repeated
+SIGNED = (
+    *("asymmetry", "bias_torque", "bias_command", "gain_asymmetry", "curvature", "scale", "clock", "jump"),
+    *("imbalance_2", "spring_zero", "stop_low", "stop_high", "gravity_angle"),
+    *("angle_phase", "imbalance_phase", "imbalance_2_phase", "periodic_phase", "cogging_phase"),
+    *("eccentricity_phase", "angle_gain_phase"),
+)
+FORM = ("exponent", "quadratic_power", "coupling", "angle_order", "cogging_order", "curvature_volts")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One log: its inputs as written, and what was read, in SI."""
+
+    record: Recorded
+    read: dict[str, np.ndarray]
+    validate: bool
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A refit: numbers of the rig and of the effect, their standard errors, gaps in SI."""
+
+    truth: Truth
+    numbers: dict[str, float]
+    relative_error: dict[str, float]  # standard error by size (of an angle: in rad)
+    misfit: float  # RMS of the weighted residual of the runs that were fitted
+    gap: dict[str, float]  # RMS of the free runs held out, by column
+
+
+def parse(case: Case, prepared: Prepared) -> list[Run]:
+    """The logs of a case. Without any mark the last one is held out."""
+    found = []
+    for name, text in case.logs.items():
+        lines = [line for line in text.splitlines() if not line.startswith("#")]
+        table = np.array([[float(v) for v in line.split(",")] for line in lines[1:]]).T
+        column = dict(zip(lines[0].split(","), table, strict=True))
+        time, command = column.pop("time_s"), column.pop("voltage_V")
+        step = {c: 2 * np.pi / n for c, n in prepared.rig.sensors.counts.items()}
+        read = {c: y * step.get(c, 1.0) for c, y in column.items()}
+        salt = prepared.runs[name][0].salt
+        record = Recorded(time, command, time, np.zeros(5), salt)
+        found.append(Run(record, read, text.startswith("# role: validate")))
+    if not any(run.validate for run in found):
+        found[-1] = replace(found[-1], validate=True)
+    return found
+
+
+def floor(prepared: Prepared) -> dict[str, float]:
+    """What the true rig leaves of each column: noise, quantisation, jitter, and the start of a count that rests."""
+    step = {c: 2 * np.pi / n for c, n in prepared.rig.sensors.counts.items()}
+    return {c: float(np.hypot(f, step.get(c, 0.0) / np.sqrt(12.0))) for c, f in prepared.scene.floor.items()}
+
+
+def free_run(truth: Truth, run: Run, step: float = STEP) -> dict[str, np.ndarray]:
+    """What the logged columns would hold under a run's command, from rest where its first readings say it stood."""
+    first = run.record.time < run.record.time[0] + FIRST
+    early = replace(run.record, at=run.record.at[first])
+    start = np.zeros(5)
+    for _ in range(2):
+        clean = readings(truth, replace(early, start=start), run.read, step)
+        for state, names in ((PSI, ("yaw_counts", "yaw_rad")), (THETA, ("wheel_counts",))):
+            for name in set(names) & set(run.read):
+                start[state] += float(np.mean(run.read[name][first] - clean[name]))
+        if truth.cogging != 0.0 and "wheel_counts" not in run.read:
+            start[THETA] = settled(truth, start)[THETA]
+    return readings(truth, replace(run.record, start=start), run.read, step)
+
+
+def _weighted(truth: Truth, runs: list[Run], noise: dict[str, float], prepared: Prepared) -> np.ndarray:
+    """Residuals in units of the floor; a constant that half a count explains is taken off."""
+    parts = []
+    for run in runs:
+        clean = free_run(truth, run)
+        for name, y in run.read.items():
+            residual = y - clean[name]
+            if name in prepared.rig.sensors.counts:
+                half = np.pi / prepared.rig.sensors.counts[name]
+                residual = residual - np.clip(np.mean(residual), -half, half)
+            parts.append(residual / noise[name])
+    return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
+
+
+def _continuous(numbers: Numbers, truth: Truth) -> list[str]:
+    """Numbers of an effect that a fit can move."""
+    return [k for k in numbers if k not in FORM and not k.endswith("_form") and k != "form" and getattr(truth, k) != 0]
+
+
+def _with(truth: Truth, name: str, value: float) -> Truth:
+    return with_number(truth, name, value) if "." in name else replace(truth, **{name: float(value)})
+
+
+def _value(truth: Truth, name: str) -> float:
+    return number(truth, name) if "." in name else getattr(truth, name)
+
+
+def fit(start: Truth, names: list[str], runs: list[Run], prepared: Prepared, evaluations: int = 30) -> Fit:
+    """Least squares over `names` (dotted: of the rig file; others: fields of `Truth`) on the runs not held out."""
+    noise = prepared.scene.floor
+    train, held_out = ([r for r in runs if r.validate == which] for which in (False, True))
+    first = {name: _value(start, name) for name in names}
+
+    def at(x: np.ndarray) -> Truth:
+        truth = start
+        for name, move in zip(names, x - 1.0, strict=True):
+            signed = name.rsplit(".", 1)[-1] in SIGNED or name == "axis.gravity.angle"
+            value = (
+                first[name] + move * (abs(first[name]) or 1.0) if signed else first[name] * np.exp(np.clip(move, -5, 5))
+            )
+            truth = _with(truth, name, value)
+        return truth
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        return _weighted(at(x), train, noise, prepared)
+
+    x, error = np.ones(len(names)), np.zeros(len(names))
+    if names:
+        found = least_squares(residual, x, diff_step=1e-4, max_nfev=evaluations, x_scale="jac", xtol=1e-6, ftol=1e-5)
+        x = found.x
+        _, s, v = np.linalg.svd(found.jac, full_matrices=False)
+        error = np.sqrt(np.sum((v.T / np.maximum(s, 1e-9)) ** 2, axis=1))
+    truth = at(x)
+    last = residual(x)
+    gap = {}
+    for name in noise:
+        off = [run.read[name] - free_run(truth, run)[name] for run in held_out]
+        gap[name] = float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
+    return Fit(
+        truth,
+        {name: _value(truth, name) for name in names},
+        dict(zip(names, error.tolist(), strict=True)),
+        float(np.sqrt(np.mean(last**2))),
+        gap,
+    )
+
+
+def refit(case: Case, effect: str | None, tries: int = 1, evaluations: int = 30) -> Fit:
+    """The rig with `effect` fitted to a case: its own effect from the truth, any other from `tries` random draws."""
+    label = case.truth
+    prepared = prepare(label["kind"], label["effect"], label["seed"])
+    runs, free = parse(case, prepared), list(prepared.rig.free)
+    base = prepared.rig.truth
+    own = split(effect) == split(label["effect"])
+    for name, value in label["wrong_numbers"].items():
+        base = base if own else with_number(base, name, value)
+    fits = []
+    for trial in range(1 if own else tries):
+        truth, names = base, list(free)
+        rng = np.random.default_rng([label["seed"], trial])
+        for name in split(effect):
+            if name.startswith("parameter."):
+                names.append(name.removeprefix("parameter."))
+                continue
+            numbers = prepared.numbers[name] if own else (EFFECTS | OUTSIDE)[name].draw(prepared.scene, rng)
+            truth = put(truth, numbers, label["amplitude"] if own else 1.0)
+            names += [k for k in _continuous(numbers, truth) if k not in names]
+        names = [n for n in names if n != "coulomb" or "axis.friction.coulomb" not in names]
+        fits.append(fit(truth, names, runs, prepared, evaluations))
+    return min(fits, key=lambda one: one.misfit)
+
+
+def size(gap: dict[str, float], noise: dict[str, float]) -> float:
+    """Size of what a fit leaves out, as the interface defines it, of the signal where it is largest."""
+    return max(float(np.sqrt(max(gap[c] ** 2 - noise[c] ** 2, 0.0)) / noise[c]) for c in noise)
+
+
+def repeatable(case: Case) -> float:
+    """How far runs spread, in floors, whose starts differ by nothing that could be measured; above 1: chaotic."""
+    label = case.truth
+    prepared = prepare(label["kind"], label["effect"], label["seed"])
+    truth, worst = Truth(**label["parameters"]), 0.0
+    for record, _ in prepared.runs.values():
+        start = settled(truth, record.start)
+        one, other = (
+            readings(truth, replace(record, start=start + shift), prepared.rig.sensors.noise)
+            for shift in (np.zeros(5), np.array([REST, 0.0, REST, 0.0, 0.0]))
+        )
+        for name, noise in prepared.scene.floor.items():
+            worst = max(worst, float(np.sqrt(np.mean((one[name] - other[name]) ** 2))) / noise)
+    return worst
+
+
+def judge(case: Case) -> dict:
+    """What the logs of a case carry: size of the gap, what the true effect leaves, how well its numbers are known."""
+    label = case.truth
+    prepared = prepare(label["kind"], label["effect"], label["seed"])
+    noise = floor(prepared)
+    without, with_it = refit(case, None), refit(case, label["effect"])
+    own = [name for name in with_it.numbers if name not in prepared.rig.free]
+    return {
+        "size": size(without.gap, noise),
+        "left": size(with_it.gap, noise),
+        "misfit_without": without.misfit,
+        "misfit_with": with_it.misfit,
+        "relative_error": {name: with_it.relative_error[name] for name in own},
+        "repeatable": repeatable(case),
+    }
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kind", choices=KINDS, required=True)
+    parser.add_argument("--effect", default="none")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--amplitude", type=float, default=1.0)
+    a = parser.parse_args()
+    print(json.dumps(judge(make_case(a.kind, a.effect, a.seed, a.amplitude)), indent=1))
+
+
+if __name__ == "__main__":
+    main()
