@@ -34,6 +34,12 @@ class Identified:
         }
 
 
+def left_out(rig: Rig, *, prior: bool) -> tuple[str, ...]:
+    """A note where a method does not use what the rig file says of the fit; `prior`: whether it uses priors."""
+    keys = [*(["fit.prior"] if rig.prior and not prior else []), *(["fit.per_run"] if rig.per_run else [])]
+    return (f"does not know {' and '.join(keys)} of the rig file",) if keys else ()
+
+
 def undelayed(rig: Rig, method: str) -> None:
     """Raises `RigError` for a rig whose commands act late, where a method takes them to act at once."""
     if "drive.delay" in rig.effects:
