@@ -16,6 +16,8 @@ from rwjax.outliers import outliers
 from rwjax.rig import Rig
 from rwjax.rig_names import MOTORED, NUMBERS, SIGNS, THESIS_COLUMNS, TURNING
 
+LARGEST = 1e12  # of a reading, in whatever unit
+SLOWEST = 2.0  # s between samples: a motor and an axis do not wait that long
 TICK = 0.01  # s, one row of the thesis layout (listing A.2 logs at 100 Hz)
 
 
@@ -175,6 +177,11 @@ def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
         row = int(late[0]) + 1
         raise sheet.error(row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row")
+    if (interval := float(np.median(np.diff(time)))) > SLOWEST:
+        raise sheet.error(
+            None,
+            f"`time_s` has a sample every {interval:.4g} s; a rig needs one every {SLOWEST:g} s at least: seconds?",
+        )
     return series
 
 
@@ -220,6 +227,8 @@ def _step(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> float:
         raise sheet.error(int(bad[0]), f"`{name}` is infinite; leave the cell empty where a reading is missing")
     if (held := int(np.isfinite(readings).sum())) < FEWEST:
         raise sheet.error(None, f"`{name}` holds {held} readings; give at least {FEWEST}, or leave the column out")
+    if len(bad := np.flatnonzero(np.abs(readings) > LARGEST)):
+        raise sheet.error(int(bad[0]), f"`{name}` is {readings[bad[0]]:.4g}; no rig gives more than {LARGEST:.0e}")
     encoder = COLUMNS[name].encoder
     if encoder is None:
         return 0.0

@@ -3,7 +3,7 @@
 No model is asked. A body with inertia changes its angle and its rate little from sample to sample. Readings are outliers
 
 * where up to three in a row lie outside the range of the three before and the three after (at the ends of a log: the six on
-  the one side) by more than three times the largest change among these and twelve times the noise;
+  the one side) by more than three times the largest change among these and eight times the noise;
 * where one lies outside the band of the middle 98 % of all readings by more than the band's width and most of the six around
   it lie inside: outliers near one another, which hide from the first rule.
 
@@ -18,7 +18,7 @@ AROUND = 3
 """Readings on either side with which a suspect is compared."""
 LONGEST = 3
 """Readings in a row that may be outliers together."""
-CHANGES, SIGMAS = 3.0, 12.0
+CHANGES, SIGMAS = 3.0, 8.0
 MOST = 0.05
 """Share of the readings above which they are not exceptions, and all are kept."""
 ANSWER = 15

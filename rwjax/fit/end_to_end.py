@@ -21,6 +21,8 @@ WINDOW_STEPS = 8
 COLUMNS = 8
 """Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
 LARGEST_DAMPING = 1e8
+LIGHT = 1e-9
+"""Damping below which a fit with a prior may end: a prior is light against readings, and heavy damping hides it."""
 START_STEPS = 12
 MISFIT = 1.5
 """Mean square in units of noise above which creases of the sum of squares may have stopped a fit early."""
@@ -288,7 +290,7 @@ def fit(
             small = gain <= tolerance * max(cost, 1.0)
             damping = max(damping * (0.1 if share == 1.0 else 1.0), 1e-10)
             e = sensitivities(problem, theta, coordinates.index, states)
-            if small and damping < 1e-2:
+            if small and damping < (LIGHT if problem.precision.any() else 1e-2):
                 converged = True
                 break
         else:

@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.build import bounds_of, rig_with, structure_of, theta_of
 from rwjax.errors import LogError, RigError
-from rwjax.fit.anchored import fit_anchored
+from rwjax.fit.anchored import COMPLETE, fit_anchored
 from rwjax.fit.bootstrap import bootstrap as resampled
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit, reaches_noise
@@ -26,6 +26,7 @@ OFF_BY = (1.0, 0.5, 2.0)
 NORMAL_95 = 1.96
 WIDE = 0.2
 """Length of an interval, as a share of the number, above which the sum of squares of a positive number may be no parabola."""
+FAR_FROM_PRIOR = 4.0
 FIRST_STEP = 0.05
 """First step of a profile where there is no standard error, in units of the number's size."""
 
@@ -45,6 +46,12 @@ class RigFit:
     rms: dict[str, float]
     notes: tuple[str, ...]
     """What a user should know, one sentence each."""
+
+    def of_runs(self) -> list[str]:
+        """One line for each number that a run has of its own."""
+        value = self.fit.numbers()
+        ends = {name: self.interval[name] for name in self.fit.free if name not in self.rig.free}
+        return [f"{name} = {value[name]:.6g} (95 %: {low:.6g} to {high:.6g})" for name, (low, high) in ends.items()]
 
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
@@ -113,6 +120,7 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
     notes = [*spread.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
+    notes += [*_misfit(best), *_against_prior(rig, best)]
     values = best.theta[: len(shared)].copy()
     known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e) and name in rig.free}
     for k, name in enumerate(rig.per_run):
@@ -139,6 +147,10 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
             for name, (low, high) in zip(best.free, drawn, strict=True)
             if np.isfinite(spread.standard_error[name])
         }
+        notes += [
+            f"{name}: 95 % from {interval[name][0]:.6g} to {interval[name][1]:.6g} by {bootstrap} refits"
+            for name in best.free
+        ]
     return RigFit(rig_with(rig, structure, values, known), best, spread, interval, _rms(best), tuple(notes))
 
 
@@ -154,6 +166,31 @@ def _parabolic(fitted: Fit, interval: tuple[float, float], k: int) -> bool:
     (low, high), (least, most) = interval, fitted.coordinates.bounds[k]
     one_sign = np.isfinite(least) or np.isfinite(most)
     return bool(least < low and high < most and (not one_sign or high - low < WIDE * abs(low + high) / 2.0))
+
+
+def _misfit(fitted: Fit) -> list[str]:
+    """A sentence where the logs say that the model is wrong."""
+    problem = fitted.problem
+    square = 2.0 * (fitted.cost - problem.against_prior(fitted.theta)[0]) / problem.batch.readings
+    if square <= COMPLETE:
+        return []
+    each = np.sum(fitted.evaluation.residual**2, axis=(1, 2, 3))
+    worst = problem.logs[int(np.argmax(each))].name
+    return [
+        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most in {worst}: the model lacks "
+        "something, and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
+    ]
+
+
+def _against_prior(rig: Rig, fitted: Fit) -> list[str]:
+    """A sentence for every number that ends far from what is known of it besides the logs."""
+    value = fitted.numbers()
+    away = {name: (value[name] - mean) / spread for name, (mean, spread) in rig.prior.items() if name in fitted.free}
+    return [
+        f"{name} ends {abs(z):.3g} standard deviations from its prior"
+        for name, z in away.items()
+        if abs(z) > FAR_FROM_PRIOR
+    ]
 
 
 def _mean(own: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:

@@ -108,6 +108,13 @@ def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray
     return total
 
 
+def undetermined(A: np.ndarray) -> np.ndarray:
+    """Which numbers of a normal matrix `(k, k)` have a part in a combination that it leaves undetermined `(k,)`."""
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    values, vectors = np.linalg.eigh(A / d / d[:, None])
+    return (np.abs(vectors[:, values < UNIDENTIFIED * values[-1]]) > WEIGHS).any(axis=1) | (np.diag(A) <= 0.0)
+
+
 def memory(fitted: Fit) -> float:
     """How many readings say what one independent reading would: mean ratio of the sandwich to the inverse normal matrix
     over the directions that the readings determine, at least 1."""
@@ -137,7 +144,8 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     if len(use):
         d = diagonal[use]
         values, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
-        weak = values < UNIDENTIFIED * values[-1]
+        besides = np.einsum("ka,kl,la->a", vectors, known[np.ix_(use, use)] / d / d[:, None], vectors)
+        weak = (values < UNIDENTIFIED * values[-1]) & (besides <= 0.5 * np.abs(values))  # unless a prior says it
         for vector in vectors[:, weak].T:
             parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > WEIGHS]
             notes.append(

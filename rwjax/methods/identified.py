@@ -22,6 +22,10 @@ class Identified:
         errors = self.rig.standard_error
         return {n: (self.rig.values[n] - 1.96 * e, self.rig.values[n] + 1.96 * e) for n, e in errors.items()}
 
+    def of_runs(self) -> list[str]:
+        """Numbers that a run has of its own: none, which only the end-to-end fit estimates."""
+        return []
+
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
         errors = self.rig.standard_error

@@ -23,7 +23,7 @@ from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.errors import LogError
 from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
-from rwjax.fit.uncertainty import meat
+from rwjax.fit.uncertainty import meat, undetermined
 from rwjax.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.plant import Structure
@@ -211,7 +211,7 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
     H = sum(J.T @ J for _, J in last)
     inverse = np.linalg.pinv(H)
     spread = inverse @ meat([J[:, None] for _, J in last], [r[:, None] for r, _ in last]) @ inverse
-    errors = np.sqrt(np.diag(spread)) * size
+    errors = np.where(undetermined(np.asarray(H)), np.inf, np.sqrt(np.diag(spread)) * size)
     names = [structure.names[k] for k in free]
     return Identified(estimated(rig, names, best.x * size, errors), left_out(rig, prior=False))
 

@@ -201,6 +201,13 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
         return to_stribeck(Polynomial(found), seen, rig, free) if stribeck else found
 
     values = estimate(fitted)
+    for name, value in zip(free, values, strict=True):
+        low, high = rig.bounds.get(name, (-np.inf, np.inf))
+        if not low <= value <= high:
+            raise RigError(
+                f"rig `{rig.name}`: `{name}` comes out as {value:.4g}, outside its `fit.bounds` [{low:.4g}, {high:.4g}], which "
+                "the two-stage method cannot heed; take them out"
+            )
     rng = np.random.default_rng(0)
     drawn = []
     for _ in range(RESAMPLES):

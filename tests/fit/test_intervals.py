@@ -170,3 +170,24 @@ def test_a_prior_on_a_number_of_every_run_asks_nothing_of_the_shared_start() -> 
     logs = _runs(truth, [0.1, 0.1])
     costs = [fit_rig(truth.with_values({"axis.inertia": start}), logs).fit.cost for start in (0.1, 0.13)]
     assert costs[0] == pytest.approx(costs[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("spread", [0.01, 0.003, 0.0005])
+def test_a_light_prior_decides_what_only_it_knows(spread: float) -> None:
+    truth = platform(free=ALL)
+    believed = replace(truth.with_values({"axis.inertia": 0.12}), prior={"axis.inertia": (0.1, spread)})
+    found = fit_rig(believed, [log_of(truth, noise=1e-4)])  # readings good to a millionth beside a prior of 10 %
+    assert not any("fix one" in note for note in found.notes)
+    assert found.rig.values["axis.inertia"] == pytest.approx(0.1, abs=0.02 * spread)
+    assert found.rig.values["drive.gain"] == pytest.approx(0.4, abs=0.1 * spread)
+    assert found.uncertainty.standard_error["axis.inertia"] == pytest.approx(spread, rel=0.02)
+
+
+def test_a_model_that_misses_and_a_prior_that_is_far_off_are_said() -> None:
+    truth = platform(free=FREE)
+    log = log_of(truth, noise=1e-3)
+    assert not any("misses the readings" in note for note in fit_rig(truth, [log]).notes)
+    unpowered = replace(log, command=0.0 * log.command, name="off.csv")
+    assert any("misses the readings" in note and "off.csv" in note for note in fit_rig(truth, [unpowered]).notes)
+    notes = fit_rig(replace(truth, prior={"axis.inertia": (0.15, 0.001)}), [log]).notes
+    assert any("standard deviations from its prior" in note for note in notes)
