@@ -28,6 +28,9 @@ Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on 
 Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
 
 
+FEWEST_DRAWS = 40
+
+
 class FitMethod(StrEnum):
     """Ways to fit that write a rig file."""
 
@@ -96,6 +99,8 @@ def fit(
     else:
         from rwjax.fit.rig_fit import fit_rig
 
+        if 0 < bootstrap < FEWEST_DRAWS:
+            raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
         identify = partial(fit_rig, bootstrap=bootstrap)
 
     with _progress(quiet) as progress:
@@ -118,6 +123,8 @@ def fit(
             if name in result.interval:
                 spread += " (95 %: {:.6g} to {:.6g})".format(*result.interval[name])
             print(f"{name} = {result.rig.values[name]:.6g}{spread}")
+        for line in result.of_runs():
+            print(line)
         print(f"fitted to {', '.join(log.name for log in records if not log.validate)}; written to {output}")
     for note in result.notes:
         print(f"note: {note}", file=sys.stderr)

@@ -14,8 +14,10 @@ from rwjax.errors import LogError, nearest, write_text
 from rwjax.log_sheet import FEWEST, Sheet, check_finite, is_number, numbers, read_sheet
 from rwjax.outliers import outliers
 from rwjax.rig import Rig
-from rwjax.rig_names import MOTORED, THESIS_COLUMNS, TURNING
+from rwjax.rig_names import MOTORED, NUMBERS, SIGNS, THESIS_COLUMNS, TURNING
 
+LARGEST = 1e12  # of a reading, in whatever unit
+SLOWEST = 2.0  # s between samples: a motor and an axis do not wait that long
 TICK = 0.01  # s, one row of the thesis layout (listing A.2 logs at 100 Hz)
 
 
@@ -75,11 +77,17 @@ class Log:
             command=self.command[first:last],
             outputs={name: y[first:last] for name, y in self.outputs.items()},
             supply=None if self.supply is None else self.supply[first:last],
+            left_out=_within(self.left_out, self.time[first], self.time[last - 1]),
             earlier=(
                 np.append(self.earlier[0], self.time[:first]),
                 np.append(self.earlier[1], self.command[:first]),
             ),
         )
+
+
+def _within(times: dict[str, np.ndarray], first: float, last: float) -> dict[str, np.ndarray]:
+    kept = {name: t[(t >= first) & (t <= last)] for name, t in times.items()}
+    return {name: t for name, t in kept.items() if len(t)}
 
 
 def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_required: bool = True) -> tuple[Log, ...]:
@@ -112,7 +120,9 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
     canonical = {name: COLUMNS[name].output for name in COLUMNS if name in outputs}
     time, command = series["time_s"], series["voltage_V"]
     readings = {new: outputs[old] * (step[old] or 1.0) for old, new in canonical.items()}
-    wrong = {name: outliers(y, command if name == "current_A" else None) for name, y in readings.items()}
+    wrong = {
+        name: outliers(time, y, None if name in ("yaw_rad", "wheel_rad") else command) for name, y in readings.items()
+    }
     return Log(
         name=Path(path).name,
         time=time,
@@ -140,15 +150,20 @@ def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
     found = {}
     held = {name.lower(): name for name in rig.values}  # keys of notes are read in small letters
     for key, value in sheet.notes.items():
-        word, _, name = key.partition(" ")
-        if word != "add":
+        word, _, name = (part.strip() for part in key.partition(" "))
+        if word != "add" or "." not in name or " " in name:  # any other note
             continue
         if name not in held:
             near = nearest(name, rig.values)
             raise LogError(f"{sheet.path}: `# {key}: {value}`: the rig file has no `{name}`; the nearest is `{near}`")
         if not is_number(value) or not math.isfinite(float(value)):
             raise LogError(f"{sheet.path}: `# {key}: {value}` has to be one number, such as `# {key}: 0.012`")
-        found[held[name]] = float(value)
+        name = held[name]
+        total = rig.values[name] + float(value)
+        sign = NUMBERS[name].sign if name in NUMBERS else "any"
+        if not SIGNS[sign](total) or (name == "motor.inductance" and rig.values[name] == 0.0):
+            raise LogError(f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}")
+        found[name] = float(value)
     return found
 
 
@@ -162,6 +177,11 @@ def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
         row = int(late[0]) + 1
         raise sheet.error(row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row")
+    if (interval := float(np.median(np.diff(time)))) > SLOWEST:
+        raise sheet.error(
+            None,
+            f"`time_s` has a sample every {interval:.4g} s; a rig needs one every {SLOWEST:g} s at least: seconds?",
+        )
     return series
 
 
@@ -207,6 +227,8 @@ def _step(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> float:
         raise sheet.error(int(bad[0]), f"`{name}` is infinite; leave the cell empty where a reading is missing")
     if (held := int(np.isfinite(readings).sum())) < FEWEST:
         raise sheet.error(None, f"`{name}` holds {held} readings; give at least {FEWEST}, or leave the column out")
+    if len(bad := np.flatnonzero(np.abs(readings) > LARGEST)):
+        raise sheet.error(int(bad[0]), f"`{name}` is {readings[bad[0]]:.4g}; no rig gives more than {LARGEST:.0e}")
     encoder = COLUMNS[name].encoder
     if encoder is None:
         return 0.0

@@ -43,6 +43,10 @@ def _note(where: str, line: str, notes: dict[str, str]) -> None:
     key, colon, value = (part.strip() for part in line[1:].partition(":"))
     if not colon and key.lower().startswith("role"):
         raise LogError(f"{where}: `{line}` is no note; write `# role: validate` or `# role: train`")
+    if not colon and key.lower().startswith("add ") and "." in key:
+        raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
+    if value.lower() in ("validate", "train") and key.lower() != "role":
+        raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
     if colon:  # a key given twice keeps both values
         notes[key.lower()] = f"{notes[key.lower()]}; {value}" if key.lower() in notes else value
 

@@ -1,5 +1,6 @@
 """The rig file (TOML), what the user believes about the hardware: `read_rig`, `write_rig`, `Rig`."""
 
+import math
 import os
 import re
 import tomllib
@@ -80,12 +81,14 @@ def _rig(document: dict[str, Any], stem: str) -> Rig:
         columns=read.columns(leaves),
     )
     free = read.names(leaves, "fit.free", rig.values, kind)
+    limits = {name: read.bound(name, pair, rig.values, kind) for name, pair in bounds.items()}
+    anything = (-math.inf, math.inf)
     return replace(
         rig,
         free=free,
         per_run=read.per_run(leaves, free, rig.values, kind),
-        prior={name: read.prior(name, pair, free) for name, pair in prior.items()},
-        bounds={name: read.bound(name, pair, rig.values, kind) for name, pair in bounds.items()},
+        prior={name: read.prior(name, pair, free, limits.get(name, anything)) for name, pair in prior.items()},
+        bounds=limits,
         standard_error={
             name: read.standard_error(name, value, rig.values, kind) for name, value in standard_error.items()
         },

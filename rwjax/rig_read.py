@@ -195,6 +195,8 @@ def per_run(leaves: dict[str, Any], free: tuple[str, ...], values: dict[str, flo
     listed = names(leaves, "fit.per_run", values, kind)
     if fixed := next((name for name in listed if name not in free), None):
         raise RigError(f"`fit.per_run` names `{fixed}`, which is not estimated; name it in `fit.free` too")
+    if "motor.inductance" in listed and values["motor.inductance"] == 0.0:
+        raise RigError("`fit.per_run` names `motor.inductance`, which is 0 and left out; give it a starting value")
     return listed
 
 
@@ -221,14 +223,19 @@ def bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[fl
     return low, high
 
 
-def prior(name: str, pair: Any, free: tuple[str, ...]) -> tuple[float, float]:
+def prior(name: str, pair: Any, free: tuple[str, ...], bounds: tuple[float, float]) -> tuple[float, float]:
     """Mean and standard deviation of what is known of a free number besides the logs."""
     key = f"fit.prior.{name}"
     if name not in free:
         raise RigError(f"`{key}` is of no use, since `{name}` is not estimated; name it in `fit.free`, or take it out")
     if not isinstance(pair, list) or len(pair) != 2:
         raise RigError(f"`{key}` is {pair!r}; it has to be [mean, standard deviation]")
-    return _number(key, pair[0]), _number(key, pair[1], "positive")
+    mean = _number(key, pair[0], NUMBERS[name].sign if name in NUMBERS else "any")
+    if not bounds[0] <= mean <= bounds[1]:
+        raise RigError(
+            f"`{key}` has the mean {mean!r}, outside the number's `fit.bounds` [{bounds[0]!r}, {bounds[1]!r}]"
+        )
+    return mean, _number(key, pair[1], "positive")
 
 
 def standard_error(name: str, value: Any, values: dict[str, float], kind: str) -> float:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, Int
 from rwjax.grid import Batch
 from rwjax.plant import Plant, Structure, assemble
 from rwjax.step import propagator, step, with_friction
+from rwjax.stored import stored
 from rwjax.types import Scalar
 
 
@@ -142,12 +143,12 @@ def rates_along(
     return jax.vmap(one)(t, states, command)
 
 
-@partial(jax.jit, static_argnames="structure")
+@stored(Evaluation._make)
 def evaluate(
     structure: Structure,
-    theta: Float[Array, " t"],
-    numbers: Int[Array, " k"],
-    nodes: Float[Array, "l w n"],
+    theta: Float[Any, " t"],
+    numbers: Int[Any, " k"],
+    nodes: Float[Any, "l w n"],
     batch: Batch,
 ) -> Evaluation:
     """Residuals and normal equations at `theta` with every window started from its node (condensed multiple shooting).
@@ -190,8 +191,8 @@ def evaluate(
     return Evaluation(residual, local, chain, shift, H, g, defect)
 
 
-@partial(jax.jit, static_argnames="structure")
-def free_run(structure: Structure, theta: Float[Array, " t"], start: Float[Array, "l n"], batch: Batch):
+@stored(tuple)
+def free_run(structure: Structure, theta: Float[Any, " t"], start: Float[Any, "l n"], batch: Batch):
     """Readings of whole logs from their first state, and the states at the windows' starts."""
 
     def one_log(run: Batch, x0: Float[Array, " n"]):

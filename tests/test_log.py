@@ -206,7 +206,7 @@ def test_several_logs(tmp_path):
 
 
 @given(
-    readings=st.lists(st.floats(allow_infinity=False), min_size=10, max_size=30).filter(
+    readings=st.lists(st.floats(-1e12, 1e12) | st.just(math.nan), min_size=10, max_size=30).filter(
         lambda x: np.isfinite(x).sum() >= 10
     )
 )
@@ -236,6 +236,27 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
         write_log(tmp_path / "none" / "run.csv", {"time_s": np.arange(3)})
 
 
+def test_other_notes_may_begin_with_add(log):
+    assert log(["# add: weights on both ends", "# add weight at: 12:30", HEADER, *ROWS]).added == {}
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("0.03,0,1e15", "`yaw_counts` is 1e+15; no rig gives more than"),
+        ("0.03,0,-1e300", "no rig gives more than 1e+12"),
+    ],
+)
+def test_a_reading_beyond_all_rigs_is_refused(log, row, message):
+    with pytest.raises(LogError, match=re.escape(message)):
+        log(changed(3, row))
+
+
+def test_milliseconds_are_noticed(log):
+    with pytest.raises(LogError, match="a sample every 10 s; a rig needs one every 2 s at least"):
+        log([HEADER, *(f"{10 * k},{k % 3},{7 * k}" for k in range(12))])
+
+
 def test_what_a_run_had_more_is_read_by_name(log):
     assert log(["# add axis.inertia: 0.012", HEADER, *ROWS]).added == {"axis.inertia": 0.012}
     effect = parse_rig(
@@ -248,6 +269,9 @@ def test_what_a_run_had_more_is_read_by_name(log):
 @pytest.mark.parametrize(
     ("note", "message"),
     [
+        ("# add axis.inertia 0.05", "write it with a colon, `# add axis.inertia: 0.012`"),
+        ("# add axis.inertia: -2", "makes `axis.inertia` -1 from 1"),
+        ("# rle: validate", "did you mean `# role: validate`?"),
         ("# add axis.intertia: 1", "the rig file has no `axis.intertia`; the nearest is `axis.inertia`"),
         ("# add axis.inertia: much", "has to be one number, such as `# add axis.inertia: 0.012`"),
         ("# add axis.inertia: inf", "has to be one number"),

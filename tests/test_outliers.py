@@ -6,7 +6,7 @@ import pytest
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.log import read_log, write_log
 from rwjax.outliers import MOST, outliers
-from tests.systems import record, run, wheel
+from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(1500) * 0.01
 COMMAND = np.where(TIME > 0.6, 6.0 * np.sign(np.sin(1.3 * TIME)), 0.0)
@@ -14,20 +14,28 @@ RATE = run(wheel(), record(TIME, COMMAND, {"wheel_rad_s": TIME}), {})["wheel_rad
 
 
 def spoilt(y: np.ndarray, share: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Readings of which a share, in groups of one to three, is replaced by anything up to five times their range."""
-    bad = np.zeros(len(y), bool)
-    for start in rng.choice(np.arange(10, len(y) - 10, 12), size=int(share * len(y) / 2), replace=False):
-        bad[start : start + rng.integers(1, 4)] = True
+    """Readings of which a share, each by itself and the first and the last among them, is up to five ranges off."""
+    bad = rng.random(len(y)) < share
+    bad[[0, -1]] = True
     size = 5.0 * np.ptp(y)
-    return np.where(bad, rng.uniform(0.4, 1.0, len(y)) * size * rng.choice([-1.0, 1.0], len(y)), y), bad
+    return np.where(bad, y + rng.uniform(0.4, 1.0, len(y)) * size * rng.choice([-1.0, 1.0], len(y)), y), bad
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_what_lies_far_outside_its_surroundings_is_found_and_nothing_else(seed: int) -> None:
+@pytest.mark.parametrize("share", [0.005, 0.02])
+def test_what_lies_far_outside_its_surroundings_is_found_and_nothing_else(seed: int, share: float) -> None:
     rng = np.random.default_rng(seed)
-    y, bad = spoilt(RATE + rng.normal(0.0, 0.5, len(RATE)), 0.02, rng)
-    found = outliers(y)
-    assert np.array_equal(found, bad)
+    y, bad = spoilt(RATE + rng.normal(0.0, 0.5, len(RATE)), share, rng)
+    found = outliers(TIME, y)
+    assert not np.any(found & ~bad)
+    assert np.sum(bad & ~found) <= 0.05 * np.sum(bad)
+
+
+@pytest.mark.parametrize("at", [slice(0, 1), slice(1499, 1500), slice(700, 703), slice(500, 504, 3), slice(1496, 1499)])
+def test_the_ends_neighbours_and_a_few_in_a_row_are_found(at: slice) -> None:
+    y = RATE + np.random.default_rng(0).normal(0.0, 0.5, len(RATE))
+    y[at] += 5000.0
+    assert np.array_equal(np.flatnonzero(outliers(TIME, y)), np.arange(1500)[at])
 
 
 @pytest.mark.parametrize(
@@ -43,18 +51,32 @@ def test_what_lies_far_outside_its_surroundings_is_found_and_nothing_else(seed: 
     ],
 )
 def test_what_a_body_or_an_encoder_can_do_is_kept(y: np.ndarray) -> None:
-    assert not outliers(y).any()
+    assert not outliers(TIME, y).any()
 
 
-def test_a_current_may_follow_its_command_within_a_sample() -> None:
-    command = np.where(np.arange(400) % 100 == 50, 8.0, 0.0)
-    current = command + np.random.default_rng(0).normal(0.0, 0.01, 400)
-    assert outliers(current).sum() == 4 and not outliers(current, command).any()
+def test_a_current_or_a_rate_may_answer_its_command_by_a_leap() -> None:
+    command = np.where(np.arange(1500) % 100 == 50, 8.0, 0.0)
+    late = np.roll(command, 5) + np.random.default_rng(0).normal(0.0, 0.01, 1500)
+    assert outliers(TIME, late).sum() == 15 and not outliers(TIME, late, command).any()
+
+
+def test_a_slip_between_two_rests_is_kept() -> None:
+    push = np.where(TIME % 1.0 < 0.015, 1.0, 0.0)  # moved and stopped by friction within three samples
+    w = run(platform("coulomb = 0.3"), record(TIME, push, {"yaw_rad": TIME}), {})["yaw_rad_s"]
+    assert np.max(np.abs(w)) > 0.01
+    assert not outliers(TIME, w + np.random.default_rng(0).normal(0.0, 1e-4, len(w)), push).any()
+
+
+def test_a_reading_between_dropouts_is_kept() -> None:
+    swing = np.sin(2.0 * TIME)
+    swing[400:520] = np.nan
+    swing[460] = np.sin(2.0 * TIME[460])
+    assert not outliers(TIME, swing).any()
 
 
 def test_many_are_no_exceptions() -> None:
-    y = np.where(np.arange(700) % 7 == 3, 100.0, 0.01 * np.random.default_rng(0).normal(size=700))
-    assert not outliers(y).any() and 1.0 / 7.0 > MOST
+    y = np.where(np.arange(1500) % 7 == 3, 100.0, 0.01 * np.random.default_rng(0).normal(size=1500))
+    assert not outliers(TIME, y).any() and 1.0 / 7.0 > MOST
 
 
 def test_a_fit_is_as_good_as_without_them_and_says_so(tmp_path) -> None:

@@ -246,7 +246,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         standard_error=errors,
         bounds={name: (-1.0, 1e13) for name in free[:1]},
         per_run=tuple(free[:2]),
-        prior={name: (draw(st.floats(-1e9, 1e9)), draw(positive)) for name in free[1:3]},
+        prior={name: (draw(positive), draw(positive)) for name in free[1:3]},
     )
 
 

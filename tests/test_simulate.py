@@ -80,20 +80,6 @@ def test_without_inductance_an_irregular_sample_sees_the_current_of_its_own_comm
     assert np.max(np.abs(y["current_A"] - exact)) < 0.01 * np.ptp(exact)
 
 
-def test_new_starts_and_logs_of_one_shape_compile_nothing() -> None:
-    rig = platform()
-    structure = structure_of(rig)
-    theta = theta_of(rig, structure)
-    for k in range(3):
-        log = record(TIME, COMMAND * (1.0 + k), {"yaw_rad": np.zeros_like(TIME)})
-        problem = pose(structure, (log,), {"yaw_rad": 1.0})
-        _, nodes = free_run(structure, theta * (1.0 + 0.1 * k), problem.start, problem.batch)
-        evaluate(structure, theta, np.arange(len(theta)), np.asarray(nodes), problem.batch)
-        if k == 0:
-            compiled = evaluate._cache_size(), free_run._cache_size()
-    assert (evaluate._cache_size(), free_run._cache_size()) == compiled
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_every_sensitivity_matches_a_difference(case: str) -> None:
     """`local`, `chain`, `H` and `g`, against central differences of readings and states of the free run."""

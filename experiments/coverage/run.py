@@ -49,7 +49,8 @@ def hits(kind: str, seed: int) -> list[Hit]:
     took = perf_counter() - begin
     errors, truth = found.uncertainty.standard_error, case.truth["true_numbers"]
     names = [name for name in truth if np.isfinite(errors[name])]
-    ends = {("sandwich", name): (found.interval[name], took) for name in names}
+    value = found.fit.numbers()
+    ends = {("sandwich", n): ((value[n] - 1.96 * errors[n], value[n] + 1.96 * errors[n]), took) for n in names}
     if seed % EVERY == 0:
         begin = perf_counter()
         drawn = np.percentile(bootstrap(found.fit, DRAWS), (2.5, 97.5), axis=0).T

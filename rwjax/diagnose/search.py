@@ -70,8 +70,9 @@ class Search:
         return len(free_names(self.rig, explanation)) - len(self.rig.free)
 
     def evidence(self, explanation: Explanation, effective: dict[str, float]) -> float:
-        """Log evidence of an explanation for given effective samples."""
-        return log_evidence(self._seen(explanation), self._numbers(explanation), effective)
+        """Log evidence of an explanation for given effective samples, and of what the rig file says besides."""
+        against, _ = self.refits.problem.against_prior(self.refits(explanation).theta)
+        return log_evidence(self._seen(explanation), self._numbers(explanation), effective) - against
 
     def effective(self, explanation: Explanation) -> dict[str, float]:
         """Effective samples of an explanation's residual."""

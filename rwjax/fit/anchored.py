@@ -8,10 +8,15 @@ import numpy as np
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, by_start, fit, start_normal, start_response
 from rwjax.fit.problem import Problem
+from rwjax.predict import start_covariance
 
 COMPLETE = 4.0
 """Mean square in floors up to which a model counts as complete and first states stay free: time stamps that are off by
 0.1 ms alone double it on a fast run, and a gap of three floors has 10."""
+
+
+UNLUCKY = 10.8
+"""Square of a start's error, in its variances, that a complete model may have: chance exceeds it once in a thousand."""
 
 
 def _complete(begun: Fit) -> bool:
@@ -21,21 +26,22 @@ def _complete(begun: Fit) -> bool:
     model is as good as linear in them, and nothing has to be simulated again.
     """
     problem, e = begun.problem, begun.evaluation
-    if 2.0 * begun.cost > COMPLETE * problem.batch.readings:
+    if 2.0 * (begun.cost - problem.against_prior(begun.theta)[0]) > COMPLETE * problem.batch.readings:
         return False
     rule = replace(problem, anchored=problem.start_free.any(axis=1))
-    p, nothing = len(e.local) - problem.start.shape[1], np.zeros(0, int)
-    square, floor = np.zeros((2, len(problem.structure.outputs)))
+    n, nothing = problem.start.shape[1], np.zeros(0, int)
+    p = len(e.local) - n
+    square, limit = np.zeros((2, len(problem.structure.outputs)))
     for log in map(int, np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))):
-        s = p + np.flatnonzero(problem.start_free[log])
-        H, g = start_normal(rule, e, log)
-        _, change = start_response(H, g, nothing, s, 0.0)
-        through = by_start(e, log)[..., s]
+        s = np.flatnonzero(problem.start_free[log])
+        change = start_response(*start_normal(rule, e, log), nothing, p + s, 0.0)[1]
+        through = by_start(e, log)[..., p:]
         seen = problem.batch.weight[log] > 0.0
-        scatter = np.einsum("wqya,ab,wqyb->wqy", through, np.linalg.pinv(H[np.ix_(s, s)], hermitian=True), through)
-        square += np.sum(np.where(seen, e.residual[log] + through @ change, 0.0) ** 2, axis=(0, 1))
-        floor += np.sum(np.where(seen, problem.batch.share[log] + np.maximum(scatter, 0.0), 0.0), axis=(0, 1))
-    return bool(np.all(square <= COMPLETE * floor))
+        scatter = np.einsum("wqya,ab,wqyb->wqy", through, start_covariance(problem, e.local, e.chain, log), through)
+        square += np.sum(np.where(seen, e.residual[log] + through[..., s] @ change, 0.0) ** 2, axis=(0, 1))
+        allowed = COMPLETE * problem.batch.share[log] + UNLUCKY * np.maximum(scatter, 0.0)
+        limit += np.sum(np.where(seen, allowed, 0.0), axis=(0, 1))
+    return bool(np.all(square <= limit))
 
 
 def fit_anchored(

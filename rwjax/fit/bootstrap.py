@@ -2,6 +2,7 @@
 
 Stretches, not samples, since residuals of a free run are correlated over seconds (Künsch, Annals of Statistics 17, 1989).
 A stretch that is drawn twice weighs twice, one that is not drawn weighs nothing; the simulation stays that of whole runs.
+What is known besides the logs is drawn anew, too, from its own distribution.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -18,7 +19,7 @@ THREADS = 2
 
 
 def _resampled(problem: Problem, rng: np.random.Generator) -> Problem:
-    """The problem with every reading weighed by how often its stretch was drawn."""
+    """The problem with every reading weighed by how often its stretch was drawn, and priors drawn."""
     lengths = np.array([log.time[-1] - log.time[0] for log in problem.logs])
     counted = np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))
     length = lengths[counted].sum() / STRETCHES
@@ -33,7 +34,9 @@ def _resampled(problem: Problem, rng: np.random.Generator) -> Problem:
         drawn = np.append(np.sqrt(times[first + part]), 0.0)  # empty slots point at the last entry
         weight[k] *= drawn[problem.batch.slot_sample[k]][..., None]
         first += parts[k]
-    return replace(problem, batch=problem.batch._replace(weight=weight))
+    spread = np.where(problem.prior[:, 1] > 0.0, np.maximum(problem.prior[:, 1], 1e-300) ** -0.5, 0.0)
+    prior = np.stack([problem.prior[:, 0] + spread * rng.standard_normal(len(spread)), problem.prior[:, 1]], axis=1)
+    return replace(problem, batch=problem.batch._replace(weight=weight), prior=prior)
 
 
 def bootstrap(fitted: Fit, draws: int, seed: int = 0) -> np.ndarray:

@@ -21,6 +21,8 @@ WINDOW_STEPS = 8
 COLUMNS = 8
 """Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
 LARGEST_DAMPING = 1e8
+LIGHT = 1e-9
+"""Damping below which a fit with a prior may end: a prior is light against readings, and heavy damping hides it."""
 START_STEPS = 12
 MISFIT = 1.5
 """Mean square in units of noise above which creases of the sum of squares may have stopped a fit early."""
@@ -77,9 +79,10 @@ def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float,
     return float(np.sum(cost)) + problem.against_prior(theta)[0], nodes
 
 
-def reaches_noise(cost: float, problem: Problem) -> bool:
-    """Whether a cost is so low that creases of the sum of squares, or a bad start, cannot have stopped the fit early."""
-    return 2.0 * cost <= MISFIT * problem.batch.readings
+def reaches_noise(cost: float, theta: np.ndarray, problem: Problem) -> bool:
+    """Whether a cost, the prior's share left out, is so low that creases of the sum of squares, or a bad start, cannot
+    have stopped the fit early."""
+    return 2.0 * (cost - problem.against_prior(theta)[0]) <= MISFIT * problem.batch.readings
 
 
 def _sticks(problem: Problem, theta: np.ndarray) -> bool:
@@ -157,6 +160,8 @@ def start_response(H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, d
     """Change of the first state's entries `s` per change of the numbers `k`, and by itself, that `start_normal` asks."""
     Hss = H[np.ix_(s, s)]
     diagonal = np.diag(Hss)
+    if not np.any(diagonal):  # no reading tells these entries: they stay
+        return np.zeros((len(s), len(k))), np.zeros(len(s))
     ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
     with np.errstate(all="ignore"):  # a run that leaves the range of numbers: the step is refused where it is taken
         inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
@@ -176,7 +181,7 @@ def _solve(
     L, n = problem.start.shape
     p = e.g.shape[1] - n
     free = coordinates.index
-    A, parts = np.diag(problem.prior[free, 1] * scale**2), []
+    A, parts = np.diag(problem.precision[free] * scale**2), []
     b = problem.against_prior(theta)[1][free] * scale
     for log in range(L):
         s = np.flatnonzero(problem.start_free[log])
@@ -191,7 +196,7 @@ def _solve(
         parts.append((s, P, q))
     if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
         return None
-    held = np.zeros(len(k), bool)
+    held = np.diag(A) <= 0.0  # no reading tells these
     low, high = coordinates.on_bound(theta)
     dz = np.zeros(len(k))
     for _ in range(len(k) + 1):
@@ -285,7 +290,7 @@ def fit(
             small = gain <= tolerance * max(cost, 1.0)
             damping = max(damping * (0.1 if share == 1.0 else 1.0), 1e-10)
             e = sensitivities(problem, theta, coordinates.index, states)
-            if small and damping < 1e-2:
+            if small and damping < (LIGHT if problem.precision.any() else 1e-2):
                 converged = True
                 break
         else:
@@ -297,7 +302,7 @@ def fit(
         creases
         and _sticks(problem, theta)
         and np.isfinite(cost)
-        and not reaches_noise(cost, problem)
+        and not reaches_noise(cost, theta, problem)
         and len(coordinates.index)
     ):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))

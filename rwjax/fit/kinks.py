@@ -52,7 +52,7 @@ def across_kinks(
             break
         H, g = J.T @ J, J.T @ r
         k, slope = np.arange(len(c.index)), c.slope(theta)
-        H[k, k] += problem.prior[c.index, 1] * slope**2
+        H[k, k] += problem.precision[c.index] * slope**2
         g[k] += problem.against_prior(theta)[1][c.index] * slope
         scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
         for damping in DAMPINGS:

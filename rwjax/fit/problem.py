@@ -16,12 +16,17 @@ NO_COMMAND = 1e-3
 """Voltage that cannot be told from none [V]."""
 
 
+SWING = 3.0
+"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`; `anchored`:
     logs `(l,)` that tell them by their first 0.5 s alone (the start rule), not by the whole run. `per_run`: numbers of
     which every run has a value of its own; `prior` (t, 2): mean and inverse variance of what is known of each number
-    besides the logs, 0 where nothing is.
+    besides the logs, 0 where nothing is; `prior_weight`: as how many readings one counts that has the prior's standard
+    deviation, above 1 where residuals are correlated and many readings say what one would.
     """
 
     structure: Structure
@@ -33,6 +38,7 @@ class Problem:
     anchored: np.ndarray
     per_run: tuple[str, ...]
     prior: np.ndarray
+    prior_weight: float = 1.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -44,11 +50,15 @@ class Problem:
         own = [self.structure.names.index(name) for name in self.per_run]
         return np.concatenate([values, *(values[own] for _ in self.logs)])
 
+    @property
+    def precision(self) -> np.ndarray:
+        """Inverse variance of the prior `(t,)` times its weight."""
+        return self.prior_weight * self.prior[:, 1]
+
     def against_prior(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
-        """Half the squared distance from the prior in its standard deviations, and its slope `(t,)`."""
-        mean, precision = self.prior.T
-        away = np.where(precision > 0.0, theta - mean, 0.0)
-        return 0.5 * float(precision @ away**2), precision * away
+        """The prior's part of the cost, half the squared distance in its standard deviations, and its slope `(t,)`."""
+        away = np.where(self.precision > 0.0, theta - self.prior[:, 0], 0.0)
+        return 0.5 * float(self.precision @ away**2), self.precision * away
 
     def early(self) -> "Problem":
         """The problem of the first 0.5 s of each log, its readings weighed by their noise there: nothing later counts."""
@@ -102,8 +112,10 @@ def starts_at_rest(log: Log) -> bool:
             if moved and abs(slope) > 3.5 * error:
                 return False
         else:
-            spread = max(float(np.std(y)), noise_of.quantisation(log, name)) / np.sqrt(len(y))
-            if abs(float(np.mean(y))) > 3.5 * spread + 1e-12:
+            noise = max(noise_of.rapid(y), noise_of.quantisation(log, name))
+            spread = max(float(np.std(y)), noise) / np.sqrt(len(y))
+            swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
+            if swings or abs(float(np.mean(y))) > 3.5 * spread + 1e-12:
                 return False
     return True
 
@@ -161,4 +173,6 @@ def pose(
         per_run=tuple(per_run),
         prior=np.array([(mean, spread**-2.0) for mean, spread in known]),
     )
-    return replace(problem, prior=problem.spread_out(problem.prior))
+    spread = problem.spread_out(problem.prior)
+    spread[[structure.names.index(name) for name in per_run]] = 0.0  # no run has the shared value
+    return replace(problem, prior=spread)

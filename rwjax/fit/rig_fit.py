@@ -1,13 +1,13 @@
 """Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rwjax.build import bounds_of, rig_with, structure_of, theta_of
 from rwjax.errors import LogError, RigError
-from rwjax.fit.anchored import fit_anchored
+from rwjax.fit.anchored import COMPLETE, fit_anchored
 from rwjax.fit.bootstrap import bootstrap as resampled
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit, reaches_noise
@@ -15,7 +15,7 @@ from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
 from rwjax.fit.profile import interval as profile
 from rwjax.fit.scales import sizes_of
-from rwjax.fit.uncertainty import Uncertainty, strongly_tied, uncertainty
+from rwjax.fit.uncertainty import Uncertainty, memory, strongly_tied, uncertainty
 from rwjax.log import Log
 from rwjax.rig import Rig
 
@@ -24,8 +24,9 @@ OFF_BY = (1.0, 0.5, 2.0)
 
 
 NORMAL_95 = 1.96
-WIDE = 2.0
-"""Ratio of an interval's ends above which the sum of squares of a positive number is taken for no parabola."""
+WIDE = 0.2
+"""Length of an interval, as a share of the number, above which the sum of squares of a positive number may be no parabola."""
+FAR_FROM_PRIOR = 4.0
 FIRST_STEP = 0.05
 """First step of a profile where there is no standard error, in units of the number's size."""
 
@@ -45,6 +46,12 @@ class RigFit:
     rms: dict[str, float]
     notes: tuple[str, ...]
     """What a user should know, one sentence each."""
+
+    def of_runs(self) -> list[str]:
+        """One line for each number that a run has of its own."""
+        value = self.fit.numbers()
+        ends = {name: self.interval[name] for name in self.fit.free if name not in self.rig.free}
+        return [f"{name} = {value[name]:.6g} (95 %: {low:.6g} to {high:.6g})" for name, (low, high) in ends.items()]
 
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
@@ -102,28 +109,32 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
         tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
-        if reaches_noise(tried[-1].cost, problem):
+        if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
     best = min(tried, key=lambda f: f.cost)
     best = fit_anchored(problem, moves, best.theta, best.start)
+    if rig.prior:
+        weighed = replace(problem, prior_weight=memory(best))
+        best = fit_anchored(weighed, moves, best.theta, best.start)
     spread = uncertainty(best)
     notes = [*spread.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
+    notes += [*_misfit(best), *_against_prior(rig, best)]
     values = best.theta[: len(shared)].copy()
     known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e) and name in rig.free}
     for k, name in enumerate(rig.per_run):
-        own = best.theta[len(shared) + k :: len(rig.per_run)]
-        values[structure.names.index(name)] = np.mean(own)
-        if len(own) > 1:
-            known[name] = float(np.std(own, ddof=1) / np.sqrt(len(own)))
+        own = np.arange(len(shared) + k, len(problem.names), len(rig.per_run))
+        values[structure.names.index(name)], error = _mean(best.theta[own], spread.of([problem.names[j] for j in own]))
+        if np.isfinite(error):
+            known[name] = error
     interval = {name: _normal(best, spread, k) for k, name in enumerate(best.free)}
     on_bound = np.logical_or(*moves.on_bound(best.theta))
     for k, name in enumerate(best.free):
         error = spread.standard_error[name]
         if not np.isfinite(error) and not on_bound[k]:
             interval[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])  # the logs say nothing
-        elif not _parabolic(best, interval[name], k):
+        elif not np.isfinite(error) or not (bootstrap or _parabolic(best, interval[name], k)):
             unit = error if np.isfinite(error) else FIRST_STEP * moves.size[k]
             low, high = interval[name] = profile(best, int(moves.index[k]), float(spread.inflation[k]), float(unit))
             notes.append(
@@ -131,7 +142,15 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
             )
     if bootstrap:
         drawn = np.percentile(resampled(best, bootstrap), (2.5, 97.5), axis=0).T
-        interval = {name: (float(low), float(high)) for name, (low, high) in zip(best.free, drawn, strict=True)}
+        interval |= {
+            name: (float(low), float(high))
+            for name, (low, high) in zip(best.free, drawn, strict=True)
+            if np.isfinite(spread.standard_error[name])
+        }
+        notes += [
+            f"{name}: 95 % from {interval[name][0]:.6g} to {interval[name][1]:.6g} by {bootstrap} refits"
+            for name in best.free
+        ]
     return RigFit(rig_with(rig, structure, values, known), best, spread, interval, _rms(best), tuple(notes))
 
 
@@ -142,10 +161,46 @@ def _normal(fitted: Fit, spread: Uncertainty, k: int) -> tuple[float, float]:
 
 
 def _parabolic(fitted: Fit, interval: tuple[float, float], k: int) -> bool:
-    """Whether a standard error describes what the logs say of a free number: no bound near, no factor between its ends."""
+    """Whether a standard error describes what the logs say of a free number: no bound near, and if it is a number of one
+    sign, an interval that is short against it."""
     (low, high), (least, most) = interval, fitted.coordinates.bounds[k]
-    inside = least < low and high < most
-    return bool(inside and (not fitted.coordinates.logarithmic[k] or high < WIDE * low))
+    one_sign = np.isfinite(least) or np.isfinite(most)
+    return bool(least < low and high < most and (not one_sign or high - low < WIDE * abs(low + high) / 2.0))
+
+
+def _misfit(fitted: Fit) -> list[str]:
+    """A sentence where the logs say that the model is wrong."""
+    problem = fitted.problem
+    square = 2.0 * (fitted.cost - problem.against_prior(fitted.theta)[0]) / problem.batch.readings
+    if square <= COMPLETE:
+        return []
+    each = np.sum(fitted.evaluation.residual**2, axis=(1, 2, 3))
+    worst = problem.logs[int(np.argmax(each))].name
+    return [
+        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most in {worst}: the model lacks "
+        "something, and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
+    ]
+
+
+def _against_prior(rig: Rig, fitted: Fit) -> list[str]:
+    """A sentence for every number that ends far from what is known of it besides the logs."""
+    value = fitted.numbers()
+    away = {name: (value[name] - mean) / spread for name, (mean, spread) in rig.prior.items() if name in fitted.free}
+    return [
+        f"{name} ends {abs(z):.3g} standard deviations from its prior"
+        for name, z in away.items()
+        if abs(z) > FAR_FROM_PRIOR
+    ]
+
+
+def _mean(own: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
+    """Mean of the values of several runs with its standard error: that of the estimates, and what they scatter more."""
+    count = len(own)
+    estimated = float(np.sum(covariance)) / count**2
+    if count == 1 or not np.isfinite(estimated):
+        return float(np.mean(own)), float(np.sqrt(estimated))
+    expected = (float(np.trace(covariance)) - float(np.sum(covariance)) / count) / (count - 1)
+    return float(np.mean(own)), float(np.sqrt(estimated + max(float(np.var(own, ddof=1)) - expected, 0.0) / count))
 
 
 def _rms(fitted: Fit) -> dict[str, float]:

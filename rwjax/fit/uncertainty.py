@@ -1,5 +1,6 @@
 """Standard errors that hold with correlated residuals, and what the logs cannot tell, in words."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,11 @@ class Uncertainty:
     inflation: np.ndarray
     notes: tuple[str, ...]
 
+    def of(self, names: Sequence[str]) -> np.ndarray:
+        """Covariance of some of the numbers."""
+        k = [self.names.index(name) for name in names]
+        return self.covariance[np.ix_(k, k)]
+
     @property
     def standard_error(self) -> dict[str, float]:
         """Standard error of each free number in SI."""
@@ -47,8 +53,8 @@ def strongly_tied(found: Uncertainty) -> list[tuple[str, str, float]]:
 
 
 def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:
-    """Normal matrix of the free coordinates with first states eliminated and the prior added, and for each log its
-    reduced Jacobian `(time, output, k)` and residual `(time, output)` in units of noise."""
+    """Normal matrix of the free coordinates with first states eliminated, and for each log its reduced Jacobian
+    `(time, output, k)` and residual `(time, output)` in units of noise; of the readings alone, without the prior."""
     problem, e, k = fitted.problem, fitted.evaluation, np.arange(len(fitted.coordinates.index))
     p = len(e.local) - problem.start.shape[1]
     scale = fitted.coordinates.slope(fitted.theta)
@@ -63,7 +69,7 @@ def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
         A += np.einsum("tya,tyb->ab", Gt, Gt)
         jacobians.append(Gt)
         residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))
-    return A + np.diag(problem.prior[fitted.coordinates.index, 1] * scale**2), jacobians, residuals
+    return A, jacobians, residuals
 
 
 def _bandwidth(series: np.ndarray) -> float:
@@ -102,11 +108,30 @@ def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray
     return total
 
 
+def undetermined(A: np.ndarray) -> np.ndarray:
+    """Which numbers of a normal matrix `(k, k)` have a part in a combination that it leaves undetermined `(k,)`."""
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    values, vectors = np.linalg.eigh(A / d / d[:, None])
+    return (np.abs(vectors[:, values < UNIDENTIFIED * values[-1]]) > WEIGHS).any(axis=1) | (np.diag(A) <= 0.0)
+
+
+def memory(fitted: Fit) -> float:
+    """How many readings say what one independent reading would: mean ratio of the sandwich to the inverse normal matrix
+    over the directions that the readings determine, at least 1."""
+    A, jacobians, residuals = scores(fitted)
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    inverse = np.linalg.pinv(A / d / d[:, None], rcond=UNIDENTIFIED, hermitian=True)
+    rank = max(int(np.linalg.matrix_rank(inverse, hermitian=True)), 1)
+    return max(float(np.trace(inverse @ (meat(jacobians, residuals) / d / d[:, None]))) / rank, 1.0)
+
+
 def uncertainty(fitted: Fit) -> Uncertainty:
     """Sandwich covariance of the free numbers (Huber 1967; White, Econometrica 50, 1982), and notes."""
     names = fitted.free
     scale = fitted.coordinates.slope(fitted.theta)
     A, jacobians, residuals = scores(fitted)
+    known = np.diag(fitted.problem.precision[fitted.coordinates.index] * scale**2)
+    A = A + known
     low, high = fitted.coordinates.on_bound(fitted.theta)
     notes = [f"{name} sits on its bound" for name, at in zip(names, low | high, strict=True) if at]
     diagonal = np.sqrt(np.maximum(np.diag(A), 0.0))
@@ -119,7 +144,8 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     if len(use):
         d = diagonal[use]
         values, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
-        weak = values < UNIDENTIFIED * values[-1]
+        besides = np.einsum("ka,kl,la->a", vectors, known[np.ix_(use, use)] / d / d[:, None], vectors)
+        weak = (values < UNIDENTIFIED * values[-1]) & (besides <= 0.5 * np.abs(values))  # unless a prior says it
         for vector in vectors[:, weak].T:
             parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > WEIGHS]
             notes.append(
@@ -131,7 +157,7 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         for vector in vectors[:, weak].T:
             spoilt |= np.abs(vector) > WEIGHS
         inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
-        middle = meat(jacobians, residuals) + np.diag(fitted.problem.prior[fitted.coordinates.index, 1] * scale**2)
+        middle = meat(jacobians, residuals) + fitted.problem.prior_weight * known
         sandwich = inverse @ middle[np.ix_(use, use)] @ inverse
         found = np.diag(sandwich) / np.diag(inverse)
         inflation[:] = np.mean(found[~spoilt]) if not spoilt.all() else np.mean(found)

@@ -22,6 +22,10 @@ class Identified:
         errors = self.rig.standard_error
         return {n: (self.rig.values[n] - 1.96 * e, self.rig.values[n] + 1.96 * e) for n, e in errors.items()}
 
+    def of_runs(self) -> list[str]:
+        """Numbers that a run has of its own: none, which only the end-to-end fit estimates."""
+        return []
+
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`."""
         errors = self.rig.standard_error
@@ -32,6 +36,12 @@ class Identified:
             },
             "notes": list(self.notes),
         }
+
+
+def left_out(rig: Rig, *, prior: bool) -> tuple[str, ...]:
+    """A note where a method does not use what the rig file says of the fit; `prior`: whether it uses priors."""
+    keys = [*(["fit.prior"] if rig.prior and not prior else []), *(["fit.per_run"] if rig.per_run else [])]
+    return (f"does not know {' and '.join(keys)} of the rig file",) if keys else ()
 
 
 def undelayed(rig: Rig, method: str) -> None:

@@ -21,7 +21,7 @@ from rwjax.fit.problem import Problem, pose
 from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated, undelayed
+from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.plant import Structure
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of
@@ -144,7 +144,7 @@ def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
             break
     variance = np.diag(np.linalg.pinv(curvature(z)))[:-1]
     errors = np.sqrt(np.where(variance > 0.0, variance, np.inf)) * size
-    notes = () if settled else ("the search did not settle",)
+    notes = left_out(rig, prior=False) + (() if settled else ("the search did not settle",))
     names = [structure.names[k] for k in free]
     return Identified(estimated(rig, names, z[:-1] * size, errors), notes)
 

@@ -23,9 +23,9 @@ from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.errors import LogError
 from rwjax.fit.rig_fit import to_fit
 from rwjax.fit.scales import sizes_of
-from rwjax.fit.uncertainty import meat
+from rwjax.fit.uncertainty import meat, undetermined
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated, undelayed
+from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.plant import Structure
 from rwjax.predict import predict_log
 from rwjax.rig import Rig
@@ -147,6 +147,11 @@ def _weak(m: _Motion, rate: str, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return measured, np.tensordot(f[index], bump, axes=(1, 0)) / area
 
 
+def _as_run(rig: Rig, log: Log) -> Rig:
+    """The rig with what is known to have been added to its numbers in this run."""
+    return rig.with_values({name: rig.values[name] + more for name, more in log.added.items()})
+
+
 def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
     undelayed(rig, "regression")
     train = to_fit(rig, logs)
@@ -154,7 +159,7 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
     theta = theta_of(rig, structure)
     free = np.flatnonzero([name in rig.free for name in structure.names])
     size = sizes_of(rig, structure, theta, train)[free]
-    motions = [_Motion(rig, structure, log) for log in train]
+    motions = [_Motion(_as_run(rig, log), structure, log) for log in train]
     bounds = bounds_of(rig, structure)[free].T / size
     equal = bounds[0] >= bounds[1]
     bounds[1][equal] = np.nextafter(bounds[0][equal], np.inf)
@@ -206,9 +211,9 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Callable) -> Identified:
     H = sum(J.T @ J for _, J in last)
     inverse = np.linalg.pinv(H)
     spread = inverse @ meat([J[:, None] for _, J in last], [r[:, None] for r, _ in last]) @ inverse
-    errors = np.sqrt(np.diag(spread)) * size
+    errors = np.where(undetermined(np.asarray(H)), np.inf, np.sqrt(np.diag(spread)) * size)
     names = [structure.names[k] for k in free]
-    return Identified(estimated(rig, names, best.x * size, errors))
+    return Identified(estimated(rig, names, best.x * size, errors), left_out(rig, prior=False))
 
 
 def equation_error(rig: Rig, logs: Sequence[Log]) -> Identified:

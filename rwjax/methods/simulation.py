@@ -9,8 +9,9 @@ from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.fit.problem import pose
 from rwjax.fit.rig_fit import fit_rig, to_fit
 from rwjax.fit.scales import sizes_of
+from rwjax.fit.uncertainty import undetermined
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated
+from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.rig import Rig
 from rwjax.simulate import free_run
 
@@ -48,7 +49,8 @@ def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
         residual, np.clip(theta[free] / size, low, high), bounds=(low, np.maximum(high, low + 1e-12)), x_scale="jac"
     )
     variance = 2.0 * best.cost / max(len(best.fun) - len(free), 1)
-    errors = np.sqrt(np.diag(np.linalg.pinv(best.jac.T @ best.jac)) * variance) * size
+    A = best.jac.T @ best.jac
+    errors = np.where(undetermined(A), np.inf, np.sqrt(np.diag(np.linalg.pinv(A)) * variance) * size)
     names = [structure.names[k] for k in free]
-    notes = () if best.success else ("the search did not settle",)
+    notes = left_out(rig, prior=True) + (() if best.success else ("the search did not settle",))
     return Identified(estimated(rig, names, best.x * size, errors), notes)

@@ -18,7 +18,7 @@ from rwjax.errors import LogError, RigError
 from rwjax.fit.problem import NO_COMMAND
 from rwjax.fit.rig_fit import to_fit
 from rwjax.log import Log
-from rwjax.methods.identified import Identified, estimated
+from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.predict import predict_log
 from rwjax.rig import Rig
 
@@ -201,6 +201,13 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
         return to_stribeck(Polynomial(found), seen, rig, free) if stribeck else found
 
     values = estimate(fitted)
+    for name, value in zip(free, values, strict=True):
+        low, high = rig.bounds.get(name, (-np.inf, np.inf))
+        if not low <= value <= high:
+            raise RigError(
+                f"rig `{rig.name}`: `{name}` comes out as {value:.4g}, outside its `fit.bounds` [{low:.4g}, {high:.4g}], which "
+                "the two-stage method cannot heed; take them out"
+            )
     rng = np.random.default_rng(0)
     drawn = []
     for _ in range(RESAMPLES):
@@ -209,7 +216,8 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
             for s, p, n in zip(stretches, fitted, orders, strict=True)
         ]
         drawn.append(estimate(again))
-    notes = [f"{name} is not estimated by the two-stage method" for name in rig.free if name not in free]
+    notes = [*left_out(rig, prior=False)]
+    notes += [f"{name} is not estimated by the two-stage method" for name in rig.free if name not in free]
     notes.append(
         f"{len(stretches)} coast-downs, polynomials in time of order {', '.join(map(str, sorted({*orders})))}, "
         f"speeds from {np.min(seen):.3g} to {np.max(seen):.3g} rad/s"

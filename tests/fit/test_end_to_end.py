@@ -9,22 +9,20 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.build import bounds_of, structure_of, theta_of
-from rwjax.fit.bootstrap import bootstrap
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
-from rwjax.fit.profile import interval
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.rig import Rig
-from rwjax.simulate import evaluate, free_run
+from rwjax.simulate import free_run
 from tests.systems import MOTOR, platform, reaction, record, run, wheel
 
 TIME = np.arange(1001) * 0.01
 FREE = '"axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"'
 
 
-def _log(rig, command=None, noise: float = 0.0, **more):
+def log_of(rig, command=None, noise: float = 0.0, **more):
     u = np.where(TIME > 0.6, 0.6 * np.sign(np.sin(1.7 * TIME)) + 0.3 * np.sin(5.0 * TIME), 0.0)
     u = u if command is None else command
     y = run(rig, record(TIME, u), {})["yaw_rad"]
@@ -35,14 +33,14 @@ def _log(rig, command=None, noise: float = 0.0, **more):
 def test_known_numbers_come_back_from_wrong_starts(factor: float) -> None:
     truth = platform(free=FREE)
     believed = truth.with_values({name: factor * truth.values[name] for name in truth.free})
-    found = fit_rig(believed, [_log(truth)]).rig
+    found = fit_rig(believed, [log_of(truth)]).rig
     for name in truth.free:
         assert found.values[name] == pytest.approx(truth.values[name], rel=1e-5), name
 
 
 def test_optimistix_ends_at_the_same_optimum() -> None:
     rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
-    log = _log(rig, noise=1e-3)
+    log = log_of(rig, noise=1e-3)
     ours = fit_rig(rig.with_values({"axis.inertia": 0.15}), [log])
     structure = structure_of(rig)
     problem = pose(structure, (log,), ours.fit.problem.noise)
@@ -67,9 +65,9 @@ def test_a_halved_step_moves_no_number_by_a_tenth_of_its_standard_error() -> Non
         "viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.2",
         free=FREE + ', "axis.friction.static"',
     )
-    y = _log(rig).outputs["yaw_rad"]
+    y = log_of(rig).outputs["yaw_rad"]
     q = 2 * np.pi / 2048
-    log = record(TIME, _log(rig).command, {"yaw_rad": q * np.round(y / q)}, resolution={"yaw_rad": q})
+    log = record(TIME, log_of(rig).command, {"yaw_rad": q * np.round(y / q)}, resolution={"yaw_rad": q})
     plain, halved = fit_rig(rig, [log]), fit_rig(rig, [log], refine=2)
     for name, error in plain.uncertainty.standard_error.items():
         assert abs(plain.rig.values[name] - halved.rig.values[name]) < 0.1 * error, name
@@ -78,7 +76,7 @@ def test_a_halved_step_moves_no_number_by_a_tenth_of_its_standard_error() -> Non
 def test_a_number_on_its_bound_is_named() -> None:
     truth = platform("viscous = 0.0\ncoulomb = 0.05", free=FREE)
     believed = truth.with_values({"axis.friction.viscous": 0.01})
-    log = _log(truth, noise=2e-3)
+    log = log_of(truth, noise=2e-3)
     bent = record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] * (1.0 + 0.02 * TIME / 10.0)})
     notes = fit_rig(believed, [bent]).notes
     assert "axis.friction.viscous sits on its bound" in notes
@@ -188,24 +186,15 @@ def test_a_number_without_a_trace_is_named() -> None:
     text = "axis.inertia = 0.1\naxis.friction.viscous = 0.02\naxis.gravity.torque = 0.0\naxis.gravity.angle = 0.3"
     free = 'fit.free = ["axis.inertia", "axis.gravity.angle"]'  # the direction of a load of 0
     rig = parse_rig(f'kind = "platform"\ndrive.gain = 0.4\n{text}\n{free}')
-    found = fit_rig(rig, [_log(rig, noise=1e-3)]).uncertainty
+    found = fit_rig(rig, [log_of(rig, noise=1e-3)]).uncertainty
     assert found.notes == ("axis.gravity.angle leaves no trace in these logs",)
     assert np.isinf(found.standard_error["axis.gravity.angle"]) and np.isfinite(found.standard_error["axis.inertia"])
-
-
-def test_a_second_fit_of_logs_of_one_shape_compiles_nothing() -> None:
-    rig, log = _simulated("platform")
-    _from(rig, log, 0.7)
-    compiled = evaluate._cache_size(), free_run._cache_size()
-    louder = record(SHORT, 1.5 * DRIVE, {"yaw_rad": 2.0 * log.outputs["yaw_rad"]})
-    _from(rig, louder, np.array([1.4, 0.6, 1.2]))
-    assert (evaluate._cache_size(), free_run._cache_size()) == compiled
 
 
 def test_numbers_that_are_hardly_told_apart_are_named_with_their_correlation() -> None:
     truth = platform("viscous = 0.5\ncoulomb = 0.05", free=FREE)
     level = np.where(TIME > 5.0, 0.55, 0.5)  # two speeds that hardly differ
-    log = _log(truth, np.where(TIME > 0.6, level, 0.0), noise=1e-3)
+    log = log_of(truth, np.where(TIME > 0.6, level, 0.0), noise=1e-3)
     found = fit_rig(truth, [log])
     notes = [note for note in found.notes if "hardly told apart" in note]
     assert any("axis.friction.viscous" in note and "axis.friction.coulomb" in note for note in notes)
@@ -213,76 +202,20 @@ def test_numbers_that_are_hardly_told_apart_are_named_with_their_correlation() -
     k = [found.rig.free.index(f"axis.friction.{name}") for name in ("viscous", "coulomb")]
     assert C[k[0], k[1]] / np.sqrt(C[k[0], k[0]] * C[k[1], k[1]]) < -0.99
     other = platform(free=FREE)
-    assert not [n for n in fit_rig(other, [_log(other, noise=1e-3)]).notes if "hardly" in n]
+    assert not [n for n in fit_rig(other, [log_of(other, noise=1e-3)]).notes if "hardly" in n]
 
 
 def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
     truth = platform(free=FREE)
     fits = []
     for seed in range(40):
-        log = _log(truth)
+        log = log_of(truth)
         noise = np.random.default_rng(seed).normal(0.0, 2e-3, len(TIME))
         fits.append(fit_rig(truth, [record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] + noise})]))
     for name in truth.free:
         scatter = np.std([f.rig.values[name] for f in fits], ddof=1)
         claimed = np.median([f.uncertainty.standard_error[name] for f in fits])
         assert 0.65 < claimed / scatter < 1.5, name  # 40 draws know a scatter to 11 %
-
-
-def _runs(rig: Rig, inertias: list[float]) -> list[Log]:
-    """One run of the rig for each inertia, named `a.csv`, `b.csv`, …"""
-    truths = [rig.with_values({"axis.inertia": inertia}) for inertia in inertias]
-    logs = [_log(truth, noise=1e-3) for truth in truths]
-    return [replace(log, name=f"{name}.csv") for name, log in zip("abcdef", logs, strict=False)]
-
-
-def test_a_known_added_inertia_tells_friction_and_inertia_in_absolute_units() -> None:
-    truth = platform(free='"drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
-    plain, loaded = _runs(truth, [0.1, 0.14])
-    believed = truth.with_values({"drive.gain": 0.6, "axis.inertia": 0.17})
-    alone = fit_rig(believed, [plain])
-    assert any("only a combination of" in note for note in alone.notes)  # gain, inertia and friction scale together
-    both = fit_rig(believed, [plain, replace(loaded, added={"axis.inertia": 0.04})])
-    for name in truth.free:
-        error = both.uncertainty.standard_error[name]
-        assert abs(both.rig.values[name] - truth.values[name]) < 4.0 * error, name
-        assert error < 0.02 * truth.values[name], name
-
-
-def test_a_number_of_every_run_comes_back_run_by_run() -> None:
-    truth = platform(free=FREE)
-    inertias = [0.09, 0.1, 0.12]
-    found = fit_rig(replace(truth, per_run=("axis.inertia",)), _runs(truth, inertias))
-    numbers = found.fit.numbers()
-    for name, inertia in zip("abc", inertias, strict=True):
-        own = f"axis.inertia in {name}.csv"
-        assert abs(numbers[own] - inertia) < 4.0 * found.uncertainty.standard_error[own]
-    assert found.rig.values["axis.inertia"] == pytest.approx(np.mean(inertias), rel=1e-3)
-    assert found.rig.values["axis.friction.coulomb"] == pytest.approx(0.05, rel=1e-2)
-    scatter = np.std(inertias, ddof=1) / np.sqrt(3.0)
-    assert found.rig.standard_error["axis.inertia"] == pytest.approx(scatter, rel=0.05)
-
-
-def test_a_prior_weighs_as_much_as_it_is_sure() -> None:
-    truth = platform(free=FREE)
-    log = _log(truth, noise=1e-3)
-    plain = fit_rig(truth, [log])
-    value, error = plain.rig.values["axis.inertia"], plain.uncertainty.standard_error["axis.inertia"]
-    unsure = fit_rig(replace(truth, prior={"axis.inertia": (2.0 * value, 1e6)}), [log])
-    assert unsure.rig.values["axis.inertia"] == pytest.approx(value, rel=1e-7)
-    sure = fit_rig(replace(truth, prior={"axis.inertia": (value + error, 1e-3 * error)}), [log])
-    assert sure.rig.values["axis.inertia"] == pytest.approx(value + error, abs=0.01 * error)
-    assert sure.uncertainty.standard_error["axis.inertia"] == pytest.approx(1e-3 * error, rel=0.01)
-
-
-def test_a_prior_settles_what_the_logs_leave_open() -> None:
-    truth = platform(free='"drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
-    known = replace(truth.with_values({"axis.inertia": 0.15}), prior={"drive.gain": (0.4, 0.02)})
-    found = fit_rig(known, [_log(truth, noise=1e-3)])
-    assert not any("only a combination" in note for note in found.notes)
-    for name in truth.free:  # all scale with the gain, which is known to 5 %
-        assert found.rig.values[name] == pytest.approx(truth.values[name], rel=0.01), name
-        assert found.uncertainty.standard_error[name] == pytest.approx(0.05 * truth.values[name], rel=0.2), name
 
 
 @pytest.mark.parametrize("factor", [0.4, 2.5])
@@ -302,7 +235,7 @@ def test_a_swing_is_not_fitted_a_period_off(factor: float) -> None:
 
 def test_dropouts_cost_precision_and_nothing_else() -> None:
     truth = platform(free=FREE)
-    whole = _log(truth, np.where(TIME > 0.6, 0.6 * np.sign(np.sin(1.7 * TIME)), 0.0), noise=1e-3)
+    whole = log_of(truth, np.where(TIME > 0.6, 0.6 * np.sign(np.sin(1.7 * TIME)), 0.0), noise=1e-3)
     silent = (TIME > 2.0) & (TIME < 4.5)  # no readings
     kept = ~((TIME > 6.0) & (TIME < 6.5)) | (
         np.arange(len(TIME)) % 37 == 0
@@ -313,38 +246,3 @@ def test_dropouts_cost_precision_and_nothing_else() -> None:
     for name, error in found.uncertainty.standard_error.items():
         assert abs(found.rig.values[name] - truth.values[name]) < 4.0 * error, name
         assert full.uncertainty.standard_error[name] < error < 5.0 * full.uncertainty.standard_error[name], name
-
-
-def test_three_kinds_of_interval_agree_where_the_sum_of_squares_is_a_parabola() -> None:
-    truth = platform(free=FREE)
-    found = fit_rig(truth, [_log(truth, noise=1e-3)])
-    drawn = np.percentile(bootstrap(found.fit, 60), (2.5, 97.5), axis=0).T
-    for k, name in enumerate(found.fit.free):
-        error = found.uncertainty.standard_error[name]
-        low, high = found.interval[name]
-        number = int(found.fit.coordinates.index[k])
-        assert interval(found.fit, number, float(found.uncertainty.inflation[k]), error) == pytest.approx(
-            (low, high), abs=0.05 * error
-        )
-        assert 0.5 < (drawn[k, 1] - drawn[k, 0]) / (high - low) < 1.6, name  # 60 draws of 24 stretches
-        assert low < truth.values[name] < high, name
-
-
-def test_a_number_at_its_bound_has_a_one_sided_interval_that_the_profile_gives() -> None:
-    truth = platform("viscous = 0.02\ncoulomb = 0.0", free=FREE)
-    log = _log(truth, noise=1e-3)
-    found = fit_rig(truth.with_values({"axis.friction.coulomb": 0.01}), [log])
-    low, high = found.interval["axis.friction.coulomb"]
-    assert low == 0.0 < high
-    # the upper end by hand: hold the friction there, fit the rest, and see the cost grow by half of 3.84
-    held = replace(truth.with_values({"axis.friction.coulomb": high}), free=truth.free[:2])
-    k = found.fit.free.index("axis.friction.coulomb")
-    grown = 2.0 * (fit_rig(held, [log]).fit.cost - found.fit.cost) / found.uncertainty.inflation[k]
-    assert grown == pytest.approx(3.84, rel=0.05)
-    assert any("by its profile" in note for note in found.notes)
-
-
-def test_numbers_that_only_scale_together_have_no_interval() -> None:
-    rig = platform(free='"drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
-    found = fit_rig(rig, [_log(rig, noise=1e-3)])
-    assert {ends[1] for ends in found.interval.values()} == {np.inf}

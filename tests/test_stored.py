@@ -1,0 +1,53 @@
+"""Traced programs on disk: a new process traces nothing, a spoilt file is no harm, and what is differentiated is traced."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from rwjax.stored import stored
+
+FIT = """
+import jax.monitoring
+traced = []
+jax.monitoring.register_event_duration_secs_listener(
+    lambda name, seconds, **more: traced.append(name) if name.endswith("jaxpr_trace_duration") and seconds > 0.02 else None
+)
+import numpy as np
+from rwjax.fit.rig_fit import fit_rig
+from tests.systems import platform, record, run
+t = np.arange(300) * 0.01
+u = np.sign(np.sin(3.0 * t))
+rig = platform()
+traced.clear()
+found = fit_rig(rig, [record(t, u, {"yaw_rad": 0.3 * t**2})])
+print(len(traced), found.rig.values["axis.inertia"])
+"""
+
+
+def test_a_second_process_traces_nothing_and_finds_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(tmp_path))
+
+    def fit() -> list[str]:
+        return subprocess.run([sys.executable, "-c", FIT], capture_output=True, text=True, check=True).stdout.split()
+
+    first, second = fit(), fit()
+    assert int(first[0]) > 0 and int(second[0]) == 0
+    assert first[1] == second[1]
+    for path in tmp_path.glob("traced-*"):
+        path.write_bytes(path.read_bytes()[:100])
+    spoilt = fit()
+    assert int(spoilt[0]) > 0 and spoilt[1] == first[1]
+
+
+def test_inside_another_function_it_is_traced_there() -> None:
+    @stored(tuple)
+    def square(power: int, x):
+        return [x**power]
+
+    assert np.array_equal(square(2, np.arange(3.0))[0], [0.0, 1.0, 4.0])
+    assert np.array_equal(jax.jacfwd(lambda x: square(3, x)[0])(jnp.arange(2.0)), [[0.0, 0.0], [0.0, 3.0]])
