@@ -13,10 +13,26 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
-from rwjax.effects.ports import AxisDry, AxisTorque, CommandDelay, CommandMap, Effect, Motion, WheelDry
+from rwjax.effects.ports import (
+    AxisDry,
+    AxisTorque,
+    Clock,
+    CommandDelay,
+    CommandFilter,
+    CommandMap,
+    CurrentLimit,
+    Effect,
+    Encoder,
+    Motion,
+    MotorTorque,
+    Supply,
+    WheelDry,
+    WheelTorque,
+)
 from rwjax.param import parameters
 from rwjax.types import Scalar
 
@@ -98,15 +114,67 @@ class Plant(eqx.Module):
         s = dict(zip(self.structure.states, x, strict=True))
         zero = jnp.zeros_like(t)
         n = self.numbers
-        if self.structure.has_wheel and not self.structure.inductive:
-            s["i"] = (u - n["motor.torque_constant"] * s["Omega"]) / n["motor.resistance"]
-        return Motion(t=t, u=u, **{name: s.get(name, zero) for name in ("psi", "w", "theta", "Omega", "i")})
+        for effect in self._on(Supply):
+            u = effect.voltage(u, self._current(s, u))
+        if self.structure.has_wheel:
+            s["i"] = self._current(s, u)
+        load = n["drive.gain"] * u if self.structure.kind == "platform" else zero
+        if self.structure.kind == "reaction":
+            load = n["motor.friction"] * s["Omega"] - self._motor_torque(s["i"])
+        return Motion(t=t, u=u, load=load, **{name: s.get(name, zero) for name in ("psi", "w", "theta", "Omega", "i")})
+
+    def _current(self, s: Mapping[str, Scalar], u: Scalar) -> Scalar:
+        """The current: a state, or what the voltage drives at once; of a platform's drive the current is not known, and its
+        command stands for it."""
+        if not self.structure.has_wheel:
+            return u
+        n = self.numbers
+        i = (
+            s["i"]
+            if self.structure.inductive
+            else (u - n["motor.torque_constant"] * s["Omega"]) / n["motor.resistance"]
+        )
+        for effect in self._on(CurrentLimit):
+            i = jnp.clip(i, -effect.limit(), effect.limit())
+        return i
+
+    def _motor_torque(self, i: Scalar) -> Scalar:
+        torque = self.numbers["motor.torque_constant"] * i
+        for effect in self._on(MotorTorque):
+            torque = torque * effect.factor(i)
+        return torque
+
+    def within_limits(self, x: State) -> State:
+        """The state with the current within what its driver allows."""
+        for effect in self._on(CurrentLimit):
+            if self.structure.inductive:
+                k = self.structure.states.index("i")
+                x = (*x[:k], jnp.clip(x[k], -effect.limit(), effect.limit()), *x[k + 1 :])
+        return x
 
     def act(self, command: Scalar) -> Scalar:
         """Voltage that acts for a command, before any delay."""
         for effect in self._on(CommandMap):
             command = effect.command(command)
         return command
+
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+        """What the drive makes of the voltage over steps of length `h` [s]."""
+        for effect in self._on(CommandFilter):
+            command = effect.follow(command, h)
+        return command
+
+    @property
+    def filters(self) -> bool:
+        """Whether the voltage follows the command over time."""
+        return bool(self._on(CommandFilter))
+
+    def pace(self) -> Scalar | float:
+        """Seconds that pass in one second of the log."""
+        pace = 1.0
+        for effect in self._on(Clock):
+            pace = pace * effect.pace()
+        return pace
 
     def delay(self) -> Scalar | None:
         """Time by which commands act late [s], or None where no effect delays them."""
@@ -119,14 +187,15 @@ class Plant(eqx.Module):
         rates: dict[str, Scalar] = {}
         shaft = jnp.zeros_like(m.t)
         if self.structure.has_wheel:
-            shaft = n["motor.torque_constant"] * m.i - n["motor.friction"] * m.Omega
+            shaft = self._motor_torque(m.i) - n["motor.friction"] * m.Omega
+            shaft = sum((effect.torque(m) for effect in self._on(WheelTorque)), start=shaft)
             rates["theta"] = m.Omega
             rates["Omega"] = shaft / n["wheel.inertia"]
             if self.structure.inductive:
                 back_emf = n["motor.torque_constant"] * m.Omega
-                rates["i"] = (u - n["motor.resistance"] * m.i - back_emf) / n["motor.inductance"]
+                rates["i"] = (m.u - n["motor.resistance"] * m.i - back_emf) / n["motor.inductance"]
         if self.structure.has_axis:
-            drive = n["drive.gain"] * u if self.structure.kind == "platform" else -shaft
+            drive = n["drive.gain"] * m.u if self.structure.kind == "platform" else -shaft
             torque = sum((effect.torque(m) for effect in self._on(AxisTorque)), start=drive)
             rates["psi"], rates["w"] = m.w, torque / n["axis.inertia"]
         return tuple(rates[name] for name in self.structure.states)
@@ -152,6 +221,9 @@ class Plant(eqx.Module):
         """Readings in SI, in the order of `Structure.outputs`."""
         m = self.motion(t, x, u)
         reading: dict[str, Scalar] = dict(zip(OUTPUTS, (m.psi, m.w, m.theta, m.Omega, m.i), strict=True))
+        angle, rate = OUTPUTS[:2] if self.structure.has_axis else OUTPUTS[2:4]
+        for effect in self._on(Encoder):
+            reading[angle], reading[rate] = effect.read(reading[angle], reading[rate])
         return tuple(reading[name] for name in self.structure.outputs)
 
 

@@ -61,10 +61,12 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "w m"], Float[Array
         before = jnp.minimum(late - t[0], 0.0) * u[0]  # the first command is taken to have been held before the log
         return jnp.interp(late, t, area) + before
 
-    steps = jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h
+    steps = plant.follow(jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h, h * plant.pace())
     sample = h * ((m * jnp.arange(W)[:, None] + slot_step).astype(float) + jnp.asarray(run.slot_part)).ravel()
     width = jnp.minimum(h, jnp.min(jnp.diff(t)))
     readings = (until(sample + width) - until(sample)) / width
+    if plant.filters:  # what follows slowly has no leaps between steps
+        readings = steps[(m * jnp.arange(W)[:, None] + slot_step).ravel()]
     return steps.reshape(W, m), readings.reshape(W, -1)
 
 
@@ -107,7 +109,7 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
 
     def one_log(run: Batch, nodes: Float[Array, "w n"]):
         plant = _plant_of_run(structure, theta, run)
-        h, t0 = jnp.asarray(run.h), jnp.asarray(run.t0)
+        h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
         p = propagator(plant, h)
         u, at_reading = commands(plant, run)
         W, m = u.shape
@@ -197,7 +199,7 @@ def free_run(structure: Structure, theta: Float[Any, " t"], start: Float[Any, "l
 
     def one_log(run: Batch, x0: Float[Array, " n"]):
         plant = _plant_of_run(structure, theta, run)
-        h, t0 = jnp.asarray(run.h), jnp.asarray(run.t0)
+        h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
         p = propagator(plant, h)
         u, at_reading = commands(plant, run)
         W, m = u.shape

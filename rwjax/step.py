@@ -167,4 +167,4 @@ def step(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar)
     x1 = _add(a, _times(p.phi2, _minus(n1, n0), reached))
     for k, (body, effects) in enumerate(plant.bodies()):
         x1 = _stop_or_turn(plant, body, effects, t, x, x1, u, h, rates0[body.rate], [torques0[k], torques1[k]])
-    return x1
+    return plant.within_limits(x1)

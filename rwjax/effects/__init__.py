@@ -1,19 +1,38 @@
 """Effects that a rig may have beside its base equations; the order of tables, reports and docs."""
 
-from rwjax.effects.axis import AsymmetricFriction, BiasTorque, Coulomb, Stribeck, Viscous
-from rwjax.effects.drive import DeadZone, DriveBias, DriveDelay
+from rwjax.effects import axis, drive, motor, sensor, wheel
 from rwjax.effects.ports import Effect as Effect
-from rwjax.effects.wheel import WheelCoulomb
 
 EFFECTS: tuple[type[Effect], ...] = (
-    Viscous,
-    Coulomb,
-    Stribeck,
-    AsymmetricFriction,
-    BiasTorque,
-    WheelCoulomb,
-    DeadZone,
-    DriveBias,
-    DriveDelay,
+    axis.Viscous,
+    axis.Coulomb,
+    axis.Stribeck,
+    axis.QuadraticDrag,
+    axis.AsymmetricFriction,
+    axis.AngleFriction,
+    axis.LoadFriction,
+    axis.DryDrift,
+    axis.Imbalance,
+    axis.Spring,
+    axis.BiasTorque,
+    axis.EndStop,
+    axis.PeriodicTorque,
+    wheel.WheelCoulomb,
+    wheel.WheelDrag,
+    wheel.Cogging,
+    motor.Saturation,
+    motor.DriverLimit,
+    drive.DeadZone,
+    drive.DriveDelay,
+    drive.DriveLag,
+    drive.RateLimit,
+    drive.DriveSaturation,
+    drive.DriveBias,
+    drive.AsymmetricGain,
+    drive.SupplySag,
+    drive.Curvature,
+    sensor.Scale,
+    sensor.Eccentricity,
+    sensor.LoggerClock,
 )
 BY_NAME = {effect.name: effect for effect in EFFECTS}

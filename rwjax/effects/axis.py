@@ -106,3 +106,118 @@ class BiasTorque(AxisTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         return self.T
+
+
+class QuadraticDrag(AxisTorque):
+    r"""Drag with speed squared, $M = c\,w|w|$."""
+
+    name: ClassVar[str] = "axis.quadratic_drag"
+    label: ClassVar[str] = "drag with speed squared"
+    coordinate: ClassVar[str] = "yaw_rate"
+    c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate2", tex="c")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return -self.c * motion.w * jnp.abs(motion.w)
+
+
+class AngleFriction(AxisDry):
+    r"""Dry friction that varies with the angle, $M = (s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi)\,\mathrm{sgn}\,w$,
+    added to what there is."""
+
+    name: ClassVar[str] = "axis.angle_friction"
+    label: ClassVar[str] = "angle-dependent dry friction"
+    coordinate: ClassVar[str] = "yaw"
+    apart: ClassVar[bool] = True
+    s_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.02,), scale="torque", tex="s_1")
+    c_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_1")
+    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="s_2")
+    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_2")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        s, c = jnp.sin(motion.psi), jnp.cos(motion.psi)
+        return self.s_1 * s + self.c_1 * c + self.s_2 * 2.0 * s * c + self.c_2 * (c * c - s * s)
+
+
+class LoadFriction(AxisDry):
+    r"""Dry friction that grows with the transmitted torque, $M = \mu\,|M_d|\,\mathrm{sgn}\,w$."""
+
+    name: ClassVar[str] = "axis.load_friction"
+    label: ClassVar[str] = "load-dependent dry friction"
+    coordinate: ClassVar[str] = "load"
+    mu: Scalar = param("1", bounds=(0.0, 0.99), starts=(0.1,), tex="\\mu")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.mu * jnp.abs(motion.load)
+
+
+class DryDrift(AxisDry):
+    r"""Friction that changes over the run: $M = D\,e^{-t/\tau}\,\mathrm{sgn}\,w$, added to what there is."""
+
+    name: ClassVar[str] = "axis.friction_drift"
+    label: ClassVar[str] = "friction that warms up"
+    coordinate: ClassVar[str] = "time"
+    D: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05,), scale="torque", tex="D")
+    tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0), tex="\\tau")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.D * jnp.exp(-motion.t / self.tau)
+
+
+class Imbalance(AxisTorque):
+    r"""Gravity torque of an off-centre mass, $M = s\sin\psi + c\cos\psi$, subtracted from the driving torque."""
+
+    name: ClassVar[str] = "axis.imbalance"
+    label: ClassVar[str] = "imbalance"
+    coordinate: ClassVar[str] = "yaw"
+    apart: ClassVar[bool] = True
+    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05,), scale="torque", tex="s")
+    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return -self.s * jnp.sin(motion.psi) - self.c * jnp.cos(motion.psi)
+
+
+class Spring(AxisTorque):
+    r"""Restoring torque of a cable or hose, $M = k\,\psi - T_0$, subtracted from the driving torque; at rest at $T_0/k$."""
+
+    name: ClassVar[str] = "axis.spring"
+    label: ClassVar[str] = "spring"
+    coordinate: ClassVar[str] = "yaw"
+    k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05,), scale="torque", tex="k")
+    T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="T_0")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return self.T_0 - self.k * motion.psi
+
+
+class EndStop(AxisTorque):
+    r"""Stiff contact at travel limits, $M = k\,\max(\psi - \psi_+, 0)$ and the like at $\psi_-$, with a damper that never pulls."""
+
+    name: ClassVar[str] = "axis.end_stop"
+    label: ClassVar[str] = "end stop"
+    coordinate: ClassVar[str] = "yaw"
+    high: Scalar = param("rad", bounds=(-1e6, 1e6), null=1e6, starts=(0.95,), scale="highest", tex="\\psi_+")
+    low: Scalar = param("rad", bounds=(-1e6, 1e6), null=-1e6, starts=(0.95,), scale="lowest", tex="\\psi_-")
+    k: Scalar = param("N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(30.0, 5.0), scale="torque", tex="k")
+    d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.3,), scale="torque_per_rate", tex="d")
+
+    def torque(self, motion: Motion) -> Scalar:
+        over, under = motion.psi - self.high, motion.psi - self.low
+        push = jnp.where(over > 0.0, jnp.maximum(self.k * over + self.d * motion.w, 0.0), 0.0)
+        pull = jnp.where(under < 0.0, jnp.minimum(self.k * under + self.d * motion.w, 0.0), 0.0)
+        return -push - pull
+
+
+class PeriodicTorque(AxisTorque):
+    r"""Sinusoidal torque in time, $M = s\sin\omega t + c\cos\omega t$, t from each run's first sample."""
+
+    name: ClassVar[str] = "axis.periodic_torque"
+    label: ClassVar[str] = "periodic torque"
+    coordinate: ClassVar[str] = "time"
+    apart: ClassVar[bool] = True
+    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03,), scale="torque", tex="s")
+    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c")
+    omega: Scalar = param("rad/s", bounds=(0.05, 200.0), null=6.0, starts=(1.0, 2.0, 4.0, 8.0), tex="\\omega")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return self.s * jnp.sin(self.omega * motion.t) + self.c * jnp.cos(self.omega * motion.t)

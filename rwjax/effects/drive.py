@@ -2,9 +2,11 @@
 
 from typing import ClassVar
 
+import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
-from rwjax.effects.ports import CommandDelay, CommandMap
+from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -43,3 +45,93 @@ class DriveDelay(CommandDelay):
 
     def delay(self) -> Scalar:
         return self.tau
+
+
+class DriveSaturation(CommandMap):
+    r"""The command is clipped, $u_e = \mathrm{clip}(u, -u_m, u_m)$."""
+
+    name: ClassVar[str] = "drive.saturation"
+    label: ClassVar[str] = "saturation of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    u_m: Scalar = param("V", bounds=(1e-3, 1e6), null=1e6, starts=(1.2, 0.8), scale="command", tex="u_m")
+
+    def command(self, u: Scalar) -> Scalar:
+        return jnp.clip(u, -self.u_m, self.u_m)
+
+
+class AsymmetricGain(CommandMap):
+    r"""Gain that differs forward and reverse, $u_e = (1 + a\,\mathrm{sgn}\,u)\,u$."""
+
+    name: ClassVar[str] = "drive.asymmetric_gain"
+    label: ClassVar[str] = "direction-dependent gain of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    a: Scalar = param("1", bounds=(-0.9, 0.9), starts=(0.05, -0.05), tex="a")
+
+    def command(self, u: Scalar) -> Scalar:
+        return u + self.a * jnp.abs(u)
+
+
+class Curvature(CommandMap):
+    r"""Gain that varies smoothly with the command's size, $u_e = u\,(1 + c|u|)$ for $c > 0$, $u/(1 - c|u|)$ for $c < 0$."""
+
+    name: ClassVar[str] = "drive.curvature"
+    label: ClassVar[str] = "curved characteristic of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1), scale="per_command", tex="c")
+
+    def command(self, u: Scalar) -> Scalar:
+        bend = jnp.abs(self.c * u)
+        return jnp.where(self.c > 0.0, u * (1.0 + bend), u / (1.0 + bend))
+
+
+class DriveLag(CommandFilter):
+    r"""The command acts through a first-order lag, $T\dot u_e + u_e = u$."""
+
+    name: ClassVar[str] = "drive.lag"
+    label: ClassVar[str] = "lag of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1), tex="T")
+
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+        on = self.T > 0.0
+        T = jnp.where(on, self.T, 1.0)
+        keep = jnp.where(on, jnp.exp(-h / T), 0.0)
+        mean = jnp.where(on, (1.0 - keep) * T / h, 0.0)  # of what is left of the old value, over a step
+
+        def both(left: tuple, right: tuple) -> tuple:
+            return left[0] * right[0], left[1] * right[0] + right[1]
+
+        change = jnp.concatenate([command[:1], (1.0 - keep) * command[:-1]])
+        gains = jnp.concatenate([jnp.zeros(1), jnp.broadcast_to(keep, command[1:].shape)])
+        begin = jax.lax.associative_scan(both, (gains, change))[1]
+        return command + mean * (begin - command)
+
+
+class RateLimit(CommandFilter):
+    r"""The command slews at a limited rate, $|\dot u_e| \le r$."""
+
+    name: ClassVar[str] = "drive.rate_limit"
+    label: ClassVar[str] = "rate limit of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    r: Scalar = param("V/s", bounds=(1e-3, 1e12), null=1e12, starts=(10.0, 3.0), scale="command", tex="r")
+
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+        def step(now: Scalar, wanted: Scalar) -> tuple[Scalar, Scalar]:
+            way = wanted - now
+            end = now + jnp.clip(way, -self.r * h, self.r * h)
+            part = jnp.clip(jnp.abs(way) / (self.r * h), 0.0, 1.0)  # of the step until it is there
+            return end, end - 0.5 * part * (end - now)
+
+        return jax.lax.scan(step, command[0], command)[1]
+
+
+class SupplySag(Supply):
+    r"""Supply voltage that drops with load: power $u i$ taken from a source with resistance, $u_e = u\,(1 - \rho|u i|)$."""
+
+    name: ClassVar[str] = "drive.supply_sag"
+    label: ClassVar[str] = "sagging supply"
+    coordinate: ClassVar[str] = "current"
+    rho: Scalar = param("1/W", bounds=(0.0, jnp.inf), starts=(0.1,), scale="per_watt", tex="\\rho")
+
+    def voltage(self, u: Scalar, i: Scalar) -> Scalar:
+        return u * jnp.maximum(1.0 - self.rho * jnp.abs(u * i), 0.0)

@@ -1,12 +1,14 @@
 """Ports: the places of the plant where an effect may act. Every effect is a final class on exactly one of them.
 
-command u -> `CommandMap` -> `CommandDelay` -> motor -> `WheelDry` -> `AxisTorque`, `AxisDry` -> encoder.
+command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit` -> wheel:
+`WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder`; and `Clock`, the logger's time.
 """
 
 from abc import abstractmethod
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+from jaxtyping import Array, Float
 
 from rwjax.types import Scalar
 
@@ -15,7 +17,7 @@ class Motion(NamedTuple):
     """What an effect may depend on. States that a kind of rig does not have are 0.
 
     `t` [s] since the run's first sample, `u` command after the drive [V], `psi` [rad], `w` [rad/s] of the axis,
-    `theta` [rad], `Omega` [rad/s] of the wheel, `i` [A].
+    `theta` [rad], `Omega` [rad/s] of the wheel, `i` [A], `load` torque [N m] that the drive transmits to the axis.
     """
 
     t: Scalar
@@ -25,6 +27,7 @@ class Motion(NamedTuple):
     theta: Scalar
     Omega: Scalar
     i: Scalar
+    load: Scalar
 
 
 class Effect(eqx.Module):
@@ -34,6 +37,8 @@ class Effect(eqx.Module):
     label: ClassVar[str]
     coordinate: ClassVar[str]
     """What the missing part is a function of, in the words of `diagnosis.json`."""
+    apart: ClassVar[bool] = False
+    """Whether it costs so much to compute that only rigs and explanations that have it are compiled with it."""
 
 
 class AxisTorque(Effect):
@@ -50,6 +55,14 @@ class AxisDry(Effect):
     @abstractmethod
     def level(self, motion: Motion, direction: float) -> Scalar:
         """Level of the friction [N m] while sliding towards `direction` (+1 or -1); at `w = 0` the breakaway level."""
+
+
+class WheelTorque(Effect):
+    """Torque between body and wheel that is smooth in the motion."""
+
+    @abstractmethod
+    def torque(self, motion: Motion) -> Scalar:
+        """Torque acting on the wheel [N m]; positive speeds up positive rotation."""
 
 
 class WheelDry(Effect):
@@ -74,3 +87,51 @@ class CommandDelay(Effect):
     @abstractmethod
     def delay(self) -> Scalar:
         """Time by which the command acts late [s]."""
+
+
+class CommandFilter(Effect):
+    """What the drive makes of its command over time, whatever the rig does."""
+
+    @abstractmethod
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+        """Voltage over every step of length `h` [s] for the command over these steps [V]; settled at the first one."""
+
+
+class Supply(Effect):
+    """What load takes away from the voltage."""
+
+    @abstractmethod
+    def voltage(self, u: Scalar, i: Scalar) -> Scalar:
+        """Voltage at the motor [V] for the drive's `u` [V] while `i` [A] flows."""
+
+
+class MotorTorque(Effect):
+    """Torque per ampere that depends on the current."""
+
+    @abstractmethod
+    def factor(self, i: Scalar) -> Scalar:
+        """Share of the torque constant that is left at a current [A]."""
+
+
+class CurrentLimit(Effect):
+    """Limit of the current."""
+
+    @abstractmethod
+    def limit(self) -> Scalar:
+        """Largest current of either sign [A]."""
+
+
+class Encoder(Effect):
+    """What the encoder of the axis (of the wheel, where there is no axis) reads of angle and rate."""
+
+    @abstractmethod
+    def read(self, angle: Scalar, rate: Scalar) -> tuple[Scalar, Scalar]:
+        """Angle [rad] and rate [rad/s] as read."""
+
+
+class Clock(Effect):
+    """Pace of the logger's clock."""
+
+    @abstractmethod
+    def pace(self) -> Scalar:
+        """Seconds that pass in one second of the log."""

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.ports import Motion, WheelDry
+from rwjax.effects.ports import Motion, WheelDry, WheelTorque
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -19,3 +19,30 @@ class WheelCoulomb(WheelDry):
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c
+
+
+class WheelDrag(WheelTorque):
+    r"""Air drag of the wheel, $M = c\,\Omega|\Omega|$."""
+
+    name: ClassVar[str] = "wheel.drag"
+    label: ClassVar[str] = "air drag of the wheel"
+    coordinate: ClassVar[str] = "wheel_rate"
+    c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.05,), scale="torque_per_spin2", tex="c")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return -self.c * motion.Omega * jnp.abs(motion.Omega)
+
+
+class Cogging(WheelTorque):
+    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta$."""
+
+    name: ClassVar[str] = "wheel.cogging"
+    label: ClassVar[str] = "cogging of the motor"
+    coordinate: ClassVar[str] = "wheel_angle"
+    apart: ClassVar[bool] = True
+    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03,), scale="torque", tex="s")
+    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c")
+    n: Scalar = param("1", bounds=(1.0, 48.0), null=6.0, starts=tuple(map(float, range(2, 15))), tex="n")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return self.s * jnp.sin(self.n * motion.theta) + self.c * jnp.cos(self.n * motion.theta)

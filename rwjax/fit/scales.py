@@ -28,12 +28,23 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
                 rates.append(float(np.max(np.abs(rate), initial=0.0)))
                 break
     rate = max([*rates, 1e-3])
+    angles = np.concatenate([log.outputs["yaw_rad"] for log in logs if "yaw_rad" in log.outputs] or [np.zeros(1)])
+    ampere = command / n.get("motor.resistance", 1.0)
+    spin = command / n.get("motor.torque_constant", 1.0)
     return {
         "one": 1.0,
         "command": command,
         "torque": gain * command,
         "rate": rate,
         "torque_per_rate": gain * command / rate,
+        "torque_per_rate2": gain * command / rate**2,
+        "torque_per_spin2": gain * command / spin**2,
+        "ampere": ampere,
+        "per_ampere2": ampere**-2,
+        "per_command": 1.0 / command,
+        "per_watt": 1.0 / (ampere * command),
+        "highest": float(np.nanmax(angles)),
+        "lowest": float(np.nanmin(angles)),
     }
 
 
@@ -47,6 +58,7 @@ def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[L
             least = typical["torque_per_rate"] if name == "axis.friction.viscous" else least
         else:
             effect, _, parameter = name.rpartition(".")
-            least = typical[parameters(BY_NAME[effect])[parameter].scale]
+            least = abs(typical[parameters(BY_NAME[effect])[parameter].scale])
+            size[k] = size[k] if size[k] < 1e5 else 0.0  # a limit that is far off says nothing about sizes
         size[k] = max(size[k], 0.1 * least, 1e-12)
     return size

@@ -1,0 +1,33 @@
+"""Effects in the motor's winding and its driver."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+
+from rwjax.effects.ports import CurrentLimit, MotorTorque
+from rwjax.param import param
+from rwjax.types import Scalar
+
+
+class Saturation(MotorTorque):
+    r"""Torque per ampere that falls with the current, $K_e = K/(1 + a\,i^2)$."""
+
+    name: ClassVar[str] = "motor.saturation"
+    label: ClassVar[str] = "saturation of the motor"
+    coordinate: ClassVar[str] = "current"
+    a: Scalar = param("1/A2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="per_ampere2", tex="a")
+
+    def factor(self, i: Scalar) -> Scalar:
+        return 1.0 / (1.0 + self.a * i**2)
+
+
+class DriverLimit(CurrentLimit):
+    r"""Current clipped by the driver, $|i| \le i_m$."""
+
+    name: ClassVar[str] = "motor.current_limit"
+    label: ClassVar[str] = "current limit of the driver"
+    coordinate: ClassVar[str] = "current"
+    i_m: Scalar = param("A", bounds=(1e-6, 1e6), null=1e6, starts=(0.8, 0.5), scale="ampere", tex="i_m")
+
+    def limit(self) -> Scalar:
+        return self.i_m
