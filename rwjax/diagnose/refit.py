@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rwjax.build import theta_of
 from rwjax.diagnose.explanation import Explanation, free_names, space, structure_for
+from rwjax.diagnose.screen import Screen, Screened
 from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
@@ -20,6 +22,8 @@ FIRST_STEPS = 6  # of every start; the best one then goes on
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 HOPELESS = 4.0
 """Cost against the best one's above which an explanation that gets no nearer is not fitted to the end."""
+PROMISING = 8
+"""Explanations of a race that are fitted, those that the screen predicts to leave least; the others are only evaluated."""
 NEARER = 1.5
 """Factor by which the cost must fall in `FIRST_STEPS` steps for an explanation to get nearer."""
 
@@ -71,29 +75,50 @@ class Refits:
     def __call__(self, explanation: Explanation) -> Fit:
         """Best fit of an explanation."""
         if explanation not in self._done:
-            begun = self._begin(explanation, None)
+            begun = self._begin(explanation)
             self._done[explanation] = fit_anchored(begun.problem, begun.coordinates, begun.theta, begun.start)
         return self._done[explanation]
 
     def __contains__(self, explanation: Explanation) -> bool:
         return explanation in self._done
 
-    def _begin(self, explanation: Explanation, parent: Explanation | None) -> Fit:
-        """The start that the first few steps bring furthest; with a `parent` its estimates are where all begin."""
+    def _begin(self, explanation: Explanation) -> Fit:
+        """The start that the first few steps bring furthest."""
         self.progress(" + ".join(explanation.names) or "the rig as it is")
         problem = self.problem.only(self.train)
         coordinates, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
-        first = None
-        if parent is not None:
-            begun = self(parent)
-            first = begun.start
-            fitted = {*free_names(self.rig, parent)} & {*free_names(self.rig, explanation)}
-            known = np.array([name in fitted for name in problem.structure.names])
-            starts = [np.where(known, begun.theta, start) for start in starts]
         tried = [
-            fit(problem, coordinates, start, start=first, nodes=nodes, most_steps=FIRST_STEPS)
+            fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
             for start in starts
-            for nodes in ((None,) if explanation in self else (measured_nodes(problem, start), None))
+            for nodes in (measured_nodes(problem, start), None)
+        ]
+        return min(tried, key=lambda f: f.cost)
+
+    def _screened(self, explanation: Explanation, parent: Explanation, screen: Screen) -> Screened:
+        """What an explanation promises from a parent's estimates, and where its search should begin."""
+        _, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
+        names, own = self.problem.structure.names, {*free_names(self.rig, explanation)}
+        shared = {*free_names(self.rig, parent)} & own
+        known = np.array([name in shared for name in names])
+        added = np.array([name in own - shared for name in names])
+        bases = [np.where(known, self(parent).theta, start) for start in starts]
+        off = np.where(added, theta_of(self.rig, self.problem.structure), bases[0])
+        return screen.predict(off, bases)
+
+    def _glance(self, explanation: Explanation, parent: Explanation, theta: np.ndarray) -> Fit:
+        """An explanation as it stands at a screened start."""
+        coordinates, _ = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
+        return fit(self.problem.only(self.train), coordinates, theta, start=self(parent).start, most_steps=0)
+
+    def _from(self, explanation: Explanation, parent: Explanation, theta: np.ndarray) -> Fit:
+        """The first few steps of an explanation from a screened start, through short windows and without."""
+        self.progress(" + ".join(explanation.names))
+        problem = self.problem.only(self.train)
+        coordinates, _ = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
+        first = self(parent).start
+        tried = [
+            fit(problem, coordinates, theta, start=first, nodes=nodes, most_steps=FIRST_STEPS)
+            for nodes in ((None,) if explanation in self else (measured_nodes(problem, theta), None))
         ]
         return min(tried, key=lambda f: f.cost)
 
@@ -105,9 +130,17 @@ class Refits:
         """
         wanted = list(dict.fromkeys(explanations))
         self(parent)
+        screen = Screen(self(parent))
         with ThreadPoolExecutor(THREADS) as pool:
             new = [e for e in wanted if e not in self._done or e in self._hopeless or parent.contains(e)]
-            left = dict(zip(new, pool.map(lambda e: self._begin(e, parent), new), strict=True))
+            screened = dict(zip(new, pool.map(lambda e: self._screened(e, parent, screen), new), strict=True))
+            promising = sorted(new, key=lambda e: screened[e].left)
+            begun = pool.map(lambda e: self._from(e, parent, screened[e].start), promising[:PROMISING])
+            left = dict(zip(promising[:PROMISING], begun, strict=True))
+            for e in promising[PROMISING:]:
+                if e not in self._done:
+                    self._done[e] = self._glance(e, parent, screened[e].start)
+                    self._hopeless.add(e)
             done = {e: self._done[e] for e in wanted if e not in left}
             moving = set(left)
             while left:
