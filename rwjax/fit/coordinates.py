@@ -7,23 +7,25 @@ import numpy as np
 LARGEST_LOG_STEP = 0.7
 """Largest change of a logarithm in one step: keeps a start that is off by a factor from overshooting."""
 SMALL_LOG_STEP = 0.1
-"""Below it a number moves in proportion to the step, as the linear ones do: numbers that the logs only determine up to a
-common factor then stay on the straight line on which they scale together, along which a prior alone decides."""
+"""Below it, where there is a prior, a number moves in proportion to the step, as the linear ones do: numbers that the logs
+only determine up to a common factor then stay on the straight line along which they scale together and the prior decides."""
 
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Free numbers `theta[index]` within `bounds` (k, 2); `size`: unit of the linear ones."""
+    """Free numbers `theta[index]` within `bounds` (k, 2); `size`: unit of the linear ones; `small`: log steps below it move
+    in proportion."""
 
     index: np.ndarray
     logarithmic: np.ndarray
     size: np.ndarray
     bounds: np.ndarray
+    small: float = 0.0
 
     def without(self, number: int) -> "Coordinates":
         """The same with `theta[number]` held."""
         kept = self.index != number
-        return Coordinates(self.index[kept], self.logarithmic[kept], self.size[kept], self.bounds[kept])
+        return Coordinates(self.index[kept], self.logarithmic[kept], self.size[kept], self.bounds[kept], self.small)
 
     def inward(self, theta: np.ndarray) -> np.ndarray:
         """`theta` with its free numbers moved into their bounds."""
@@ -45,7 +47,7 @@ class Coordinates:
         """`theta` after a step in coordinates, kept within bounds."""
         free = theta[self.index]
         with np.errstate(over="ignore", invalid="ignore"):  # each entry is computed both ways and taken once
-            factor = np.where(np.abs(step) < SMALL_LOG_STEP, 1.0 + step, np.exp(step))
+            factor = np.where(np.abs(step) < self.small, 1.0 + step, np.exp(step))
             moved = np.where(self.logarithmic, free * factor, free + self.size * step)
         out = theta.copy()
         out[self.index] = np.clip(moved, *self.bounds.T)
@@ -63,12 +65,16 @@ class Coordinates:
         return theta[self.index] <= low + margin, theta[self.index] >= high - margin
 
 
-def coordinates(theta: np.ndarray, free: np.ndarray, bounds: np.ndarray, size: np.ndarray) -> Coordinates:
-    """Coordinates for the numbers marked in `free` (p,), with `bounds` (p, 2) and typical `size` (p,)."""
+def coordinates(
+    theta: np.ndarray, free: np.ndarray, bounds: np.ndarray, size: np.ndarray, *, prior: bool = False
+) -> Coordinates:
+    """Coordinates for the numbers marked in `free` (p,), with `bounds` (p, 2) and typical `size` (p,); `prior`: whether
+    any of them has one."""
     index = np.flatnonzero(free)
     return Coordinates(
         index=index,
         logarithmic=bounds[index, 0] > 0.0,
         size=size[index],
         bounds=bounds[index],
+        small=SMALL_LOG_STEP if prior else 0.0,
     )

@@ -104,7 +104,7 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
     theta, bounds, size = (
         problem.spread_out(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
     )
-    moves = coordinates(theta, free, bounds, size)
+    moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     tried = []
     for factor in OFF_BY:
         begin = moves.inward(np.where(free, factor * theta, theta))
