@@ -19,7 +19,6 @@ from rwjax.fit.end_to_end import Fit
 from rwjax.fit.uncertainty import Uncertainty, uncertainty
 from rwjax.held_out import folds
 from rwjax.log import Log
-from rwjax.plant import Structure
 from rwjax.rig import Rig
 
 SCHEMA = "rwjax.diagnosis/1"
@@ -213,8 +212,10 @@ def _by_importance(refits: Refits, best: Explanation, numbered: Sequence[Split],
     return Explanation(tuple(sorted(best.names, key=lambda name: -without[name])))
 
 
-def _corrected(rig: Rig, structure: Structure, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
-    kept = structure._replace(effects=tuple(e for e in BY_NAME if e in (*rig.effects, *explanation.effects)))
+def _corrected(rig: Rig, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
+    kept = fitted.problem.structure._replace(
+        effects=tuple(e for e in BY_NAME if e in (*rig.effects, *explanation.effects))
+    )
     values = fitted.numbers()
     theta = np.array([values[name] for name in kept.names])
     errors = {name: error for name, error in spread.standard_error.items() if np.isfinite(error)}
@@ -284,7 +285,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         waterfall=(first, *map(rung, steps)),
         beside=tuple(rung(other) for other in others if other not in steps),
         remarks=remarks(rig, every, train, [fitted, *(refits(e) for e in rivals[1:])], spread),
-        corrected=_corrected(rig, refits.problem.structure, fitted, named, spread),
+        corrected=_corrected(rig, fitted, named, spread),
         before=before,
         after=after,
         fitted=fitted,

@@ -83,10 +83,12 @@ class Explanation:
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 
-def structure_for(rig: Rig) -> Structure:
-    """Structure of the rig with every effect that it might lack: at their null they change nothing, so that a single
-    program serves every explanation and an explanation is no more than a choice of free numbers."""
-    return structure_of(rig).with_effects(*Explanation(candidates(rig)).effects)
+def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
+    """Structure of the rig with every effect that it might lack and that costs little: at their null they change nothing,
+    so that one program serves most explanations, which are no more than a choice of free numbers. Of the others those that
+    the explanation holds."""
+    wanted = {name for name in Explanation(candidates(rig)).effects if not BY_NAME[name].apart}
+    return structure_of(rig).with_effects(*wanted, *explanation.effects)
 
 
 def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
@@ -125,7 +127,7 @@ def candidates(rig: Rig) -> tuple[str, ...]:
 
 def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coordinates, list[np.ndarray]]:
     """Coordinates of an explanation's fit, and parameter vectors from which to start it."""
-    structure = structure_for(rig)
+    structure = structure_for(rig, explanation)
     names = structure.names
     theta = theta_of(rig, structure)
     bounds = bounds_of(rig, structure)

@@ -54,7 +54,7 @@ def held_out(refits: Refits, explanation: Explanation, folds: Sequence[Split], *
     error: dict[int, dict[str, np.ndarray]] = {}
     for train, test in folds:
         fitted = refits(explanation) if set(train) == set(refits.train) else refits.on(explanation, train)
-        predictions = predict(refits.problem.only(test), fitted.theta, with_floor=with_floor)
+        predictions = predict(refits.problem_of(explanation).only(test), fitted.theta, with_floor=with_floor)
         found = errors(refits.problem, predictions)
         variance = floor_variance(refits.problem, predictions) if with_floor else [{} for _ in predictions]
         for k in test:

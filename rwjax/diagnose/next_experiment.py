@@ -61,11 +61,11 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
         for name, u in plans.items()
     ]
     error = {name: max(noise, left.get(name, 0.0)) for name, noise in problem.noise.items()}
-    plan = pose(problem.structure, logs, error)
-    start = np.zeros_like(plan.start)
     runs = []
     for rival in rivals[:2]:
-        y, _ = free_run(problem.structure, refits(rival).theta, start, plan.batch)
+        structure = refits.problem_of(rival).structure
+        plan = pose(structure, logs, error)
+        y, _ = free_run(structure, refits(rival).theta, np.zeros_like(plan.start), plan.batch)
         runs.append(np.asarray(y) * plan.batch.weight)
     one, other = runs
     telling = [

@@ -9,13 +9,14 @@ import numpy as np
 
 from rwjax.build import theta_of
 from rwjax.diagnose.explanation import Explanation, free_names, space, structure_for
-from rwjax.diagnose.screen import Screen, Screened
+from rwjax.diagnose.screen import Candidate, Screen, Screened
 from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
 from rwjax.log import Log
 from rwjax.noise import pooled
+from rwjax.plant import Structure
 from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start; the best one then goes on
@@ -61,6 +62,7 @@ class Refits:
     problem: Problem
     train: tuple[int, ...]
     progress: Callable[[str], None]
+    _problems: dict[Structure, Problem] = field(default_factory=dict)
     _done: dict[Explanation, Fit] = field(default_factory=dict)
     _hopeless: set[Explanation] = field(default_factory=set)
     _polished: set[Explanation] = field(default_factory=set)
@@ -70,7 +72,9 @@ class Refits:
         """Refits of `rig` to `logs`, trained on those numbered in `train`."""
         noise = pooled(tuple(logs[k] for k in train))
         unseen = pooled(tuple(logs))  # for outputs that no training log holds
-        return cls(rig, pose(structure_for(rig), logs, unseen | noise, prior=rig.prior), tuple(train), progress)
+        return cls(
+            rig, pose(structure_for(rig, Explanation()), logs, unseen | noise, prior=rig.prior), tuple(train), progress
+        )
 
     def __call__(self, explanation: Explanation) -> Fit:
         """Best fit of an explanation."""
@@ -85,7 +89,7 @@ class Refits:
     def _begin(self, explanation: Explanation) -> Fit:
         """The start that the first few steps bring furthest."""
         self.progress(" + ".join(explanation.names) or "the rig as it is")
-        problem = self.problem.only(self.train)
+        problem = self.problem_of(explanation).only(self.train)
         coordinates, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
         tried = [
             fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
@@ -94,28 +98,53 @@ class Refits:
         ]
         return min(tried, key=lambda f: f.cost)
 
+    def problem_of(self, explanation: Explanation) -> Problem:
+        """All logs with the structure that an explanation needs."""
+        structure = structure_for(self.rig, explanation)
+        if structure not in self._problems:
+            posed = pose(structure, self.problem.logs, self.problem.noise, prior=self.rig.prior)
+            self._problems[structure] = posed
+        return self._problems[structure]
+
+    def _numbers(self, structure: Structure, fitted: Fit) -> np.ndarray:
+        """Numbers of a fit in the order of another structure, what that has besides at its null."""
+        values = fitted.numbers()
+        return np.array([values.get(n, v) for n, v in zip(structure.names, theta_of(self.rig, structure), strict=True)])
+
     def _screened(self, explanation: Explanation, parent: Explanation, screen: Screen) -> Screened:
         """What an explanation promises from a parent's estimates, and where its search should begin."""
-        _, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
-        names, own = self.problem.structure.names, {*free_names(self.rig, explanation)}
+        problem = self.problem_of(explanation).only(self.train)
+        structure = problem.structure
+        moves, starts = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
+        own = {*free_names(self.rig, explanation)}
         shared = {*free_names(self.rig, parent)} & own
-        known = np.array([name in shared for name in names])
-        added = np.array([name in own - shared for name in names])
-        bases = [np.where(known, self(parent).theta, start) for start in starts]
-        off = np.where(added, theta_of(self.rig, self.problem.structure), bases[0])
-        return screen.predict(off, bases)
+        known = np.array([name in shared for name in structure.names])
+        added = np.array([name in own - shared for name in structure.names])
+        null = theta_of(self.rig, structure)
+        bases = [np.where(known, self._numbers(structure, self(parent)), start) for start in starts]
+        bounds = np.tile([-np.inf, np.inf], (len(null), 1))
+        bounds[moves.index] = moves.bounds
+        return screen.predict(Candidate(problem, np.where(added, null, bases[0]), bases, added & (null == 0.0), bounds))
 
     def _glance(self, explanation: Explanation, parent: Explanation, theta: np.ndarray) -> Fit:
         """An explanation as it stands at a screened start."""
+        problem = self.problem_of(explanation).only(self.train)
         coordinates, _ = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
-        return fit(self.problem.only(self.train), coordinates, theta, start=self(parent).start, most_steps=0)
+        return fit(problem, coordinates, theta, start=self._start(problem, self(parent)), most_steps=0)
+
+    def _start(self, problem: Problem, fitted: Fit) -> np.ndarray:
+        """First states of a fit in another structure's order."""
+        start = problem.start.copy()
+        for k, name in enumerate(fitted.problem.structure.states):
+            start[:, problem.structure.states.index(name)] = fitted.start[:, k]
+        return start
 
     def _from(self, explanation: Explanation, parent: Explanation, theta: np.ndarray) -> Fit:
         """The first few steps of an explanation from a screened start, through short windows and without."""
         self.progress(" + ".join(explanation.names))
-        problem = self.problem.only(self.train)
+        problem = self.problem_of(explanation).only(self.train)
         coordinates, _ = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
-        first = self(parent).start
+        first = self._start(problem, self(parent))
         tried = [
             fit(problem, coordinates, theta, start=first, nodes=nodes, most_steps=FIRST_STEPS)
             for nodes in ((None,) if explanation in self else (measured_nodes(problem, theta), None))
@@ -135,11 +164,11 @@ class Refits:
             new = [e for e in wanted if e not in self._done or e in self._hopeless or parent.contains(e)]
             screened = dict(zip(new, pool.map(lambda e: self._screened(e, parent, screen), new), strict=True))
             promising = sorted(new, key=lambda e: screened[e].left)
-            begun = pool.map(lambda e: self._from(e, parent, screened[e].start), promising[:PROMISING])
+            begun = pool.map(lambda e: self._from(e, parent, screened[e].theta), promising[:PROMISING])
             left = dict(zip(promising[:PROMISING], begun, strict=True))
             for e in promising[PROMISING:]:
                 if e not in self._done:
-                    self._done[e] = self._glance(e, parent, screened[e].start)
+                    self._done[e] = self._glance(e, parent, screened[e].theta)
                     self._hopeless.add(e)
             done = {e: self._done[e] for e in wanted if e not in left}
             moving = set(left)
@@ -166,7 +195,7 @@ class Refits:
         if explanation not in self._polished:
             self._polished.add(explanation)
             self.progress(f"{' + '.join(explanation.names)}, more closely")
-            problem = self.problem.only(self.train)
+            problem = self.problem_of(explanation).only(self.train)
             found = fit_anchored(problem, begun.coordinates, begun.theta, begun.start)
             if found.cost < begun.cost:
                 self._done[explanation] = begun = found
@@ -175,6 +204,6 @@ class Refits:
     def on(self, explanation: Explanation, train: Sequence[int]) -> Fit:
         """Fit of an explanation to other logs than those marked for training, from its estimates on those."""
         begun = self(explanation)
-        problem = self.problem.only(train)
+        problem = self.problem_of(explanation).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
         return fit_anchored(problem, begun.coordinates, begun.theta, start)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
+from rwjax.fit.problem import Problem
 from rwjax.simulate import free_run
 
 LARGEST = 3.0
@@ -20,18 +21,32 @@ LARGEST = 3.0
 
 @dataclass(frozen=True)
 class Screened:
-    """`left`: half the sum of squares that the best of the starts is predicted to leave; `start`: numbers at which a
+    """`left`: half the sum of squares that the best of the starts is predicted to leave; `theta`: numbers at which a
     search should begin."""
 
     left: float
-    start: np.ndarray
+    theta: np.ndarray
 
 
-def _residual(fitted: Fit, theta: np.ndarray) -> np.ndarray:
-    y, _ = free_run(fitted.problem.structure, theta, fitted.start, fitted.problem.batch)
-    batch = fitted.problem.batch
-    with np.errstate(over="ignore", invalid="ignore"):
-        return ((np.asarray(y) - batch.reading) * batch.weight).ravel()
+@dataclass(frozen=True)
+class Candidate:
+    """An explanation to be screened: the problem of its structure, numbers where it adds nothing, and starts (t,).
+
+    `amplitude` (t,): numbers in proportion to which it acts; `bounds` (t, 2).
+    """
+
+    problem: Problem
+    off: np.ndarray
+    starts: Sequence[np.ndarray]
+    amplitude: np.ndarray
+    bounds: np.ndarray
+
+    def shapes(self) -> list[list[np.ndarray]]:
+        """Starts that differ in amplitudes alone, together: they add up."""
+        groups: dict[bytes, list[np.ndarray]] = {}
+        for start in self.starts:
+            groups.setdefault(np.where(self.amplitude, 0.0, start).tobytes(), []).append(start)
+        return list(groups.values())
 
 
 class Screen:
@@ -40,43 +55,58 @@ class Screen:
     def __init__(self, fitted: Fit) -> None:
         self.fitted = fitted
         problem, e = fitted.problem, fitted.evaluation
-        k, n = np.arange(len(fitted.coordinates.index)), problem.start.shape[1]
-        p = len(e.local) - n
+        k = np.arange(len(fitted.coordinates.index))
+        p = len(e.local) - problem.start.shape[1]
         blocks = []
         for log in range(len(problem.logs)):
             s = np.flatnonzero(problem.start_free[log])
             through = by_start(e, log)
             P, _ = start_response(*start_normal(problem, e, log), k, p + s, 0.0)
-            blocks.append(through[..., k] + through[..., p + s] @ P)
-        self.residual = _residual(fitted, fitted.theta)
-        self.basis = self._orthonormal(np.concatenate([b.reshape(-1, len(k)) for b in blocks]))
+            blocks.append((through[..., k] + through[..., p + s] @ P).reshape(-1, len(k)))
+        self.seen = problem.batch.weight.ravel() > 0.0
+        self.basis = _orthonormal(np.concatenate(blocks).reshape(-1, len(k))[self.seen])
 
-    @staticmethod
-    def _orthonormal(columns: np.ndarray) -> np.ndarray:
-        scale = np.sqrt(np.sum(columns**2, axis=0))
-        columns = columns[:, scale > 0.0] / scale[scale > 0.0]
-        if not columns.shape[1]:
-            return columns
-        u, s, _ = np.linalg.svd(columns, full_matrices=False)
-        return u[:, s > 1e-8 * s[0]]
+    def _residual(self, problem: Problem, theta: np.ndarray) -> np.ndarray:
+        start = np.zeros((len(problem.logs), len(problem.structure.states)))
+        for k, name in enumerate(self.fitted.problem.structure.states):
+            start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
+        y, _ = free_run(problem.structure, theta, start, problem.batch)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return ((np.asarray(y) - problem.batch.reading) * problem.batch.weight).ravel()[self.seen]
 
-    def _without(self, column: np.ndarray) -> np.ndarray:
-        """A column with what the free numbers can do taken out."""
-        return column - self.basis @ (self.basis.T @ column)
+    def _without(self, columns: np.ndarray) -> np.ndarray:
+        """Columns with what the free numbers can do taken out."""
+        return columns - self.basis @ (self.basis.T @ columns)
 
-    def predict(self, off: np.ndarray, starts: Sequence[np.ndarray]) -> Screened:
-        """What an explanation leaves that begins at one of `starts` (t,) and is `off` (t,) where it adds nothing."""
-        residual = self.residual if np.array_equal(off, self.fitted.theta) else _residual(self.fitted, off)
+    def predict(self, candidate: Candidate) -> Screened:
+        """What a candidate leaves at best, and where it should begin."""
+        residual = self._residual(candidate.problem, candidate.off)
         free = self._without(residual)
-        best = Screened(0.5 * float(free @ free) if np.all(np.isfinite(free)) else np.inf, starts[0])
-        for start in starts:
-            column = _residual(self.fitted, start) - residual
-            if not np.all(np.isfinite(column)):
+        finite = bool(np.all(np.isfinite(free)))
+        best = Screened(0.5 * float(free @ free) if finite else np.inf, candidate.starts[0])
+        for starts in candidate.shapes():
+            columns = [self._residual(candidate.problem, start) - residual for start in starts]
+            known = [k for k, column in enumerate(columns) if np.all(np.isfinite(column))]
+            if not known or not finite:
                 continue
-            c = self._without(column)
-            power = float(c @ c)
-            share = float(np.clip(-(c @ free) / power, 0.0, LARGEST)) if power > 0.0 else 0.0
-            left = 0.5 * float(np.sum((free + share * c) ** 2))
+            C = self._without(np.stack([columns[k] for k in known], axis=1))
+            share = np.linalg.lstsq(C, -free, rcond=1e-9)[0]
+            change = np.stack([np.where(candidate.amplitude, starts[k] - candidate.off, 0.0) for k in known])
+            one_sided = ((change != 0.0) & (candidate.bounds[:, 0] >= 0.0)).any(axis=1)
+            share = np.clip(share, np.where(one_sided, 0.0, -LARGEST), LARGEST)
+            left = 0.5 * float(np.sum((free + C @ share) ** 2))
             if left < best.left:
-                best = Screened(left, start)
+                theta = np.where(candidate.amplitude, candidate.off + share @ change, starts[known[0]])
+                if not change.any():
+                    theta = starts[known[0]]
+                best = Screened(left, np.clip(theta, *candidate.bounds.T))
         return best
+
+
+def _orthonormal(columns: np.ndarray) -> np.ndarray:
+    scale = np.sqrt(np.sum(columns**2, axis=0))
+    columns = columns[:, scale > 0.0] / scale[scale > 0.0]
+    if not columns.shape[1]:
+        return columns
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    return u[:, s > 1e-8 * s[0]]

@@ -71,7 +71,8 @@ class Search:
 
     def evidence(self, explanation: Explanation, effective: dict[str, float]) -> float:
         """Log evidence of an explanation for given effective samples, and of what the rig file says besides."""
-        against, _ = self.refits.problem.against_prior(self.refits(explanation).theta)
+        fitted = self.refits(explanation)
+        against, _ = fitted.problem.against_prior(fitted.theta)
         return log_evidence(self._seen(explanation), self._numbers(explanation), effective) - against
 
     def effective(self, explanation: Explanation) -> dict[str, float]:

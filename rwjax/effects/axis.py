@@ -128,10 +128,10 @@ class AngleFriction(AxisDry):
     label: ClassVar[str] = "angle-dependent dry friction"
     coordinate: ClassVar[str] = "yaw"
     apart: ClassVar[bool] = True
-    s_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.02,), scale="torque", tex="s_1")
-    c_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_1")
-    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="s_2")
-    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_2")
+    s_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.02, 0.0, 0.0, 0.0), scale="torque", tex="s_1")
+    c_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02, 0.0, 0.0), scale="torque", tex="c_1")
+    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.02, 0.0), scale="torque", tex="s_2")
+    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.02), scale="torque", tex="c_2")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         s, c = jnp.sin(motion.psi), jnp.cos(motion.psi)
@@ -170,8 +170,8 @@ class Imbalance(AxisTorque):
     label: ClassVar[str] = "imbalance"
     coordinate: ClassVar[str] = "yaw"
     apart: ClassVar[bool] = True
-    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05,), scale="torque", tex="s")
-    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c")
+    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="s")
+    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.05), scale="torque", tex="c")
 
     def torque(self, motion: Motion) -> Scalar:
         return -self.s * jnp.sin(motion.psi) - self.c * jnp.cos(motion.psi)
@@ -183,8 +183,8 @@ class Spring(AxisTorque):
     name: ClassVar[str] = "axis.spring"
     label: ClassVar[str] = "spring"
     coordinate: ClassVar[str] = "yaw"
-    k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05,), scale="torque", tex="k")
-    T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="T_0")
+    k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="k")
+    T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02), scale="torque", tex="T_0")
 
     def torque(self, motion: Motion) -> Scalar:
         return self.T_0 - self.k * motion.psi
@@ -208,6 +208,10 @@ class EndStop(AxisTorque):
         return -push - pull
 
 
+RATES = (0.7, 1.0, 1.4, 1.9, 2.6, 3.4, 4.5, 6.0, 8.0, 11.0)  # rad/s
+"""Rates at which a periodic torque is searched."""
+
+
 class PeriodicTorque(AxisTorque):
     r"""Sinusoidal torque in time, $M = s\sin\omega t + c\cos\omega t$, t from each run's first sample."""
 
@@ -215,9 +219,11 @@ class PeriodicTorque(AxisTorque):
     label: ClassVar[str] = "periodic torque"
     coordinate: ClassVar[str] = "time"
     apart: ClassVar[bool] = True
-    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03,), scale="torque", tex="s")
-    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c")
-    omega: Scalar = param("rad/s", bounds=(0.05, 200.0), null=6.0, starts=(1.0, 2.0, 4.0, 8.0), tex="\\omega")
+    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0) * len(RATES), scale="torque", tex="s")
+    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03) * len(RATES), scale="torque", tex="c")
+    omega: Scalar = param(
+        "rad/s", bounds=(0.05, 200.0), null=6.0, starts=tuple(w for rate in RATES for w in (rate, rate)), tex="\\omega"
+    )
 
     def torque(self, motion: Motion) -> Scalar:
         return self.s * jnp.sin(self.omega * motion.t) + self.c * jnp.cos(self.omega * motion.t)

@@ -28,8 +28,8 @@ class Eccentricity(Encoder):
     label: ClassVar[str] = "eccentric encoder"
     coordinate: ClassVar[str] = "yaw"
     apart: ClassVar[bool] = True
-    s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03,), tex="s")
-    c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0,), tex="c")
+    s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
+    c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
 
     def read(self, angle: Scalar, rate: Scalar) -> tuple[Scalar, Scalar]:
         sine, cosine = jnp.sin(angle), jnp.cos(angle)

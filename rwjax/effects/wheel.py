@@ -33,6 +33,10 @@ class WheelDrag(WheelTorque):
         return -self.c * motion.Omega * jnp.abs(motion.Omega)
 
 
+ORDERS = tuple(map(float, range(2, 15)))
+"""Ripples in a turn at which cogging is searched."""
+
+
 class Cogging(WheelTorque):
     r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta$."""
 
@@ -40,9 +44,11 @@ class Cogging(WheelTorque):
     label: ClassVar[str] = "cogging of the motor"
     coordinate: ClassVar[str] = "wheel_angle"
     apart: ClassVar[bool] = True
-    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03,), scale="torque", tex="s")
-    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c")
-    n: Scalar = param("1", bounds=(1.0, 48.0), null=6.0, starts=tuple(map(float, range(2, 15))), tex="n")
+    s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0) * len(ORDERS), scale="torque", tex="s")
+    c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03) * len(ORDERS), scale="torque", tex="c")
+    n: Scalar = param(
+        "1", bounds=(1.0, 48.0), null=6.0, starts=tuple(n for order in ORDERS for n in (order, order)), tex="n"
+    )
 
     def torque(self, motion: Motion) -> Scalar:
         return self.s * jnp.sin(self.n * motion.theta) + self.c * jnp.cos(self.n * motion.theta)
