@@ -19,11 +19,13 @@ from rwjax.effects import BY_NAME
 from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
 from rwjax.effects.ports import (
     AxisDry,
+    AxisElastic,
     AxisTorque,
     Clock,
     CommandDelay,
     CommandFilter,
     CommandMap,
+    Coupling,
     CurrentLimit,
     Effect,
     Encoder,
@@ -32,6 +34,7 @@ from rwjax.effects.ports import (
     Supply,
     WheelDry,
     WheelTorque,
+    Winding,
 )
 from rwjax.param import parameters
 from rwjax.types import Scalar
@@ -64,7 +67,8 @@ class Structure(NamedTuple):
     def states(self) -> tuple[str, ...]:
         axis = ("psi", "w") if self.has_axis else ()
         wheel = (("theta", "Omega", "i") if self.inductive else ("theta", "Omega")) if self.has_wheel else ()
-        return axis + wheel
+        own = tuple(f"{effect}:{state}" for effect in self.effects for state in BY_NAME[effect].states)
+        return axis + wheel + own
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -114,26 +118,37 @@ class Plant(eqx.Module):
         s = dict(zip(self.structure.states, x, strict=True))
         zero = jnp.zeros_like(t)
         n = self.numbers
+        m = Motion(
+            t=t,
+            u=u,
+            load=zero,
+            sensed=s["w"] if self.structure.has_axis else s["Omega"],
+            own={name: value for name, value in s.items() if ":" in name},
+            **{name: s.get(name, zero) for name in ("psi", "w", "theta", "Omega", "i")},
+        )
+        R = self._resistance(m)
         for effect in self._on(Supply):
-            u = effect.voltage(u, self._current(s, u))
+            u = effect.voltage(u, self._current(s, u, R))
         if self.structure.has_wheel:
-            s["i"] = self._current(s, u)
+            s["i"] = self._current(s, u, R)
         load = n["drive.gain"] * u if self.structure.kind == "platform" else zero
         if self.structure.kind == "reaction":
             load = n["motor.friction"] * s["Omega"] - self._motor_torque(s["i"])
-        return Motion(t=t, u=u, load=load, **{name: s.get(name, zero) for name in ("psi", "w", "theta", "Omega", "i")})
+        return m._replace(u=u, load=load, i=s.get("i", zero))
 
-    def _current(self, s: Mapping[str, Scalar], u: Scalar) -> Scalar:
+    def _resistance(self, motion: Motion) -> Scalar:
+        R = self.numbers.get("motor.resistance", jnp.ones(()))
+        for effect in self._on(Winding):
+            R = R * effect.resistance(motion)
+        return R
+
+    def _current(self, s: Mapping[str, Scalar], u: Scalar, R: Scalar) -> Scalar:
         """The current: a state, or what the voltage drives at once; of a platform's drive the current is not known, and its
         command stands for it."""
         if not self.structure.has_wheel:
             return u
         n = self.numbers
-        i = (
-            s["i"]
-            if self.structure.inductive
-            else (u - n["motor.torque_constant"] * s["Omega"]) / n["motor.resistance"]
-        )
+        i = s["i"] if self.structure.inductive else (u - n["motor.torque_constant"] * s["Omega"]) / R
         for effect in self._on(CurrentLimit):
             i = jnp.clip(i, -effect.limit(), effect.limit())
         return i
@@ -151,6 +166,15 @@ class Plant(eqx.Module):
                 k = self.structure.states.index("i")
                 x = (*x[:k], jnp.clip(x[k], -effect.limit(), effect.limit()), *x[k + 1 :])
         return x
+
+    def deflected(self, before: State, after: State, h: Scalar) -> State:
+        """The state after a step with elastic friction as the step's way leaves it."""
+        states = self.structure.states
+        for effect in self._on(AxisElastic):
+            k, w = states.index(f"{effect.name}:z"), states.index("w")
+            z = effect.after(before[k], 0.5 * h * (before[w] + after[w]))
+            after = (*after[:k], z, *after[k + 1 :])
+        return after
 
     def act(self, command: Scalar) -> Scalar:
         """Voltage that acts for a command, before any delay."""
@@ -193,27 +217,50 @@ class Plant(eqx.Module):
             rates["Omega"] = shaft / n["wheel.inertia"]
             if self.structure.inductive:
                 back_emf = n["motor.torque_constant"] * m.Omega
-                rates["i"] = (m.u - n["motor.resistance"] * m.i - back_emf) / n["motor.inductance"]
+                rates["i"] = (m.u - self._resistance(m) * m.i - back_emf) / n["motor.inductance"]
         if self.structure.has_axis:
             drive = n["drive.gain"] * m.u if self.structure.kind == "platform" else -shaft
+            for effect in self._on(Coupling):
+                rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * n["axis.inertia"])
+                drive = effect.torque(m)
             torque = sum((effect.torque(m) for effect in self._on(AxisTorque)), start=drive)
-            rates["psi"], rates["w"] = m.w, torque / n["axis.inertia"]
+            for effect in self._on(AxisElastic):
+                z, every = effect.mine(m)[0], [*self._on(AxisDry), effect]
+                torque -= z * jnp.where(z > 0.0, friction_level(every, m, 1.0), friction_level(every, m, -1.0))
+                rates[f"{effect.name}:z"] = jnp.zeros_like(z)  # moved by `deflected`
+            rates["psi"], rates["w"] = m.w, torque / self._axis_inertia()
+            for effect in self._on(Coupling):
+                rates[f"{effect.name}:twist"] = effect.mine(m)[1]
+                rates[f"{effect.name}:slip"] -= rates["w"]
+        for effect in self.effects:
+            if effect.states and not isinstance(effect, Coupling | AxisElastic):
+                names = (f"{effect.name}:{state}" for state in effect.states)
+                rates |= dict(zip(names, effect.drift(m), strict=True))
         return tuple(rates[name] for name in self.structure.states)
+
+    def _axis_inertia(self) -> Scalar:
+        """Inertia that the axis's own friction acts on."""
+        inertia = self.numbers["axis.inertia"]
+        for effect in self._on(Coupling):
+            inertia = inertia * (1.0 - effect.share())
+        return inertia
 
     def bodies(self) -> list[tuple[Body, list]]:
         """Turning masses that carry dry friction, the driving one first, each with its friction effects."""
         states, n = self.structure.states, self.numbers
         found: list[tuple[Body, list]] = []
+        coupled = {f"{effect.name}:slip": effect.share() * n["axis.inertia"] for effect in self._on(Coupling)}
         if self.structure.has_wheel and (dry := self._on(WheelDry)):
             J = n["wheel.inertia"]
             enters = {"Omega": -1.0 / J}
             if self.structure.has_axis:
-                enters["w"] = 1.0 / n["axis.inertia"]
+                enters |= {name: 1.0 / inertia for name, inertia in coupled.items()} or {"w": 1.0 / n["axis.inertia"]}
             reaction = tuple(enters.get(name, 0.0) for name in states)
             found.append((Body(states.index("theta"), states.index("Omega"), J, reaction), dry))
-        if self.structure.has_axis and (dry := self._on(AxisDry)):
-            I = n["axis.inertia"]
-            reaction = tuple(-1.0 / I if name == "w" else 0.0 for name in states)
+        if self.structure.has_axis and (dry := self._on(AxisDry)) and not self._on(AxisElastic):
+            I = self._axis_inertia()
+            enters = {"w": -1.0 / I} | {name: 1.0 / I for name in coupled}
+            reaction = tuple(enters.get(name, 0.0) for name in states)
             found.append((Body(states.index("psi"), states.index("w"), I, reaction), dry))
         return found
 
@@ -223,7 +270,7 @@ class Plant(eqx.Module):
         reading: dict[str, Scalar] = dict(zip(OUTPUTS, (m.psi, m.w, m.theta, m.Omega, m.i), strict=True))
         angle, rate = OUTPUTS[:2] if self.structure.has_axis else OUTPUTS[2:4]
         for effect in self._on(Encoder):
-            reading[angle], reading[rate] = effect.read(reading[angle], reading[rate])
+            reading[angle], reading[rate] = effect.read(reading[angle], reading[rate], m)
         return tuple(reading[name] for name in self.structure.outputs)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.effects import BY_NAME
+from rwjax.effects.ports import Coupling
 from rwjax.fit.coordinates import Coordinates, coordinates
 from rwjax.fit.scales import scales, sizes_of
 from rwjax.log import Log
@@ -18,7 +19,7 @@ WRONG_BY = 4.0
 """A fixed number of the rig file is taken to be wrong by at most this factor."""
 
 DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
-CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction")
+CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding")
 """Effects that bring a Coulomb level of their own where nothing else models dry friction."""
 
 
@@ -120,6 +121,7 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         if kinds.get(name.split(".")[0], True)
         and name not in rig.effects
         and not any(number in rig.numbers for number in modelled.get(name, ()))
+        and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     fixed = [name for name in structure.numbers if name not in rig.free and rig.numbers.get(name, 0.0) != 0.0]
     return (*found, *(f"parameter.{name}" for name in fixed))

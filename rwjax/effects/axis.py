@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.ports import AxisDry, AxisTorque, Motion
+from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque, Coupling, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -227,3 +227,66 @@ class PeriodicTorque(AxisTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         return self.s * jnp.sin(self.omega * motion.t) + self.c * jnp.cos(self.omega * motion.t)
+
+
+class FlexibleCoupling(Coupling):
+    r"""Elastic shaft between drive and axis: a share $s$ of the inertia before it, torque $k\,\delta + c\,\dot\delta$ through it."""
+
+    name: ClassVar[str] = "axis.flexible_coupling"
+    label: ClassVar[str] = "elastic coupling"
+    coordinate: ClassVar[str] = "load"
+    apart: ClassVar[bool] = True
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5, 0.5, 0.5), tex="s")
+    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(20.0, 100.0, 400.0), scale="inertial", tex="k")
+    c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5), scale="inertial", tex="c")
+
+    def share(self) -> Scalar:
+        return self.s
+
+    def torque(self, motion: Motion) -> Scalar:
+        twist, slip = self.mine(motion)
+        return self.k * twist + self.c * slip
+
+
+class Backlash(Coupling):
+    r"""Play between drive and axis: no torque within the gap $g$, elastic contact beyond it."""
+
+    name: ClassVar[str] = "axis.backlash"
+    label: ClassVar[str] = "backlash"
+    coordinate: ClassVar[str] = "load"
+    apart: ClassVar[bool] = True
+    g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.05, 0.15), tex="g")
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3), tex="s")
+    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0, 4000.0), scale="inertial", tex="k")
+    c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(20.0, 20.0), scale="inertial", tex="c")
+
+    def share(self) -> Scalar:
+        return self.s
+
+    def torque(self, motion: Motion) -> Scalar:
+        twist, slip = self.mine(motion)
+        over = twist - jnp.clip(twist, -0.5 * self.g, 0.5 * self.g)
+        pressed = self.k * over + self.c * slip
+        return jnp.where(over > 0.0, jnp.maximum(pressed, 0.0), jnp.where(over < 0.0, jnp.minimum(pressed, 0.0), 0.0))
+
+
+class Presliding(AxisElastic):
+    r"""Elastic, hysteretic displacement before sliding, $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)/x_s$ with the friction $z$ times its level
+    (Dahl 1968, with exponent 1: thesis eq. 3.8); exact in the angle, whatever the step.
+
+    $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
+    """
+
+    name: ClassVar[str] = "axis.presliding"
+    label: ClassVar[str] = "elastic displacement before sliding"
+    coordinate: ClassVar[str] = "yaw"
+    apart: ClassVar[bool] = True
+    M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1, 0.1, 0.1), scale="torque", tex="M_c")
+    x_s: Scalar = param("rad", bounds=(1e-5, 10.0), null=1e-5, starts=(0.01, 0.03, 0.1), tex="x_s")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.M_c
+
+    def after(self, z: Scalar, travel: Scalar) -> Scalar:
+        toward = jnp.sign(travel)
+        return toward + (z - toward) * jnp.exp(-jnp.abs(travel) / self.x_s)

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.ports import CurrentLimit, MotorTorque
+from rwjax.effects.ports import CurrentLimit, Motion, MotorTorque, Winding
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -31,3 +31,21 @@ class DriverLimit(CurrentLimit):
 
     def limit(self) -> Scalar:
         return self.i_m
+
+
+class Heating(Winding):
+    r"""Resistance that rises as the winding warms, $R(1 + q)$ with $\dot q = c\,i^2 - q/\tau$."""
+
+    name: ClassVar[str] = "motor.heating"
+    label: ClassVar[str] = "winding that warms up"
+    coordinate: ClassVar[str] = "current"
+    apart: ClassVar[bool] = True
+    states: ClassVar[tuple[str, ...]] = ("q",)
+    c: Scalar = param("1/(A2 s)", bounds=(0.0, jnp.inf), starts=(0.02, 0.02), scale="per_ampere2", tex="c")
+    tau: Scalar = param("s", bounds=(0.1, 1e4), null=30.0, starts=(30.0, 8.0), tex="\\tau")
+
+    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
+        return (self.c * motion.i**2 - self.mine(motion)[0] / self.tau,)
+
+    def resistance(self, motion: Motion) -> Scalar:
+        return 1.0 + self.mine(motion)[0]

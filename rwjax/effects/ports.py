@@ -1,7 +1,8 @@
 """Ports: the places of the plant where an effect may act. Every effect is a final class on exactly one of them.
 
 command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit` -> wheel:
-`WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder`; and `Clock`, the logger's time.
+`WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder`; and `Clock`, the logger's time. An effect may
+carry states of its own, 0 when a run begins; it is then compiled only where it is wanted.
 """
 
 from abc import abstractmethod
@@ -17,7 +18,8 @@ class Motion(NamedTuple):
     """What an effect may depend on. States that a kind of rig does not have are 0.
 
     `t` [s] since the run's first sample, `u` command after the drive [V], `psi` [rad], `w` [rad/s] of the axis,
-    `theta` [rad], `Omega` [rad/s] of the wheel, `i` [A], `load` torque [N m] that the drive transmits to the axis.
+    `theta` [rad], `Omega` [rad/s] of the wheel, `i` [A], `load` torque [N m] that the drive transmits to the axis,
+    `sensed` rate [rad/s] of what carries the encoder, `own` the effects' own states by `effect:state`.
     """
 
     t: Scalar
@@ -28,6 +30,8 @@ class Motion(NamedTuple):
     Omega: Scalar
     i: Scalar
     load: Scalar
+    sensed: Scalar
+    own: dict[str, Scalar]
 
 
 class Effect(eqx.Module):
@@ -39,6 +43,16 @@ class Effect(eqx.Module):
     """What the missing part is a function of, in the words of `diagnosis.json`."""
     apart: ClassVar[bool] = False
     """Whether it costs so much to compute that only rigs and explanations that have it are compiled with it."""
+    states: ClassVar[tuple[str, ...]] = ()
+    """Names of its own states."""
+
+    def mine(self, motion: Motion) -> tuple[Scalar, ...]:
+        """Its own states in a motion."""
+        return tuple(motion.own[f"{self.name}:{state}"] for state in self.states)
+
+    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
+        """Rates of its own states."""
+        return ()
 
 
 class AxisTorque(Effect):
@@ -125,7 +139,7 @@ class Encoder(Effect):
     """What the encoder of the axis (of the wheel, where there is no axis) reads of angle and rate."""
 
     @abstractmethod
-    def read(self, angle: Scalar, rate: Scalar) -> tuple[Scalar, Scalar]:
+    def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         """Angle [rad] and rate [rad/s] as read."""
 
 
@@ -135,3 +149,40 @@ class Clock(Effect):
     @abstractmethod
     def pace(self) -> Scalar:
         """Seconds that pass in one second of the log."""
+
+
+class Winding(Effect):
+    """Resistance of the winding that changes."""
+
+    @abstractmethod
+    def resistance(self, motion: Motion) -> Scalar:
+        """Factor on the resistance."""
+
+
+class Coupling(Effect):
+    """What lies between the drive's side of the axis and the axis itself; states: twist [rad] and slip [rad/s]."""
+
+    states: ClassVar[tuple[str, ...]] = ("twist", "slip")
+
+    @abstractmethod
+    def share(self) -> Scalar:
+        """Share of the inertia that lies on the drive's side."""
+
+    @abstractmethod
+    def torque(self, motion: Motion) -> Scalar:
+        """Torque that it transmits to the axis [N m]."""
+
+
+class AxisElastic(Effect):
+    """Dry friction of the axis that builds up over a displacement: all of it acts through this effect. State: the share of
+    the level that is built up."""
+
+    states: ClassVar[tuple[str, ...]] = ("z",)
+
+    @abstractmethod
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        """What it adds to the level of the friction [N m] while sliding towards `direction`."""
+
+    @abstractmethod
+    def after(self, z: Scalar, travel: Scalar) -> Scalar:
+        """The share after turning by `travel` [rad]."""

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.ports import Clock, Encoder
+from rwjax.effects.ports import Clock, Encoder, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -17,7 +17,7 @@ class Scale(Encoder):
     coordinate: ClassVar[str] = "load"
     s: Scalar = param("1", bounds=(-0.9, 9.0), starts=(0.03, -0.03), tex="s")
 
-    def read(self, angle: Scalar, rate: Scalar) -> tuple[Scalar, Scalar]:
+    def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         return (1.0 + self.s) * angle, (1.0 + self.s) * rate
 
 
@@ -31,7 +31,7 @@ class Eccentricity(Encoder):
     s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
     c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
 
-    def read(self, angle: Scalar, rate: Scalar) -> tuple[Scalar, Scalar]:
+    def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         sine, cosine = jnp.sin(angle), jnp.cos(angle)
         return angle + self.s * sine + self.c * cosine, rate * (1.0 + self.s * cosine - self.c * sine)
 
@@ -46,3 +46,24 @@ class LoggerClock(Clock):
 
     def pace(self) -> Scalar:
         return 1.0 - self.e
+
+
+class MissedCounts(Encoder):
+    r"""Counts lost at high speed, a share of what exceeds a speed: $\dot y = w - s\,\mathrm{sgn}(w)\max(|w| - w_m, 0)$."""
+
+    name: ClassVar[str] = "sensor.missed_counts"
+    label: ClassVar[str] = "counts missed at speed"
+    coordinate: ClassVar[str] = "yaw_rate"
+    apart: ClassVar[bool] = True
+    states: ClassVar[tuple[str, ...]] = ("lost",)
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.2, 0.2), tex="s")
+    w_m: Scalar = param("rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.7, 0.4), scale="sensed_rate", tex="w_m")
+
+    def _behind(self, rate: Scalar) -> Scalar:
+        return self.s * jnp.sign(rate) * jnp.maximum(jnp.abs(rate) - self.w_m, 0.0)
+
+    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
+        return (self._behind(motion.sensed),)
+
+    def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
+        return angle - self.mine(motion)[0], rate - self._behind(rate)

@@ -39,6 +39,8 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "torque_per_rate": gain * command / rate,
         "torque_per_rate2": gain * command / rate**2,
         "torque_per_spin2": gain * command / spin**2,
+        "sensed_rate": rate if rig.kind != "wheel" else spin,
+        "inertial": n.get("axis.inertia", 1.0),
         "ampere": ampere,
         "per_ampere2": ampere**-2,
         "per_command": 1.0 / command,
