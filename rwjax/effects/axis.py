@@ -8,6 +8,8 @@ from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque, Coupling, Moti
 from rwjax.param import param
 from rwjax.types import Scalar
 
+SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no finite value
+
 
 class Viscous(AxisTorque):
     r"""Friction proportional to speed, $M = b\,w$ (thesis eq. 3.4)."""
@@ -34,10 +36,10 @@ class Coulomb(AxisDry):
 
 
 class Stribeck(AxisDry):
-    r"""Breakaway friction above sliding friction, $M = [M_c + M_e\,e^{-(w/v_s)^2}]\,\mathrm{sgn}\,w$.
+    r"""Breakaway friction above sliding friction, $M = [M_c + M_e\,e^{-|w/v_s|^n}]\,\mathrm{sgn}\,w$; a rig file's has $n = 2$.
 
     $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise; the breakaway level is $M_c + M_e$.
-    Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 8 with exponent 2.
+    Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 8.
     """
 
     name: ClassVar[str] = "axis.stribeck"
@@ -46,9 +48,11 @@ class Stribeck(AxisDry):
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     M_e: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_s - M_c")
     v_s: Scalar = param("rad/s", bounds=(1e-3, 1e2), null=1.0, starts=(0.03, 0.1, 0.3), scale="rate", tex="v_s")
+    n: Scalar = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
-        return self.M_c + self.M_e * jnp.exp(-((motion.w / self.v_s) ** 2))
+        fall = jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST) ** self.n
+        return self.M_c + self.M_e * jnp.exp(-fall)
 
 
 class AsymmetricFriction(AxisDry):
