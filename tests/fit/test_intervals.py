@@ -224,3 +224,16 @@ def test_steps_across_creases_heed_a_prior() -> None:
     again = fit(problem, moves, found, start=start, most_steps=0)
     assert cost < 0.2 * begun.cost and cost == pytest.approx(again.cost, rel=1e-9)
     assert found[problem.names.index("axis.inertia")] == pytest.approx(0.12, rel=0.05)
+
+
+def test_standard_errors_know_that_residuals_are_correlated() -> None:
+    truth = platform(free=FREE)
+    clean = log_of(truth)
+    fits = []
+    for seed in range(12):
+        y = clean.outputs["yaw_rad"] + _red(len(TIME), 0.98, 0.02, seed)
+        fits.append(fit_rig(truth, [replace(clean, outputs={"yaw_rad": y})]))
+    for name in truth.free:
+        scatter = np.std([f.rig.values[name] for f in fits], ddof=1)
+        claimed = np.median([f.uncertainty.standard_error[name] for f in fits])
+        assert 0.5 < claimed / scatter < 2.5, name  # a tenth of it if every sample counted by itself
