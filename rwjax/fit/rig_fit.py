@@ -8,12 +8,11 @@ import numpy as np
 from rwjax.build import bounds_of, rig_with, structure_of, theta_of
 from rwjax.errors import LogError, RigError
 from rwjax.fit.anchored import COMPLETE, fit_anchored
-from rwjax.fit.bootstrap import bootstrap as resampled
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit, reaches_noise
+from rwjax.fit.intervals import Intervals, intervals
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
-from rwjax.fit.profile import interval as profile
 from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import Uncertainty, memory, strongly_tied, uncertainty
 from rwjax.log import Log
@@ -22,13 +21,8 @@ from rwjax.rig import Rig
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise."""
 
-
-NORMAL_95 = 1.96
-WIDE = 0.2
-"""Length of an interval, as a share of the number, above which the sum of squares of a positive number may be no parabola."""
 FAR_FROM_PRIOR = 4.0
-FIRST_STEP = 0.05
-"""First step of a profile where there is no standard error, in units of the number's size."""
+"""Standard deviations of a prior beyond which the distance from it is said."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +36,7 @@ class RigFit:
     rig: Rig
     fit: Fit
     uncertainty: Uncertainty
-    interval: dict[str, tuple[float, float]]
+    interval: Intervals
     rms: dict[str, float]
     notes: tuple[str, ...]
     """What a user should know, one sentence each."""
@@ -128,44 +122,9 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
         values[structure.names.index(name)], error = _mean(best.theta[own], spread.of([problem.names[j] for j in own]))
         if np.isfinite(error):
             known[name] = error
-    interval = {name: _normal(best, spread, k) for k, name in enumerate(best.free)}
-    on_bound = np.logical_or(*moves.on_bound(best.theta))
-    for k, name in enumerate(best.free):
-        error = spread.standard_error[name]
-        if not np.isfinite(error) and not on_bound[k]:
-            interval[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])  # the logs say nothing
-        elif not np.isfinite(error) or not (bootstrap or _parabolic(best, interval[name], k)):
-            unit = error if np.isfinite(error) else FIRST_STEP * moves.size[k]
-            low, high = interval[name] = profile(best, int(moves.index[k]), float(spread.inflation[k]), float(unit))
-            notes.append(
-                f"{name}: 95 % from {low:.3g} to {high:.3g} by its profile, since a standard error says little"
-            )
-    if bootstrap:
-        drawn = np.percentile(resampled(best, bootstrap), (2.5, 97.5), axis=0).T
-        interval |= {
-            name: (float(low), float(high))
-            for name, (low, high) in zip(best.free, drawn, strict=True)
-            if np.isfinite(spread.standard_error[name])
-        }
-        notes += [
-            f"{name}: 95 % from {interval[name][0]:.6g} to {interval[name][1]:.6g} by {bootstrap} refits"
-            for name in best.free
-        ]
+    interval, said = intervals(best, spread, bootstrap)
+    notes += said
     return RigFit(rig_with(rig, structure, values, known), best, spread, interval, _rms(best), tuple(notes))
-
-
-def _normal(fitted: Fit, spread: Uncertainty, k: int) -> tuple[float, float]:
-    """95 % interval of a free number by its standard error."""
-    value, reach = float(fitted.theta[fitted.coordinates.index[k]]), NORMAL_95 * float(np.sqrt(spread.covariance[k, k]))
-    return value - reach, value + reach
-
-
-def _parabolic(fitted: Fit, interval: tuple[float, float], k: int) -> bool:
-    """Whether a standard error describes what the logs say of a free number: no bound near, and if it is a number of one
-    sign, an interval that is short against it."""
-    (low, high), (least, most) = interval, fitted.coordinates.bounds[k]
-    one_sign = np.isfinite(least) or np.isfinite(most)
-    return bool(least < low and high < most and (not one_sign or high - low < WIDE * abs(low + high) / 2.0))
 
 
 def _misfit(fitted: Fit) -> list[str]:

@@ -1,5 +1,7 @@
 """The benchmark's rivals solve the library's own problem: written independently, they agree with it to rounding."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -30,18 +32,13 @@ def _residual(numbers: np.ndarray, first: np.ndarray) -> np.ndarray:
     return by_sample(batch, 0, misfit, len(log(SECONDS).time))[:, 0]
 
 
+@pytest.mark.parametrize(
+    "other", [scipy_numba.residual, pytest.param(c_limit.residual, marks=NEEDS_GCC)], ids=["numba", "C"]
+)
 @pytest.mark.parametrize("numbers", [TRUE, BELIEVED])
-def test_numba_simulates_the_same_plant(given: Arrays, numbers: np.ndarray) -> None:
+def test_the_rivals_simulate_the_same_plant(given: Arrays, other: Callable, numbers: np.ndarray) -> None:
     first = np.array(FIRST_STATE)
-    difference = scipy_numba.residual(given, numbers, first) - _residual(numbers, first)
-    assert np.max(np.abs(difference / given.weight)) < 1e-10  # rad
-
-
-@NEEDS_GCC
-@pytest.mark.parametrize("numbers", [TRUE, BELIEVED])
-def test_c_simulates_the_same_plant(given: Arrays, numbers: np.ndarray) -> None:
-    first = np.array(FIRST_STATE)
-    difference = c_limit.residual(given, numbers, first) - _residual(numbers, first)
+    difference = other(given, numbers, first) - _residual(numbers, first)
     assert np.max(np.abs(difference / given.weight)) < 1e-10  # rad
 
 

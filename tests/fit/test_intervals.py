@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from rwjax import Log
+from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.fit.bootstrap import bootstrap
+from rwjax.fit.coordinates import Coordinates, coordinates
+from rwjax.fit.end_to_end import fit
+from rwjax.fit.kinks import across_kinks
+from rwjax.fit.problem import Problem, pose
 from rwjax.fit.profile import interval
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.rig import Rig
@@ -142,7 +147,9 @@ def test_a_bootstrap_draws_the_prior_too_and_leaves_open_what_is_open() -> None:
     log = log_of(rig, noise=1e-3)
     low, high = fit_rig(replace(rig, prior={"drive.gain": (0.4, 0.02)}), [log], bootstrap=60).interval["axis.inertia"]
     assert high - low == pytest.approx(3.92 * 0.05 * 0.1, rel=0.35)
-    assert fit_rig(rig, [log], bootstrap=5).interval["axis.inertia"][1] == np.inf
+    open_ended = fit_rig(rig, [log], bootstrap=5)
+    assert open_ended.interval["axis.inertia"][1] == np.inf
+    assert not any("refits" in note for note in open_ended.notes)
 
 
 def test_two_numbers_of_every_run_in_runs_of_different_length() -> None:
@@ -191,3 +198,44 @@ def test_a_model_that_misses_and_a_prior_that_is_far_off_are_said() -> None:
     assert any("misses the readings" in note and "off.csv" in note for note in fit_rig(truth, [unpowered]).notes)
     notes = fit_rig(replace(truth, prior={"axis.inertia": (0.15, 0.001)}), [log]).notes
     assert any("standard deviations from its prior" in note for note in notes)
+
+
+def _believed_heavier() -> tuple[Problem, Coordinates, np.ndarray]:
+    """A problem with an inertia that is known to be 0.12 besides logs that say 0.1, and where its fit begins."""
+    rig = platform(free=FREE)
+    structure = structure_of(rig)
+    problem = pose(structure, (log_of(rig, noise=1e-3),), prior={"axis.inertia": (0.12, 1e-9)})
+    theta = theta_of(rig, structure)
+    free = np.array([name in rig.free for name in structure.names])
+    moves = coordinates(theta, free, bounds_of(rig, structure), np.abs(theta) + 1e-3, prior=True)
+    return problem, moves, theta
+
+
+def test_a_step_goes_all_the_way_to_a_sure_prior() -> None:
+    problem, moves, theta = _believed_heavier()
+    begun = fit(problem, moves, theta, most_steps=0)
+    once = fit(problem, moves, theta, damping=0.0, most_steps=1)
+    assert begun.theta[moves.index[0]] == 0.1
+    assert once.theta[problem.names.index("axis.inertia")] == pytest.approx(0.1 * np.exp(0.2), rel=1e-3)
+
+
+def test_steps_across_creases_heed_a_prior() -> None:
+    problem, moves, theta = _believed_heavier()
+    begun = fit(problem, moves, theta, most_steps=0)
+    found, start, cost = across_kinks(problem, moves, theta, begun.start, problem.start_free, begun.cost)
+    again = fit(problem, moves, found, start=start, most_steps=0)
+    assert cost < 0.2 * begun.cost and cost == pytest.approx(again.cost, rel=1e-9)
+    assert found[problem.names.index("axis.inertia")] == pytest.approx(0.12, rel=0.05)
+
+
+def test_standard_errors_know_that_residuals_are_correlated() -> None:
+    truth = platform(free=FREE)
+    clean = log_of(truth)
+    fits = []
+    for seed in range(12):
+        y = clean.outputs["yaw_rad"] + _red(len(TIME), 0.98, 0.02, seed)
+        fits.append(fit_rig(truth, [replace(clean, outputs={"yaw_rad": y})]))
+    for name in truth.free:
+        scatter = np.std([f.rig.values[name] for f in fits], ddof=1)
+        claimed = np.median([f.uncertainty.standard_error[name] for f in fits])
+        assert 0.5 < claimed / scatter < 2.5, name  # a tenth of it if every sample counted by itself
