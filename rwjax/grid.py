@@ -56,6 +56,12 @@ class Batch(NamedTuple):
         """How many readings the residual holds, those that only repeat a count not counted again."""
         return float(np.sum(self.share[self.weight > 0.0]))
 
+    def inputs_of(self, logs: np.ndarray) -> "Batch":
+        """What a free run needs of these logs, as often as they are named; no readings."""
+        alike = ("step_index", "slot_sample", "reading", "weight", "share")
+        taken = {name: getattr(self, name)[logs] for name in self._fields if name not in alike}
+        return self._replace(**taken, **dict.fromkeys(alike[1:], taken["h"]))
+
     def until(self, time: float) -> "Batch":
         """The windows in which the first `time` seconds of every log lie."""
         windows = int(time / (np.min(self.h) * len(self.step_index))) + 1

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.build import structure_of, theta_of
-from rwjax.fit.end_to_end import first_states, sensitivities
-from rwjax.fit.problem import START_S, Problem, pose, starts_at_rest
+from rwjax.fit.problem import Problem, pose, starts_at_rest
+from rwjax.fit.secant import by_start_rule, responses
+from rwjax.fit.start_rule import start_covariance
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.rig import Rig
-from rwjax.simulate import free_run
 
 
 @dataclass(frozen=True)
@@ -31,47 +31,19 @@ class Prediction:
     floor: dict[str, np.ndarray]
 
 
-def start_covariance(problem: Problem, local: np.ndarray, chain: np.ndarray, log: int) -> np.ndarray:
-    """Covariance of a log's first state from the readings of the first 0.5 s `(n, n)`."""
-    s = np.flatnonzero(problem.start_free[log])
-    n = problem.start.shape[1]
-    covariance = np.zeros((n, n))
-    if not len(s):
-        return covariance
-    record, names = problem.logs[log], problem.structure.outputs
-    by_start = np.einsum("nwqy,wnk->wqyk", local[-n:, log], chain[log][:, :, -n:])
-    G = by_sample(problem.batch, log, by_start, len(record.time))
-    first = record.time - record.time[0] <= START_S
-    H = np.zeros((n, n))
-    for y, name in enumerate(names):
-        if name in record.outputs:
-            H += G[first, y].T @ G[first, y]
-    H = H[np.ix_(s, s)]
-    scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
-    covariance[np.ix_(s, s)] = (
-        np.linalg.pinv(H / scale / scale[:, None], rcond=1e-10, hermitian=True) / scale / scale[:, None]
-    )
-    return covariance
-
-
 def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> list[Prediction]:
     """Free runs of all logs of a problem from the start rule, with the floor if wanted."""
-    start = first_states(problem, theta)
-    y, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, start, problem.batch))
+    start, by_state = by_start_rule(problem, theta)
+    y = responses(problem, theta[None], start[None], np.arange(len(problem.logs)))[0]
     names = problem.structure.outputs
-    n = problem.start.shape[1]
-    if with_floor:
-        e = sensitivities(problem, theta, np.zeros(0, int), nodes)
-        local, chain = e.local, e.chain
     found = []
     for k, log in enumerate(problem.logs):
         samples = by_sample(problem.batch, k, y[k], len(log.time))
         floor = {}
         if with_floor:
-            P0 = start_covariance(problem, local, chain, k)
-            S = by_sample(
-                problem.batch, k, np.einsum("nwqy,wnk->wqyk", local[-n:, k], chain[k][:, :, -n:]), len(log.time)
-            )
+            through = np.moveaxis(by_state[:, k], 0, -1)
+            P0 = start_covariance(problem, through, k)
+            S = by_sample(problem.batch, k, through, len(log.time))
             for j, name in enumerate(names):
                 if name in log.outputs:
                     from_start = np.einsum("ta,ab,tb->t", S[:, j], P0, S[:, j])

@@ -196,22 +196,29 @@ def evaluate(
 @stored(tuple)
 def free_run(structure: Structure, theta: Float[Any, " t"], start: Float[Any, "l n"], batch: Batch):
     """Readings of whole logs from their first state, and the states at the windows' starts."""
+    return _each_log(lambda run, x0: _whole(structure, theta, run, x0), batch, start)
 
-    def one_log(run: Batch, x0: Float[Array, " n"]):
-        plant = _plant_of_run(structure, theta, run)
-        h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
-        p = propagator(plant, h)
-        u, at_reading = commands(plant, run)
-        W, m = u.shape
 
-        def window(x, inputs):
-            w, u, at_reading, slot_step, slot_part = inputs
-            begin = t0 + w * m * h
-            states = _window(plant, p, h, begin, x, u)
-            y = _readings(plant, h, begin, states, at_reading, slot_step, slot_part)
-            return jnp.stack([s[-1] for s in states]), (y, x)
+@stored(lambda found: found[0])
+def free_runs(structure: Structure, theta: Float[Any, "l t"], start: Float[Any, "l n"], batch: Batch):
+    """Readings of whole logs `(l, w, q, y)` from their first state, every log with numbers of its own."""
+    return [_each_log(lambda run, x0, theta: _whole(structure, theta, run, x0)[0], batch, start, theta)]
 
-        inputs = (jnp.arange(W, dtype=float), u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part))
-        return jax.lax.scan(window, x0, inputs)[1]
 
-    return _each_log(one_log, batch, start)
+def _whole(structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Float[Array, " n"]):
+    """Readings of one log and the states at its windows' starts."""
+    plant = _plant_of_run(structure, theta, run)
+    h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
+    p = propagator(plant, h)
+    u, at_reading = commands(plant, run)
+    W, m = u.shape
+
+    def window(x, inputs):
+        w, u, at_reading, slot_step, slot_part = inputs
+        begin = t0 + w * m * h
+        states = _window(plant, p, h, begin, x, u)
+        y = _readings(plant, h, begin, states, at_reading, slot_step, slot_part)
+        return jnp.stack([s[-1] for s in states]), (y, x)
+
+    inputs = (jnp.arange(W, dtype=float), u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part))
+    return jax.lax.scan(window, x0, inputs)[1]

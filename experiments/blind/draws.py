@@ -166,13 +166,7 @@ def drift(scene: Scene, rng: Rng) -> Numbers:
 
 def imbalance(scene: Scene, rng: Rng) -> Numbers:
     size = between(rng, 0.1, 0.4) * scene.torque
-    second = between(rng, 0.2, 0.4) if rng.random() < 0.3 else 0.0
-    return {
-        "imbalance": Power(size),
-        "imbalance_phase": phase(rng),
-        "imbalance_2": Power(second * size),
-        "imbalance_2_phase": phase(rng),
-    }
+    return {"imbalance": Power(size), "imbalance_phase": phase(rng)}
 
 
 def spring(scene: Scene, rng: Rng) -> Numbers:

@@ -85,11 +85,11 @@ class Explanation:
 
 
 def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
-    """Structure of the rig with every effect that it might lack and that costs little: at their null they change nothing,
-    so that one program serves most explanations, which are no more than a choice of free numbers. Of the others those that
-    the explanation holds."""
-    wanted = {name for name in Explanation(candidates(rig)).effects if not BY_NAME[name].apart}
-    return structure_of(rig).with_effects(*wanted, *explanation.effects)
+    """Structure of the rig in which an explanation is looked for: with all effects of the groups that its effects belong
+    to, at their null unless it holds them, so that few programs serve all explanations."""
+    groups = {BY_NAME[name].group for name in explanation.effects}
+    alike = (name for name in Explanation(candidates(rig)).effects if BY_NAME[name].group in groups)
+    return structure_of(rig).with_effects(*alike, *explanation.effects)
 
 
 def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:

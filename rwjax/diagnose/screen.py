@@ -7,13 +7,14 @@ end stop), and small lasting torques that local residuals miss (Breusch and Paga
 """
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 
 from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
 from rwjax.fit.problem import Problem
-from rwjax.simulate import free_run
+from rwjax.fit.secant import LANES, residuals, told
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
@@ -22,10 +23,11 @@ LARGEST = 3.0
 @dataclass(frozen=True)
 class Screened:
     """`left`: half the sum of squares that the best of the starts is predicted to leave; `theta`: numbers at which a
-    search should begin."""
+    search should begin, and the `residual` there."""
 
     left: float
     theta: np.ndarray
+    residual: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -41,11 +43,11 @@ class Candidate:
     amplitude: np.ndarray
     bounds: np.ndarray
 
-    def shapes(self) -> list[list[np.ndarray]]:
-        """Starts that differ in amplitudes alone, together: they add up."""
-        groups: dict[bytes, list[np.ndarray]] = {}
-        for start in self.starts:
-            groups.setdefault(np.where(self.amplitude, 0.0, start).tobytes(), []).append(start)
+    def shapes(self) -> list[list[int]]:
+        """Numbers of the starts that differ in amplitudes alone, together: they add up."""
+        groups: dict[bytes, list[int]] = {}
+        for k, start in enumerate(self.starts):
+            groups.setdefault(np.where(self.amplitude, 0.0, start).tobytes(), []).append(k)
         return list(groups.values())
 
 
@@ -66,26 +68,41 @@ class Screen:
         self.seen = problem.batch.weight.ravel() > 0.0
         self.basis = _orthonormal(np.concatenate(blocks).reshape(-1, len(k))[self.seen])
 
-    def _residual(self, problem: Problem, theta: np.ndarray) -> np.ndarray:
+    def _residuals(self, problem: Problem, thetas: Sequence[np.ndarray], pool: Executor) -> np.ndarray:
+        """Residuals `(b, …)` at several parameter vectors of one structure, from the fit's first states."""
         start = np.zeros((len(problem.logs), len(problem.structure.states)))
         for k, name in enumerate(self.fitted.problem.structure.states):
             start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
-        y, _ = free_run(problem.structure, theta, start, problem.batch)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return ((np.asarray(y) - problem.batch.reading) * problem.batch.weight).ravel()[self.seen]
+        many = max(1, LANES // max(len(told(problem)), 1))
+        parts = [thetas[k : k + many] for k in range(0, len(thetas), many)]
+        return np.concatenate(list(pool.map(lambda part: residuals(problem, part, [start] * len(part)), parts)))
 
     def _without(self, columns: np.ndarray) -> np.ndarray:
         """Columns with what the free numbers can do taken out."""
         return columns - self.basis @ (self.basis.T @ columns)
 
-    def predict(self, candidate: Candidate) -> Screened:
-        """What a candidate leaves at best, and where it should begin."""
-        residual = self._residual(candidate.problem, candidate.off)
+    def predict(self, candidates: Sequence[Candidate], pool: Executor) -> list[Screened]:
+        """What every candidate leaves at best, and where it should begin."""
+        by_structure: dict[object, list[Candidate]] = {}
+        for candidate in candidates:
+            by_structure.setdefault(candidate.problem.structure, []).append(candidate)
+
+        def probes(group: list[Candidate]) -> list[np.ndarray]:
+            found = self._residuals(group[0].problem, [t for c in group for t in (c.off, *c.starts)], pool)
+            ends = np.cumsum([1 + len(c.starts) for c in group])
+            return np.split(found, ends[:-1])
+
+        seen = {id(c): r for group in by_structure.values() for c, r in zip(group, probes(group), strict=True)}
+        return [self._predict(c, seen[id(c)]) for c in candidates]
+
+    def _predict(self, candidate: Candidate, probed: np.ndarray) -> Screened:
+        residual, *others = probed.reshape(len(probed), -1)[:, self.seen]
         free = self._without(residual)
         finite = bool(np.all(np.isfinite(free)))
-        best = Screened(0.5 * float(free @ free) if finite else np.inf, candidate.starts[0])
-        for starts in candidate.shapes():
-            columns = [self._residual(candidate.problem, start) - residual for start in starts]
+        best = Screened(0.5 * float(free @ free) if finite else np.inf, candidate.starts[0], probed[1])
+        for group in candidate.shapes():
+            starts = [candidate.starts[k] for k in group]
+            columns = [others[k] - residual for k in group]
             known = [k for k, column in enumerate(columns) if np.all(np.isfinite(column))]
             if not known or not finite:
                 continue
@@ -99,7 +116,7 @@ class Screen:
                 theta = np.where(candidate.amplitude, candidate.off + share @ change, starts[known[0]])
                 if not change.any():
                     theta = starts[known[0]]
-                best = Screened(left, np.clip(theta, *candidate.bounds.T))
+                best = Screened(left, np.clip(theta, *candidate.bounds.T), probed[1 + group[known[0]]])
         return best
 
 

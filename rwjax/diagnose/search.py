@@ -12,7 +12,7 @@ import numpy as np
 
 from rwjax.diagnose.evidence import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation, candidates, free_names
-from rwjax.diagnose.refit import HOPELESS, Refits
+from rwjax.diagnose.refit import Refits
 from rwjax.fit.end_to_end import Fit
 
 NEEDED = 5.0
@@ -25,13 +25,14 @@ FAR_FROM_NOISE = 2.0
 """Mean square in units of noise above which an explanation counts as incomplete."""
 NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
-TRIFLE = 4e-4
-"""Share of the rig's own excess (2 % of its error) below which what is left is no gap but the effect's exact form."""
+TRIFLE = 0.01
+"""Share of the rig's own excess (10 % of its error) below which what is left is no gap but the effect's exact form."""
 WORTH = 0.05
-"""Share of the remaining excess (mean square above the noise) that a further name must remove."""
-CAREFUL = 2
-"""Explanations of each round that are fitted with more care."""
-MOST_NAMES = 4
+"""Share of the excess (mean square above the noise) that the first name must remove."""
+WORTH_BESIDES = 0.5
+"""Share of the remaining excess that a further name must remove: less than half of it is no second cause but the exact form
+of the first."""
+MOST_NAMES = 3
 
 
 @dataclass(frozen=True)
@@ -92,19 +93,15 @@ class Search:
     def worthwhile(self, larger: Explanation, smaller: Explanation) -> bool:
         """Whether the larger explanation is needed beside the smaller one."""
         removed = self.excess(smaller) - self.excess(larger)
-        return bool(self.gain(larger, smaller) > NEEDED and removed > WORTH * self.excess(smaller))
+        worth = WORTH_BESIDES if smaller.names else WORTH
+        return bool(self.gain(larger, smaller) > NEEDED and removed > worth * self.excess(smaller))
 
     def _extensions(self, explanation: Explanation) -> list[Explanation]:
         larger = [explanation.plus(name) for name in self.names if name not in explanation.names]
         return [e for e in larger if not ("axis.coulomb" in e.names and {*explanation.names} & {*CONTAINS_COULOMB})]
 
     def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
-        """Fits all, and the best few with more care: they decide."""
-        tried = self.refits.race(explanations, parent)
-        least = min(f.cost for f in (self.refits(parent), *tried.values()))
-        for explanation in sorted(tried, key=lambda e: tried[e].cost)[:CAREFUL]:
-            if tried[explanation].cost <= HOPELESS * least:
-                self.refits.polish(explanation)
+        self.refits.race(explanations, parent)
 
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from rwjax.fit.end_to_end import Fit, first_states
+from rwjax.fit.end_to_end import Fit
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.simulate import free_run, rates_along
@@ -143,7 +143,7 @@ def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
 def _rest_of(fitted: Fit, number: int, log: Log) -> dict[str, np.ndarray]:
     """Current and wheel rate at a log's times: measured where they are, else of the fitted free run."""
     problem = fitted.problem
-    y, _ = free_run(problem.structure, fitted.theta, first_states(problem, fitted.theta), problem.batch)
+    y, _ = free_run(problem.structure, fitted.theta, fitted.start, problem.batch)
     samples = by_sample(problem.batch, number, np.asarray(y)[number], len(log.time))
     found = {}
     for state, name in (("i", "current_A"), ("Omega", "wheel_rad_s")):

@@ -15,6 +15,7 @@ class Viscous(AxisTorque):
     r"""Friction proportional to speed, $M = b\,w$ (thesis eq. 3.4)."""
 
     name: ClassVar[str] = "axis.viscous"
+    group: ClassVar[str] = "friction"
     label: ClassVar[str] = "viscous friction"
     coordinate: ClassVar[str] = "yaw_rate"
     b: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate", tex="b")
@@ -116,6 +117,7 @@ class QuadraticDrag(AxisTorque):
     r"""Drag with speed squared, $M = c\,w|w|$."""
 
     name: ClassVar[str] = "axis.quadratic_drag"
+    group: ClassVar[str] = "friction"
     label: ClassVar[str] = "drag with speed squared"
     coordinate: ClassVar[str] = "yaw_rate"
     c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate2", tex="c")
@@ -129,9 +131,9 @@ class AngleFriction(AxisDry):
     added to what there is."""
 
     name: ClassVar[str] = "axis.angle_friction"
+    group: ClassVar[str] = "angle_friction"
     label: ClassVar[str] = "angle-dependent dry friction"
     coordinate: ClassVar[str] = "yaw"
-    apart: ClassVar[bool] = True
     s_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.02, 0.0, 0.0, 0.0), scale="torque", tex="s_1")
     c_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02, 0.0, 0.0), scale="torque", tex="c_1")
     s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.02, 0.0), scale="torque", tex="s_2")
@@ -173,7 +175,6 @@ class Imbalance(AxisTorque):
     name: ClassVar[str] = "axis.imbalance"
     label: ClassVar[str] = "imbalance"
     coordinate: ClassVar[str] = "yaw"
-    apart: ClassVar[bool] = True
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.05), scale="torque", tex="c")
 
@@ -222,7 +223,6 @@ class PeriodicTorque(AxisTorque):
     name: ClassVar[str] = "axis.periodic_torque"
     label: ClassVar[str] = "periodic torque"
     coordinate: ClassVar[str] = "time"
-    apart: ClassVar[bool] = True
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0) * len(RATES), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03) * len(RATES), scale="torque", tex="c")
     omega: Scalar = param(
@@ -237,9 +237,9 @@ class FlexibleCoupling(Coupling):
     r"""Elastic shaft between drive and axis: a share $s$ of the inertia before it, torque $k\,\delta + c\,\dot\delta$ through it."""
 
     name: ClassVar[str] = "axis.flexible_coupling"
+    group: ClassVar[str] = "flexible_coupling"
     label: ClassVar[str] = "elastic coupling"
     coordinate: ClassVar[str] = "load"
-    apart: ClassVar[bool] = True
     s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5, 0.5, 0.5), tex="s")
     k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(20.0, 100.0, 400.0), scale="inertial", tex="k")
     c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5), scale="inertial", tex="c")
@@ -256,9 +256,9 @@ class Backlash(Coupling):
     r"""Play between drive and axis: no torque within the gap $g$, elastic contact beyond it."""
 
     name: ClassVar[str] = "axis.backlash"
+    group: ClassVar[str] = "backlash"
     label: ClassVar[str] = "backlash"
     coordinate: ClassVar[str] = "load"
-    apart: ClassVar[bool] = True
     g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.05, 0.15), tex="g")
     s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3), tex="s")
     k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0, 4000.0), scale="inertial", tex="k")
@@ -282,9 +282,9 @@ class Presliding(AxisElastic):
     """
 
     name: ClassVar[str] = "axis.presliding"
+    group: ClassVar[str] = "presliding"
     label: ClassVar[str] = "elastic displacement before sliding"
     coordinate: ClassVar[str] = "yaw"
-    apart: ClassVar[bool] = True
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1, 0.1, 0.1), scale="torque", tex="M_c")
     x_s: Scalar = param("rad", bounds=(1e-5, 10.0), null=1e-5, starts=(0.01, 0.03, 0.1), tex="x_s")
 

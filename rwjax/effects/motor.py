@@ -39,7 +39,6 @@ class Heating(Winding):
     name: ClassVar[str] = "motor.heating"
     label: ClassVar[str] = "winding that warms up"
     coordinate: ClassVar[str] = "current"
-    apart: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("q",)
     c: Scalar = param("1/(A2 s)", bounds=(0.0, jnp.inf), starts=(0.02, 0.02), scale="per_ampere2", tex="c")
     tau: Scalar = param("s", bounds=(0.1, 1e4), null=30.0, starts=(30.0, 8.0), tex="\\tau")

@@ -2,7 +2,7 @@
 
 command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit` -> wheel:
 `WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder`; and `Clock`, the logger's time. An effect may
-carry states of its own, 0 when a run begins; it is then compiled only where it is wanted.
+carry states of its own, 0 when a run begins.
 """
 
 from abc import abstractmethod
@@ -41,8 +41,8 @@ class Effect(eqx.Module):
     label: ClassVar[str]
     coordinate: ClassVar[str]
     """What the missing part is a function of, in the words of `diagnosis.json`."""
-    apart: ClassVar[bool] = False
-    """Whether it costs so much to compute that only rigs and explanations that have it are compiled with it."""
+    group: ClassVar[str]
+    """Effects of one group are compiled together where any of them is looked for, at their null if it is another."""
     states: ClassVar[tuple[str, ...]] = ()
     """Names of its own states."""
 
@@ -58,6 +58,8 @@ class Effect(eqx.Module):
 class AxisTorque(Effect):
     """Torque on the axis that is smooth in the motion."""
 
+    group: ClassVar[str] = "torque"
+
     @abstractmethod
     def torque(self, motion: Motion) -> Scalar:
         """Torque acting on the axis [N m]; positive speeds up positive rotation."""
@@ -65,6 +67,8 @@ class AxisTorque(Effect):
 
 class AxisDry(Effect):
     """Dry friction of the axis: opposes sliding, and holds a resting axis up to its level."""
+
+    group: ClassVar[str] = "friction"
 
     @abstractmethod
     def level(self, motion: Motion, direction: float) -> Scalar:
@@ -74,6 +78,8 @@ class AxisDry(Effect):
 class WheelTorque(Effect):
     """Torque between body and wheel that is smooth in the motion."""
 
+    group: ClassVar[str] = "motor"
+
     @abstractmethod
     def torque(self, motion: Motion) -> Scalar:
         """Torque acting on the wheel [N m]; positive speeds up positive rotation."""
@@ -81,6 +87,8 @@ class WheelTorque(Effect):
 
 class WheelDry(Effect):
     """Dry friction between wheel and body."""
+
+    group: ClassVar[str] = "motor"
 
     @abstractmethod
     def level(self, motion: Motion, direction: float) -> Scalar:
@@ -90,6 +98,8 @@ class WheelDry(Effect):
 class CommandMap(Effect):
     """Static map of the command before it becomes voltage or torque."""
 
+    group: ClassVar[str] = "drive"
+
     @abstractmethod
     def command(self, u: Scalar) -> Scalar:
         """Voltage that acts [V] for the command `u` [V]."""
@@ -97,6 +107,8 @@ class CommandMap(Effect):
 
 class CommandDelay(Effect):
     """Pure delay of the command."""
+
+    group: ClassVar[str] = "drive"
 
     @abstractmethod
     def delay(self) -> Scalar:
@@ -106,6 +118,8 @@ class CommandDelay(Effect):
 class CommandFilter(Effect):
     """What the drive makes of its command over time, whatever the rig does."""
 
+    group: ClassVar[str] = "drive"
+
     @abstractmethod
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
         """Voltage over every step of length `h` [s] for the command over these steps [V]; settled at the first one."""
@@ -113,6 +127,8 @@ class CommandFilter(Effect):
 
 class Supply(Effect):
     """What load takes away from the voltage."""
+
+    group: ClassVar[str] = "motor"
 
     @abstractmethod
     def voltage(self, u: Scalar, i: Scalar) -> Scalar:
@@ -122,6 +138,8 @@ class Supply(Effect):
 class MotorTorque(Effect):
     """Torque per ampere that depends on the current."""
 
+    group: ClassVar[str] = "motor"
+
     @abstractmethod
     def factor(self, i: Scalar) -> Scalar:
         """Share of the torque constant that is left at a current [A]."""
@@ -129,6 +147,8 @@ class MotorTorque(Effect):
 
 class CurrentLimit(Effect):
     """Limit of the current."""
+
+    group: ClassVar[str] = "motor"
 
     @abstractmethod
     def limit(self) -> Scalar:
@@ -138,6 +158,8 @@ class CurrentLimit(Effect):
 class Encoder(Effect):
     """What the encoder of the axis (of the wheel, where there is no axis) reads of angle and rate."""
 
+    group: ClassVar[str] = "sensor"
+
     @abstractmethod
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         """Angle [rad] and rate [rad/s] as read."""
@@ -146,6 +168,8 @@ class Encoder(Effect):
 class Clock(Effect):
     """Pace of the logger's clock."""
 
+    group: ClassVar[str] = "sensor"
+
     @abstractmethod
     def pace(self) -> Scalar:
         """Seconds that pass in one second of the log."""
@@ -153,6 +177,8 @@ class Clock(Effect):
 
 class Winding(Effect):
     """Resistance of the winding that changes."""
+
+    group: ClassVar[str] = "motor"
 
     @abstractmethod
     def resistance(self, motion: Motion) -> Scalar:

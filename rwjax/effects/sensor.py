@@ -27,7 +27,6 @@ class Eccentricity(Encoder):
     name: ClassVar[str] = "sensor.eccentricity"
     label: ClassVar[str] = "eccentric encoder"
     coordinate: ClassVar[str] = "yaw"
-    apart: ClassVar[bool] = True
     s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
     c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
 
@@ -54,7 +53,6 @@ class MissedCounts(Encoder):
     name: ClassVar[str] = "sensor.missed_counts"
     label: ClassVar[str] = "counts missed at speed"
     coordinate: ClassVar[str] = "yaw_rate"
-    apart: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("lost",)
     s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.2, 0.2), tex="s")
     w_m: Scalar = param("rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.7, 0.4), scale="sensed_rate", tex="w_m")

@@ -1,14 +1,12 @@
 """Fit by the start rule: where a model is incomplete, a run takes its first state from its first 0.5 s. A fit that may
 choose it bends it to hide what is missing, and then fails by the rule on which every gap is measured."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, by_start, fit, start_normal, start_response
 from rwjax.fit.problem import Problem
-from rwjax.predict import start_covariance
+from rwjax.fit.start_rule import start_covariance
 
 COMPLETE = 4.0
 """Mean square in floors up to which a model counts as complete and first states stay free: time stamps that are off by
@@ -19,7 +17,7 @@ UNLUCKY = 10.8
 """Square of a start's error, in its variances, that a complete model may have: chance exceeds it once in a thousand."""
 
 
-def _complete(begun: Fit) -> bool:
+def complete(begun: Fit) -> bool:
     """Whether a fit with free first states reaches the noise, and by the start rule the floor.
 
     The start rule's first states and their floor are those that the sensitivities at the optimum give: near it the
@@ -28,7 +26,7 @@ def _complete(begun: Fit) -> bool:
     problem, e = begun.problem, begun.evaluation
     if 2.0 * (begun.cost - problem.against_prior(begun.theta)[0]) > COMPLETE * problem.batch.readings:
         return False
-    rule = replace(problem, anchored=problem.start_free.any(axis=1))
+    rule = problem.by_rule
     n, nothing = problem.start.shape[1], np.zeros(0, int)
     p = len(e.local) - n
     square, limit = np.zeros((2, len(problem.structure.outputs)))
@@ -37,7 +35,7 @@ def _complete(begun: Fit) -> bool:
         change = start_response(*start_normal(rule, e, log), nothing, p + s, 0.0)[1]
         through = by_start(e, log)[..., p:]
         seen = problem.batch.weight[log] > 0.0
-        scatter = np.einsum("wqya,ab,wqyb->wqy", through, start_covariance(problem, e.local, e.chain, log), through)
+        scatter = np.einsum("wqya,ab,wqyb->wqy", through, start_covariance(problem, through, log), through)
         square += np.sum(np.where(seen, e.residual[log] + through[..., s] @ change, 0.0) ** 2, axis=(0, 1))
         allowed = COMPLETE * problem.batch.share[log] + UNLUCKY * np.maximum(scatter, 0.0)
         limit += np.sum(np.where(seen, allowed, 0.0), axis=(0, 1))
@@ -68,10 +66,10 @@ def fit_anchored(
         tolerance=tolerance,
         creases=careful,
     )
-    if not problem.start_free.any() or _complete(begun):
+    if not problem.start_free.any() or complete(begun):
         return begun
     return fit(
-        replace(problem, anchored=problem.start_free.any(axis=1)),
+        problem.by_rule,
         coordinates,
         begun.theta,
         start=begun.start,

@@ -96,7 +96,7 @@ def _sticks(problem: Problem, theta: np.ndarray) -> bool:
 def first_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
     """First state of each log `(l, n)` by the start rule: least squares over its first 0.5 s, every log for itself."""
     x = problem.start if start is None else start
-    early = problem.early()
+    early = problem.early
     told = early.batch.weight.any(axis=(1, 2, 3)) & problem.start_free.any(axis=1)
     if not told.any():
         return x
@@ -148,7 +148,7 @@ def start_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.ndarray,
     first 0.5 s where it is anchored, else all."""
     if not problem.anchored[log]:
         return e.H[log], e.g[log]
-    first = problem.early().batch
+    first = problem.early.batch
     windows = first.windows
     p = len(e.local) - e.chain.shape[2]
     counts = (first.weight[log] > 0.0)[..., None]
@@ -168,7 +168,7 @@ def start_response(H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, d
         return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
 
 
-def _solve(
+def step_of(
     problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Damped Gauss-Newton step: change of the coordinates, and of each log's first state.
@@ -223,7 +223,7 @@ def _through_windows(
     damping = 1e-3
     for _ in range(WINDOW_STEPS):
         e = sensitivities(problem, theta, c.index, nodes)
-        step = _solve(problem, e, c, theta, damping)
+        step = step_of(problem, e, c, theta, damping)
         if step is None:
             break
         dz, dx = step
@@ -276,7 +276,7 @@ def fit(
     converged, taken = most_steps == 0, 0
     while taken < most_steps:
         taken += 1
-        solved = _solve(problem, e, coordinates, theta, damping)
+        solved = step_of(problem, e, coordinates, theta, damping)
         if solved is None or not np.isfinite(cost):
             break
         dz, dx = solved

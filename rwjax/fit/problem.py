@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -60,6 +61,12 @@ class Problem:
         away = np.where(self.precision > 0.0, theta - self.prior[:, 0], 0.0)
         return 0.5 * float(self.precision @ away**2), self.precision * away
 
+    @cached_property
+    def by_rule(self) -> "Problem":
+        """The same with every log's first state by the start rule."""
+        return replace(self, anchored=self.start_free.any(axis=1))
+
+    @cached_property
     def early(self) -> "Problem":
         """The problem of the first 0.5 s of each log, its readings weighed by their noise there: nothing later counts."""
         batch = self.batch.until(START_S)
