@@ -23,7 +23,8 @@ START_SPAN = 1e-4
 """Span by a first state, in its unit or as a share of its size."""
 DAMPINGS = (1e-8, 1e-4, 1e-2, 0.1, 1.0, 10.0)
 """Levenberg-Marquardt dampings that are tried at once."""
-MOST_SETTLING = 3
+MOST_SETTLING, SETTLED = 8, 1e-10
+"""Steps towards the start rule's first states at most, and the change, as a share of their size, that ends them."""
 ONLY_STARTS = 2.5
 """Times the mean square of a complete model that the start rule's first states may leave of it."""
 
@@ -110,9 +111,10 @@ def settled(
         s = np.flatnonzero(problem.start_free[log])
         G = by_state[s, log]
         seen = early.weight[log] > 0.0
-        columns = G[:, : early.windows][:, seen].T
+        unit = early.weight[log][seen] / problem.batch.weight[log, : early.windows][seen]
+        columns = G[:, : early.windows][:, seen].T * unit[:, None]
         scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
-        share = np.linalg.lstsq(columns / scale, -residual[log, : early.windows][seen], rcond=1e-9)[0] / scale
+        share = np.linalg.lstsq(columns / scale, -unit * residual[log, : early.windows][seen], rcond=1e-9)[0] / scale
         share = np.where(scale > 1e-140, share, 0.0)
         if np.all(np.isfinite(share)):
             start[log, s] += share
@@ -129,7 +131,7 @@ def by_start_rule(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.n
         e, moved = slopes(ruled, nothing, theta, start, SPANS[-1])
         change = np.max(np.abs(moved - start) / np.maximum(np.abs(start), 1.0))
         start = moved
-        if change < START_SPAN:
+        if change < SETTLED:
             break
     assert e is not None
     return start, e.local
