@@ -227,6 +227,7 @@ class Plant(eqx.Module):
             for effect in self._on(AxisElastic):
                 z, every = effect.mine(m)[0], [*self._on(AxisDry), effect]
                 torque -= z * jnp.where(z > 0.0, friction_level(every, m, 1.0), friction_level(every, m, -1.0))
+                torque -= effect.damping(m)
                 rates[f"{effect.name}:z"] = jnp.zeros_like(z)  # moved by `deflected`
             rates["psi"], rates["w"] = m.w, torque / self._axis_inertia()
             for effect in self._on(Coupling):

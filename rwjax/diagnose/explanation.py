@@ -14,6 +14,7 @@ from rwjax.log import Log
 from rwjax.param import parameters
 from rwjax.plant import Structure
 from rwjax.rig import Rig
+from rwjax.rig_names import NUMBERS
 
 WRONG_BY = 4.0
 """A fixed number of the rig file is taken to be wrong by at most this factor."""
@@ -84,12 +85,19 @@ class Explanation:
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 
+OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
+
+
 def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
     """Structure of the rig in which an explanation is looked for: with all effects of the groups that its effects belong
-    to, at their null unless it holds them, so that few programs serve all explanations."""
+    to, at their null unless it holds them, and numbers that the rig file may lack at 0, so that few programs serve all
+    explanations and rigs."""
+    own = structure_of(rig)
+    if own.has_axis:
+        own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *OF_ANY_AXIS}))
     groups = {BY_NAME[name].group for name in explanation.effects}
     alike = (name for name in Explanation(candidates(rig)).effects if BY_NAME[name].group in groups)
-    return structure_of(rig).with_effects(*alike, *explanation.effects)
+    return own.with_effects(*alike, *explanation.effects)
 
 
 def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:

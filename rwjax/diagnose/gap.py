@@ -1,13 +1,14 @@
 """How far: the free-run gap on held-out logs before and after, its floor, and how sure the closure is."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from rwjax.diagnose.explanation import Explanation
-from rwjax.diagnose.refit import Refits
-from rwjax.predict import errors, floor_variance, predict
+from rwjax.diagnose.refit import THREADS, Refits
+from rwjax.predict import Prediction, errors, floor_variance, predict
 
 BLOCK_S = 1.0  # errors closer than this are resampled together
 RESAMPLES = 2000
@@ -52,9 +53,16 @@ def held_out(refits: Refits, explanation: Explanation, folds: Sequence[Split], *
     floor: dict[str, list[np.ndarray]] = {}
     block: dict[str, list[np.ndarray]] = {}
     error: dict[int, dict[str, np.ndarray]] = {}
-    for train, test in folds:
+
+    def judged(fold: Split) -> list[Prediction]:
+        train, test = fold
         fitted = refits(explanation) if set(train) == set(refits.train) else refits.on(explanation, train)
-        predictions = predict(refits.problem_of(explanation).only(test), fitted.theta, with_floor=with_floor)
+        return predict(refits.problem_of(explanation).only(test), fitted.theta, with_floor=with_floor)
+
+    refits(explanation)
+    with ThreadPoolExecutor(THREADS) as pool:
+        judgements = list(pool.map(judged, folds))
+    for (_, test), predictions in zip(folds, judgements, strict=True):
         found = errors(refits.problem, predictions)
         variance = floor_variance(refits.problem, predictions) if with_floor else [{} for _ in predictions]
         for k in test:

@@ -32,8 +32,8 @@ CLOSE = 1.5
 """Cost against the best one's up to which an explanation takes part to the end."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step is no gain, in a search."""
-AT_LAST = 1e-5
-"""The same for fits to other logs."""
+FOLD_STEPS = 6
+"""Steps at most from the estimates on all logs to those on some of them."""
 
 
 def _few_steps(steps: int, begun: Fit) -> Fit:
@@ -176,4 +176,6 @@ class Refits:
         begun = self(explanation)
         problem = self.problem_of(explanation).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
-        return fit_by_secants(problem, begun.coordinates, begun.theta, start, most_steps=20, tolerance=AT_LAST)
+        return fit_by_secants(
+            problem, begun.coordinates, begun.theta, start, most_steps=FOLD_STEPS, tolerance=TOLERANCE
+        )

@@ -148,29 +148,32 @@ class Search:
 
     def _declared(self, best: Explanation) -> list[Explanation]:
         """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
-        curved = {"axis.friction.static", "axis.friction.b3"} & {*self.rig.numbers}
-        if curved or "axis.stribeck" in (*best.names, *self.rig.effects):
-            return []
-        same = ["axis.asymmetric_friction", "axis.bias_torque"]
-        if self.rig.kind == "platform" and not {"drive.deadzone"} & {*best.names, *self.rig.effects}:
-            same.append("drive.bias")
-        same = [name for name in same if name in self.names]
-        members = [name for name in best.names if name in same]
-        if len(members) != 1:
-            return []
-        rest = best.without(members[0])
-        dry = any(name in self.rig.numbers for name in DRY_IN_RIG)
+        platform, names = self.rig.kind == "platform", {*best.names, *self.rig.effects}
+        groups = [["axis.asymmetric_friction", "axis.bias_torque"]]
+        if platform and "drive.deadzone" not in names:
+            groups[0].append("drive.bias")
+        if platform:
+            groups.append(["drive.delay", "sensor.delay"])
+        elif "parameter.motor.resistance" in best.names:
+            groups.append(["parameter.motor.resistance", "drive.supply_sag"])  # a source's resistance lies in series
         found = []
-        for name in same:
-            other = rest.plus(name)
-            if not dry and members[0] in CONTAINS_COULOMB:
-                other = other.plus("axis.coulomb")
-            if not dry and name in CONTAINS_COULOMB:
-                other = other.without("axis.coulomb")
-                if "axis.coulomb" not in best.names:
-                    continue  # without dry friction the one is not the other
-            found.append(other)
-        return [e for e in found if e != best]
+        for group in groups:
+            same = [name for name in group if name in self.names]
+            members = [name for name in best.names if name in same]
+            if len(members) == 1:
+                found += [e for name in same if (e := self._instead(best, members[0], name)) not in (best, None)]
+        return found
+
+    def _instead(self, best: Explanation, member: str, name: str) -> Explanation | None:
+        """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
+        other = best.without(member).plus(name)
+        if any(number in self.rig.numbers for number in DRY_IN_RIG):
+            return other
+        if member in CONTAINS_COULOMB:
+            return other if name in CONTAINS_COULOMB else other.plus("axis.coulomb")
+        if name in CONTAINS_COULOMB:
+            return other.without("axis.coulomb") if "axis.coulomb" in best.names else None
+        return other
 
     def run(self) -> Choice:
         """The search from the rig as it is."""

@@ -276,7 +276,8 @@ class Backlash(Coupling):
 
 class Presliding(AxisElastic):
     r"""Elastic, hysteretic displacement before sliding, $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)/x_s$ with the friction $z$ times its level
-    (Dahl 1968, with exponent 1: thesis eq. 3.8); exact in the angle, whatever the step.
+    (Dahl 1968, with exponent 1: thesis eq. 3.8; exact in the angle, whatever the step), and damping of the displacement,
+    $d\,x_s\dot z$ (Canudas de Wit et al. 1995, eq. 3).
 
     $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
     """
@@ -287,9 +288,13 @@ class Presliding(AxisElastic):
     coordinate: ClassVar[str] = "yaw"
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1, 0.1, 0.1), scale="torque", tex="M_c")
     x_s: Scalar = param("rad", bounds=(1e-5, 10.0), null=1e-5, starts=(0.01, 0.03, 0.1), tex="x_s")
+    d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0, 0.0, 0.0), scale="torque_per_rate", tex="d")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c
+
+    def damping(self, motion: Motion) -> Scalar:
+        return self.d * motion.w * (1.0 - self.mine(motion)[0] * jnp.sign(motion.w))
 
     def after(self, z: Scalar, travel: Scalar) -> Scalar:
         toward = jnp.sign(travel)

@@ -210,5 +210,9 @@ class AxisElastic(Effect):
         """What it adds to the level of the friction [N m] while sliding towards `direction`."""
 
     @abstractmethod
+    def damping(self, motion: Motion) -> Scalar:
+        """Friction besides [N m] while the displacement changes."""
+
+    @abstractmethod
     def after(self, z: Scalar, travel: Scalar) -> Scalar:
         """The share after turning by `travel` [rad]."""

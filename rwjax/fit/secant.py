@@ -21,8 +21,8 @@ SPANS = (0.01, 0.002)
 """Spans of the secants in coordinates (logarithms, or the number's own size), the next one where the last gains nothing."""
 START_SPAN = 1e-4
 """Span by a first state, in its unit or as a share of its size."""
-DAMPINGS = (1e-8, 1e-4, 1e-2, 0.1, 1.0, 10.0)
-"""Levenberg-Marquardt dampings that are tried at once."""
+DAMPINGS = (1e-6, 1e-2, 1.0, 1e-4, 0.1, 10.0)
+"""Levenberg-Marquardt dampings, as many of which are tried at once, three or more, as the lanes hold."""
 MOST_SETTLING, SETTLED = 8, 1e-10
 """Steps towards the start rule's first states at most, and the change, as a share of their size, that ends them."""
 ONLY_STARTS = 2.5
@@ -152,6 +152,7 @@ def descend(
     """Gauss-Newton steps with secants, several dampings of each tried at once; only what lowers the cost is kept."""
     theta = c.inward(theta)
     spans, taken, converged = list(SPANS), 0, False
+    dampings = DAMPINGS[: max(3, LANES // max(len(told(problem)), 1))]
     e, start = slopes(problem, c, theta, start, spans[0])
 
     def cost_of(residual: np.ndarray, theta: np.ndarray) -> float:
@@ -163,7 +164,7 @@ def descend(
     while taken < most_steps and np.isfinite(cost):
         taken += 1
         thetas, starts = [], []
-        for damping in DAMPINGS:
+        for damping in dampings:
             if (solved := step_of(problem, e, c, theta, damping)) is not None:
                 dz, dx = solved
                 share = c.shorten(dz)
