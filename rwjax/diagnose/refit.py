@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -36,8 +36,10 @@ FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
 
-def _few_steps(steps: int, begun: Fit) -> Fit:
-    return descend(begun.problem, begun.coordinates, begun.theta, begun.start, most_steps=steps, tolerance=TOLERANCE)
+def _few_steps(steps: int, begun: list[Fit]) -> Fit:
+    """The best of several fits that go on for a few steps."""
+    ends = [descend(f.problem, f.coordinates, f.theta, f.start, most_steps=steps, tolerance=TOLERANCE) for f in begun]
+    return min(ends, key=lambda f: f.cost)
 
 
 @dataclass
@@ -49,6 +51,7 @@ class Refits:
     train: tuple[int, ...]
     progress: Callable[[str], None]
     _problems: dict[Structure, Problem] = field(default_factory=dict)
+    _training: dict[Structure, Problem] = field(default_factory=dict)
     _done: dict[Explanation, Fit] = field(default_factory=dict)
     _finished: set[Explanation] = field(default_factory=set)
 
@@ -78,7 +81,7 @@ class Refits:
         """The start of the rig as it is that the first few steps bring furthest."""
         self.progress("the rig as it is")
         nothing = Explanation()
-        problem = self.problem_of(nothing).only(self.train)
+        problem = self._of_training(structure_for(self.rig, nothing))
         coordinates, starts = self._space(nothing)
         tried = [
             fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
@@ -92,6 +95,11 @@ class Refits:
             posed = pose(structure, self.problem.logs, self.problem.noise, prior=self.rig.prior)
             self._problems[structure] = posed
         return self._problems[structure]
+
+    def _of_training(self, structure: Structure) -> Problem:
+        if structure not in self._training:
+            self._training[structure] = self._posed(structure).only(self.train)
+        return self._training[structure]
 
     def problem_of(self, explanation: Explanation) -> Problem:
         """All logs with the structure of an explanation."""
@@ -107,8 +115,8 @@ class Refits:
 
     def _candidate(self, explanation: Explanation, parent: Explanation) -> Candidate:
         """What an explanation is screened with, from a parent's estimates."""
-        problem = self.problem_of(explanation).only(self.train)
-        structure = problem.structure
+        structure = structure_for(self.rig, explanation)
+        problem = self._of_training(structure)
         moves, starts = self._space(explanation)
         own = {*free_names(self.rig, explanation)}
         shared = {*free_names(self.rig, parent)} & own
@@ -141,9 +149,13 @@ class Refits:
             running = {e: self._begin_at(e, parent, s) for e, s in zip(new, screened, strict=True)}
             self._keep(running)
             promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
+            begin = {
+                e: [replace(running[e], theta=theta) for theta in s.begin] for e, s in zip(new, screened, strict=True)
+            }
             for many, steps in HEATS:
                 ahead = sorted(new, key=promise.__getitem__)[:many]
-                running |= zip(ahead, pool.map(partial(_few_steps, steps), (running[e] for e in ahead)), strict=True)
+                running |= zip(ahead, pool.map(partial(_few_steps, steps), (begin[e] for e in ahead)), strict=True)
+                begin |= {e: [running[e]] for e in ahead}
                 self._keep({e: running[e] for e in ahead})
                 promise |= {e: running[e].cost for e in ahead}
             least = min(self(parent).cost, *(self._done[e].cost for e in wanted))
@@ -155,8 +167,8 @@ class Refits:
         return {e: self._done[e] for e in wanted}
 
     def _begin_at(self, explanation: Explanation, parent: Explanation, screened: Screened) -> Fit:
-        """An explanation as it stands at a screened start."""
-        problem = self.problem_of(explanation).only(self.train).by_rule
+        """An explanation as it stands where it was screened."""
+        problem = self._of_training(structure_for(self.rig, explanation)).by_rule
         c, _ = self._space(explanation)
         return as_it_is(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
 
@@ -167,7 +179,7 @@ class Refits:
                 self._done[e] = fitted
 
     def _to_the_end(self, begun: Fit) -> Fit:
-        problem = self._posed(begun.problem.structure).only(self.train)
+        problem = self._of_training(begun.problem.structure)
         c = begun.coordinates
         return fit_by_secants(problem, c, begun.theta, begun.start, most_steps=LAST, tolerance=TOLERANCE)
 

@@ -22,10 +22,11 @@ LARGEST = 3.0
 
 @dataclass(frozen=True)
 class Screened:
-    """`left`: half the sum of squares that the best of the starts is predicted to leave; `theta`: numbers at which a
-    search should begin, and the `residual` there."""
+    """`left`: half the sum of squares that the best of the starts is predicted to leave; `begin`: numbers at which a search
+    should begin; `theta`: those among the parent's and the starts that leave least as they are, and the `residual` there."""
 
     left: float
+    begin: tuple[np.ndarray, ...]
     theta: np.ndarray
     residual: np.ndarray
 
@@ -97,27 +98,31 @@ class Screen:
 
     def _predict(self, candidate: Candidate, probed: np.ndarray) -> Screened:
         residual, *others = probed.reshape(len(probed), -1)[:, self.seen]
+        with np.errstate(over="ignore", invalid="ignore"):
+            cost = np.nan_to_num(np.sum(probed.reshape(len(probed), -1) ** 2, axis=1), nan=np.inf)
+        nearest = candidate.starts[int(np.argmin(cost[1:]))]
         free = self._without(residual)
         finite = bool(np.all(np.isfinite(free)))
-        best = Screened(0.5 * float(free @ free) if finite else np.inf, candidate.starts[0], probed[1])
+        left, begin = 0.5 * float(free @ free) if finite else np.inf, nearest
         for group in candidate.shapes():
-            starts = [candidate.starts[k] for k in group]
-            columns = [others[k] - residual for k in group]
-            known = [k for k, column in enumerate(columns) if np.all(np.isfinite(column))]
+            known = [k for k in group if np.all(np.isfinite(others[k]))]
             if not known or not finite:
                 continue
-            C = self._without(np.stack([columns[k] for k in known], axis=1))
+            starts = [candidate.starts[k] for k in known]
+            C = self._without(np.stack([others[k] - residual for k in known], axis=1))
             share = np.linalg.lstsq(C, -free, rcond=1e-9)[0]
-            change = np.stack([np.where(candidate.amplitude, starts[k] - candidate.off, 0.0) for k in known])
+            change = np.stack([np.where(candidate.amplitude, start - candidate.off, 0.0) for start in starts])
             one_sided = ((change != 0.0) & (candidate.bounds[:, 0] >= 0.0)).any(axis=1)
             share = np.clip(share, np.where(one_sided, 0.0, -LARGEST), LARGEST)
-            left = 0.5 * float(np.sum((free + C @ share) ** 2))
-            if left < best.left:
-                theta = np.where(candidate.amplitude, candidate.off + share @ change, starts[known[0]])
-                if not change.any():
-                    theta = starts[known[0]]
-                best = Screened(left, np.clip(theta, *candidate.bounds.T), probed[1 + group[known[0]]])
-        return best
+            predicted = 0.5 * float(np.sum((free + C @ share) ** 2))
+            if predicted < left:
+                left, begin = predicted, starts[0]
+                if change.any():
+                    begin = np.where(candidate.amplitude, candidate.off + share @ change, begin)
+        begin = np.clip(begin, *candidate.bounds.T)
+        least = int(np.argmin(cost))
+        here = (candidate.off, *candidate.starts)[least]
+        return Screened(left, (begin,) if np.array_equal(begin, nearest) else (begin, nearest), here, probed[least])
 
 
 def _orthonormal(columns: np.ndarray) -> np.ndarray:
