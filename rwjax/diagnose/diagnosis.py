@@ -12,7 +12,7 @@ from rwjax.diagnose.next_experiment import propose
 from rwjax.diagnose.refit import Refits
 from rwjax.diagnose.remarks import remarks
 from rwjax.diagnose.search import Choice, Search
-from rwjax.diagnose.verdict import Verdict, judge
+from rwjax.diagnose.verdict import Verdict, judge, stands_out
 from rwjax.diagnose.where import Where, locate
 from rwjax.effects import BY_NAME
 from rwjax.fit.end_to_end import Fit
@@ -234,17 +234,17 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     nothing = Explanation()
     refits(nothing)
     before = held_out(refits, nothing, numbered, with_floor=True)
+    bare = {name: gap(before, before, name) for name in before.square}
+    signal = headline(bare)
     search = Search(refits)
-    choice: Choice = search.run()
-    signal = headline({name: gap(before, before, name) for name in before.square})
+    choice: Choice = search.run() if stands_out(bare[signal]) else search.nothing()
     best = _by_importance(refits, choice.best, numbered, signal)
     after = held_out(refits, best, numbered, with_floor=False) if best.names else before
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
     named = Explanation() if verdict == "none" else best
     if verdict == "none":
-        after = before
-        gaps = {name: gap(before, before, name) for name in before.square}
+        after, gaps = before, bare
 
     rivals = list(dict.fromkeys([best, *choice.alternatives]))[:MOST_RIVALS] if verdict == "ambiguous" else []
     first = _rung(refits, nothing, before.rms(signal), None)

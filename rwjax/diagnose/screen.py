@@ -73,7 +73,8 @@ class Screen:
         """Residuals `(b, …)` at several parameter vectors of one structure, from the fit's first states."""
         start = np.zeros((len(problem.logs), len(problem.structure.states)))
         for k, name in enumerate(self.fitted.problem.structure.states):
-            start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
+            if name in problem.structure.states:
+                start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
         many = max(1, LANES // max(len(told(problem)), 1))
         parts = [thetas[k : k + many] for k in range(0, len(thetas), many)]
         return np.concatenate(list(pool.map(lambda part: residuals(problem, part, [start] * len(part)), parts)))

@@ -175,6 +175,11 @@ class Search:
             return other.without("axis.coulomb") if "axis.coulomb" in best.names else None
         return other
 
+    def nothing(self) -> Choice:
+        """The rig as it is, without a search."""
+        nothing = Explanation()
+        return Choice(nothing, (), (), {nothing: 0.0}, ((nothing, 1.0),))
+
     def run(self) -> Choice:
         """The search from the rig as it is."""
         nothing = Explanation()

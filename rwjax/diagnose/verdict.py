@@ -21,13 +21,18 @@ AT_FLOOR = 1.25
 """Error after the effects are added, in floors, that counts as reaching the floor."""
 
 
+def stands_out(gap: Gap) -> bool:
+    """Whether a gap of the rig as it is asks for an explanation."""
+    return gap.closed is not None and gap.size >= SIZE_OF_NOTHING
+
+
 def judge(choice: Choice, gap: Gap) -> Verdict:
     """One of the four outcomes for the headline signal.
 
     A gap that is surely closed to less than `EXPLAINED` and still stands above the floor has a cause that the library does not
     know, or several, and the names that help must not be taken for it.
     """
-    if gap.closed is None or gap.size < SIZE_OF_NOTHING:
+    if not stands_out(gap):
         return "none"
     if not choice.best.names:
         return "none" if gap.size < SIZE_OF_DOUBT else "unknown"
