@@ -22,6 +22,8 @@ WRONG_BY = 4.0
 DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
 CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding")
 """Effects that bring a Coulomb level of their own where nothing else models dry friction."""
+LIMITS = dict.fromkeys((*CONTAINS_COULOMB, "axis.friction_drift"), "axis.coulomb") | {"axis.spring": "axis.bias_torque"}
+"""Effects of which another is a special case or a limit."""
 
 
 NUMBER_COORDINATE = {
@@ -79,9 +81,7 @@ class Explanation:
 
     def contains(self, other: "Explanation") -> bool:
         """Whether `other` is a special case of this explanation."""
-        own = {*self.names}
-        if own & {*CONTAINS_COULOMB}:
-            own.add("axis.coulomb")
+        own = {*self.names} | {LIMITS[name] for name in self.names if name in LIMITS}
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 

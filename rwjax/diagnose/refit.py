@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -11,12 +11,12 @@ import numpy as np
 from rwjax.build import theta_of
 from rwjax.diagnose.explanation import Explanation, free_names, space, structure_for
 from rwjax.diagnose.screen import Candidate, Screen, Screened
-from rwjax.fit.anchored import fit_anchored
+from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
-from rwjax.fit.secant import as_it_is, descend, fit_by_secants
+from rwjax.fit.secant import as_it_is, descend
 from rwjax.log import Log
 from rwjax.noise import pooled
 from rwjax.plant import Structure
@@ -24,7 +24,7 @@ from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-HEATS = ((10, 2), (6, 4))
+HEATS = ((14, 2), (6, 4))
 """A race's heats: how many explanations take part, those that leave least, and steps of each."""
 LAST = 12
 """Steps at most of those that take part to the end."""
@@ -32,19 +32,28 @@ CLOSE = 1.5
 """Cost against the best one's up to which an explanation takes part to the end."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step is no gain, in a search."""
+ONLY_STARTS = 2.5
+"""Times the mean square of a complete model that the start rule's first states may leave of it."""
 FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
 
 def _few_steps(steps: int, begun: list[Fit]) -> Fit:
     """The best of several fits that go on for a few steps."""
-    ends = [descend(f.problem, f.coordinates, f.theta, f.start, most_steps=steps, tolerance=TOLERANCE) for f in begun]
-    return min(ends, key=lambda f: f.cost)
+    return min((_descend(f.problem, f, steps) for f in begun), key=lambda f: f.cost)
+
+
+def _descend(problem: Problem, begun: Fit, steps: int) -> Fit:
+    return descend(problem, begun.coordinates, begun.theta, begun.start, most_steps=steps, tolerance=TOLERANCE)
 
 
 @dataclass
 class Refits:
-    """All logs laid out once, and the fit of every explanation to the training logs, done when first asked for."""
+    """All logs laid out once, and the fit of every explanation to the training logs, done when first asked for.
+
+    First states follow the start rule until an explanation is complete; from then on they are free in all fits, so that all
+    are compared alike.
+    """
 
     rig: Rig
     problem: Problem
@@ -54,6 +63,7 @@ class Refits:
     _training: dict[Structure, Problem] = field(default_factory=dict)
     _done: dict[Explanation, Fit] = field(default_factory=dict)
     _finished: set[Explanation] = field(default_factory=set)
+    _ruled: bool = True
 
     @classmethod
     def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "Refits":
@@ -65,14 +75,23 @@ class Refits:
         )
 
     def __call__(self, explanation: Explanation) -> Fit:
-        """Best fit of an explanation."""
-        if explanation not in self._done:
-            if explanation.names:
-                self.race([explanation], Explanation())
-            else:
+        """Best fit of an explanation, carried to the end."""
+        if explanation not in self._finished:
+            if not explanation.names:
                 begun = self._begin()
-                self._done[explanation] = fit_anchored(begun.problem, begun.coordinates, begun.theta, begun.start)
+                found = fit_anchored(begun.problem, begun.coordinates, begun.theta, begun.start)
+                self._ruled = bool(found.problem.anchored.any())
+                self._done[explanation] = found
+            else:
+                if explanation not in self._done:
+                    self.race([explanation], Explanation())
+                self._keep({explanation: self._to_the_end(self._done[explanation])})
+            self._finished.add(explanation)
         return self._done[explanation]
+
+    def known(self, explanation: Explanation) -> Fit:
+        """Best fit of an explanation as far as a race has brought it."""
+        return self._done[explanation] if explanation in self._done else self(explanation)
 
     def __contains__(self, explanation: Explanation) -> bool:
         return explanation in self._done
@@ -81,7 +100,7 @@ class Refits:
         """The start of the rig as it is that the first few steps bring furthest."""
         self.progress("the rig as it is")
         nothing = Explanation()
-        problem = self._of_training(structure_for(self.rig, nothing))
+        problem = self.problem_of(nothing).only(self.train)
         coordinates, starts = self._space(nothing)
         tried = [
             fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
@@ -99,7 +118,8 @@ class Refits:
     def _of_training(self, structure: Structure) -> Problem:
         if structure not in self._training:
             self._training[structure] = self._posed(structure).only(self.train)
-        return self._training[structure]
+        problem = self._training[structure]
+        return problem.by_rule if self._ruled else problem
 
     def problem_of(self, explanation: Explanation) -> Problem:
         """All logs with the structure of an explanation."""
@@ -164,11 +184,12 @@ class Refits:
                 self.progress(" + ".join(e.names))
             self._keep(dict(zip(ahead, pool.map(self._to_the_end, (running[e] for e in ahead)), strict=True)))
             self._finished |= {*ahead}
+            self._free_starts(pool)
         return {e: self._done[e] for e in wanted}
 
     def _begin_at(self, explanation: Explanation, parent: Explanation, screened: Screened) -> Fit:
         """An explanation as it stands where it was screened."""
-        problem = self._of_training(structure_for(self.rig, explanation)).by_rule
+        problem = self._of_training(structure_for(self.rig, explanation))
         c, _ = self._space(explanation)
         return as_it_is(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
 
@@ -180,14 +201,21 @@ class Refits:
 
     def _to_the_end(self, begun: Fit) -> Fit:
         problem = self._of_training(begun.problem.structure)
-        c = begun.coordinates
-        return fit_by_secants(problem, c, begun.theta, begun.start, most_steps=LAST, tolerance=TOLERANCE)
+        return _descend(problem, begun, LAST)
+
+    def _free_starts(self, pool: Executor) -> None:
+        """Frees the first states of all finished fits where the best one is then complete."""
+        best = min((self._done[e] for e in self._finished), key=lambda f: f.cost)
+        if not self._ruled or 2.0 * best.cost > ONLY_STARTS * COMPLETE * best.problem.batch.readings:
+            return
+        if complete(_descend(self._training[best.problem.structure], best, FOLD_STEPS)):
+            self._ruled = False
+            every = [*self._finished]
+            self._done |= zip(every, pool.map(self._to_the_end, (self._done[e] for e in every)), strict=True)
 
     def on(self, explanation: Explanation, train: Sequence[int]) -> Fit:
         """Fit of an explanation to other logs than those marked for training, from its estimates on those."""
         begun = self(explanation)
-        problem = self.problem_of(explanation).only(train)
+        problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
-        return fit_by_secants(
-            problem, begun.coordinates, begun.theta, start, most_steps=FOLD_STEPS, tolerance=TOLERANCE
-        )
+        return _descend(problem.by_rule if self._ruled else problem, replace(begun, start=start), FOLD_STEPS)

@@ -8,7 +8,7 @@ end stop), and small lasting torques that local residuals miss (Breusch and Paga
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from rwjax.fit.secant import LANES, residuals, told
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
+SMALLEST = 1e-3
+"""Share of a start's amplitude down to which it is probed."""
 
 
 @dataclass(frozen=True)
@@ -84,18 +86,36 @@ class Screen:
         return columns - self.basis @ (self.basis.T @ columns)
 
     def predict(self, candidates: Sequence[Candidate], pool: Executor) -> list[Screened]:
-        """What every candidate leaves at best, and where it should begin."""
-        by_structure: dict[object, list[Candidate]] = {}
-        for candidate in candidates:
-            by_structure.setdefault(candidate.problem.structure, []).append(candidate)
+        """What every candidate leaves at best, and where it should begin: probed at its starts, then at amplitudes that
+        change as much as there is to explain."""
+        coarse = self._probed(candidates, pool)
+        scaled = [self._scaled(c, r) for c, r in zip(candidates, coarse, strict=True)]
+        fine = self._probed(scaled, pool)
+        return [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
 
-        def probes(group: list[Candidate]) -> list[np.ndarray]:
-            found = self._residuals(group[0].problem, [t for c in group for t in (c.off, *c.starts)], pool)
-            ends = np.cumsum([1 + len(c.starts) for c in group])
-            return np.split(found, ends[:-1])
+    def _probed(self, candidates: Sequence[Candidate], pool: Executor) -> list[np.ndarray]:
+        """Residuals of every candidate without its effect and at its starts."""
+        by_structure: dict[object, list[int]] = {}
+        for k, candidate in enumerate(candidates):
+            by_structure.setdefault(candidate.problem.structure, []).append(k)
+        found: dict[int, np.ndarray] = {}
+        for group in by_structure.values():
+            thetas = [[candidates[k].off, *candidates[k].starts] for k in group]
+            r = self._residuals(candidates[group[0]].problem, [t for several in thetas for t in several], pool)
+            ends = np.cumsum([len(several) for several in thetas])
+            found |= zip(group, np.split(r, ends[:-1]), strict=True)
+        return [found[k] for k in range(len(candidates))]
 
-        seen = {id(c): r for group in by_structure.values() for c, r in zip(group, probes(group), strict=True)}
-        return [self._predict(c, seen[id(c)]) for c in candidates]
+    def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
+        """The candidate with amplitudes of its starts that change about as much as is left."""
+        residual, *others = probed.reshape(len(probed), -1)[:, self.seen]
+        whole = float(np.linalg.norm(self._without(residual)))
+        starts = []
+        for start, r in zip(candidate.starts, others, strict=True):
+            change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
+            share = float(np.clip(whole / change, SMALLEST, 1.0)) if change > 0.0 and np.isfinite(whole) else 1.0
+            starts.append(np.where(candidate.amplitude, candidate.off + share * (start - candidate.off), start))
+        return replace(candidate, starts=starts)
 
     def _predict(self, candidate: Candidate, probed: np.ndarray) -> Screened:
         residual, *others = probed.reshape(len(probed), -1)[:, self.seen]

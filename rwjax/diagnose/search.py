@@ -59,7 +59,7 @@ class Search:
         self.count: dict[str, float] = {}
 
     def _seen(self, explanation: Explanation) -> dict[str, float]:
-        fitted = self.refits(explanation)
+        fitted = self.refits.known(explanation)
         if explanation not in self.squares or self.squares[explanation][0] is not fitted:
             self.squares[explanation] = fitted, sums(residuals(fitted, self.refits.train))
             batch = fitted.problem.batch
@@ -72,13 +72,13 @@ class Search:
 
     def evidence(self, explanation: Explanation, effective: dict[str, float]) -> float:
         """Log evidence of an explanation for given effective samples, and of what the rig file says besides."""
-        fitted = self.refits(explanation)
+        fitted = self.refits.known(explanation)
         against, _ = fitted.problem.against_prior(fitted.theta)
         return log_evidence(self._seen(explanation), self._numbers(explanation), effective) - against
 
     def effective(self, explanation: Explanation) -> dict[str, float]:
         """Effective samples of an explanation's residual."""
-        return effective_samples(residuals(self.refits(explanation), self.refits.train))
+        return effective_samples(residuals(self.refits.known(explanation), self.refits.train))
 
     def excess(self, explanation: Explanation) -> float:
         """Mean square of the residual above the noise, in units of the noise, summed over outputs."""
@@ -110,8 +110,10 @@ class Search:
             if not tried:
                 break
             self._fit(tried, explanation)
-            effective = self.effective(min(tried, key=lambda e: self.refits(e).cost))
+            effective = self.effective(min(tried, key=lambda e: self.refits.known(e).cost))
             best = max(tried, key=lambda e: self.evidence(e, effective))
+            simpler = [e for e in tried if best.contains(e) and self.gain(best, e) <= NEEDED]
+            best = max(simpler, key=lambda e: self.evidence(e, effective), default=best)
             if not self.worthwhile(best, explanation):
                 break
             explanation = best
@@ -189,7 +191,7 @@ class Search:
         same = self._declared(best)
         if best.names:
             rivals = self._exchanged(best)
-            self._fit(rivals, best)
+            self._fit([e for e in rivals if e not in self.refits], best)
             effective = self.effective(best)
             reference = self.evidence(best, effective)
             close = [

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rwjax.fit.anchored import COMPLETE, complete
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, step_of
 from rwjax.fit.problem import Problem
@@ -25,8 +24,6 @@ DAMPINGS = (1e-6, 1e-2, 1.0, 1e-4, 0.1, 10.0)
 """Levenberg-Marquardt dampings, as many of which are tried at once, three or more, as the lanes hold."""
 MOST_SETTLING, SETTLED = 8, 1e-10
 """Steps towards the start rule's first states at most, and the change, as a share of their size, that ends them."""
-ONLY_STARTS = 2.5
-"""Times the mean square of a complete model that the start rule's first states may leave of it."""
 
 
 def told(problem: Problem) -> np.ndarray:
@@ -188,20 +185,3 @@ def descend(
         e, start = slopes(problem, c, theta, start, spans[0])
         cost = cost_of(e.residual, theta)
     return Fit(problem, c, theta, start, cost, e, converged, taken, 1e-3)
-
-
-def fit_by_secants(
-    problem: Problem,
-    c: Coordinates,
-    theta: np.ndarray,
-    start: np.ndarray,
-    *,
-    most_steps: int,
-    tolerance: float,
-) -> Fit:
-    """Best fit in which first states and numbers agree, like `fit_anchored`, as closely as secants allow."""
-    begun = descend(problem.by_rule, c, theta, start, most_steps=most_steps, tolerance=tolerance)
-    if 2.0 * begun.cost > ONLY_STARTS * COMPLETE * problem.batch.readings:
-        return begun
-    freed = descend(problem, c, begun.theta, begun.start, most_steps=most_steps, tolerance=tolerance)
-    return freed if complete(freed) else begun
