@@ -163,6 +163,8 @@ class Refits:
         does a special case of the parent, which may know a better place.
         """
         wanted = list(dict.fromkeys(explanations))
+        if not wanted:
+            return {}
         new = [e for e in wanted if e not in self._finished or parent.contains(e)]
         with ThreadPoolExecutor(THREADS) as pool:
             screened = Screen(self(parent)).predict([self._candidate(e, parent) for e in new], pool)
@@ -178,7 +180,7 @@ class Refits:
                 begin |= {e: [running[e]] for e in ahead}
                 self._keep({e: running[e] for e in ahead})
                 promise |= {e: running[e].cost for e in ahead}
-            least = min(self(parent).cost, *(self._done[e].cost for e in wanted))
+            least = min(self._done[e].cost for e in (parent, *wanted))
             ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least][: HEATS[-1][0]]
             for e in ahead:
                 self.progress(" + ".join(e.names))
