@@ -37,6 +37,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     drive.Curvature,
     sensor.Scale,
     sensor.Eccentricity,
+    sensor.SensorDelay,
     sensor.MissedCounts,
     sensor.LoggerClock,
 )
