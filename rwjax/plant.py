@@ -15,7 +15,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rwjax.effects import BY_NAME
+from rwjax.effects import BY_NAME, EFFECTS
 from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
 from rwjax.effects.ports import (
     AxisDry,
@@ -83,6 +83,11 @@ class Structure(NamedTuple):
         return self.numbers + tuple(
             f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect])
         )
+
+    @property
+    def lasting(self) -> bool:
+        """Whether the library's source, of one version, says all about it: programs of others are not kept on disk."""
+        return all(BY_NAME[effect] in EFFECTS for effect in self.effects)
 
     @property
     def angles(self) -> set[str]:

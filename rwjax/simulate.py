@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from rwjax.grid import Batch
-from rwjax.plant import Plant, State, Structure, assemble
+from rwjax.plant import Plant, Structure, assemble
 from rwjax.step import propagator, step, with_friction
 from rwjax.stored import stored
 from rwjax.types import Scalar
@@ -95,10 +95,12 @@ def _window(plant: Plant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: F
 def _turning(plant: Plant) -> list[tuple[int, int]]:
     """Indices of each angle and its rate among the states."""
     names = plant.structure.states
-    return [(names.index(angle), names.index(rate)) for angle, rate in (("psi", "w"), ("theta", "Omega")) if angle in names]
+    return [
+        (names.index(angle), names.index(rate)) for angle, rate in (("psi", "w"), ("theta", "Omega")) if angle in names
+    ]
 
 
-def _between(plant: Plant, h: Scalar, states, step, part) -> State:
+def _between(plant: Plant, h: Scalar, states, step, part) -> tuple:
     """States at a part of these grid steps."""
     left, right = tuple(s[step] for s in states), tuple(s[step + 1] for s in states)
     x = [a + part * (b - a) for a, b in zip(left, right, strict=True)]
@@ -107,7 +109,7 @@ def _between(plant: Plant, h: Scalar, states, step, part) -> State:
     return tuple(x)
 
 
-def _earlier(plant: Plant, h: Scalar, states, step, part, age: Scalar) -> State:
+def _earlier(plant: Plant, h: Scalar, states, step, part, age: Scalar) -> tuple:
     """States a time `age` before a part of these grid steps; before the first grid point every angle goes at its rate there."""
     position = part - age / h
     whole = jnp.floor(position)
