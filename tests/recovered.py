@@ -56,12 +56,17 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
     }
     free = free_names(rig, Explanation((effect,)))
     found = []
-    for j in range(max(len(p.starts) for p in own.values())):
-        start = base.theta.copy()
+    count = max(len(p.starts) for p in own.values())
+    for begin, j in ((begin, j) for begin in (base.theta, theta) for j in range(count)):
+        start = begin.copy()
         for name, p in own.items():
             if name in free:
                 start[names.index(name)] = np.clip(p.starts[j % len(p.starts)] * typical[p.scale], *p.bounds)
-        found.append(fit(problem, moves(free), start, start=base.start, most_steps=12, tolerance=1e-4))
+        found.append(fit(problem, moves(free), start, start=base.start, most_steps=4, tolerance=1e-4))
+    found = [
+        fit(problem, moves(free), f.theta, start=f.start, most_steps=12, tolerance=1e-4)
+        for f in sorted(found, key=lambda f: f.cost)[:3]
+    ]
     best = min(found, key=lambda f: f.cost)
     best = fit_anchored(problem, moves(free), best.theta, best.start)
     changed = case.truth["changed"][cause]

@@ -268,7 +268,7 @@ def _angle(y: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _warm(c: float, tau: float, V: float) -> float:
-    return max(q.real for q in np.roots([1.0, 2.0, 1.0, -c * tau * (V / R) ** 2]) if abs(q.imag) < 1e-9)
+    return 0.5 * (np.sqrt(1.0 + 4.0 * c * tau * (V / R) ** 2) - 1.0)  # q (1 + q) = c tau (V/R)^2
 
 
 W0 = {"w": 2.0}

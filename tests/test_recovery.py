@@ -52,7 +52,7 @@ CASES = [
     Case("axis.imbalance", "platform", 1, _wave("imbalance", "imbalance_phase"), 0.02),
     Case("axis.spring", "platform", 1, lambda p: {"k": p["spring"], "T_0": p["spring"] * p["spring_zero"]}, 0.02),
     Case("axis.bias_torque", "platform", 0, _named(T="bias_torque"), 0.01),
-    Case("axis.backlash", "platform", 2, _named(g="gap"), 0.05),
+    Case("axis.backlash", "platform", 2, _named(g="gap"), 0.05, 1.5),
     Case("axis.flexible_coupling", "platform", 0, _named(s="drive_share", k="stiffness", c="damping"), 0.05),
     Case("axis.end_stop", "platform", 2, _named(k="stop_stiffness", d="stop_damping"), 0.05),
     Case(

@@ -216,8 +216,8 @@ class EndStop(AxisTorque):
         return -push - pull
 
 
-RATES = (0.7, 1.0, 1.4, 1.9, 2.6, 3.4, 4.5, 6.0, 8.0, 11.0)  # rad/s
-"""Rates at which a periodic torque is searched."""
+RATES = tuple(0.6 + 0.35 * k for k in range(29))  # rad/s
+"""Rates at which a periodic torque is searched: over 12 s, one between two of them still looks like either."""
 
 
 class PeriodicTorque(AxisTorque):
