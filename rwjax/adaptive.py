@@ -52,6 +52,7 @@ def simulate(
 
     The command is held between samples; before the first one its first value counts as held. Without a `solver`
     it is `Dopri8`, or `Kvaerno5` where a time constant is far shorter than the sampling interval.
+    Lags and rate limits of the drive, the logger's clock and lateness of the encoder are left out.
 
     **Accuracy:** that of `rtol` and `atol`, events included. **Speed:** about a millisecond a sample.
     Raises `RuntimeError` where a body changes between stick and slip too often to be followed.

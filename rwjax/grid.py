@@ -1,7 +1,8 @@
 """Logs laid out for simulation: a uniform time grid for each log, cut into windows that run side by side.
 
 A log's samples may be irregular; the grid is not. The command enters every step by its mean over the step, and
-readings are taken between grid points, so one path serves regular, jittered and broken sampling.
+readings are taken between grid points, so one path serves regular, jittered and broken sampling. Where the encoder may be
+late, windows overlap: a reading belongs to the window in which lies whatever it may show.
 """
 
 from collections.abc import Sequence
@@ -45,6 +46,7 @@ class Batch(NamedTuple):
     weight: np.ndarray  # l w q y
     share: np.ndarray  # l w q y; how much of a reading of its own a reading is
     step_index: np.ndarray  # m; only its length matters
+    late_index: np.ndarray  # steps by which windows overlap where readings are late; only its length matters
 
     @property
     def windows(self) -> int:
@@ -58,9 +60,9 @@ class Batch(NamedTuple):
 
     def inputs_of(self, logs: np.ndarray) -> "Batch":
         """What a free run needs of these logs, as often as they are named; no readings."""
-        alike = ("step_index", "slot_sample", "reading", "weight", "share")
+        alike = ("step_index", "late_index", "slot_sample", "reading", "weight", "share")
         taken = {name: getattr(self, name)[logs] for name in self._fields if name not in alike}
-        return self._replace(**taken, **dict.fromkeys(alike[1:], taken["h"]))
+        return self._replace(**taken, **dict.fromkeys(alike[2:], taken["h"]))
 
     def until(self, time: float) -> "Batch":
         """The windows in which the first `time` seconds of every log lie."""
@@ -139,6 +141,7 @@ def lay_out(
     while per_window * 512 < longest * len(logs) and per_window < 1024:
         per_window *= 2
     per_window *= refine
+    overlap = int(np.ceil(structure.latest / min(h for h, _ in grids) - 1e-9))
     windows = _padded(-(-longest // per_window))
     samples = _padded(max(len(log.time) + len(before) for log, (before, _) in zip(logs, recent, strict=True)))
     L = len(logs)
@@ -160,7 +163,7 @@ def lay_out(
         # a sample on a grid point belongs to the step after it, as the held command does
         step[k, :n] = np.minimum(np.floor(position), per_window * windows - 1)
         part[k, :n] = position - step[k, :n]
-    window_of = step // per_window
+    window_of = np.maximum(step - overlap, 0) // per_window
     slots = 1 + max(int(np.bincount(window_of[k, : len(log.time)]).max()) for k, log in enumerate(logs))
     slots = -(-slots // 8) * 8
     shape = (L, windows, slots)
@@ -196,6 +199,7 @@ def lay_out(
         weight=weight,
         share=share,
         step_index=np.arange(per_window),
+        late_index=np.arange(overlap),
     )
 
 

@@ -15,7 +15,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rwjax.effects import BY_NAME
+from rwjax.effects import BY_NAME, EFFECTS
 from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
 from rwjax.effects.ports import (
     AxisDry,
@@ -29,6 +29,7 @@ from rwjax.effects.ports import (
     CurrentLimit,
     Effect,
     Encoder,
+    EncoderDelay,
     Motion,
     MotorTorque,
     Supply,
@@ -82,6 +83,25 @@ class Structure(NamedTuple):
         return self.numbers + tuple(
             f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect])
         )
+
+    @property
+    def lasting(self) -> bool:
+        """Whether the library's source, of one version, says all about it: programs of others are not kept on disk."""
+        return all(BY_NAME[effect] in EFFECTS for effect in self.effects)
+
+    @property
+    def angles(self) -> set[str]:
+        """The angles `psi`, `theta` on which something depends."""
+        acting = [BY_NAME[effect] for effect in self.effects if BY_NAME[effect].at_angle]
+        on_wheel = [not self.has_axis or issubclass(effect, WheelTorque | WheelDry) for effect in acting]
+        gravity = {"psi"} if "axis.gravity.torque" in self.numbers else set()
+        return {"theta" if wheel else "psi" for wheel in on_wheel} | gravity
+
+    @property
+    def latest(self) -> float:
+        """Largest age that a reading of the encoder may have [s]."""
+        ports = (BY_NAME[effect] for effect in self.effects)
+        return sum((port.longest for port in ports if issubclass(port, EncoderDelay)), 0.0)
 
     def vector(self, given: Mapping[str, float]) -> list[float]:
         """The numbers given by name in the order of the parameter vector, 0 for the others."""
@@ -205,6 +225,11 @@ class Plant(eqx.Module):
         delays = [effect.delay() for effect in self._on(CommandDelay)]
         return sum(delays[1:], delays[0]) if delays else None
 
+    def age(self) -> Scalar | None:
+        """Age of what the encoder reads [s], or None where no effect makes it late."""
+        ages = [effect.delay() for effect in self._on(EncoderDelay)]
+        return sum(ages[1:], ages[0]) if ages else None
+
     def field(self, t: Scalar, x: State, u: Scalar) -> State:
         """Rates of the state without dry friction; with `rwjax.adaptive` an ordinary diffrax vector field."""
         m, n = self.motion(t, x, u), self.numbers
@@ -265,11 +290,15 @@ class Plant(eqx.Module):
             found.append((Body(states.index("psi"), states.index("w"), I, reaction), dry))
         return found
 
-    def outputs(self, t: Scalar, x: State, u: Scalar) -> tuple[Scalar, ...]:
-        """Readings in SI, in the order of `Structure.outputs`."""
+    def outputs(self, t: Scalar, x: State, u: Scalar, seen: State | None = None) -> tuple[Scalar, ...]:
+        """Readings in SI, in the order of `Structure.outputs`; `seen`: the state that the encoder reads, where it is late."""
         m = self.motion(t, x, u)
         reading: dict[str, Scalar] = dict(zip(OUTPUTS, (m.psi, m.w, m.theta, m.Omega, m.i), strict=True))
         angle, rate = OUTPUTS[:2] if self.structure.has_axis else OUTPUTS[2:4]
+        age = self.age()
+        if seen is not None and age is not None:
+            m = self.motion(t - age, seen, u)
+            reading[angle], reading[rate] = (m.psi, m.w) if self.structure.has_axis else (m.theta, m.Omega)
         for effect in self._on(Encoder):
             reading[angle], reading[rate] = effect.read(reading[angle], reading[rate], m)
         return tuple(reading[name] for name in self.structure.outputs)

@@ -109,11 +109,11 @@ def _check_together(numbers: dict[str, float], kind: str) -> None:
 
 
 def effect_parameters() -> "dict[str, dict[str, Parameter]]":
-    """The parameters of every effect of the library. Imports JAX: called only where a file needs it."""
-    from rwjax.effects import EFFECTS
+    """The parameters of every known effect. Imports JAX: called only where a file needs it."""
+    from rwjax.effects import BY_NAME
     from rwjax.param import parameters
 
-    return {effect.name: parameters(effect) for effect in EFFECTS}
+    return {effect.name: parameters(effect) for effect in BY_NAME.values()}
 
 
 def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:

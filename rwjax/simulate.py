@@ -7,6 +7,7 @@ import rwjax.setup_jax  # noqa: F401  (float64 and the compilation cache come fi
 
 import jax  # isort: skip
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
 from rwjax.grid import Batch
@@ -44,8 +45,9 @@ def _plant_of_run(structure: Structure, theta: Float[Array, " t"], run: Batch) -
     return plant_of(structure, theta[jnp.asarray(run.which)] + jnp.asarray(run.plus))
 
 
-def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "w m"], Float[Array, "w q"]]:
-    """Mean of the acting command over every grid step of one log, and the command at every reading [V].
+def commands(plant: Plant, run: Batch) -> tuple[Float[Array, " s"], Float[Array, "w q"]]:
+    """Mean of the acting command over every grid step of one log and its last window's overlap, and the command at every
+    reading [V].
 
     A delay shifts them in time, continuously: a reading sees the mean from its own time to the next sample or over one
     grid step, whichever is shorter.
@@ -61,20 +63,20 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "w m"], Float[Array
         before = jnp.minimum(late - t[0], 0.0) * u[0]  # the first command is taken to have been held before the log
         return jnp.interp(late, t, area) + before
 
-    steps = plant.follow(jnp.diff(until(h * jnp.arange(W * m + 1.0))) / h, h * plant.pace())
+    steps = plant.follow(jnp.diff(until(h * jnp.arange(W * m + len(run.late_index) + 1.0))) / h, h * plant.pace())
     sample = h * ((m * jnp.arange(W)[:, None] + slot_step).astype(float) + jnp.asarray(run.slot_part)).ravel()
     width = jnp.minimum(h, jnp.min(jnp.diff(t)))
     readings = (until(sample + width) - until(sample)) / width
     if plant.filters:  # what follows slowly has no leaps between steps
         readings = steps[(m * jnp.arange(W)[:, None] + slot_step).ravel()]
-    return steps.reshape(W, m), readings.reshape(W, -1)
+    return steps, readings.reshape(W, -1)
 
 
 def _each_log(one, batch: Batch, *of_log: Array):
-    """`one(run, *values)` for every log of a batch, side by side; only `step_index` has no axis of logs."""
-    step_index = jnp.asarray(batch.step_index)
-    return jax.vmap(lambda run, *values: one(run._replace(step_index=step_index), *values))(
-        batch._replace(step_index=batch.h), *of_log
+    """`one(run, *values)` for every log of a batch, side by side; only indices of steps have no axis of logs."""
+    shared = dict(step_index=jnp.asarray(batch.step_index), late_index=jnp.asarray(batch.late_index))
+    return jax.vmap(lambda run, *values: one(run._replace(**shared), *values))(
+        batch._replace(step_index=batch.h, late_index=batch.h), *of_log
     )
 
 
@@ -90,18 +92,41 @@ def _window(plant: Plant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: F
     return tuple(jnp.concatenate([s, e[None]]) for s, e in zip(states, end, strict=True))
 
 
-def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_part) -> Float[Array, "q y"]:
-    """Outputs at the reading slots of one window, interpolated between grid points; `u` (q,) the command there."""
-    left = tuple(s[slot_step] for s in states)
-    right = tuple(s[slot_step + 1] for s in states)
-    x = [a + slot_part * (b - a) for a, b in zip(left, right, strict=True)]
+def _turning(plant: Plant) -> list[tuple[int, int]]:
+    """Indices of each angle and its rate among the states."""
     names = plant.structure.states
-    for angle, rate in (("psi", "w"), ("theta", "Omega")):
-        if angle in names:  # curvature of the angle from the change of its rate
-            k = names.index(rate)
-            x[names.index(angle)] -= 0.5 * slot_part * (1.0 - slot_part) * h * (right[k] - left[k])
+    return [
+        (names.index(angle), names.index(rate)) for angle, rate in (("psi", "w"), ("theta", "Omega")) if angle in names
+    ]
+
+
+def _between(plant: Plant, h: Scalar, states, step, part) -> tuple:
+    """States at a part of these grid steps."""
+    left, right = tuple(s[step] for s in states), tuple(s[step + 1] for s in states)
+    x = [a + part * (b - a) for a, b in zip(left, right, strict=True)]
+    for angle, rate in _turning(plant):  # curvature of the angle from the change of its rate
+        x[angle] -= 0.5 * part * (1.0 - part) * h * (right[rate] - left[rate])
+    return tuple(x)
+
+
+def _earlier(plant: Plant, h: Scalar, states, step, part, age: Scalar) -> tuple:
+    """States a time `age` before a part of these grid steps; before the first grid point every angle goes at its rate there."""
+    position = part - age / h
+    whole = jnp.floor(position)
+    before = jnp.minimum(step.astype(float) + position, 0.0)
+    step = step + whole.astype(step.dtype)
+    x = list(_between(plant, h, states, jnp.maximum(step, 0), jnp.where(step < 0, 0.0, position - whole)))
+    for angle, rate in _turning(plant):
+        x[angle] += h * before * x[rate]
+    return tuple(x)
+
+
+def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_part) -> Float[Array, "q y"]:
+    """Outputs at the reading slots, interpolated between the grid points of `states`; `u` (q,) the command there."""
+    x, age = _between(plant, h, states, slot_step, slot_part), plant.age()
+    seen = x if age is None else _earlier(plant, h, states, slot_step, slot_part, age)
     t = t0 + h * (slot_step.astype(float) + slot_part)
-    return jnp.stack(jax.vmap(plant.outputs)(t, tuple(x), u), axis=-1)
+    return jnp.stack(jax.vmap(plant.outputs)(t, x, u, seen), axis=-1)
 
 
 def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"], batch: Batch):
@@ -111,14 +136,15 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
         plant = _plant_of_run(structure, theta, run)
         h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
         p = propagator(plant, h)
-        u, at_reading = commands(plant, run)
-        W, m = u.shape
+        steps, at_reading = commands(plant, run)
+        W, m = run.slot_step.shape[0], run.step_index.shape[0]
+        u = steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.late_index)))]
 
         def one_window(w, x0, u, at_reading, slot_step, slot_part):
             start = t0 + w * m * h
             states = _window(plant, p, h, start, x0, u)
             y = _readings(plant, h, start, states, at_reading, slot_step, slot_part)
-            return y, jnp.stack([s[-1] for s in states])
+            return y, jnp.stack([s[m] for s in states])
 
         return jax.vmap(one_window)(
             jnp.arange(W, dtype=float), nodes, u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
@@ -210,8 +236,14 @@ def _whole(structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Floa
     plant = _plant_of_run(structure, theta, run)
     h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
     p = propagator(plant, h)
-    u, at_reading = commands(plant, run)
-    W, m = u.shape
+    steps, at_reading = commands(plant, run)
+    slot_step, slot_part = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
+    W, m = slot_step.shape[0], run.step_index.shape[0]
+    if plant.age() is not None:  # a reading may show another window
+        states = _window(plant, p, h, t0, x0, steps)
+        at = (m * jnp.arange(W)[:, None] + slot_step).ravel()
+        y = _readings(plant, h, t0, states, at_reading.ravel(), at, slot_part.ravel())
+        return y.reshape(W, -1, y.shape[-1]), jnp.stack([s[: W * m : m] for s in states], axis=-1)
 
     def window(x, inputs):
         w, u, at_reading, slot_step, slot_part = inputs
@@ -220,5 +252,5 @@ def _whole(structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Floa
         y = _readings(plant, h, begin, states, at_reading, slot_step, slot_part)
         return jnp.stack([s[-1] for s in states]), (y, x)
 
-    inputs = (jnp.arange(W, dtype=float), u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part))
+    inputs = (jnp.arange(W, dtype=float), steps.reshape(W, m), at_reading, slot_step, slot_part)
     return jax.lax.scan(window, x0, inputs)[1]

@@ -144,7 +144,8 @@ def _stop_or_turn(
     rested = (w0 == 0.0) & (excess0 == 0.0) & (forward + backward > 0.0)
     stuck = rested & (excess1 == 0.0)
     breaking = rested & (excess1 != 0.0)  # part of the step is over when the torque reaches breakaway
-    late = (free1 - excess1 - free0) / jnp.where(breaking, free1 - free0, 1.0)
+    spare = jnp.where(excess1 > 0.0, forward - free0, backward + free0)  # the level, too, may change within the step
+    late = spare / jnp.where(breaking, spare + jnp.abs(excess1), 1.0)
     end = jnp.where(stuck, 0.0, jnp.where(breaking, (1.0 - late) * w1, jnp.where(crossed, turned, w1)))
     until = share * h * (w0 + share * (swift / 2.0 + share * bend / 3.0))
     through = angle0 + until + 0.5 * left * turned

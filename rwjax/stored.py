@@ -2,7 +2,7 @@
 
 The persistent compilation cache of JAX spares compiling, but not tracing, which takes longer for a plant with many parts.
 A traced program depends on the library's source, the versions of JAX, the platform, the structure and the arrays' shapes:
-all of them name its file.
+all of them name its file. Programs of structures that say they are not `lasting` are not kept.
 """
 
 import hashlib
@@ -63,9 +63,9 @@ def _write(path: Path | None, data: bytes | bytearray) -> None:
         pass
 
 
-def _program(name: str, key: object, flat: Callable, arrays: list[Any]) -> Callable:
-    """The compiled program for arrays of these shapes, from disk or traced and put there."""
-    path = _file(name, key)
+def _program(name: str, key: object, flat: Callable, arrays: list[Any], lasting: bool) -> Callable:
+    """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if not `lasting`."""
+    path = _file(name, key) if lasting else None
     data = _read(path)
     if data is None:
         traced = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
@@ -101,6 +101,7 @@ def stored(result: Callable) -> Callable:
                         key,
                         lambda *leaves: list(function(structure, *jax.tree.unflatten(tree, leaves))),
                         arrays,
+                        getattr(structure, "lasting", True),
                     )
             return result(programs[key](*arrays))
 

@@ -17,6 +17,12 @@ CASES = {
         "yaw_rad",
         {"axis.stribeck": {"M_e": 0.1, "v_s": 1.0}, "drive.deadzone": {"u_0": 0.3}},
     ),
+    "late platform": (platform(), "yaw_rad", {"sensor.delay": {"tau": 0.0372}}),
+    "late wheel": (
+        wheel(),
+        "wheel_rad",
+        {"sensor.delay": {"tau": 0.0372}, "sensor.missed_counts": {"s": 0.3, "w_m": 9.0}},
+    ),
     "reaction": (reaction(), "yaw_rad", {"axis.bias_torque": {"T": 1e-3}, "drive.bias": {"u_b": 0.2}}),
 }
 

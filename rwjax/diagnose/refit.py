@@ -112,7 +112,11 @@ class Refits:
     def _posed(self, structure: Structure) -> Problem:
         if structure not in self._problems:
             posed = pose(structure, self.problem.logs, self.problem.noise, prior=self.rig.prior)
-            self._problems[structure] = posed
+            own = posed.batch
+            alike = self.problem.batch._replace(
+                which=own.which, plus=own.plus
+            )  # free runs need no windows of their own
+            self._problems[structure] = replace(posed, batch=alike)
         return self._problems[structure]
 
     def _of_training(self, structure: Structure) -> Problem:

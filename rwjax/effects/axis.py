@@ -134,6 +134,7 @@ class AngleFriction(AxisDry):
     group: ClassVar[str] = "angle_friction"
     label: ClassVar[str] = "angle-dependent dry friction"
     coordinate: ClassVar[str] = "yaw"
+    at_angle: ClassVar[bool] = True
     s_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.02, 0.0, 0.0, 0.0), scale="torque", tex="s_1")
     c_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02, 0.0, 0.0), scale="torque", tex="c_1")
     s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.02, 0.0), scale="torque", tex="s_2")
@@ -175,6 +176,7 @@ class Imbalance(AxisTorque):
     name: ClassVar[str] = "axis.imbalance"
     label: ClassVar[str] = "imbalance"
     coordinate: ClassVar[str] = "yaw"
+    at_angle: ClassVar[bool] = True
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.05), scale="torque", tex="c")
 
@@ -188,6 +190,7 @@ class Spring(AxisTorque):
     name: ClassVar[str] = "axis.spring"
     label: ClassVar[str] = "spring"
     coordinate: ClassVar[str] = "yaw"
+    at_angle: ClassVar[bool] = True
     k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="k")
     T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02), scale="torque", tex="T_0")
 
@@ -201,6 +204,7 @@ class EndStop(AxisTorque):
     name: ClassVar[str] = "axis.end_stop"
     label: ClassVar[str] = "end stop"
     coordinate: ClassVar[str] = "yaw"
+    at_angle: ClassVar[bool] = True
     high: Scalar = param("rad", bounds=(-1e6, 1e6), null=1e6, starts=(0.95,), scale="highest", tex="\\psi_+")
     low: Scalar = param("rad", bounds=(-1e6, 1e6), null=-1e6, starts=(0.95,), scale="lowest", tex="\\psi_-")
     k: Scalar = param("N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(30.0, 5.0), scale="torque", tex="k")
@@ -213,8 +217,8 @@ class EndStop(AxisTorque):
         return -push - pull
 
 
-RATES = (0.7, 1.0, 1.4, 1.9, 2.6, 3.4, 4.5, 6.0, 8.0, 11.0)  # rad/s
-"""Rates at which a periodic torque is searched."""
+RATES = tuple(0.6 + 0.35 * k for k in range(29))  # rad/s
+"""Rates at which a periodic torque is searched: over 12 s, one between two of them still looks like either."""
 
 
 class PeriodicTorque(AxisTorque):

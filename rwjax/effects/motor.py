@@ -34,7 +34,7 @@ class DriverLimit(CurrentLimit):
 
 
 class Heating(Winding):
-    r"""Resistance that rises as the winding warms, $R(1 + q)$ with $\dot q = c\,i^2 - q/\tau$."""
+    r"""Resistance that rises as the winding warms, $R(1 + q)$ with $\dot q = c\,i^2(1 + q) - q/\tau$: the risen resistance heats, too."""
 
     name: ClassVar[str] = "motor.heating"
     label: ClassVar[str] = "winding that warms up"
@@ -44,7 +44,8 @@ class Heating(Winding):
     tau: Scalar = param("s", bounds=(0.1, 1e4), null=30.0, starts=(30.0, 8.0), tex="\\tau")
 
     def drift(self, motion: Motion) -> tuple[Scalar, ...]:
-        return (self.c * motion.i**2 - self.mine(motion)[0] / self.tau,)
+        q = self.mine(motion)[0]
+        return (self.c * motion.i**2 * (1.0 + q) - q / self.tau,)
 
     def resistance(self, motion: Motion) -> Scalar:
         return 1.0 + self.mine(motion)[0]

@@ -1,8 +1,8 @@
 """Ports: the places of the plant where an effect may act. Every effect is a final class on exactly one of them.
 
 command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit` -> wheel:
-`WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder`; and `Clock`, the logger's time. An effect may
-carry states of its own, 0 when a run begins.
+`WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder` -> `EncoderDelay`; and `Clock`, the logger's
+time. An effect may carry states of its own, 0 when a run begins.
 """
 
 from abc import abstractmethod
@@ -43,6 +43,8 @@ class Effect(eqx.Module):
     """What the missing part is a function of, in the words of `diagnosis.json`."""
     group: ClassVar[str]
     """Effects of one group are compiled together where any of them is looked for, at their null if it is another."""
+    at_angle: ClassVar[bool] = False
+    """Whether it depends on where its body stands, not only on how far it turns: an unseen first angle then matters."""
     states: ClassVar[tuple[str, ...]] = ()
     """Names of its own states."""
 
@@ -163,6 +165,19 @@ class Encoder(Effect):
     @abstractmethod
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         """Angle [rad] and rate [rad/s] as read."""
+
+
+class EncoderDelay(Effect):
+    """Lateness of what the encoder reads, its errors included; other sensors read at once."""
+
+    group: ClassVar[str] = "sensor_delay"
+
+    longest: ClassVar[float]
+    """Largest delay [s]: by so much do the windows of a fit overlap."""
+
+    @abstractmethod
+    def delay(self) -> Scalar:
+        """Age of a reading [s]."""
 
 
 class Clock(Effect):

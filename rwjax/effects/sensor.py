@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.ports import Clock, Encoder, Motion
+from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -27,12 +27,26 @@ class Eccentricity(Encoder):
     name: ClassVar[str] = "sensor.eccentricity"
     label: ClassVar[str] = "eccentric encoder"
     coordinate: ClassVar[str] = "yaw"
+    at_angle: ClassVar[bool] = True
     s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
     c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
 
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         sine, cosine = jnp.sin(angle), jnp.cos(angle)
         return angle + self.s * sine + self.c * cosine, rate * (1.0 + self.s * cosine - self.c * sine)
+
+
+class SensorDelay(EncoderDelay):
+    r"""The encoder's reading is late, $y(t) = \psi(t - \tau)$; before a run's first sample it went on at its first rate."""
+
+    name: ClassVar[str] = "sensor.delay"
+    label: ClassVar[str] = "late reading of the encoder"
+    coordinate: ClassVar[str] = "time"
+    longest: ClassVar[float] = 0.2
+    tau: Scalar = param("s", bounds=(0.0, longest), starts=(0.01, 0.04, 0.1), tex="\\tau")
+
+    def delay(self) -> Scalar:
+        return self.tau
 
 
 class LoggerClock(Clock):

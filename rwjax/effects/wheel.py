@@ -43,6 +43,7 @@ class Cogging(WheelTorque):
     name: ClassVar[str] = "wheel.cogging"
     label: ClassVar[str] = "cogging of the motor"
     coordinate: ClassVar[str] = "wheel_angle"
+    at_angle: ClassVar[bool] = True
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0) * len(ORDERS), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03) * len(ORDERS), scale="torque", tex="c")
     n: Scalar = param(

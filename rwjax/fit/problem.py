@@ -142,8 +142,8 @@ def _first_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray
             seen = log.outputs[angle_name][early & np.isfinite(log.outputs[angle_name])]
             guess[angle], guess[rate] = (float(np.mean(seen)) if rest and len(seen) else value), slope
             free[angle] = True
-        elif log.outputs and angle == "psi" and "axis.gravity.torque" in structure.numbers:
-            free[angle] = True  # unseen, but gravity depends on it
+        elif log.outputs and angle in structure.angles:
+            free[angle] = True  # unseen, but something depends on it
         if rate_name in log.outputs:
             guess[rate] = _line(log, rate_name)[0]
         free[rate] = not rest

@@ -45,9 +45,11 @@ def left_out(rig: Rig, *, prior: bool) -> tuple[str, ...]:
 
 
 def undelayed(rig: Rig, method: str) -> None:
-    """Raises `RigError` for a rig whose commands act late, where a method takes them to act at once."""
+    """Raises `RigError` for a rig whose commands act or whose readings come late, where a method takes neither to do so."""
     if "drive.delay" in rig.effects:
         raise RigError(f"rig `{rig.name}`: has drive.delay; the {method} takes commands to act at once")
+    if "sensor.delay" in rig.effects:
+        raise RigError(f"rig `{rig.name}`: has sensor.delay; the {method} takes readings to be at once")
 
 
 def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:

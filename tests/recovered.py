@@ -1,0 +1,73 @@
+"""Numbers of an effect fitted to logs of the separate simulator, for tests."""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from experiments.blind.cases import make_case, write_case
+from rwjax import read_logs, read_rig
+from rwjax.build import bounds_of, structure_of, theta_of
+from rwjax.diagnose.explanation import Explanation, free_names
+from rwjax.effects import BY_NAME
+from rwjax.fit.anchored import fit_anchored
+from rwjax.fit.coordinates import coordinates
+from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.problem import pose
+from rwjax.fit.scales import scales, sizes_of
+from rwjax.param import parameters
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """`value`: fitted numbers by name; `truth`: every number of the simulator; `misfit`: mean square of the residual in units
+    of noise, with the effect and, `without`, with the rig's own numbers alone."""
+
+    value: dict[str, float]
+    truth: dict[str, float]
+    changed: dict[str, float]
+    misfit: float
+    without: float
+
+
+def _misfit(found: Fit) -> float:
+    return 2.0 * found.cost / found.problem.batch.readings
+
+
+def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: str | None = None) -> Recovered:
+    """Fit of a rig's free numbers and of `effect` (`cause` unless it is given) to the training logs of a blind case."""
+    effect = effect or cause
+    case = make_case(kind, cause, seed, amplitude)
+    with tempfile.TemporaryDirectory() as folder:
+        write_case(case, Path(folder))
+        rig = read_rig(Path(folder) / "rig.toml")
+        logs = [log for log in read_logs(sorted(Path(folder).glob("*.csv")), rig) if not log.validate]
+    structure = structure_of(rig).with_effects(effect)
+    names, theta = structure.names, theta_of(rig, structure)
+    problem, typical, size = pose(structure, logs), scales(rig, logs), sizes_of(rig, structure, theta, logs)
+
+    def moves(free: tuple[str, ...]):
+        return coordinates(theta, np.array([name in free for name in names]), bounds_of(rig, structure), size)
+
+    base = fit(problem, moves(rig.free), theta)
+    own = {
+        name: parameters(BY_NAME[effect])[name.rpartition(".")[2]] for name in names if name.startswith(f"{effect}.")
+    }
+    free = free_names(rig, Explanation((effect,)))
+    found = []
+    count = max(len(p.starts) for p in own.values())
+    for begin, j in ((begin, j) for begin in (base.theta, theta) for j in range(count)):
+        start = begin.copy()
+        for name, p in own.items():
+            if name in free:
+                start[names.index(name)] = np.clip(p.starts[j % len(p.starts)] * typical[p.scale], *p.bounds)
+        found.append(fit(problem, moves(free), start, start=base.start, most_steps=4, tolerance=1e-4))
+    found = [
+        fit(problem, moves(free), f.theta, start=f.start, most_steps=12, tolerance=1e-4)
+        for f in sorted(found, key=lambda f: f.cost)[:3]
+    ]
+    best = min(found, key=lambda f: f.cost)
+    best = fit_anchored(problem, moves(free), best.theta, best.start)
+    changed = case.truth["changed"][cause]
+    return Recovered(best.numbers(), case.truth["parameters"], changed, _misfit(best), _misfit(base))
