@@ -18,6 +18,8 @@ from rwjax.fit.secant import LANES, residuals, told
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
+FURTHEST = 0.5
+"""Most by which a free number is moved at once, as a share of its size."""
 SMALLEST = 1e-3
 """Share of a start's amplitude down to which it is probed."""
 
@@ -69,7 +71,8 @@ class Screen:
             P, _ = start_response(*start_normal(problem, e, log), k, p + s, 0.0)
             blocks.append((through[..., k] + through[..., p + s] @ P).reshape(-1, len(k)))
         self.seen = problem.batch.weight.ravel() > 0.0
-        self.basis = _orthonormal(np.concatenate(blocks).reshape(-1, len(k))[self.seen])
+        self.columns = np.concatenate(blocks).reshape(-1, len(k))[self.seen]
+        self.basis = _orthonormal(self.columns)
 
     def _residuals(self, problem: Problem, thetas: Sequence[np.ndarray], pool: Executor) -> np.ndarray:
         """Residuals `(b, …)` at several parameter vectors of one structure, from the fit's first states."""
@@ -80,6 +83,16 @@ class Screen:
         many = max(1, LANES // max(len(told(problem)), 1))
         parts = [thetas[k : k + many] for k in range(0, len(thetas), many)]
         return np.concatenate(list(pool.map(lambda part: residuals(problem, part, [start] * len(part)), parts)))
+
+    def _with_free_numbers(self, problem: Problem, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Numbers with the free ones moved to where they leave least of a residual, by no more than `FURTHEST`."""
+        scale = np.maximum(np.sqrt(np.sum(self.columns**2, axis=0)), 1e-300)
+        change = np.linalg.lstsq(self.columns / scale, -residual, rcond=1e-6)[0] / scale
+        theta = theta.copy()
+        for name, size, d in zip(self.fitted.free, self.fitted.coordinates.size, change, strict=True):
+            k = problem.structure.names.index(name)
+            theta[k] += np.clip(d, -FURTHEST * size, FURTHEST * size)
+        return theta
 
     def _without(self, columns: np.ndarray) -> np.ndarray:
         """Columns with what the free numbers can do taken out."""
@@ -140,6 +153,8 @@ class Screen:
                 left, begin = predicted, starts[0]
                 if change.any():
                     begin = np.where(candidate.amplitude, candidate.off + share @ change, begin)
+                whole = residual + np.stack([others[k] - residual for k in known], axis=1) @ share
+                begin = self._with_free_numbers(candidate.problem, begin, whole)
         begin = np.clip(begin, *candidate.bounds.T)
         least = int(np.argmin(cost))
         here = (candidate.off, *candidate.starts)[least]
