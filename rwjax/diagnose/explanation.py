@@ -117,6 +117,13 @@ def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
     return tuple(free)
 
 
+def levels(wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
+    """Coulomb levels among the `wanted` numbers, each with the one among the `known` that is the same thing."""
+    names = [f"{effect}.M_c" for effect in ("axis.coulomb", *CONTAINS_COULOMB)]
+    same = next((name for name in names if name in known), None)
+    return [(name, same) for name in names if name in wanted and same is not None]
+
+
 def candidates(rig: Rig) -> tuple[str, ...]:
     """Every single name that might explain a gap of this rig, in the order of the library."""
     structure = structure_of(rig)

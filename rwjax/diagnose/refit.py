@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from rwjax.build import theta_of
-from rwjax.diagnose.explanation import Explanation, free_names, space, structure_for
+from rwjax.diagnose.explanation import Explanation, free_names, levels, space, structure_for
 from rwjax.diagnose.screen import Candidate, Screen, Screened
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
@@ -132,9 +132,8 @@ class Refits:
     def _space(self, explanation: Explanation) -> tuple[Coordinates, list[np.ndarray]]:
         return space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
 
-    def _numbers(self, structure: Structure, fitted: Fit) -> np.ndarray:
-        """Numbers of a fit in the order of another structure, what that has besides at its null."""
-        values = fitted.numbers()
+    def _in_order(self, structure: Structure, values: dict[str, float]) -> np.ndarray:
+        """Numbers by name in the order of a structure, those not given at their null."""
         return np.array([values.get(n, v) for n, v in zip(structure.names, theta_of(self.rig, structure), strict=True)])
 
     def _candidate(self, explanation: Explanation, parent: Explanation) -> Candidate:
@@ -144,10 +143,14 @@ class Refits:
         moves, starts = self._space(explanation)
         own = {*free_names(self.rig, explanation)}
         shared = {*free_names(self.rig, parent)} & own
+        values = self(parent).numbers()
+        for level, same in levels(own - shared, {*free_names(self.rig, parent)}):
+            values[level] = values[same]
+            shared.add(level)
         known = np.array([name in shared for name in structure.names])
         added = np.array([name in own - shared for name in structure.names])
         null = theta_of(self.rig, structure)
-        bases = [np.where(known, self._numbers(structure, self(parent)), start) for start in starts]
+        bases = [np.where(known, self._in_order(structure, values), start) for start in starts]
         bounds = np.tile([-np.inf, np.inf], (len(null), 1))
         bounds[moves.index] = moves.bounds
         return Candidate(problem, np.where(added, null, bases[0]), bases, added & (null == 0.0), bounds)
@@ -169,7 +172,7 @@ class Refits:
         wanted = list(dict.fromkeys(explanations))
         if not wanted:
             return {}
-        new = [e for e in wanted if e not in self._finished or parent.contains(e)]
+        new = [e for e in wanted if e not in self._finished or parent.contains(e) or e.contains(parent)]
         with ThreadPoolExecutor(THREADS) as pool:
             screened = Screen(self(parent)).predict([self._candidate(e, parent) for e in new], pool)
             running = {e: self._begin_at(e, parent, s) for e, s in zip(new, screened, strict=True)}

@@ -33,6 +33,8 @@ WORTH_BESIDES = 0.5
 """Share of the remaining excess that a further name must remove: less than half of it is no second cause but the exact form
 of the first."""
 MOST_NAMES = 3
+LEADING, CLOSE_COST = 3, 1.5
+"""Explanations at most from which their special cases are fitted, and their cost against the least."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +99,22 @@ class Search:
         return bool(self.gain(larger, smaller) > NEEDED and removed > worth * self.excess(smaller))
 
     def _extensions(self, explanation: Explanation) -> list[Explanation]:
-        larger = [explanation.plus(name) for name in self.names if name not in explanation.names]
-        return [e for e in larger if not ("axis.coulomb" in e.names and {*explanation.names} & {*CONTAINS_COULOMB})]
+        found = []
+        for name in self.names:
+            if name not in explanation.names and not (
+                name == "axis.coulomb" and {*explanation.names} & {*CONTAINS_COULOMB}
+            ):
+                rest = explanation.without("axis.coulomb") if name in CONTAINS_COULOMB else explanation
+                found.append(rest.plus(name))
+        return found
 
     def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
-        self.refits.race(explanations, parent)
+        """Fits all from a parent; then special cases of what leads, and what it is a special case of, from there."""
+        tried = self.refits.race(explanations, parent)
+        least = min((f.cost for f in tried.values()), default=0.0)
+        leading = sorted((e for e in tried if tried[e].cost <= CLOSE_COST * least), key=lambda e: tried[e].cost)
+        for e in leading[:LEADING]:
+            self.refits.race([o for o in explanations if o.contains(e) or e.contains(o)], e)
 
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
