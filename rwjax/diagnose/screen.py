@@ -89,9 +89,10 @@ class Screen:
         scale = np.maximum(np.sqrt(np.sum(self.columns**2, axis=0)), 1e-300)
         change = np.linalg.lstsq(self.columns / scale, -residual, rcond=1e-6)[0] / scale
         theta = theta.copy()
+        names = problem.structure.names
         for name, size, d in zip(self.fitted.free, self.fitted.coordinates.size, change, strict=True):
-            k = problem.structure.names.index(name)
-            theta[k] += np.clip(d, -FURTHEST * size, FURTHEST * size)
+            if name in names:
+                theta[names.index(name)] += np.clip(d, -FURTHEST * size, FURTHEST * size)
         return theta
 
     def _without(self, columns: np.ndarray) -> np.ndarray:
