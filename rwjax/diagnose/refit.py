@@ -203,9 +203,10 @@ class Refits:
         return as_it_is(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
 
     def _keep(self, found: dict[Explanation, Fit]) -> None:
-        """Takes down fits that are better than what is known."""
+        """Takes down fits that are better than what is known, or that took steps where what is known did not."""
         for e, fitted in found.items():
-            if e not in self._done or fitted.cost < self._done[e].cost:
+            old = self._done.get(e)
+            if old is None or fitted.cost < old.cost or not old.evaluation.local.size:
                 self._done[e] = fitted
 
     def _to_the_end(self, begun: Fit) -> Fit:

@@ -13,26 +13,19 @@ import numpy as np
 from rwjax.diagnose.evidence import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation, candidates, free_names
 from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.thresholds import (
+    CLOSE,
+    FAR_FROM_NOISE,
+    MOST_NAMES,
+    NEEDED,
+    NOTHING_LEFT,
+    TIE,
+    TRIFLE,
+    WORTH,
+    WORTH_BESIDES,
+)
 from rwjax.fit.end_to_end import Fit
 
-NEEDED = 5.0
-"""Log evidence that a further name must bring."""
-CLOSE = 3.0
-"""Log evidence within which two explanations cannot be told apart."""
-TIE = 0.1
-"""Share of the sum of squares by which two explanations may differ and still tie where neither reaches the noise."""
-FAR_FROM_NOISE = 2.0
-"""Mean square in units of noise above which an explanation counts as incomplete."""
-NOTHING_LEFT = 0.1
-"""Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
-TRIFLE = 0.01
-"""Share of the rig's own excess (10 % of its error) below which what is left is no gap but the effect's exact form."""
-WORTH = 0.05
-"""Share of the excess (mean square above the noise) that the first name must remove."""
-WORTH_BESIDES = 0.5
-"""Share of the remaining excess that a further name must remove: less than half of it is no second cause but the exact form
-of the first."""
-MOST_NAMES = 3
 LEADING, CLOSE_COST = 3, 1.5
 """Explanations at most from which their special cases are fitted, and their cost against the least."""
 

@@ -4,21 +4,9 @@ from typing import Literal
 
 from rwjax.diagnose.gap import Gap
 from rwjax.diagnose.search import Choice
+from rwjax.diagnose.thresholds import AT_FLOOR, BARELY, EXPLAINED, SIZE_OF_DOUBT, SIZE_OF_NOTHING
 
 Verdict = Literal["none", "effect", "ambiguous", "unknown"]
-
-SIZE_OF_NOTHING = 1.0
-"""Size of a gap, in floors, below which nothing is said to be missing."""
-SIZE_OF_DOUBT = 1.75
-r"""Size of a gap, in floors, below which a gap that nothing explains is not claimed: the first angle of a run that
-starts between two counts is off by up to half a count, $\sqrt3$ times its noise, which the floor does not hold."""
-EXPLAINED = 0.8
-"""Share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 % interval
-lies below it does not."""
-BARELY = 0.6
-"""Share of the gap that a named cause closes at the least, however wide its interval."""
-AT_FLOOR = 1.25
-"""Error after the effects are added, in floors, that counts as reaching the floor."""
 
 
 def stands_out(gap: Gap) -> bool:
