@@ -15,6 +15,7 @@ from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation
 from rwjax.diagnose.refit import Refits
 from rwjax.diagnose.thresholds import (
     CLOSE,
+    CLOSE_ABOVE,
     FAR_FROM_NOISE,
     MOST_NAMES,
     NEEDED,
@@ -203,7 +204,8 @@ class Search:
             close = [
                 e
                 for e in rivals
-                if not e.contains(best) and (self.evidence(e, effective) > reference - CLOSE or self.as_good(best, e))
+                if self.evidence(e, effective) > reference - (CLOSE_ABOVE if e.contains(best) else CLOSE)
+                or (self.as_good(best, e) and not e.contains(best))
             ]
             alternatives = [e for e in close if not any(e.contains(other) for other in close)]
             alternatives.sort(key=lambda e: -self.evidence(e, effective))

@@ -8,6 +8,8 @@ NEEDED = 5.0
 """Log evidence that a further name must bring."""
 CLOSE = 3.0
 """Log evidence within which two explanations cannot be told apart."""
+CLOSE_ABOVE = 2.0
+"""The same for one of which the other is a special case: chance brings a number of no use so near once in thirty."""
 TIE = 0.1
 """Share of the sum of squares by which two explanations may differ and still tie where neither reaches the noise."""
 FAR_FROM_NOISE = 2.0
