@@ -242,8 +242,9 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     after = held_out(refits, best, numbered, with_floor=False) if best.names else before
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
-    named = Explanation() if verdict == "none" else best
-    if verdict == "none":
+    no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
+    named = Explanation() if verdict == "none" or no_help else best
+    if not named.names:
         after, gaps = before, bare
 
     rivals = list(dict.fromkeys([best, *choice.alternatives]))[:MOST_RIVALS] if verdict == "ambiguous" else []

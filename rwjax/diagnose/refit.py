@@ -24,7 +24,7 @@ from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-HEATS = ((14, 2), (6, 4))
+HEATS = ((99, 1), (8, 2), (5, 4))
 """A race's heats: how many explanations take part, those that leave least, and steps of each."""
 LAST = 12
 """Steps at most of those that take part to the end."""

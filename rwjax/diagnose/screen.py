@@ -20,6 +20,8 @@ LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
 FURTHEST = 0.5
 """Most by which a free number is moved at once, as a share of its size."""
+FEW = 4
+"""Starts of a candidate from all of which a search begins; of more, from the predicted and from the nearest one."""
 SMALLEST = 1e-3
 """Share of a start's amplitude down to which it is probed."""
 
@@ -105,7 +107,11 @@ class Screen:
         coarse = self._probed(candidates, pool)
         scaled = [self._scaled(c, r) for c, r in zip(candidates, coarse, strict=True)]
         fine = self._probed(scaled, pool)
-        return [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
+        found = [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
+        return [
+            replace(s, begin=(*s.begin[:1], *c.starts)) if len(c.starts) <= FEW else s
+            for s, c in zip(found, candidates, strict=True)
+        ]
 
     def _probed(self, candidates: Sequence[Candidate], pool: Executor) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""
