@@ -7,6 +7,7 @@ import argparse
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,7 @@ def _wishes(name: str, kind: str, rng: np.random.Generator) -> Wishes:
     return replace(wishes, columns=columns)
 
 
+@lru_cache(maxsize=4)
 def prepare(kind: str, effect: str | None, seed: int) -> Prepared:
     """Everything of a case that does not depend on the amplitude, reproducible by the seed."""
     names = split(effect)
@@ -130,7 +132,12 @@ def _runs(rig: Rig, wishes: Wishes, rng: np.random.Generator) -> dict[str, tuple
         level = rig.top * float(rng.choice([1.0, 1.0, rng.uniform(0.5, 1.0)]))
         u = command(kind, float(rng.uniform(10.0, 15.0)), level, rng)
         t = np.arange(len(u)) * TICK
-        at = np.maximum.accumulate(np.maximum(t + rng.uniform(-JITTER, JITTER, len(t)), 0.0))
+        late = rng.uniform(-JITTER, JITTER, len(t))
+        if (
+            rig.truth.L == 0.0 and "current_A" in rig.sensors.noise
+        ):  # that jumps with the command: read once it is written
+            late = np.maximum(late, 0.0)
+        at = np.maximum.accumulate(np.maximum(t + late, 0.0))
         start = np.zeros(5)
         if rig.kind != "wheel":
             start[PSI] = angle + rng.uniform(-0.3, 0.3)
