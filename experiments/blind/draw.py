@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -151,6 +152,15 @@ def read(path: Path) -> list[dict]:
     return [json.loads(line) for line in lines if line.endswith("\n")]
 
 
+def appending(path: Path) -> TextIO:
+    """The file at its end, without what was cut off while it was written."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = path.read_text() if path.exists() else ""
+    if not text.endswith("\n"):
+        path.write_text(text[: text.rfind("\n") + 1])
+    return path.open("a")
+
+
 def cases(name: str) -> Iterator[dict]:
     """The cases of a set that were found."""
     return (row for row in read(SETS / f"{name}.jsonl") if "seed" in row)
@@ -163,11 +173,10 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1)
     a = parser.parse_args()
     path = SETS / f"{a.name}.jsonl"
-    path.parent.mkdir(exist_ok=True)
     done = {row["index"] for row in read(path)}
     todo = [place for place in places(a.name) if place.index not in done]
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(a.processes, context) as pool, path.open("a") as file:
+    with ProcessPoolExecutor(a.processes, context) as pool, appending(path) as file:
         for k, row in enumerate(pool.map(partial(draw, a.name), todo), 1):
             file.write(json.dumps(row) + "\n")
             file.flush()
