@@ -27,7 +27,7 @@ COPIED = ("set", "index", "group", "kind", "effect", "seed", "amplitude", "size"
 
 def answer(row: dict) -> dict:
     """One case's line: what it is, and what the diagnosis says of it or how it failed."""
-    case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"])
+    case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
     line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"]}
     with tempfile.TemporaryDirectory() as folder:
         write_case(case, Path(folder))

@@ -237,11 +237,12 @@ def equivalent(kind: str, name: str, truth: Truth) -> list[str]:
     return same.get(name, [])
 
 
-def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0) -> Case:
+def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0, raw: bool = True) -> Case:
     """A random rig of a kind that lacks `effect`, or nothing; reproducible by its seed.
 
     `effect` is a name of the interface, `outside.NAME`, several joined by +, or None. `amplitude` scales the strength
-    (1: as drawn, 0: without the effect) and changes neither rig, inputs nor noise.
+    (1: as drawn, 0: without the effect) and changes neither rig, inputs nor noise. `raw`: whether the label holds the
+    raw size, which takes runs without the effect.
     """
     case = prepare(kind, effect, seed)
     rig, names = case.rig, split(effect)
@@ -262,7 +263,8 @@ def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0) 
         record = replace(record, start=settled(truth, record.start))
         clean = readings(truth, record, columns)
         with_it.append(clean)
-        without.append(clean if believed == truth else readings(believed, record, columns))
+        if raw:
+            without.append(clean if believed == truth else readings(believed, record, columns))
         logs[name] = _log(record, validate, cells(clean, rig.sensors, noise))
         starts[name] = record.start.tolist()
     outside = [name for name in names if name.startswith("outside.")]
@@ -275,7 +277,7 @@ def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0) 
         "seed": seed,
         "effect": effect or "none",
         "amplitude": amplitude,
-        "raw_size": _raw_size(with_it, without, case.scene.floor),
+        "raw_size": _raw_size(with_it, without, case.scene.floor) if raw else None,
         "same_as": {name: equivalent(kind, name, truth) for name in present if equivalent(kind, name, truth)},
         "changed": {e: {k: getattr(truth, k) for k in numbers} for e, numbers in case.numbers.items() if present},
         "true_numbers": {name: number(truth, name) for name in rig.free},

@@ -62,7 +62,7 @@ def ask(line: dict, done: set[tuple[int, str]]) -> list[dict]:
     open_ones = [o for o in questions(line) if (line["index"], "+".join(sorted(o))) not in done]
     if not open_ones:
         return []
-    case = make_case(line["kind"], line["effect"], line["seed"], line["amplitude"])
+    case = make_case(line["kind"], line["effect"], line["seed"], line["amplitude"], raw=False)
     true, noise, found = refit(case, line["effect"], step=COARSE), perfect(case, COARSE), []
     for option in open_ones:
         name = "+".join(sorted(option))

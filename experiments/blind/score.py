@@ -247,6 +247,8 @@ def main() -> None:
     a = parser.parse_args()
     lines, alike = read(a.path), judged(a.path)
     group = {name: [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")}
+    if not lines:
+        parser.error(f"{a.path} holds no results")
     if group["single"]:
         singles(group["single"], alike)
     if group["pair"]:

@@ -42,7 +42,7 @@ def sized(kind: str, effect: str, seed: int, wanted: float) -> Sized:
     raw = make_case(kind, effect, seed).truth["raw_size"]
     x = float(np.clip(goal - np.log(raw), np.log(0.02), np.log(10.0))) if 0.0 < raw < np.inf else 0.0
     for _ in range(STEPS):
-        case = make_case(kind, effect, seed, float(f"{np.exp(x):.4g}"))
+        case = make_case(kind, effect, seed, float(f"{np.exp(x):.4g}"), raw=False)
         base = refit(case, None, evaluations=EVALUATIONS, step=COARSE, first=first)
         found = size(base.gap, perfect(case, COARSE))
         if max(wanted / WITHIN, SMALLEST) <= found <= min(wanted * WITHIN, LARGEST):
