@@ -21,7 +21,7 @@ from experiments.blind.draws import EFFECTS
 from experiments.blind.oracle import STEP, Fit, judge, perfect, refit, size
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
-from experiments.blind.sizes import COARSE, EVALUATIONS, LARGEST, SMALLEST, OutOfReach, sized
+from experiments.blind.sizes import COARSE, EVALUATIONS, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
 
 SETS = Path(__file__).parent / "sets"
 TRIES = 8  # seeds of one place in a set
@@ -99,6 +99,10 @@ def carried(case: Case, base: Fit | None = None) -> dict:
     if base is None:
         return found
     found = judge(case, base, STEP) if found["left"] > 0.5 else found
+    if not SMALLEST / WITHIN < found["size"] < LARGEST * WITHIN:
+        raise OutOfReach(f"size {found['size']:.3g} in the simulator's own step")
+    if found["repeatable"] > 1.0:
+        raise OutOfReach(f"no run can be repeated: they spread by {found['repeatable']:.3g} floors")
     if found["left"] > LEAVES * found["size"]:
         raise OutOfReach(f"the true effect leaves {found['left']:.3g} of {found['size']:.3g}")
     if found["misfit_without"] < SEEN * found["misfit_with"]:
