@@ -2,6 +2,11 @@
 
 `python -m experiments.blind.draw calibrate [--processes 1]` appends to `experiments/blind/sets/calibrate.jsonl` what is
 not there yet. `calibrate` is to be looked at as often as one likes, `test` once.
+
+A line: place in the set and group, kind, effect, the size wanted, seed, amplitude; by refits from the truth the size, what the
+true effect leaves (`left`, as a size), misfits of the runs fitted without and with it, relative errors of its numbers;
+`repeatable` (see the oracle); of a pair the size without either name (`needed`); why seeds before this one were `dropped`,
+all of them where the line has no seed.
 """
 
 import argparse
