@@ -75,6 +75,15 @@ def floor(prepared: Prepared) -> dict[str, float]:
     return {c: float(np.hypot(f, step.get(c, 0.0) / np.sqrt(12.0))) for c, f in prepared.scene.floor.items()}
 
 
+def perfect(case: Case, step: float = STEP) -> dict[str, float]:
+    """What the true rig leaves of each column of the runs held out: the floor, or more where the start's error grows."""
+    label = case.truth
+    prepared = prepare(label["kind"], label["effect"], label["seed"])
+    held_out = [run for run in parse(case, prepared) if run.validate]
+    gap = _gap(Truth(**label["parameters"]), held_out, step)
+    return {name: max(noise, gap[name]) for name, noise in floor(prepared).items()}
+
+
 def free_run(truth: Truth, run: Run, step: float = STEP) -> dict[str, np.ndarray]:
     """What the logged columns would hold under a run's command, from rest where its first readings say it stood."""
     first = run.record.time < run.record.time[0] + FIRST
@@ -90,18 +99,20 @@ def free_run(truth: Truth, run: Run, step: float = STEP) -> dict[str, np.ndarray
     return readings(truth, replace(run.record, start=start), run.read, step)
 
 
-def _weighted(truth: Truth, runs: list[Run], noise: dict[str, float], prepared: Prepared) -> np.ndarray:
+def _weighted(
+    truth: Truth, runs: list[Run], noise: dict[str, float], prepared: Prepared, step: float = STEP
+) -> np.ndarray:
     """Residuals in units of the floor; a constant that half a count explains is taken off."""
     parts = []
     for run in runs:
-        clean = free_run(truth, run)
+        clean = free_run(truth, run, step)
         for name, y in run.read.items():
             residual = y - clean[name]
             if name in prepared.rig.sensors.counts:
                 half = np.pi / prepared.rig.sensors.counts[name]
                 residual = residual - np.clip(np.mean(residual), -half, half)
             parts.append(residual / noise[name])
-    return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
+    return np.clip(np.nan_to_num(np.concatenate(parts), nan=1e6), -1e6, 1e6)
 
 
 def _continuous(numbers: Numbers, truth: Truth) -> list[str]:
@@ -117,7 +128,9 @@ def _value(truth: Truth, name: str) -> float:
     return number(truth, name) if "." in name else getattr(truth, name)
 
 
-def fit(start: Truth, names: list[str], runs: list[Run], prepared: Prepared, evaluations: int = 30) -> Fit:
+def fit(
+    start: Truth, names: list[str], runs: list[Run], prepared: Prepared, evaluations: int = 30, step: float = STEP
+) -> Fit:
     """Least squares over `names` (dotted: of the rig file; others: fields of `Truth`) on the runs not held out."""
     noise = prepared.scene.floor
     train, held_out = ([r for r in runs if r.validate == which] for which in (False, True))
@@ -134,7 +147,8 @@ def fit(start: Truth, names: list[str], runs: list[Run], prepared: Prepared, eva
         return truth
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return _weighted(at(x), train, noise, prepared)
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial may run away
+            return _weighted(at(x), train, noise, prepared, step)
 
     x, error = np.ones(len(names)), np.zeros(len(names))
     if names:
@@ -144,41 +158,60 @@ def fit(start: Truth, names: list[str], runs: list[Run], prepared: Prepared, eva
         error = np.sqrt(np.sum((v.T / np.maximum(s, 1e-9)) ** 2, axis=1))
     truth = at(x)
     last = residual(x)
-    gap = {}
-    for name in noise:
-        off = [run.read[name] - free_run(truth, run)[name] for run in held_out]
-        gap[name] = float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
     return Fit(
         truth,
-        {name: _value(truth, name) for name in names},
+        {name: float(_value(truth, name)) for name in names},
         dict(zip(names, error.tolist(), strict=True)),
         float(np.sqrt(np.mean(last**2))),
-        gap,
+        _gap(truth, held_out, step),
     )
 
 
-def refit(case: Case, effect: str | None, tries: int = 1, evaluations: int = 30) -> Fit:
-    """The rig with `effect` fitted to a case: its own effect from the truth, any other from `tries` random draws."""
+def _gap(truth: Truth, runs: list[Run], step: float) -> dict[str, float]:
+    """RMS of free runs by column, in SI."""
+    found: dict[str, list[np.ndarray]] = {}
+    with np.errstate(over="ignore", invalid="ignore"):
+        for run in runs:
+            clean = free_run(truth, run, step)
+            for name, y in run.read.items():
+                found.setdefault(name, []).append(np.nan_to_num(y - clean[name], nan=1e6))
+        return {name: float(np.sqrt(np.mean(np.concatenate(off) ** 2))) for name, off in found.items()}
+
+
+def refit(
+    case: Case,
+    effect: str | None,
+    tries: int = 1,
+    evaluations: int = 30,
+    step: float = STEP,
+    first: dict[str, float] | None = None,
+) -> Fit:
+    """The rig with `effect` fitted to a case: its own effects from the truth, any other from `tries` random draws.
+
+    `first`: numbers to begin from instead, as another fit of the case found them.
+    """
     label = case.truth
     prepared = prepare(label["kind"], label["effect"], label["seed"])
     runs, free = parse(case, prepared), list(prepared.rig.free)
     base = prepared.rig.truth
-    own = split(effect) == split(label["effect"])
+    own = {*split(effect)} & {*split(label["effect"])}
     for name, value in label["wrong_numbers"].items():
-        base = base if own else with_number(base, name, value)
+        base = base if f"parameter.{name}" in own else with_number(base, name, value)
     fits = []
-    for trial in range(1 if own else tries):
+    for trial in range(1 if own == {*split(effect)} else tries):
         truth, names = base, list(free)
         rng = np.random.default_rng([label["seed"], trial])
         for name in split(effect):
             if name.startswith("parameter."):
                 names.append(name.removeprefix("parameter."))
                 continue
-            numbers = prepared.numbers[name] if own else (EFFECTS | OUTSIDE)[name].draw(prepared.scene, rng)
-            truth = put(truth, numbers, label["amplitude"] if own else 1.0)
+            numbers = prepared.numbers[name] if name in own else (EFFECTS | OUTSIDE)[name].draw(prepared.scene, rng)
+            truth = put(truth, numbers, label["amplitude"] if name in own else (1.0, 0.2)[trial % 2])
             names += [k for k in _continuous(numbers, truth) if k not in names]
         names = [n for n in names if n != "coulomb" or "axis.friction.coulomb" not in names]
-        fits.append(fit(truth, names, runs, prepared, evaluations))
+        for name, value in (first or {}).items():
+            truth = _with(truth, name, value) if name in names else truth
+        fits.append(fit(truth, names, runs, prepared, evaluations, step))
     return min(fits, key=lambda one: one.misfit)
 
 
@@ -203,12 +236,16 @@ def repeatable(case: Case) -> float:
     return worst
 
 
-def judge(case: Case) -> dict:
-    """What the logs of a case carry: size of the gap, what the true effect leaves, how well its numbers are known."""
+def judge(case: Case, without: Fit | None = None, step: float = STEP) -> dict:
+    """What the logs of a case carry: size of the gap, what the true effect leaves, how well its numbers are known.
+
+    `without`: the refit without the effect, where it is known already.
+    """
     label = case.truth
     prepared = prepare(label["kind"], label["effect"], label["seed"])
-    noise = floor(prepared)
-    without, with_it = refit(case, None), refit(case, label["effect"])
+    noise = perfect(case, step)
+    without = without or refit(case, None, step=step)
+    with_it = refit(case, label["effect"], step=step) if split(label["effect"]) else without
     own = [name for name in with_it.numbers if name not in prepared.rig.free]
     return {
         "size": size(without.gap, noise),

@@ -1,0 +1,96 @@
+"""Diagnoses every case of a set through the library's own readers, one JSON line each.
+
+`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N]` skips what the file
+holds already. With a limit the cases are spread evenly over the set.
+"""
+
+import argparse
+import multiprocessing
+import tempfile
+import traceback
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from json import dumps
+from pathlib import Path
+from time import perf_counter
+
+from experiments.blind.cases import KINDS, make_case, write_case
+from experiments.blind.draw import PLANS, appending, cases, read
+from rwjax import read_logs, read_rig
+from rwjax.diagnose.diagnosis import diagnose
+
+EACH = 40  # cases until a worker, whose memory grows with every program, gives way to a new one
+LISTED = 5  # names of the ranking that are kept
+COPIED = ("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable")
+
+
+def answer(row: dict) -> dict:
+    """One case's line: what it is, and what the diagnosis says of it or how it failed."""
+    case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
+    line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"]}
+    with tempfile.TemporaryDirectory() as folder:
+        write_case(case, Path(folder))
+        begin = perf_counter()
+        try:
+            rig = read_rig(Path(folder) / "rig.toml")
+            found = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig)).json()
+        except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            text = f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
+            return line | {"seconds": round(perf_counter() - begin, 2), "error": text}
+    gap, where = found["gap"], found["where"] or {}
+    return line | {
+        "verdict": found["verdict"],
+        "effects": found["effects"],
+        "alternatives": found["alternatives"],
+        "subsystem": where.get("subsystem"),
+        "coordinate": where.get("coordinate"),
+        **{key: gap[key] for key in ("signal", "before", "after", "floor", "closed")},
+        "top": [[one["effect"], one["probability"]] for one in found["ranking"][:LISTED]],
+        "seconds": round(perf_counter() - begin, 2),
+    }
+
+
+def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
+    """At most `limit` of the cases, evenly over the set; those of one kind of rig, which share programs, together."""
+    step = max(len(rows) / limit, 1.0) if limit else 1.0
+    chosen = [rows[int(k * step)] for k in range(min(limit or len(rows), len(rows)))]
+    return sorted(chosen, key=lambda row: KINDS.index(row["kind"]))
+
+
+def run(rows: Sequence[dict], path: Path, processes: int, work: Callable[[dict], dict] = answer) -> None:
+    """Appends the line of every case that `path` does not hold; a worker that dies loses its case for this time only."""
+    done = {line["index"] for line in read(path)}
+    rest = [row for row in rows if row["index"] not in done]
+    context, count = multiprocessing.get_context("spawn"), 0
+    with appending(path) as file:
+        for first in range(0, len(rest), EACH * processes):
+            with ProcessPoolExecutor(processes, context) as pool:
+                waiting = [pool.submit(work, row) for row in rest[first : first + EACH * processes]]
+                for future in as_completed(waiting):
+                    try:
+                        line = future.result()
+                    except BrokenProcessPool:
+                        print("\na worker died; run again for what is missing")
+                        break
+                    file.write(dumps(line) + "\n")
+                    file.flush()
+                    count += 1
+                    print(f"\r{count} of {len(rest)}", end="", flush=True)
+    print()
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("name", choices=PLANS)
+    parser.add_argument("-o", dest="path", type=Path, required=True)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--limit", type=int)
+    a = parser.parse_args()
+    run(spread(list(cases(a.name)), a.limit), a.path, a.processes)
+
+
+if __name__ == "__main__":
+    main()

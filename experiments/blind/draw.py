@@ -1,0 +1,197 @@
+"""Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own refits.
+
+`python -m experiments.blind.draw calibrate [--processes 1]` appends to `experiments/blind/sets/calibrate.jsonl` what is
+not there yet. `calibrate` is to be looked at as often as one likes, `test` once.
+
+A line: place in the set and group, kind, effect, the size wanted, seed, amplitude; by refits from the truth the size, what the
+true effect leaves (`left`, as a size), misfits of the runs fitted without and with it, relative errors of its numbers;
+`repeatable` (see the oracle); of a pair the size without either name (`needed`); why seeds before this one were `dropped`,
+all of them where the line has no seed.
+"""
+
+import argparse
+import json
+import multiprocessing
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from experiments.blind.cases import KINDS, Case, kinds_of, make_case, split
+from experiments.blind.draws import EFFECTS
+from experiments.blind.oracle import STEP, Fit, judge, perfect, refit, size
+from experiments.blind.outside import OUTSIDE
+from experiments.blind.rigs import FIELD
+from experiments.blind.sizes import COARSE, EVALUATIONS, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
+
+SETS = Path(__file__).parent / "sets"
+TRIES = 8  # seeds of one place in a set
+APART = 2000  # between the seeds of two tries, more than a set has places
+OUTSIDE_FROM = 5.0  # smallest size of a cause outside the list
+LEAVES = 0.5  # largest share of the size that the true effect may leave
+SEEN = 1.05  # least factor by which the effect must raise the misfit of the runs that are fitted
+OF_PAIR = 2.0  # size that must be left where a pair lacks either name
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How many cases a set has, and its first seed."""
+
+    first: int
+    each: int  # of every effect
+    wrong: int  # of every number of the rig file
+    outside: int  # of every cause outside the list
+    pairs: int
+    none: int
+
+
+PLANS = {
+    "calibrate": Plan(30_000, each=4, wrong=2, outside=5, pairs=20, none=100),
+    "test": Plan(50_000, each=8, wrong=3, outside=10, pairs=40, none=200),
+}
+
+
+@dataclass(frozen=True)
+class Place:
+    """One case to be drawn."""
+
+    index: int
+    group: str  # single, outside, pair, none
+    kind: str
+    effect: str
+    wanted: float | None  # size
+
+
+def places(name: str) -> list[Place]:
+    """What a set is to hold; single effects in turn in every kind of rig that can show them."""
+    plan = PLANS[name]
+    rng = np.random.default_rng(plan.first)
+
+    def between(low: float) -> float:
+        return float(f"{np.exp(rng.uniform(np.log(low), np.log(LARGEST))):.3g}")
+
+    found: list[tuple[str, str, str, float | None]] = []
+    singles = [(e, plan.each) for e in EFFECTS] + [(f"parameter.{n}", plan.wrong) for n in FIELD]
+    for group, names, low in (
+        ("single", singles, SMALLEST),
+        ("outside", [(e, plan.outside) for e in OUTSIDE], OUTSIDE_FROM),
+    ):
+        for effect, count in names:
+            kinds = rng.permutation(kinds_of(effect))
+            found += [(group, str(kinds[k % len(kinds)]), effect, between(low)) for k in range(count)]
+    found += [("pair", KINDS[k % 3], pair(KINDS[k % 3], rng), between(OUTSIDE_FROM)) for k in range(plan.pairs)]
+    found += [("none", KINDS[k % 3], "none", None) for k in range(plan.none)]
+    return [Place(k, *one) for k, one in enumerate(found)]
+
+
+def pair(kind: str, rng: np.random.Generator) -> str:
+    """Two effects that a rig of a kind can have at the same time."""
+    together = ({"axis.backlash", "axis.flexible_coupling"}, {"drive.delay", "sensor.delay"})
+    able = [name for name in EFFECTS if kind in kinds_of(name)]
+    while True:
+        names = sorted(str(n) for n in rng.choice(able, 2, replace=False))
+        if {*names} not in together:
+            return "+".join(names)
+
+
+def carried(case: Case, base: Fit | None = None) -> dict:
+    """The oracle's judgement, in the simulator's own step where a coarser one leaves something."""
+    found = judge(case, base, COARSE)
+    if base is None:
+        return found
+    found = judge(case, base, STEP) if found["left"] > 0.5 else found
+    if not SMALLEST / WITHIN < found["size"] < LARGEST * WITHIN:
+        raise OutOfReach(f"size {found['size']:.3g} in the simulator's own step")
+    if found["repeatable"] > 1.0:
+        raise OutOfReach(f"no run can be repeated: they spread by {found['repeatable']:.3g} floors")
+    if found["left"] > LEAVES * found["size"]:
+        raise OutOfReach(f"the true effect leaves {found['left']:.3g} of {found['size']:.3g}")
+    if found["misfit_without"] < SEEN * found["misfit_with"]:
+        raise OutOfReach(f"only the runs held out show it: misfit {found['misfit_without']:.3g}")
+    return found
+
+
+def needed(case: Case) -> dict[str, float]:
+    """Size that is left of a pair without either name."""
+    noise = perfect(case, COARSE)
+    first, second = split(case.truth["effect"])
+    left = {}
+    for name, other in ((first, second), (second, first)):
+        left[name] = size(refit(case, other, evaluations=EVALUATIONS, step=COARSE).gap, noise)
+        if left[name] < OF_PAIR:
+            raise OutOfReach(f"{name} hardly matters: size {left[name]:.3g} without it")
+    return left
+
+
+def draw(name: str, place: Place) -> dict:
+    """The case at a place, or why there is none."""
+    row = {"set": name, "index": place.index, "group": place.group, "kind": place.kind, "effect": place.effect}
+    seed = PLANS[name].first + place.index
+    if place.wanted is None:
+        case = make_case(place.kind, "none", seed)
+        return row | {"seed": seed, "amplitude": 1.0} | rounded(carried(case))
+    row["wanted"], dropped = place.wanted, []
+    for trial in range(TRIES):
+        try:
+            found = sized(place.kind, place.effect, seed + APART * trial, place.wanted)
+            more = carried(found.case, found.base)
+            if place.group == "pair":
+                more["needed"] = needed(found.case)
+        except OutOfReach as reason:
+            dropped.append(str(reason))
+            continue
+        row |= {"seed": seed + APART * trial, "amplitude": found.case.truth["amplitude"]}
+        row |= rounded(more)
+        break
+    return row | ({"dropped": dropped} if dropped else {})
+
+
+def rounded(values: dict) -> dict:
+    """Numbers to four digits."""
+    return {k: rounded(v) if isinstance(v, dict) else float(f"{v:.4g}") for k, v in values.items()}
+
+
+def read(path: Path) -> list[dict]:
+    """The lines of a file of JSON lines, if there is any; what was cut off while it was written is left out."""
+    lines = path.read_text().splitlines(keepends=True) if path.exists() else []
+    return [json.loads(line) for line in lines if line.endswith("\n")]
+
+
+def appending(path: Path) -> TextIO:
+    """The file at its end, without what was cut off while it was written."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = path.read_text() if path.exists() else ""
+    if not text.endswith("\n"):
+        path.write_text(text[: text.rfind("\n") + 1])
+    return path.open("a")
+
+
+def cases(name: str) -> Iterator[dict]:
+    """The cases of a set that were found."""
+    return (row for row in read(SETS / f"{name}.jsonl") if "seed" in row)
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("name", choices=PLANS)
+    parser.add_argument("--processes", type=int, default=1)
+    a = parser.parse_args()
+    path = SETS / f"{a.name}.jsonl"
+    done = {row["index"] for row in read(path)}
+    todo = [place for place in places(a.name) if place.index not in done]
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(a.processes, context) as pool, appending(path) as file:
+        for k, row in enumerate(pool.map(partial(draw, a.name), todo), 1):
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            print(f"\r{k} of {len(todo)}", end="", flush=True)
+    print()
+
+
+if __name__ == "__main__":
+    main()

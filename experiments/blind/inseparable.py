@@ -1,0 +1,89 @@
+"""Is what the library names instead of the truth as good as the truth? The simulator, refitted with both, answers.
+
+`python -m experiments.blind.inseparable RESULTS.jsonl` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
+An explanation counts as inseparable where its refit leaves no more than the true effect's, to `TOLERANCE` floors, of the
+runs fitted (all columns together) and of those held out (each column). What has more names than the truth is not asked
+about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
+"""
+
+import argparse
+from json import dumps
+from pathlib import Path
+
+from experiments.blind.cases import kinds_of, make_case, split
+from experiments.blind.draw import appending, read
+from experiments.blind.draws import EFFECTS
+from experiments.blind.oracle import Fit, perfect, refit
+from experiments.blind.rigs import FIELD
+from experiments.blind.sizes import COARSE
+
+TOLERANCE = 0.2  # floors
+TRIES = 4  # random draws from which the other explanation is refitted
+MOST = 4  # explanations of a case that are asked about
+
+
+def beside(path: Path) -> Path:
+    """The file of the judgements on the results in `path`."""
+    return path.with_suffix(".inseparable.jsonl")
+
+
+def options(line: dict) -> list[frozenset[str]]:
+    """The explanations that a diagnosis offers, the first one first."""
+    if line.get("verdict") not in ("effect", "ambiguous"):
+        return []
+    return [frozenset(names) for names in [line["effects"], *line["alternatives"]]]
+
+
+def questions(line: dict) -> list[frozenset[str]]:
+    """Those of the explanations offered that the oracle should be asked about, and can be."""
+    truth = frozenset(split(line["effect"]))
+    same = {other for others in line["same_as"].values() for other in others}
+    found = []
+    for option in options(line) if truth else []:
+        longer = len(option) > len(truth) and line["group"] != "outside"
+        known = all(
+            name in EFFECTS or (name.removeprefix("parameter.") in FIELD and name.startswith("parameter."))
+            for name in option
+        )
+        if option != truth and not longer and not option <= same and known:
+            found += [option] * all(line["kind"] in kinds_of(name) for name in option)
+    return found[:MOST]
+
+
+def as_good(other: Fit, true: Fit, noise: dict[str, float]) -> bool:
+    """Whether one refit leaves no more than another, of the runs fitted and of those held out."""
+    near = TOLERANCE**2
+    held_out = all(other.gap[c] ** 2 <= max(true.gap[c], noise[c]) ** 2 + near * noise[c] ** 2 for c in noise)
+    return held_out and other.misfit**2 <= max(true.misfit, 1.0) ** 2 + near
+
+
+def ask(line: dict, done: set[tuple[int, str]]) -> list[dict]:
+    """A judgement for each open question of a case."""
+    open_ones = [o for o in questions(line) if (line["index"], "+".join(sorted(o))) not in done]
+    if not open_ones:
+        return []
+    case = make_case(line["kind"], line["effect"], line["seed"], line["amplitude"], raw=False)
+    true, noise, found = refit(case, line["effect"], step=COARSE), perfect(case, COARSE), []
+    for option in open_ones:
+        name = "+".join(sorted(option))
+        other = refit(case, name, tries=TRIES, step=COARSE)
+        judged = {"index": line["index"], "option": name, "inseparable": as_good(other, true, noise)}
+        found.append(judged | {"misfit": round(other.misfit, 4), "misfit_true": round(true.misfit, 4)})
+    return found
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("path", type=Path)
+    path = parser.parse_args().path
+    done = {(one["index"], one["option"]) for one in read(beside(path))}
+    with appending(beside(path)) as file:
+        for line in read(path):
+            for judged in ask(line, done):
+                file.write(dumps(judged) + "\n")
+                file.flush()
+
+
+if __name__ == "__main__":
+    main()

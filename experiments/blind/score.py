@@ -1,0 +1,269 @@
+"""Tables of how often a campaign's diagnoses are right.
+
+`python -m experiments.blind.score RESULTS.jsonl [--confusions]`
+
+What counts, for a case with one true name, where an *option* is `effects` or one of `alternatives`:
+exact: verdict `effect` and the truth alone; set: the truth is an option, and each other option is declared the same thing
+(`same_as` of the label) or inseparable from it by the oracle (`inseparable`); together they are *right*. twin: the truth is
+no option, but every option is the same or inseparable; wider: the truth or a twin is in an option, but some option holds a
+name too many or one that the logs rule out; wrong: other names; then the verdicts `unknown` and `none`, and errors.
+Intervals are Clopper and Pearson's, 95 %.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Callable, Sequence
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import binomtest
+
+from experiments.blind.cases import split
+from experiments.blind.draw import read
+from experiments.blind.inseparable import beside, options
+from experiments.speed.table import show
+from rwjax.diagnose.explanation import coordinate_of
+
+CLASSES = ("exact", "set", "twin", "wider", "wrong", "unknown", "none", "error")
+RIGHT = ("exact", "set")
+BINS = (3.0, 5.0, 10.0, 30.0)  # sizes
+SAID = (0.0, 0.5, 0.7, 0.9, 0.97, 1.0)  # probabilities
+AT_FLOOR = 1.25  # error left, in floors, above which there is an excess
+
+Line = dict
+Judged = dict[int, set[frozenset[str]]]
+
+
+def judged(path: Path) -> Judged:
+    """Explanations of each case that the oracle cannot tell from the truth."""
+    found: Judged = {}
+    for one in read(beside(path)):
+        if one["inseparable"]:
+            found.setdefault(one["index"], set()).add(frozenset(one["option"].split("+")))
+    return found
+
+
+def matches(option: frozenset[str], line: Line) -> bool:
+    """Whether an option is the truth, up to names declared to be the same thing."""
+    true = split(line["effect"])
+    alike = [{name, *line["same_as"].get(name, ())} for name in true]
+    return len(option) == len(true) and any(
+        all(name in group for name, group in zip(order, alike, strict=True)) for order in permutations(option)
+    )
+
+
+def outcome(line: Line, alike: Judged) -> str:
+    """One of `CLASSES`."""
+    if "error" in line:
+        return "error"
+    if line["verdict"] in ("none", "unknown"):
+        return line["verdict"]
+    true, offered = frozenset(split(line["effect"])), options(line)
+    fits = [matches(o, line) or o in alike.get(line["index"], ()) for o in offered]
+    if offered == [true]:
+        return "exact"
+    if all(fits):
+        return "set" if true in offered else "twin"
+    return "wider" if any(fits) or any(true <= o for o in offered) else "wrong"
+
+
+def share(hits: int, count: int) -> str:
+    """Percent with its interval."""
+    if count == 0:
+        return "–"
+    low, high = binomtest(hits, count).proportion_ci(method="exact")
+    return f"{100 * hits / count:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
+
+
+def rows(lines: Sequence[Line], alike: Judged, by: Callable[[Line], str]) -> list[list[str]]:
+    """One row for each value of `by`, in order of first appearance, and one for all."""
+    groups: dict[str, list[Line]] = {}
+    for line in lines:
+        groups.setdefault(by(line), []).append(line)
+    found = []
+    for name, group in [*sorted(groups.items()), ("all", list(lines))]:
+        count = Counter(outcome(line, alike) for line in group)
+        right = sum(count[c] for c in RIGHT)
+        found.append([name, str(len(group)), share(right, len(group)), *(str(count[c]) for c in CLASSES)])
+    return found
+
+
+def size_bin(line: Line) -> str:
+    """Range of sizes that a case falls into."""
+    k = int(np.clip(np.searchsorted(BINS, line["size"], "right") - 1, 0, len(BINS) - 2))
+    return f"size {BINS[k]:02.0f} to {BINS[k + 1]:02.0f}"
+
+
+def singles(lines: Sequence[Line], alike: Judged) -> None:
+    """Cases with one true name."""
+    head = ["", "cases", "right", *CLASSES]
+    for title, by in (("by size", size_bin), ("by kind", lambda x: x["kind"]), ("by effect", lambda x: x["effect"])):
+        show(f"One effect, {title}", head, rows(lines, alike, by))
+    clean = [line for line in lines if line["left"] < 1.0]
+    count = Counter(outcome(line, alike) for line in lines)
+    table = [
+        ["exact", share(count["exact"], len(lines))],
+        ["exact or set", share(sum(count[c] for c in RIGHT), len(lines))],
+        ["exact, set or twin", share(sum(count[c] for c in (*RIGHT, "twin")), len(lines))],
+        ["truth contained (exact, set, wider)", share(sum(count[c] for c in (*RIGHT, "wider")), len(lines))],
+        ["wrong name", share(count["wrong"], len(lines))],
+        [
+            "exact or set, where the true effect leaves less than a floor",
+            share(sum(outcome(line, alike) in RIGHT for line in clean), len(clean)),
+        ],
+    ]
+    show("One effect, shares", ["", f"of {len(lines)}"], table)
+    located = [line for line in lines if "error" not in line and line["verdict"] != "none"]
+    table = []
+    for word, among in (("subsystem", places_of), ("coordinate", coordinates_of)):
+        hits = sum(line[word] in among(line) for line in located)
+        table.append([word, share(hits, len(located)), share(hits, len(lines))])
+    show("One effect, where", ["", f"of {len(located)} that say where", "of all"], table)
+
+
+def accepted(line: Line) -> list[str]:
+    """The true names and those declared the same."""
+    return [other for name in split(line["effect"]) for other in (name, *line["same_as"].get(name, ()))]
+
+
+def places_of(line: Line) -> set[str]:
+    """Subsystems that are right."""
+    return {name.removeprefix("parameter.").split(".")[0] for name in accepted(line)}
+
+
+def coordinates_of(line: Line) -> set[str]:
+    """Coordinates that are right; none is known of a name that the library lacks."""
+    found = set()
+    for name in accepted(line):
+        try:
+            found.add(coordinate_of(name))
+        except KeyError:
+            continue
+    return found
+
+
+def pairs(lines: Sequence[Line], alike: Judged) -> None:
+    """Cases with two true names."""
+    count = Counter(outcome(line, alike) for line in lines)
+    part = sum(
+        outcome(line, alike) == "wrong" and any({*o} & {*accepted(line)} for o in options(line)) for line in lines
+    )
+    table = [[c, share(count[c], len(lines))] for c in CLASSES]
+    show("Two effects", ["", f"of {len(lines)}"], [*table, ["of the wrong: one true name", str(part)]])
+
+
+def nothing(lines: Sequence[Line]) -> None:
+    """Cases that lack nothing."""
+    table = []
+    for kind in [*sorted({line["kind"] for line in lines}), "all"]:
+        group = [line for line in lines if kind in (line["kind"], "all")]
+        table.append([kind, str(len(group)), *verdicts(group, ("none", "effect", "ambiguous", "unknown"))])
+    show("Nothing missing: verdicts", ["", "cases", "none", "effect", "ambiguous", "unknown", "error"], table)
+
+
+def verdicts(lines: Sequence[Line], names: Sequence[str]) -> list[str]:
+    """Share of each verdict, and of errors."""
+    count = Counter("error" if "error" in line else line["verdict"] for line in lines)
+    return [share(count[name], len(lines)) for name in names] + [str(count["error"])]
+
+
+def excess(line: Line) -> bool:
+    """Whether the library's best explanation leaves more than the floor."""
+    return "error" in line or line["after"] > AT_FLOOR * line["floor"]
+
+
+def outside(lines: Sequence[Line], alike: Judged) -> None:
+    """Causes outside the library's list."""
+    groups = [(name, [x for x in lines if x["effect"] == name]) for name in sorted({x["effect"] for x in lines})]
+    groups.append(("all", list(lines)))
+    groups.append((f"more than {AT_FLOOR} floors left", [x for x in lines if excess(x)]))
+    told = [x for x in lines if not any(o in alike.get(x["index"], ()) for o in options(x))]
+    groups.append(("told apart by the oracle from what is named", told))
+    names = ("unknown", "effect", "ambiguous", "none")
+    table = [[name, str(len(group)), *verdicts(group, names)] for name, group in groups]
+    show("Causes outside the list: verdicts", ["", "cases", *names, "error"], table)
+
+
+def calibration(title: str, lines: Sequence[Line]) -> None:
+    """What the first name's probability says against how often that name is right."""
+    said, right = [], []
+    for line in lines:
+        if line.get("top"):
+            name, probability = line["top"][0]
+            named = frozenset(split(name.replace(" ", "")))
+            said.append(probability)
+            right.append(matches(named, line))
+    p, hit = np.array(said), np.array(right, bool)
+    table, off = [], 0.0
+    for low, high in zip(SAID[:-1], SAID[1:], strict=True):
+        inside = (p >= low) & ((p < high) | (high == SAID[-1]))
+        if inside.any():
+            off += abs(float(np.sum(p[inside]) - np.sum(hit[inside]))) / len(p)
+            mean = f"{100 * np.mean(p[inside]):.1f} %"
+            table.append(
+                [f"{low} to {high}", str(inside.sum()), mean, share(int(hit[inside].sum()), int(inside.sum()))]
+            )
+    show(f"{title}; mean distance {100 * off:.1f} %", ["said", "cases", "said, mean", "right"], table)
+
+
+def times(lines: Sequence[Line]) -> None:
+    """Seconds of a diagnosis."""
+    table = []
+    for kind in [*sorted({line["kind"] for line in lines}), "all"]:
+        took = [line["seconds"] for line in lines if kind in (line["kind"], "all")]
+        table.append([kind, str(len(took)), *(f"{np.quantile(took, q):.1f}" for q in (0.5, 0.9, 1.0))])
+    show("Seconds of a diagnosis", ["", "cases", "median", "90 %", "most"], table)
+
+
+def fine(line: Line, alike: Judged) -> bool:
+    """Whether a case needs no second look."""
+    if line["group"] in ("none", "outside"):
+        return line.get("verdict") == ("none" if line["group"] == "none" else "unknown")
+    return outcome(line, alike) in RIGHT
+
+
+def confusions(lines: Sequence[Line], alike: Judged) -> None:
+    """Every case that is not right."""
+    table = []
+    for line in sorted(lines, key=lambda x: (x["group"], x["effect"], x["kind"])):
+        if fine(line, alike):
+            continue
+        names = [" + ".join(sorted(o)) for o in options(line)] or line.get("effects", [])
+        left = [f"{line[k] / line['floor']:.2f}" for k in ("before", "after")] if "error" not in line else ["", ""]
+        top = f"{line['top'][0][0]} {line['top'][0][1]:.2f}" if line.get("top") else ""
+        size = f"{line['size']:.1f}" if "size" in line else ""
+        case = f"{line['kind']} {line['effect']} {line['seed']} {line['amplitude']}"
+        said = line.get("error") or f"{line['verdict']}: {' | '.join(names)}"
+        table.append([case, size, outcome(line, alike), said, top, *left])
+    show("Not right", ["case (kind, effect, seed, amplitude)", "size", "", "said", "first", "before", "after"], table)
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("path", type=Path)
+    parser.add_argument("--confusions", action="store_true")
+    a = parser.parse_args()
+    lines, alike = read(a.path), judged(a.path)
+    group = {name: [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")}
+    if not lines:
+        parser.error(f"{a.path} holds no results")
+    if group["single"]:
+        singles(group["single"], alike)
+    if group["pair"]:
+        pairs(group["pair"], alike)
+    if group["none"]:
+        nothing(group["none"])
+    if group["outside"]:
+        outside(group["outside"], alike)
+    known = [x for x in lines if x["group"] != "outside"]
+    calibration("Probability of the first name, every case with an answer", known)
+    calibration("The same where the verdict is `effect`", [x for x in known if x.get("verdict") == "effect"])
+    times(lines)
+    if a.confusions:
+        confusions(lines, alike)
+
+
+if __name__ == "__main__":
+    main()

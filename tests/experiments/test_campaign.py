@@ -1,0 +1,151 @@
+"""Cases of a wanted size, campaigns that go on where they stopped, and scores worked out by hand."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
+
+from experiments.blind import campaign, draw, score
+from experiments.blind.draws import EFFECTS
+from experiments.blind.inseparable import beside, questions
+from experiments.blind.oracle import perfect, refit, size
+from experiments.blind.outside import OUTSIDE
+from experiments.blind.rigs import FIELD
+from experiments.blind.sizes import COARSE, WITHIN, OutOfReach, sized
+
+
+@pytest.mark.parametrize(
+    ("kind", "effect", "wanted"), [("wheel", "drive.bias", 5.0), ("platform", "axis.spring", 20.0)]
+)
+def test_the_bisection_reaches_the_wanted_size(kind: str, effect: str, wanted: float) -> None:
+    found = sized(kind, effect, 1, wanted)
+    assert wanted / WITHIN <= found.size <= wanted * WITHIN
+    again = refit(found.case, None, step=COARSE)
+    assert size(again.gap, perfect(found.case, COARSE)) == pytest.approx(found.size, rel=0.05)
+
+
+def test_a_size_out_of_reach_is_refused() -> None:
+    with pytest.raises(OutOfReach, match="at amplitude 30"):
+        sized("wheel", "drive.bias", 1, 1e9)
+
+
+@pytest.mark.parametrize("name", draw.PLANS)
+def test_a_set_holds_every_effect_in_every_kind_of_rig_and_its_own_seeds(name: str) -> None:
+    plan, places = draw.PLANS[name], draw.places(name)
+    assert places == draw.places(name)
+    count = {effect: sum(p.effect == effect for p in places) for effect in {p.effect for p in places}}
+    assert all(count[effect] == plan.each for effect in EFFECTS)
+    assert all(count[effect] == plan.outside for effect in OUTSIDE)
+    assert all(count[f"parameter.{number}"] == plan.wrong for number in FIELD)
+    assert count["none"] == plan.none
+    assert len(places) < draw.APART
+    last = {p.first + draw.APART * draw.TRIES: p.first for p in draw.PLANS.values()}
+    assert all(first >= plan.first or end <= plan.first for end, first in last.items())
+
+
+def test_a_file_that_was_cut_off_goes_on_at_its_last_whole_line(tmp_path: Path) -> None:
+    path = tmp_path / "lines.jsonl"
+    path.write_text('{"index": 0}\n{"ind')
+    assert draw.read(path) == [{"index": 0}]
+    with draw.appending(path) as file:
+        file.write('{"index": 1}\n')
+    assert draw.read(path) == [{"index": 0}, {"index": 1}]
+
+
+def test_a_campaign_skips_what_its_file_holds(tmp_path: Path) -> None:
+    path = tmp_path / "results.jsonl"
+    path.write_text('{"index": 1, "old": true}\n')
+    rows = [{"index": k, "kind": "wheel"} for k in range(3)]
+    campaign.run(rows, path, 1, work=dict)
+    campaign.run(rows, path, 1, work=dict)
+    lines = draw.read(path)
+    assert sorted(line["index"] for line in lines) == [0, 1, 2]
+    assert [line["index"] for line in lines if "old" in line] == [1]
+
+
+def test_a_limit_spreads_the_cases_over_the_set_and_keeps_kinds_together() -> None:
+    rows = [{"index": k, "kind": ("reaction", "wheel", "platform")[k % 3]} for k in range(30)]
+    chosen = campaign.spread(rows, 10)
+    assert sorted(row["index"] for row in chosen) == list(range(0, 30, 3))
+    assert [row["kind"] for row in campaign.spread(rows, None)] == ["wheel"] * 10 + ["platform"] * 10 + [
+        "reaction"
+    ] * 10
+
+
+def line(index: int, effect: str, verdict: str, *options: list[str], group: str = "single", **more: object) -> dict:
+    first = options[0] if options else []
+    found = {"index": index, "group": group, "kind": "platform", "effect": effect, "seed": index, "amplitude": 1.0}
+    found |= {"size": 4.0, "left": 0.1, "same_as": {}, "verdict": verdict, "effects": first}
+    found |= {"alternatives": list(options[1:]), "subsystem": "axis", "coordinate": "yaw_rate", "seconds": 2.0}
+    found |= {"before": 4.0, "after": 1.0, "floor": 1.0, "top": [["axis.viscous", 0.8]]}
+    return found | more
+
+
+VISCOUS, DRAG, BIAS, COMMAND = ["axis.viscous"], ["axis.quadratic_drag"], ["axis.bias_torque"], ["drive.bias"]
+TWINS = {"axis.bias_torque": ["drive.bias"]}
+SINGLES = [
+    ("exact", line(0, "axis.viscous", "effect", VISCOUS)),
+    ("set", line(1, "axis.bias_torque", "ambiguous", BIAS, COMMAND, same_as=TWINS)),
+    ("twin", line(2, "axis.bias_torque", "effect", COMMAND, same_as=TWINS)),
+    ("wider", line(3, "axis.viscous", "ambiguous", VISCOUS, DRAG)),
+    ("wider", line(4, "axis.viscous", "effect", [*VISCOUS, *DRAG])),
+    ("wrong", line(5, "axis.viscous", "effect", DRAG)),
+    ("unknown", line(6, "axis.viscous", "unknown")),
+    ("none", line(7, "axis.viscous", "none")),
+    ("error", {k: v for k, v in line(8, "axis.viscous", "").items() if k != "verdict"} | {"error": "ValueError"}),
+    ("set", line(9, "axis.viscous", "ambiguous", VISCOUS, DRAG)),  # which the oracle finds inseparable
+]
+OTHERS = [
+    line(10, "none", "none", group="none", kind="wheel", top=[["none", 0.9]]),
+    line(11, "none", "effect", VISCOUS, group="none", kind="wheel", top=[["axis.viscous", 0.95]]),
+    line(12, "outside.angle_gain", "unknown", group="outside", after=2.0),
+    line(13, "outside.angle_gain", "effect", VISCOUS, group="outside"),
+    line(14, "axis.viscous+drive.bias", "effect", [*COMMAND, *VISCOUS], group="pair"),
+]
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    path = tmp_path / "results.jsonl"
+    path.write_text("".join(json.dumps(one) + "\n" for one in [*(x for _, x in SINGLES), *OTHERS]))
+    judged = [
+        {"index": 9, "option": DRAG[0], "inseparable": True},
+        {"index": 3, "option": DRAG[0], "inseparable": False},
+    ]
+    beside(path).write_text("".join(json.dumps(one) + "\n" for one in judged))
+    return path
+
+
+def test_each_answer_has_its_class(results: Path) -> None:
+    alike = score.judged(results)
+    assert [score.outcome(x, alike) for _, x in SINGLES] == [name for name, _ in SINGLES]
+    assert score.outcome(OTHERS[-1], alike) == "exact"
+
+
+def test_the_tables_are_those_worked_out_by_hand(
+    results: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["score", str(results), "--confusions"])
+    score.main()
+    text = capsys.readouterr().out
+    # 3 of 10 are right: Clopper and Pearson's interval is 6.67 to 65.25 %
+    assert "| size 03 to 05 | 10 | 30.0 % (6.7 to 65.2) | 1 | 2 | 1 | 2 | 1 | 1 | 1 | 1 |" in text
+    assert "| axis.bias_torque | 2 | 50.0 % (1.3 to 98.7) | 0 | 1 | 1 | 0 | 0 | 0 | 0 | 0 |" in text
+    assert "| truth contained (exact, set, wider) | 50.0 % (18.7 to 81.3) |" in text
+    assert "| wheel | 2 | 50.0 % (1.3 to 98.7) | 50.0 % (1.3 to 98.7) | 0.0 % (0.0 to 84.2) |" in text
+    assert "| more than 1.25 floors left | 1 | 100.0 % (2.5 to 100.0) |" in text
+    # of those that say where every one says axis, yaw_rate: true of 8 and of 8 less the two bias torques
+    assert "| subsystem | 100.0 % (63.1 to 100.0) | 80.0 % (44.4 to 97.5) |" in text
+    assert "| coordinate | 75.0 % (34.9 to 96.8) | 60.0 % (26.2 to 87.8) |" in text
+    # 11 said 0.8 (8 truly viscous), one 0.9 and right, one 0.95 and wrong
+    assert "| 0.7 to 0.9 | 11 | 80.0 % | 72.7 %" in text
+    assert "| 0.9 to 0.97 | 2 | 92.5 % | 50.0 %" in text
+    assert "platform axis.viscous 5 1.0 | 4.0 | wrong | effect: axis.quadratic_drag" in text
+    assert "platform axis.viscous 0 1.0" not in text
+
+
+def test_the_oracle_is_asked_only_about_other_names_and_no_longer_ones() -> None:
+    asked = {x["index"]: questions(x) for x in [*(x for _, x in SINGLES), *OTHERS] if questions(x)}
+    assert asked == {k: [frozenset(DRAG)] for k in (3, 5, 9)} | {13: [frozenset(VISCOUS)]}
