@@ -19,6 +19,8 @@ LONGEST_STEP = 5e-3
 are logged, faster samples share a step."""
 
 
+EARLIEST = 1.0
+"""Time before a log's first sample from which a command may still act [s]."""
 MOST_STEPS = 5_000_000  # of one log: three hours at 400 Hz
 
 
@@ -35,6 +37,8 @@ class Batch(NamedTuple):
 
     t_command: np.ndarray  # l k+1
     u_command: np.ndarray  # l k
+    held: np.ndarray  # l g; sample of the command held at every grid point, from `EARLIEST` before the log on
+    crowd: np.ndarray  # samples between two grid points at most; only its length matters
     h: np.ndarray  # l
     t0: np.ndarray  # l
     which: np.ndarray  # l p
@@ -60,9 +64,9 @@ class Batch(NamedTuple):
 
     def inputs_of(self, logs: np.ndarray) -> "Batch":
         """What a free run needs of these logs, as often as they are named; no readings."""
-        alike = ("step_index", "late_index", "slot_sample", "reading", "weight", "share")
+        alike = ("step_index", "late_index", "crowd", "slot_sample", "reading", "weight", "share")
         taken = {name: getattr(self, name)[logs] for name in self._fields if name not in alike}
-        return self._replace(**taken, **dict.fromkeys(alike[2:], taken["h"]))
+        return self._replace(**taken, **dict.fromkeys(alike[3:], taken["h"]))
 
     def until(self, time: float) -> "Batch":
         """The windows in which the first `time` seconds of every log lie."""
@@ -115,7 +119,7 @@ def _grid_of(log: Log, refine: int) -> tuple[float, int]:
 def _recent(log: Log) -> tuple[np.ndarray, np.ndarray]:
     """Time and command of the last second before a log that was cut out of a run, time from the log's first sample."""
     before, command = log.earlier
-    late = before > log.time[0] - 1.0
+    late = before > log.time[0] - EARLIEST
     return before[late] - log.time[0], command[late]
 
 
@@ -185,9 +189,15 @@ def lay_out(
                 reading[k, w, q, y] = np.where(seen, value, 0.0)
                 share[k, w, q, y] = share_of_readings(value, log.resolution.get(name, 0.0))
                 weight[k, w, q, y] = np.where(seen, np.sqrt(share[k, w, q, y]) / noise[k][name], 0.0)
+    early = round(EARLIEST / min(h for h, _ in grids)) + 1
+    points = np.arange(-early, per_window * windows + overlap + 1)
+    found = [np.searchsorted(t, h * points, side="right") - 1 for t, (h, _) in zip(t_command, grids, strict=True)]
+    held = np.clip(found, 0, samples - 1)
     return Batch(
         t_command=t_command,
         u_command=u_command,
+        held=held,
+        crowd=np.arange(max(int(np.diff(held, axis=1).max()), 1)),
         h=np.array([h for h, _ in grids]),
         t0=np.array([log.time[0] - log.origin for log in logs]),
         which=_which(structure, L, per_run),

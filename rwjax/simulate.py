@@ -58,25 +58,40 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, " s"], Float[Array,
     delay = plant.delay()
     area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(t))])
 
-    def until(time: Float[Array, " s"]) -> Float[Array, " s"]:
-        late = time if delay is None else time - delay
-        before = jnp.minimum(late - t[0], 0.0) * u[0]  # the first command is taken to have been held before the log
-        return jnp.interp(late, t, area) + before
+    held = jnp.asarray(run.held)
+    early = held.shape[0] - (W * m + len(run.late_index) + 1)
 
-    steps = plant.follow(jnp.diff(until(h * jnp.arange(W * m + len(run.late_index) + 1.0))) / h, h * plant.pace())
-    sample = h * ((m * jnp.arange(W)[:, None] + slot_step).astype(float) + jnp.asarray(run.slot_part)).ravel()
+    def until(time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
+        """Area of the command up to some times, given the grid points before them."""
+        i = held[point + early]
+        for _ in run.crowd if between else ():
+            i = jnp.where(t[i + 1] <= time, i + 1, i)
+        return area[i] + u[i] * (time - t[i])  # the first command is taken to have been held before the log
+
+    def acting(time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
+        if delay is None:
+            return until(time, point, between)
+        late = time - delay
+        return until(late, jnp.clip(jnp.floor(late / h).astype(int), -early, held.shape[0] - early - 1), True)
+
+    grid = jnp.arange(W * m + len(run.late_index) + 1)
+    steps = plant.follow(jnp.diff(acting(h * grid, grid, False)) / h, h * plant.pace())
+    point = (m * jnp.arange(W)[:, None] + slot_step).ravel()
+    sample = h * (point + jnp.asarray(run.slot_part).ravel())
     width = jnp.minimum(h, jnp.min(jnp.diff(t)))
-    readings = (until(sample + width) - until(sample)) / width
+    end = jnp.floor((sample + width) / h).astype(int)
+    readings = (acting(sample + width, end, True) - acting(sample, point, True)) / width
     if plant.filters:  # what follows slowly has no leaps between steps
-        readings = steps[(m * jnp.arange(W)[:, None] + slot_step).ravel()]
+        readings = steps[point]
     return steps, readings.reshape(W, -1)
 
 
 def _each_log(one, batch: Batch, *of_log: Array):
     """`one(run, *values)` for every log of a batch, side by side; only indices of steps have no axis of logs."""
-    shared = dict(step_index=jnp.asarray(batch.step_index), late_index=jnp.asarray(batch.late_index))
+    indices = ("step_index", "late_index", "crowd")
+    shared = {name: jnp.asarray(getattr(batch, name)) for name in indices}
     return jax.vmap(lambda run, *values: one(run._replace(**shared), *values))(
-        batch._replace(step_index=batch.h, late_index=batch.h), *of_log
+        batch._replace(**dict.fromkeys(indices, batch.h)), *of_log
     )
 
 
