@@ -72,7 +72,9 @@ class Batch(NamedTuple):
         """The windows in which the first `time` seconds of every log lie."""
         windows = int(time / (np.min(self.h) * len(self.step_index))) + 1
         axes = ("slot_step", "slot_part", "slot_sample", "reading", "weight", "share")
-        return self._replace(**{name: getattr(self, name)[:, :windows] for name in axes})
+        cut = {name: getattr(self, name)[:, :windows] for name in axes}
+        points = self.held.shape[1] - max(self.windows - windows, 0) * len(self.step_index)
+        return self._replace(**cut, held=self.held[:, :points])
 
 
 def _padded(n: int) -> int:

@@ -12,6 +12,7 @@ class Parameter:
 
     `unit`: SI unit as text. `bounds`: physically possible values. `null`: the value at which the effect is absent.
     `starts`: values from which a search begins, in units of the scale named by `scale` (see `rwjax.fit.scales`).
+    `optional`: a rig file may leave it out and has it at its null.
     """
 
     name: str
@@ -21,6 +22,7 @@ class Parameter:
     starts: tuple[float, ...]
     scale: str
     tex: str
+    optional: bool
 
 
 def param(
@@ -31,9 +33,10 @@ def param(
     starts: tuple[float, ...] = (),
     scale: str = "one",
     tex: str = "",
+    optional: bool = False,
 ) -> Any:
     """Field of an effect with its meaning attached."""
-    meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, tex=tex)
+    meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, tex=tex, optional=optional)
     return eqx.field(metadata={"param": meta})
 
 

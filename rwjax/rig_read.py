@@ -136,8 +136,11 @@ def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:
             sign = "positive" if low > 0.0 else "zero or positive" if low == 0.0 else "any"
             parameters[parameter] = _number(f"effects.{key}", value, sign)
     for name, parameters in given.items():
-        for parameter in (p for p in known[name] if p not in parameters):
+        for parameter in [p for p in known[name] if p not in parameters]:
             unit = known[name][parameter].unit
+            if known[name][parameter].optional:
+                parameters[parameter] = known[name][parameter].null
+                continue
             raise RigError(f'no `{parameter}` ({unit}) for `{name}`; write {parameter} = … under [effects."{name}"]')
     return given
 

@@ -75,9 +75,9 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, " s"], Float[Array,
         return until(late, jnp.clip(jnp.floor(late / h).astype(int), -early, held.shape[0] - early - 1), True)
 
     grid = jnp.arange(W * m + len(run.late_index) + 1)
-    steps = plant.follow(jnp.diff(acting(h * grid, grid, False)) / h, h * plant.pace())
+    steps = plant.follow(jnp.diff(acting(h * grid.astype(float), grid, False)) / h, h * plant.pace())
     point = (m * jnp.arange(W)[:, None] + slot_step).ravel()
-    sample = h * (point + jnp.asarray(run.slot_part).ravel())
+    sample = h * (point.astype(float) + jnp.asarray(run.slot_part).ravel())
     width = jnp.minimum(h, jnp.min(jnp.diff(t)))
     end = jnp.floor((sample + width) / h).astype(int)
     readings = (acting(sample + width, end, True) - acting(sample, point, True)) / width

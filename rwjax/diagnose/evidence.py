@@ -44,8 +44,10 @@ def effective_samples(r: dict[str, list[np.ndarray]]) -> dict[str, float]:
 
 
 def sums(r: dict[str, list[np.ndarray]]) -> dict[str, float]:
-    """Sum of squares of each output's residual."""
-    return {name: float(sum(np.sum(x**2) for x in series)) for name, series in r.items()}
+    """Sum of squares of each output's residual, infinite where a run left the range of numbers."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = {name: float(sum(np.sum(x**2) for x in series)) for name, series in r.items()}
+    return {name: value if np.isfinite(value) else np.inf for name, value in found.items()}
 
 
 def log_evidence(squares: dict[str, float], numbers: int, effective: dict[str, float]) -> float:

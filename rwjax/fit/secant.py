@@ -6,6 +6,7 @@ over finite spans also see the valley of a sum of squares that stick and slip fi
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,8 +23,9 @@ START_SPAN = 1e-4
 """Span by a first state, in its unit or as a share of its size."""
 DAMPINGS = (1e-6, 1e-2, 1.0, 1e-4, 0.1, 10.0)
 """Levenberg-Marquardt dampings, as many of which are tried at once, three or more, as the lanes hold."""
-MOST_SETTLING, SETTLED = 8, 1e-10
-"""Steps towards the start rule's first states at most, and the change, as a share of their size, that ends them."""
+MOST_SETTLING, SETTLED, LEAST_DAMPING, MOST_DAMPING = 30, 1e-10, 1e-12, 1e6
+"""Steps towards the start rule's first states at most, the change, as a share of their size, that ends them, and dampings
+between which they go."""
 
 
 def told(problem: Problem) -> np.ndarray:
@@ -97,9 +99,14 @@ def slopes(
 
 
 def settled(
-    problem: Problem, by_state: np.ndarray, start: np.ndarray, residual: np.ndarray
+    problem: Problem,
+    by_state: np.ndarray,
+    start: np.ndarray,
+    residual: np.ndarray,
+    damping: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """First states of anchored logs by the start rule and the residual there, to first order; `by_state` (n, l, …)."""
+    """First states of anchored logs by the start rule and the residual there, to first order; `by_state` (n, l, …),
+    `damping` of each log's step (l,)."""
     if not problem.anchored.any():
         return start, residual
     early = problem.early.batch
@@ -111,7 +118,10 @@ def settled(
         unit = early.weight[log][seen] / problem.batch.weight[log, : early.windows][seen]
         columns = G[:, : early.windows][:, seen].T * unit[:, None]
         scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
-        share = np.linalg.lstsq(columns / scale, -unit * residual[log, : early.windows][seen], rcond=1e-9)[0] / scale
+        held = np.sqrt(damping[log] if damping is not None else 0.0) * np.eye(len(s))
+        rows = np.concatenate([columns / scale, held])
+        wanted = np.append(-unit * residual[log, : early.windows][seen], np.zeros(len(s)))
+        share = np.linalg.lstsq(rows, wanted, rcond=1e-9)[0] / scale
         share = np.where(scale > 1e-140, share, 0.0)
         if np.all(np.isfinite(share)):
             start[log, s] += share
@@ -119,19 +129,44 @@ def settled(
     return start, residual
 
 
-def by_start_rule(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First states by the start rule `(l, n)`, and the residual's derivative by them `(n, l, w, q, y)`."""
-    ruled = problem.by_rule
+def by_start_rule(
+    problem: Problem, theta: np.ndarray, start: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """First states by the start rule `(l, n)`, every log for itself, and the residual's derivative by them `(n, l, w, q, y)`."""
+    start = problem.start if start is None else start
     nothing = Coordinates(np.zeros(0, int), np.zeros(0, bool), np.zeros(0), np.zeros((0, 2)))
-    start, e = problem.start, None
+    freed = replace(problem, anchored=np.zeros(len(problem.logs), bool))
+    damping = np.full(len(problem.logs), LEAST_DAMPING)
+    e, _ = slopes(freed, nothing, theta, start, SPANS[-1])
+    cost = _early_costs(problem, e.residual)
     for _ in range(MOST_SETTLING):
-        e, moved = slopes(ruled, nothing, theta, start, SPANS[-1])
-        change = np.max(np.abs(moved - start) / np.maximum(np.abs(start), 1.0))
-        start = moved
-        if change < SETTLED:
+        trial = settled(problem.by_rule, e.local, start, e.residual, damping)[0]
+        change = np.max(np.abs(trial - start) / np.maximum(np.abs(start), 1.0), axis=1)
+        if np.all(change < SETTLED):
             break
-    assert e is not None
+        tried = _early_costs(problem, residuals(problem, [theta], [trial])[0])
+        better = tried < cost
+        damping = np.where(better, LEAST_DAMPING, np.maximum(damping, 1e-4) * 10.0)
+        if not better.any():
+            if np.all(damping > MOST_DAMPING):
+                break
+            continue
+        start = np.where(better[:, None], trial, start)
+        e, _ = slopes(freed, nothing, theta, start, SPANS[-1])
+        cost = _early_costs(problem, e.residual)
     return start, e.local
+
+
+def _early_costs(problem: Problem, residual: np.ndarray) -> np.ndarray:
+    """Sum of squares of each log's first 0.5 s, every reading by its noise there `(l,)`."""
+    early = problem.early.batch
+    found = np.zeros(len(residual))
+    for log in range(len(residual)):
+        seen = early.weight[log] > 0.0
+        unit = early.weight[log][seen] / problem.batch.weight[log, : early.windows][seen]
+        with np.errstate(over="ignore", invalid="ignore"):
+            found[log] = float(np.sum((unit * residual[log, : early.windows][seen]) ** 2))
+    return np.where(np.isfinite(found), found, np.inf)
 
 
 def as_it_is(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, residual: np.ndarray) -> Fit:
@@ -150,6 +185,8 @@ def descend(
     theta = c.inward(theta)
     spans, taken, converged = list(SPANS), 0, False
     dampings = DAMPINGS[: max(3, LANES // max(len(told(problem)), 1))]
+    if problem.anchored.any():
+        start = np.where(problem.anchored[:, None], by_start_rule(problem, theta, start)[0], start)
     e, start = slopes(problem, c, theta, start, spans[0])
 
     def cost_of(residual: np.ndarray, theta: np.ndarray) -> float:
