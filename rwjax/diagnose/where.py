@@ -9,14 +9,12 @@ the missing torque, with the smoother's own standard deviation.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from rwjax.diagnose.smoother import smoother
 from rwjax.fit.end_to_end import Fit
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.simulate import free_run, rates_along
-
-STRETCH = 1500  # samples
 
 
 @dataclass(frozen=True)
@@ -45,66 +43,6 @@ class Where:
     missing: tuple[Missing, ...]
 
 
-def _smooth(y: np.ndarray, dt: np.ndarray, noise: float, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """State `(time, order)` and variance of an `order`-fold integrated Wiener process seen through white noise."""
-
-    def transition(h: float, q: float) -> tuple[np.ndarray, np.ndarray]:
-        F = np.eye(order)
-        Q = np.zeros((order, order))
-        fact = [1.0, 1.0, 2.0, 6.0]
-        for a in range(order):
-            for b in range(a, order):
-                F[a, b] = h ** (b - a) / fact[b - a]
-            for b in range(order):
-                pa, pb = order - 1 - a, order - 1 - b
-                Q[a, b] = q * h ** (pa + pb + 1) / (fact[pa] * fact[pb] * (pa + pb + 1))
-        return F, Q
-
-    def run(q: float) -> tuple[float, list, list, list]:
-        x, P = np.zeros(order), np.diag([1e6] * order) * max(noise, 1e-12) ** 2 * 1e6
-        x[0] = y[np.flatnonzero(np.isfinite(y))[0]]
-        cost, xs, Ps, steps = 0.0, [], [], []
-        steps_cache: dict[float, tuple[np.ndarray, np.ndarray]] = {}
-        for k in range(len(y)):
-            if k:
-                h = round(float(dt[k - 1]), 9)
-                if h not in steps_cache:
-                    steps_cache[h] = transition(h, q)
-                F, Q = steps_cache[h]
-                x, P = F @ x, F @ P @ F.T + Q
-                steps.append((F, x, P))
-            if np.isfinite(y[k]):
-                s = P[0, 0] + noise**2
-                r = y[k] - x[0]
-                gain = P[:, 0] / s
-                x, P = x + gain * r, P - np.outer(gain, P[0])
-                if k > order:
-                    cost += r * r / s + np.log(s)
-            xs.append(x)
-            Ps.append(P)
-        return cost, xs, Ps, steps
-
-    length = min(len(y), STRETCH)  # the intensity is chosen on the stretch that moves most
-    starts = range(0, len(y) - length + 1, max(1, length // 2))
-    first = max(starts, key=lambda s: np.nanstd(np.diff(y[s : s + length])))
-    part = slice(first, first + length)
-    y_all, dt_all = y, dt
-    y, dt = y_all[part], dt_all[first : first + length - 1]
-    typical = noise**2 / np.median(dt) ** (2 * order - 1)
-    best: dict = minimize_scalar(  # pyright: ignore[reportAssignmentType]
-        lambda e: run(typical * 10.0**e)[0], bounds=(-9.0, 4.0), method="bounded", options={"xatol": 0.1}
-    )
-    y, dt = y_all, dt_all
-    _, xs, Ps, steps = run(typical * 10.0 ** float(best["x"]))
-    X, V = np.array(xs), np.array(Ps)
-    for k in range(len(y) - 2, -1, -1):
-        F, ahead, P_ahead = steps[k]
-        G = np.linalg.solve(P_ahead.T, F @ V[k].T).T
-        X[k] = X[k] + G @ (X[k + 1] - ahead)
-        V[k] = V[k] + G @ (V[k + 1] - P_ahead) @ G.T
-    return X, np.sqrt(np.maximum(np.diagonal(V, axis1=1, axis2=2), 0.0))
-
-
 def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
     """Missing torque of one log on the axis, or on the wheel where there is no axis: inertia times the acceleration
     that the fitted plant cannot account for along the smoothed motion."""
@@ -116,7 +54,8 @@ def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
     if name not in log.outputs:
         return None
     t, dt = log.time - log.origin, np.diff(log.time)
-    X, D = _smooth(log.outputs[name], dt, problem.noise[name], 3 if name == angle else 2)
+    smooth = smoother(log.outputs[name], dt, problem.noise[name], 3 if name == angle else 2)
+    X, D = smooth(log.outputs[name]), smooth.deviation
     if name == angle:
         position, w, a, w_sd, a_sd = X[:, 0], X[:, 1], X[:, 2], D[:, 1], D[:, 2]
     else:
