@@ -10,21 +10,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rwjax.diagnose.momentum import Read
+from rwjax.diagnose.own_noise import draws, rates, simulated
 from rwjax.diagnose.smoother import smoother
 from rwjax.fit.end_to_end import Fit
-from rwjax.grid import by_sample
 from rwjax.log import Log
-from rwjax.simulate import free_run, rates_along
+
+STILL = 3.0  # deviations of the smoothed speed below which a body rests
 
 
 @dataclass(frozen=True)
 class Missing:
-    """Missing torque of one log [N m] with its standard deviation, and the coordinates at the same times."""
+    """Missing torque of one log [N m] with its standard deviation, and the coordinates at the same times.
+
+    `own` (time, draws): what the fitted rig's own readings would show; `still`, `speed` (time, 1 + draws) of log and draws.
+    """
 
     log: int
     torque: np.ndarray
     deviation: np.ndarray
     coordinates: dict[str, np.ndarray]
+    own: np.ndarray
+    still: np.ndarray
+    speed: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -43,53 +51,74 @@ class Where:
     missing: tuple[Missing, ...]
 
 
-def missing_torque(fitted: Fit, number: int, log: Log) -> Missing | None:
-    """Missing torque of one log on the axis, or on the wheel where there is no axis: inertia times the acceleration
-    that the fitted plant cannot account for along the smoothed motion."""
-    problem = fitted.problem
-    structure = problem.structure
-    kind = structure.kind
-    angle, rate = ("wheel_rad", "wheel_rad_s") if kind == "wheel" else ("yaw_rad", "yaw_rad_s")
+def read_body(
+    fitted: Fit, number: int, log: Log, body: str, clean: dict[str, np.ndarray] | None = None, count: int = 0
+) -> Read | None:
+    """Motion of `yaw` or `wheel` from a log and, if wanted, from draws of what the fitted rig would have read."""
+    noise = fitted.problem.noise
+    angle, rate = f"{body}_rad", f"{body}_rad_s"
     name = angle if angle in log.outputs else rate
     if name not in log.outputs:
         return None
-    t, dt = log.time - log.origin, np.diff(log.time)
-    smooth = smoother(log.outputs[name], dt, problem.noise[name], 3 if name == angle else 2)
-    X, D = smooth(log.outputs[name]), smooth.deviation
-    if name == angle:
-        position, w, a, w_sd, a_sd = X[:, 0], X[:, 1], X[:, 2], D[:, 1], D[:, 2]
-    else:
-        w, a, w_sd, a_sd = X[:, 0], X[:, 1], D[:, 0], D[:, 1]
-        position = np.concatenate([[0.0], np.cumsum(0.5 * (w[1:] + w[:-1]) * dt)])
-    body = {"theta": position, "Omega": w} if kind == "wheel" else {"psi": position, "w": w}
-    still = np.abs(w) <= 3.0 * np.median(w_sd)
-    body["Omega" if kind == "wheel" else "w"] = np.where(still, 0.0, w)
-    simulated = _rest_of(fitted, number, log)
-    states = np.stack([body.get(state, simulated.get(state, np.zeros_like(w))) for state in structure.states], axis=1)
-    theta = fitted.theta + np.array(structure.vector(log.added))
-    rates = np.asarray(rates_along(structure, theta, t, states, log.command))
-    inertia = theta[structure.names.index("wheel.inertia" if kind == "wheel" else "axis.inertia")]
-    column = structure.states.index("Omega" if kind == "wheel" else "w")
-    where = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": t, "voltage": log.command}
-    where["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)
+    smooth = smoother(log.outputs[name], np.diff(log.time), noise[name], 3 if name == angle else 2)
+    readings = log.outputs[name][:, None]
+    if clean is not None and count:
+        rng = np.random.default_rng([number, body == "wheel"])
+        readings = np.concatenate([readings, draws(fitted, log, clean[name], name, count, rng)], axis=1)
+    states = smooth(readings[:, :1])
+    if readings.shape[1] > 1:
+        gaps = np.isnan(readings[:, :1])
+        states = np.concatenate([states, smooth(np.where(gaps, np.nan, readings[:, 1:]))], axis=2)
+    return Read(name, smooth, readings, states)
+
+
+def missing_torque(
+    fitted: Fit, number: int, log: Log, clean: dict[str, np.ndarray] | None = None, read: Read | None = None
+) -> Missing | None:
+    """Missing torque of one log on the axis, or on the wheel where there is no axis: inertia times the acceleration
+    that the fitted plant cannot account for along the smoothed motion. `own`: the same for draws of the fitted rig."""
+    structure = fitted.problem.structure
+    kind = structure.kind
+    clean = simulated(fitted)[number] if clean is None else clean
+    read = read_body(fitted, number, log, "wheel" if kind == "wheel" else "yaw") if read is None else read
+    if read is None:
+        return None
+    position, w, a = read.position(log.time), read.rate, read.acceleration
+    w_sd, a_sd = read.deviation
+    still = np.abs(w) <= STILL * np.median(w_sd)
+    speed = np.where(still, 0.0, w)
+    body = {"theta": position, "Omega": speed} if kind == "wheel" else {"psi": position, "w": speed}
+    rest = _rest_of(fitted, log, clean)
+    drawn = {state: clean[name] for state, name in OTHERS.items() if name in clean}
+    states = {s: np.broadcast_to(np.zeros(()), w.shape) for s in structure.states}
+    for s in rest:
+        own = np.broadcast_to(drawn[s][:, None], (len(w), w.shape[1] - 1))
+        states[s] = np.concatenate([rest[s][:, None], own], axis=1)
+    states = {s: body.get(s, x) for s, x in (states | body).items() if s in structure.states}
+    moving = "Omega" if kind == "wheel" else "w"
+    along = rates(fitted, log, fitted.theta, states, log.command)[moving]
+    inertia = fitted.theta[structure.names.index("wheel.inertia" if kind == "wheel" else "axis.inertia")]
+    torque = inertia * (np.where(still, 0.0, a) - along)
+    where = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w[:, 0], "time": log.time - log.origin}
+    where["voltage"] = log.command
+    where["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position[:, 0], 2.0 * np.pi)
     if kind != "platform":
-        where["current"] = simulated["i"]
+        where["current"] = rest["i"]
     if kind == "reaction":
-        where["wheel_rate"] = simulated["Omega"]
-    return Missing(number, inertia * (np.where(still, 0.0, a) - rates[:, column]), inertia * a_sd, where)
+        where["wheel_rate"] = rest["Omega"]
+    return Missing(number, torque[:, 0], inertia * a_sd, where, torque[:, 1:], still, w)
 
 
-def _rest_of(fitted: Fit, number: int, log: Log) -> dict[str, np.ndarray]:
+OTHERS = {"i": "current_A", "Omega": "wheel_rad_s"}
+
+
+def _rest_of(fitted: Fit, log: Log, clean: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Current and wheel rate at a log's times: measured where they are, else of the fitted free run."""
-    problem = fitted.problem
-    y, _ = free_run(problem.structure, fitted.theta, fitted.start, problem.batch)
-    samples = by_sample(problem.batch, number, np.asarray(y)[number], len(log.time))
     found = {}
-    for state, name in (("i", "current_A"), ("Omega", "wheel_rad_s")):
-        if name in problem.structure.outputs:
-            simulated = samples[:, problem.structure.outputs.index(name)]
-            measured = log.outputs.get(name, simulated)
-            found[state] = np.where(np.isfinite(measured), measured, simulated)
+    for state, name in OTHERS.items():
+        if name in clean:
+            measured = log.outputs.get(name, clean[name])
+            found[state] = np.where(np.isfinite(measured), measured, clean[name])
     return found
 
 
