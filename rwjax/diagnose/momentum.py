@@ -12,6 +12,7 @@ fitted rig's own free runs with its noise and counts.
 
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -211,7 +212,7 @@ class _Equations:
             own = draws(fitted, log, clean["current_A"], "current_A", yaw.readings.shape[1] - 1, rng)
             current = np.concatenate([i[:, None], own], axis=1)
         structure = fitted.problem.structure
-        dry = {structure.states[body.rate] for body, _ in plant_of(structure, np.asarray(fitted.theta)).bodies()}
+        dry = {structure.states[body.rate] for body, _ in plant_of(structure, jnp.asarray(fitted.theta)).bodies()}
         creeps = {}
         for state, read, output in (("w", yaw, "yaw_rad_s"), ("Omega", wheel, "wheel_rad_s")):
             bound = CREEPS * np.median(read.deviation[0])

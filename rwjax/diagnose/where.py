@@ -1,17 +1,20 @@
 """Where: the missing torque read off the logs, and what it is a function of.
 
 What it is a function of is judged in free run, which sees small lasting torques that drown in the noise of a measured
-acceleration: the share of the excess error that the best law in a coordinate removes. The measured angle or speed is smoothed by a Rauch-Tung-Striebel smoother whose acceleration (jerk for angles) is a
-random walk; its intensity maximises the likelihood. What the fitted rig cannot account for in the smoothed motion is
-the missing torque, with the smoother's own standard deviation.
+acceleration: the share of the excess error that the best law in a coordinate removes. The measured angle or speed is
+smoothed with an acceleration (jerk for angles) that is a random walk. What the fitted rig cannot account for in the
+smoothed motion is the missing torque, with the smoother's own standard deviation; what the same steps make of readings
+that the fitted rig itself would have given is the level against which regimes and bands stand out.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rwjax.diagnose.momentum import Read
+from rwjax.diagnose.momentum import HALF, Momentum, Read, split
 from rwjax.diagnose.own_noise import draws, rates, simulated
+from rwjax.diagnose.regimes import Part, bands, regimes, weights
+from rwjax.diagnose.regimes import shares as regime_shares
 from rwjax.diagnose.smoother import smoother
 from rwjax.fit.end_to_end import Fit
 from rwjax.log import Log
@@ -49,6 +52,20 @@ class Where:
     interval: tuple[float, float] | None
     shares: dict[str, float]
     missing: tuple[Missing, ...]
+    regimes: tuple[Part, ...] = ()
+    bands: tuple[Part, ...] = ()
+    momentum: Momentum | None = None
+
+    def json(self) -> dict:
+        """Regimes, bands and momentum as plain objects."""
+        return {
+            "regimes": [{"regime": r.name, "share": r.share, "of_time": r.of_time, "p": r.p} for r in self.regimes],
+            "bands": [
+                {"from_hz": b.low, "to_hz": b.high, "share": b.share, "of_noise": b.of_time, "p": b.p}
+                for b in self.bands
+            ],
+            "momentum": self.momentum.json() if self.momentum is not None else None,
+        }
 
 
 def read_body(
@@ -122,13 +139,19 @@ def _rest_of(fitted: Fit, log: Log, clean: dict[str, np.ndarray]) -> dict[str, n
     return found
 
 
-def locate(fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordinate: str | None) -> Where | None:
+def locate(
+    fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordinate: str | None, *, deep: bool = True
+) -> Where | None:
     """Missing torque of the rig as it is, laid over the coordinate of which it is a function.
 
-    `shares`: what the best law in each coordinate explains; `coordinate` is set where an effect is named. None where no
-    coordinate that was logged explains anything.
+    `shares`: what the best law in each coordinate explains; `coordinate` is set where an effect is named; `deep`: regimes,
+    bands and momentum besides. None where no coordinate that was logged explains anything.
     """
-    found = [m for k in logs if (m := missing_torque(fitted, k, fitted.problem.logs[k])) is not None]
+    every, clean = fitted.problem.logs, simulated(fitted)
+    count = 2 * HALF if deep else 0
+    body = "wheel" if fitted.problem.structure.kind == "wheel" else "yaw"
+    read = {k: r for k in logs if (r := read_body(fitted, k, every[k], body, clean[k], count)) is not None}
+    found = [m for k, r in read.items() if (m := missing_torque(fitted, k, every[k], clean[k], r)) is not None]
     logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
     ordered = sorted((name for name in shares), key=lambda name: -shares[name])
     first = coordinate if coordinate is not None else next(iter(ordered), None)
@@ -141,7 +164,39 @@ def locate(fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordin
         weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
         y = np.concatenate([m.torque for m in found])
         interval = _interval(np.concatenate([m.coordinates[drawn] for m in found]), weight, y)
-    return Where(first, shares.get(first, 0.0), drawn, interval, shares, tuple(found))
+    where = Where(first, shares.get(first, 0.0), drawn, interval, shares, tuple(found))
+    if not deep or not found:
+        return where
+    return replace(
+        where, regimes=_regimes(fitted, found), bands=_bands(fitted, found), momentum=_momentum(fitted, read, clean)
+    )
+
+
+def _regimes(fitted: Fit, found: list[Missing]) -> tuple[Part, ...]:
+    logs = fitted.problem.logs
+    top = max(float(np.max(np.abs(logs[m.log].command))) for m in found)
+    mass, own, label, own_label = [], [], [], []
+    for m in found:
+        log, weight = logs[m.log], weights(m.deviation)
+        mass.append(weight * m.torque**2)
+        own.append(weight[:, None] * m.own**2)
+        of = [regimes(log.time, w, s, log.command, top) for w, s in zip(m.speed.T, m.still.T, strict=True)]
+        label.append(of[0])
+        own_label.append(np.stack(of[1:], axis=1))
+    return tuple(regime_shares(mass, own, label, own_label))
+
+
+def _bands(fitted: Fit, found: list[Missing]) -> tuple[Part, ...]:
+    interval = [float(np.median(np.diff(fitted.problem.logs[m.log].time))) for m in found]
+    return tuple(bands([m.torque for m in found], [m.own for m in found], interval))
+
+
+def _momentum(fitted: Fit, yaw: dict[int, Read], clean: list[dict[str, np.ndarray]]) -> Momentum | None:
+    if fitted.problem.structure.kind != "reaction":
+        return None
+    every = fitted.problem.logs
+    wheel = {k: r for k in yaw if (r := read_body(fitted, k, every[k], "wheel", clean[k], 2 * HALF)) is not None}
+    return split(fitted, [*yaw], yaw, wheel, clean)
 
 
 def _interval(c: np.ndarray, weight: np.ndarray, y: np.ndarray) -> tuple[float, float]:
