@@ -6,8 +6,10 @@ in it. With test functions $\varphi$ that vanish at both ends of their support,
 $\int\varphi\,I\dot w = -\int\dot\varphi\,I w = \int\ddot\varphi\,I\psi$: no reading is differentiated (weak form; Messenger
 and Bortz, Multiscale Model. Simul. 19 (2021)). Where the current is read, the wheel's equation takes the reading and the
 winding's $L\,di/dt + R i + K\Omega = V$ stands beside it; else the current is what the command drives through the
-winding. Changes that the free numbers of an equation could make in it are projected out. The null of each statistic is that of the
-fitted rig's own free runs with its noise and counts.
+winding. Changes that the free numbers of an equation could make in it are projected out. The null of each statistic comes from
+drawing noise and counts anew about the smoothed motion: rounding depends on how fast an encoder turns, so it has to be
+the motion of the log. What smoothing and sums in place of integrals leave of the rig's own free run without noise is
+added to every draw.
 """
 
 from dataclasses import dataclass
@@ -25,7 +27,7 @@ from rwjax.log import Log
 from rwjax.simulate import plant_of
 
 LEVEL = 0.01  # chance of each side to be named though it lacks nothing
-HALF = 24  # draws that weigh the residuals, and as many more that make the null
+HALF = 16  # draws that weigh the residuals, and as many more that make the null
 NOISE = 0.05  # of the torque that turns the wheel: what noise may leave of it
 LENGTHS = 0.1 * np.sqrt(2.0) ** np.arange(12)  # of the test functions [s]
 FEWEST = 8  # test functions
@@ -68,8 +70,8 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Read:
-    """One body's motion in one log: the output that tells it, its smoother, and what the fitted rig would read, the
-    readings themselves in front `(time, 1 + draws)`; `states` (time, a, 1 + draws) smoothed."""
+    """One body's motion in one log: the output that tells it, its smoother, the readings `(time, 1 + draws)` and what was
+    drawn besides, and their smoothed `states` (time, a, 1 + draws)."""
 
     name: str
     smoother: Smoother
@@ -79,6 +81,16 @@ class Read:
     @property
     def is_angle(self) -> bool:
         return self.name in ("yaw_rad", "wheel_rad")
+
+    def about_itself(self, fitted: Fit, log: Log, clean: np.ndarray, rng: np.random.Generator) -> "Read":
+        """The readings, the smoothed motion without noise, the rig's own run without noise and draws about the second."""
+        path = self.states[:, 0, 0]
+        drawn = np.concatenate(
+            [path[:, None], clean[:, None], draws(fitted, log, path, self.name, 2 * HALF, rng)], axis=1
+        )
+        gaps = np.isnan(self.readings[:, :1])
+        states = np.concatenate([self.states[..., :1], self.smoother(np.where(gaps, np.nan, drawn))], axis=2)
+        return Read(self.name, self.smoother, np.concatenate([self.readings[:, :1], drawn], axis=1), states)
 
     def position(self, time: np.ndarray) -> np.ndarray:
         """Angle [rad], from 0 where only the rate is read."""
@@ -146,11 +158,12 @@ class _Weak:
 
 
 def split(
-    fitted: Fit, logs: list[int], yaw: dict[int, Read], wheel: dict[int, Read], clean: list[dict[str, np.ndarray]]
+    fitted: Fit, yaw: dict[int, Read], wheel: dict[int, Read], clean: list[dict[str, np.ndarray]]
 ) -> Momentum | None:
-    """Split of the missing torque of these logs, or None where it cannot be told; `clean`: the rig's own free runs."""
+    """Split of the missing torque of the logs that tell both bodies' motion, or None where it cannot be told; `clean`:
+    the rig's own free runs."""
     structure = fitted.problem.structure
-    logs = [k for k in logs if k in yaw and k in wheel]
+    logs = [k for k in yaw if k in wheel]
     if structure.kind != "reaction" or not logs or any(":" in state for state in structure.states):
         return None
     if any(not issubclass(BY_NAME[effect], WITHIN) for effect in structure.effects):
@@ -202,25 +215,23 @@ class _Equations:
 
     @classmethod
     def of(cls, fitted: Fit, number: int, yaw: Read, wheel: Read, clean: dict, length: float) -> "_Equations":
-        log = fitted.problem.logs[number]
+        log, rng = fitted.problem.logs[number], np.random.default_rng([number, 2])
+        yaw, wheel = (read.about_itself(fitted, log, clean[read.name], rng) for read in (yaw, wheel))
         weak = _Weak.of(log.time, length)
         current = None
         if "current_A" in log.outputs:
             seen = np.isfinite(log.outputs["current_A"])
             i = np.interp(log.time, log.time[seen], log.outputs["current_A"][seen])
-            rng = np.random.default_rng([number, 2])
-            own = draws(fitted, log, clean["current_A"], "current_A", yaw.readings.shape[1] - 1, rng)
-            current = np.concatenate([i[:, None], own], axis=1)
+            own = draws(fitted, log, i, "current_A", 2 * HALF, rng)
+            current = np.concatenate([i[:, None], i[:, None], clean["current_A"][:, None], own], axis=1)
         structure = fitted.problem.structure
         dry = {structure.states[body.rate] for body, _ in plant_of(structure, jnp.asarray(fitted.theta)).bodies()}
-        creeps = {}
-        for state, read, output in (("w", yaw, "yaw_rad_s"), ("Omega", wheel, "wheel_rad_s")):
-            bound = CREEPS * np.median(read.deviation[0])
-            slow = (np.abs(read.rate[:, 0]) <= bound) | (np.abs(clean[output]) <= bound)
-            turns = (np.diff(np.sign(read.rate[:, 0]), append=0.0) != 0) | (
-                np.diff(np.sign(clean[output]), append=0.0) != 0
-            )
-            creeps[state] = (slow | turns) & (state in dry)
+        creeps: dict[str, np.ndarray] = {}
+        for state, read in (("w", yaw), ("Omega", wheel)):
+            speed = read.rate[:, [0, 2]]
+            slow = np.abs(speed) <= CREEPS * np.median(read.deviation[0])
+            turns = np.diff(np.sign(speed), append=np.sign(speed[-1:]), axis=0) != 0
+            creeps[state] = (slow | turns).any(axis=1) & (state in dry)
         inside = weak.by_order[0]
         told = {
             "axis": inside @ creeps["w"].astype(float) == 0.0,
@@ -234,7 +245,7 @@ class _Equations:
         return ("axis", "wheel", "winding") if all(e.current is not None for e in each) else ("axis", "wheel")
 
     def residual(self, name: str, theta: np.ndarray, columns: slice) -> np.ndarray:
-        """$\\int\\varphi\\,(\\ldots)$ of an equation `(m, …)` for readings (column 0) or draws (the others)."""
+        """$\\int\\varphi\\,(\\ldots)$ of an equation `(m, …)` for readings (column 0), smoothed motion (1), own run (2) or draws."""
         log, structure = self.fitted.problem.logs[self.number], self.fitted.problem.structure
         number = dict(zip(structure.names, theta + np.array(structure.vector(log.added)), strict=True))
         K, R, L = (number.get(f"motor.{n}", 0.0) for n in ("torque_constant", "resistance", "inductance"))
@@ -299,9 +310,10 @@ def _judge(fitted: Fit, name: str, each: list[_Equations]) -> Side | None:
         return np.concatenate([e.residual(name, theta, columns) for e in each])[told]
 
     every = over(slice(None), theta)
-    weigh, null = every[:, 1 : HALF + 1], every[:, HALF + 1 :]
+    own = every[:, 3:] - every[:, 1:2] + every[:, 2:3]
+    weigh, null = own[:, :HALF], own[:, HALF:]
     scale = np.sqrt(np.mean(weigh**2, axis=1))
-    scale = np.maximum(scale, 1e-3 * np.median(scale) + 1e-300)
+    scale = np.maximum(scale, 0.5 * np.median(scale) + 1e-300)  # at rest a count tells less than it seems to
     A = np.empty((len(scale), len(numbers)))
     for j, k in enumerate(numbers):
         moved = theta.copy()

@@ -106,7 +106,7 @@ def bands(torque: list[np.ndarray], own: list[np.ndarray], interval: list[float]
     for y, o, h in zip(torque, own, interval, strict=True):
         both = np.concatenate([y[:, None], o], axis=1)
         for window in (len(y), WINDOW):  # low octaves need the whole log
-            f, density = welch(both, 1.0 / h, nperseg=min(window, len(y)), axis=0, detrend=False)
+            f, density = welch(both, 1.0 / h, nperseg=min(window, len(y)), axis=0, detrend=False)  # pyright: ignore[reportArgumentType]
             fine = 8.0 / (min(WINDOW, len(y)) * h)
             for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
                 if (high <= fine) == (window != WINDOW):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rwjax.diagnose.momentum import HALF, Momentum, Read, split
+from rwjax.diagnose.momentum import Momentum, Read, split
 from rwjax.diagnose.own_noise import draws, rates, simulated
 from rwjax.diagnose.regimes import Part, bands, regimes, weights
 from rwjax.diagnose.regimes import shares as regime_shares
@@ -19,6 +19,7 @@ from rwjax.diagnose.smoother import smoother
 from rwjax.fit.end_to_end import Fit
 from rwjax.log import Log
 
+DRAWS = 24  # of the fitted rig's own readings
 STILL = 3.0  # deviations of the smoothed speed below which a body rests
 
 
@@ -148,7 +149,7 @@ def locate(
     bands and momentum besides. None where no coordinate that was logged explains anything.
     """
     every, clean = fitted.problem.logs, simulated(fitted)
-    count = 2 * HALF if deep else 0
+    count = DRAWS if deep else 0
     body = "wheel" if fitted.problem.structure.kind == "wheel" else "yaw"
     read = {k: r for k in logs if (r := read_body(fitted, k, every[k], body, clean[k], count)) is not None}
     found = [m for k, r in read.items() if (m := missing_torque(fitted, k, every[k], clean[k], r)) is not None]
@@ -195,8 +196,8 @@ def _momentum(fitted: Fit, yaw: dict[int, Read], clean: list[dict[str, np.ndarra
     if fitted.problem.structure.kind != "reaction":
         return None
     every = fitted.problem.logs
-    wheel = {k: r for k in yaw if (r := read_body(fitted, k, every[k], "wheel", clean[k], 2 * HALF)) is not None}
-    return split(fitted, [*yaw], yaw, wheel, clean)
+    wheel = {k: r for k in yaw if (r := read_body(fitted, k, every[k], "wheel")) is not None}
+    return split(fitted, yaw, wheel, clean)
 
 
 def _interval(c: np.ndarray, weight: np.ndarray, y: np.ndarray) -> tuple[float, float]:
