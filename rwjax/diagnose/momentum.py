@@ -231,12 +231,12 @@ class _Equations:
             speed = read.rate[:, [0, 2]]
             slow = np.abs(speed) <= CREEPS * np.median(read.deviation[0])
             turns = np.diff(np.sign(speed), append=np.sign(speed[-1:]), axis=0) != 0
-            creeps[state] = (slow | turns).any(axis=1) & (state in dry)
+            creeps[state] = np.any(slow | turns, axis=1).astype(float) * (state in dry)
         inside = weak.by_order[0]
         told = {
-            "axis": inside @ creeps["w"].astype(float) == 0.0,
-            "wheel": inside @ creeps["Omega"].astype(float) == 0.0,
-            "winding": np.ones(inside.shape[0], bool),
+            "axis": np.asarray(inside @ creeps["w"]) == 0.0,
+            "wheel": np.asarray(inside @ creeps["Omega"]) == 0.0,
+            "winding": np.ones(len(inside.indptr) - 1, bool),
         }
         return cls(fitted, number, weak, yaw, wheel, current, told)
 
