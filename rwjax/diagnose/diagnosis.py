@@ -112,6 +112,7 @@ class Diagnosis:
                     {"log": log, "from_s": begin, "to_s": end, "share": share}
                     for log, begin, end, share in self.windows
                 ],
+                **self.where.json(),
             }
         return {
             "schema": SCHEMA,
@@ -275,7 +276,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         effects=named.names,
         alternatives=tuple(e.names for e in choice.alternatives) if verdict == "ambiguous" else (),
         ranking=tuple(ranking),
-        where=locate(refits(nothing), train, _shares(search, choice), coordinate),
+        where=locate(refits(nothing), train, _shares(search, choice), coordinate, deep=verdict != "none"),
         windows=_worst_windows(before, every, signal),
         signal=signal,
         gaps=gaps,
