@@ -239,6 +239,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     signal = headline(bare)
     search = Search(refits)
     choice: Choice = search.run() if stands_out(bare[signal]) else search.nothing()
+    if choice.best.names:
+        refits.polish(choice.best)
     best = _by_importance(refits, choice.best, numbered, signal)
     after = held_out(refits, best, numbered, with_floor=False) if best.names else before
     gaps = {name: gap(before, after, name) for name in before.square}

@@ -11,6 +11,7 @@ import numpy as np
 from rwjax.build import theta_of
 from rwjax.diagnose.explanation import Explanation, free_names, levels, space, structure_for
 from rwjax.diagnose.screen import Candidate, Screen, Screened
+from rwjax.effects import BY_NAME
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
@@ -19,6 +20,7 @@ from rwjax.fit.problem import Problem, pose
 from rwjax.fit.secant import as_it_is, descend
 from rwjax.log import Log
 from rwjax.noise import pooled
+from rwjax.param import parameters
 from rwjax.plant import Structure
 from rwjax.rig import Rig
 
@@ -34,6 +36,8 @@ TOLERANCE = 1e-3
 """Share of the cost below which a step is no gain, in a search."""
 ONLY_STARTS = 2.5
 """Times the mean square of a complete model that the start rule's first states may leave of it."""
+MOST_STEPS, LAST_DIGIT = 40, 1e-7
+"""The same two of the fit that is reported."""
 FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
@@ -210,8 +214,28 @@ class Refits:
                 self._done[e] = fitted
 
     def _to_the_end(self, begun: Fit) -> Fit:
+        """A fit carried to the end, once more with the numbers of its form at their null where they have moved."""
         problem = self._of_training(begun.problem.structure)
-        return _descend(problem, begun, LAST)
+        found = _descend(problem, begun, LAST)
+        plain = found.theta.copy()
+        for k in found.coordinates.index:
+            effect, _, name = problem.structure.names[k].rpartition(".")
+            if effect in BY_NAME and parameters(BY_NAME[effect])[name].optional:
+                plain[k] = parameters(BY_NAME[effect])[name].null
+        if np.array_equal(plain, found.theta):
+            return found
+        again = _descend(problem, replace(found, theta=plain), LAST)
+        return min(found, again, key=lambda f: f.cost)
+
+    def polish(self, explanation: Explanation) -> Fit:
+        """The fit of an explanation to the last digit that secants give."""
+        begun = self(explanation)
+        problem = self._of_training(begun.problem.structure)
+        found = descend(
+            problem, begun.coordinates, begun.theta, begun.start, most_steps=MOST_STEPS, tolerance=LAST_DIGIT
+        )
+        self._keep({explanation: found})
+        return self._done[explanation]
 
     def _free_starts(self, pool: Executor) -> None:
         """Frees the first states of all finished fits where the best one is then complete."""
