@@ -1,7 +1,7 @@
 """Thresholds of the search and the verdict: how much evidence, and how much of a gap, a name needs.
 
-Set on simulated cases of one range of seeds (`experiments/blind/sets/calibrate.jsonl`) and frozen before any case of the test
-set was run; `python -m experiments.blind.calibrate RESULTS.jsonl` prints what other values would have done there.
+Proposals, tried on some of the simulated cases of `experiments/blind/sets/calibrate.jsonl` and not calibrated yet; no case of
+the test set has been run.
 """
 
 NEEDED = 5.0

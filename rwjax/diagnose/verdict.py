@@ -20,7 +20,7 @@ def judge(choice: Choice, gap: Gap) -> Verdict:
     A gap that is surely closed to less than `EXPLAINED` and still stands above the floor has a cause that the library does not
     know, or several, and the names that help must not be taken for it.
     """
-    if not stands_out(gap):
+    if gap.closed is None or not stands_out(gap):
         return "none"
     if not choice.best.names:
         return "none" if gap.size < SIZE_OF_DOUBT else "unknown"
