@@ -16,6 +16,7 @@ from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import scales, sizes_of
+from rwjax.fit.secant import descend
 from rwjax.param import parameters
 
 
@@ -62,9 +63,9 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
         for name, p in own.items():
             if name in free:
                 start[names.index(name)] = np.clip(p.starts[j % len(p.starts)] * typical[p.scale], *p.bounds)
-        found.append(fit(problem, moves(free), start, start=base.start, most_steps=4, tolerance=1e-4))
+        found.append(descend(problem.by_rule, moves(free), start, base.start, most_steps=4, tolerance=1e-4))
     found = [
-        fit(problem, moves(free), f.theta, start=f.start, most_steps=12, tolerance=1e-4)
+        descend(problem.by_rule, moves(free), f.theta, f.start, most_steps=25, tolerance=1e-6)
         for f in sorted(found, key=lambda f: f.cost)[:3]
     ]
     best = min(found, key=lambda f: f.cost)

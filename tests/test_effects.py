@@ -466,7 +466,7 @@ def test_an_end_stop_takes_energy_and_never_pulls() -> None:
 
 
 def test_bent_friction_follows_its_hysteresis_whatever_the_step() -> None:
-    bent = axis.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02))
+    bent = axis.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02), d=jnp.zeros(()))
     z = jnp.zeros(())
     for travel, exact in ((0.03, 1.0 - np.exp(-1.5)), (-0.05, -1.0 + (2.0 - np.exp(-1.5)) * np.exp(-2.5))):
         whole, parts = bent.after(z, jnp.asarray(travel)), z
