@@ -14,7 +14,7 @@ import numpy as np
 
 from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
 from rwjax.fit.problem import Problem
-from rwjax.fit.secant import LANES, residuals, told
+from rwjax.fit.secant import LANES, residuals
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
@@ -82,7 +82,7 @@ class Screen:
         for k, name in enumerate(self.fitted.problem.structure.states):
             if name in problem.structure.states:
                 start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
-        many = max(1, LANES // max(len(told(problem)), 1))
+        many = max(1, LANES // max(len(problem.told), 1))
         parts = [thetas[k : k + many] for k in range(0, len(thetas), many)]
         return np.concatenate(list(pool.map(lambda part: residuals(problem, part, [start] * len(part)), parts)))
 

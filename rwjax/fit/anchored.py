@@ -30,7 +30,7 @@ def complete(begun: Fit) -> bool:
     n, nothing = problem.start.shape[1], np.zeros(0, int)
     p = len(e.local) - n
     square, limit = np.zeros((2, len(problem.structure.outputs)))
-    for log in map(int, np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))):
+    for log in map(int, problem.told):
         s = np.flatnonzero(problem.start_free[log])
         change = start_response(*start_normal(rule, e, log), nothing, p + s, 0.0)[1]
         through = by_start(e, log)[..., p:]

@@ -21,7 +21,7 @@ THREADS = 2
 def _resampled(problem: Problem, rng: np.random.Generator) -> Problem:
     """The problem with every reading weighed by how often its stretch was drawn, and priors drawn."""
     lengths = np.array([log.time[-1] - log.time[0] for log in problem.logs])
-    counted = np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))
+    counted = problem.told
     length = lengths[counted].sum() / STRETCHES
     parts = np.zeros(len(lengths), int)
     parts[counted] = np.maximum(np.round(lengths[counted] / length), 1)

@@ -61,6 +61,11 @@ class Problem:
         away = np.where(self.precision > 0.0, theta - self.prior[:, 0], 0.0)
         return 0.5 * float(self.precision @ away**2), self.precision * away
 
+    @property
+    def told(self) -> np.ndarray:
+        """Logs with any reading in the residual."""
+        return np.flatnonzero(self.batch.weight.any(axis=(1, 2, 3)))
+
     @cached_property
     def by_rule(self) -> "Problem":
         """The same with every log's first state by the start rule."""

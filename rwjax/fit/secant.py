@@ -28,11 +28,6 @@ MOST_SETTLING, SETTLED, LEAST_DAMPING, MOST_DAMPING = 30, 1e-10, 1e-12, 1e6
 between which they go."""
 
 
-def told(problem: Problem) -> np.ndarray:
-    """Logs with any reading in the residual."""
-    return np.flatnonzero(problem.batch.weight.any(axis=(1, 2, 3)))
-
-
 def responses(problem: Problem, theta: np.ndarray, start: np.ndarray, logs: np.ndarray) -> np.ndarray:
     """Readings `(b, logs, w, q, y)` of free runs of some logs for parameter vectors (b, t) and first states (b, l, n)."""
     index = np.tile(logs, len(theta))
@@ -49,7 +44,7 @@ def responses(problem: Problem, theta: np.ndarray, start: np.ndarray, logs: np.n
 
 def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.ndarray]) -> np.ndarray:
     """Residuals `(b, l, w, q, y)` in units of noise for several parameter vectors and first states."""
-    logs = told(problem)
+    logs = problem.told
     found = np.zeros((len(theta), *problem.batch.reading.shape))
     if len(logs):
         y = responses(problem, np.stack(theta), np.stack(start), logs)
@@ -184,7 +179,7 @@ def descend(
     """Gauss-Newton steps with secants, several dampings of each tried at once; only what lowers the cost is kept."""
     theta = c.inward(theta)
     spans, taken, converged = list(SPANS), 0, False
-    dampings = DAMPINGS[: max(3, LANES // max(len(told(problem)), 1))]
+    dampings = DAMPINGS[: max(3, LANES // max(len(problem.told), 1))]
     if problem.anchored.any():
         start = np.where(problem.anchored[:, None], by_start_rule(problem, theta, start)[0], start)
     e, start = slopes(problem, c, theta, start, spans[0])
