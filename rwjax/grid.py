@@ -58,6 +58,12 @@ class Batch(NamedTuple):
         return self.slot_step.shape[1]
 
     @property
+    def windows_of(self) -> np.ndarray:
+        """Windows of each log `(l,)` up to the last one that holds a reading."""
+        last = np.max(np.where(self.slot_sample >= 0, np.arange(self.windows)[:, None], 0), axis=(1, 2))
+        return last + 1
+
+    @property
     def readings(self) -> float:
         """How many readings the residual holds, those that only repeat a count not counted again."""
         return float(np.sum(self.share[self.weight > 0.0]))

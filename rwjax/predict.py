@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.build import structure_of, theta_of
+from rwjax.fit.lanes import Search, Wanted, together
 from rwjax.fit.problem import Problem, pose, starts_at_rest
-from rwjax.fit.secant import by_start_rule, responses
+from rwjax.fit.secant import by_start_rule, moved_starts
 from rwjax.fit.start_rule import start_covariance
 from rwjax.grid import by_sample
 from rwjax.log import Log
@@ -33,15 +34,19 @@ class Prediction:
 
 def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> list[Prediction]:
     """Free runs of all logs of a problem from the start rule, with the floor if wanted."""
-    start, by_state = by_start_rule(problem, theta)
-    y = responses(problem, theta[None], start[None], np.arange(len(problem.logs)))[0]
+    return together([predicted(problem, theta, with_floor=with_floor)])[0]
+
+
+def predicted(problem: Problem, theta: np.ndarray, *, with_floor: bool) -> Search[list[Prediction]]:
+    """`predict` beside other searches."""
+    start, y, by_state = yield from _from_start_rule(problem, theta)
     names = problem.structure.outputs
     found = []
     for k, log in enumerate(problem.logs):
         samples = by_sample(problem.batch, k, y[k], len(log.time))
         floor = {}
         if with_floor:
-            through = np.moveaxis(by_state[:, k], 0, -1)
+            through = np.moveaxis(by_state[:, k], 0, -1) * problem.batch.weight[k][..., None]
             P0 = start_covariance(problem, through, k)
             S = by_sample(problem.batch, k, through, len(log.time))
             for j, name in enumerate(names):
@@ -50,6 +55,17 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
                     floor[name] = problem.noise[name] * np.sqrt(1.0 + np.maximum(from_start, 0.0))
         found.append(Prediction({name: samples[:, j] for j, name in enumerate(names)}, start[k], floor))
     return found
+
+
+def _from_start_rule(problem: Problem, theta: np.ndarray) -> Search[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """First states by the start rule `(l, n)`, readings `(l, w, q, y)` and their secants by the first states `(n, l, …)`."""
+    start = yield from by_start_rule(problem, theta)
+    states, width, moved = moved_starts(problem, start)
+    every, windows = np.arange(len(problem.logs)), problem.batch.windows
+    y = yield Wanted(problem, np.tile(theta, (1 + len(states), 1)), np.stack([start, *moved]), every, windows)
+    by_state = np.zeros((start.shape[1], *y.shape[1:]))
+    by_state[states] = (y[1:] - y[0]) / width.T[states][..., None, None, None]
+    return start, y[0], by_state
 
 
 def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:

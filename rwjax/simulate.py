@@ -241,24 +241,20 @@ def free_run(structure: Structure, theta: Float[Any, " t"], start: Float[Any, "l
 
 
 @stored(lambda found: found[0])
-def free_runs(structure: Structure, theta: Float[Any, "l t"], start: Float[Any, "l n"], batch: Batch):
-    """Readings of whole logs `(l, w, q, y)` from their first state, every log with numbers of its own."""
-    return [_each_log(lambda run, x0, theta: _whole(structure, theta, run, x0)[0], batch, start, theta)]
+def free_runs(
+    structure: Structure, theta: Float[Any, "l t"], start: Float[Any, "l n"], windows: Int[Any, ""], batch: Batch
+):
+    """Readings `(l, w, q, y)` of the first `windows` of logs from their first state, every log with numbers of its own;
+    those of later windows are 0."""
+    return [_each_log(lambda run, x0, theta: _first(structure, theta, run, x0, windows), batch, start, theta)]
 
 
-def _whole(structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Float[Array, " n"]):
-    """Readings of one log and the states at its windows' starts."""
-    plant = _plant_of_run(structure, theta, run)
+def _one_by_one(plant: Plant, run: Batch):
+    """What goes through a window, from its first state and its inputs, to its end; and the inputs of all windows."""
     h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
     p = propagator(plant, h)
     steps, at_reading = commands(plant, run)
-    slot_step, slot_part = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
-    W, m = slot_step.shape[0], run.step_index.shape[0]
-    if plant.age() is not None:  # a reading may show another window
-        states = _window(plant, p, h, t0, x0, steps)
-        at = (m * jnp.arange(W)[:, None] + slot_step).ravel()
-        y = _readings(plant, h, t0, states, at_reading.ravel(), at, slot_part.ravel())
-        return y.reshape(W, -1, y.shape[-1]), jnp.stack([s[: W * m : m] for s in states], axis=-1)
+    W, m = run.slot_step.shape[0], run.step_index.shape[0]
 
     def window(x, inputs):
         w, u, at_reading, slot_step, slot_part = inputs
@@ -267,5 +263,45 @@ def _whole(structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Floa
         y = _readings(plant, h, begin, states, at_reading, slot_step, slot_part)
         return jnp.stack([s[-1] for s in states]), (y, x)
 
-    inputs = (jnp.arange(W, dtype=float), steps.reshape(W, m), at_reading, slot_step, slot_part)
+    slots = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
+    return window, (jnp.arange(W, dtype=float), steps.reshape(W, m), at_reading, *slots)
+
+
+def _late(plant: Plant, run: Batch, x0: Float[Array, " n"]):
+    """Readings of one log, each of which may show another window, and the states at its windows' starts."""
+    h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
+    steps, at_reading = commands(plant, run)
+    slot_step, slot_part = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
+    W, m = slot_step.shape[0], run.step_index.shape[0]
+    states = _window(plant, propagator(plant, h), h, t0, x0, steps)
+    at = (m * jnp.arange(W)[:, None] + slot_step).ravel()
+    y = _readings(plant, h, t0, states, at_reading.ravel(), at, slot_part.ravel())
+    return y.reshape(W, -1, y.shape[-1]), jnp.stack([s[: W * m : m] for s in states], axis=-1)
+
+
+def _whole(structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Float[Array, " n"]):
+    """Readings of one log and the states at its windows' starts."""
+    plant = _plant_of_run(structure, theta, run)
+    if plant.age() is not None:
+        return _late(plant, run, x0)
+    window, inputs = _one_by_one(plant, run)
     return jax.lax.scan(window, x0, inputs)[1]
+
+
+def _first(
+    structure: Structure, theta: Float[Array, " t"], run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
+):
+    """Readings of one log in its first windows."""
+    plant = _plant_of_run(structure, theta, run)
+    if plant.age() is not None:
+        return _late(plant, run, x0)[0]
+    window, inputs = _one_by_one(plant, run)
+
+    def one(w, carry):
+        x, y = carry
+        x, (seen, _) = window(x, tuple(a[w] for a in inputs))
+        return x, y.at[w].set(seen)
+
+    W, q = run.slot_step.shape
+    nothing = jnp.zeros((W, q, len(structure.outputs)))
+    return jax.lax.fori_loop(0, windows, one, (x0, nothing))[1]

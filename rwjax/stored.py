@@ -21,6 +21,9 @@ from jax import export
 from jax.core import Tracer
 
 DIGEST = 32  # bytes of a check sum before the program
+MOST_PROGRAMS = 128
+"""Programs of one function that a process holds; of more, those not called for longest are dropped and read again. Each
+takes dozens of memory maps, of which Linux gives a process 65 530."""
 
 
 @cache
@@ -96,6 +99,8 @@ def stored(result: Callable) -> Callable:
             key = (structure, tree, tuple((a.shape, a.dtype.name) for a in arrays))
             with lock:
                 if key not in programs:
+                    while len(programs) >= MOST_PROGRAMS:
+                        del programs[next(iter(programs))]
                     programs[key] = _program(
                         function.__name__,
                         key,
@@ -103,7 +108,8 @@ def stored(result: Callable) -> Callable:
                         arrays,
                         getattr(structure, "lasting", True),
                     )
-            return result(programs[key](*arrays))
+                program = programs[key] = programs.pop(key)  # the last one called stands last
+            return result(program(*arrays))
 
         return call
 

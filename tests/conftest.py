@@ -4,6 +4,7 @@ Nothing of `rwjax` is imported here: the option `--jaxtyping-packages` checks on
 """
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -17,6 +18,13 @@ hypothesis.settings.register_profile("rwjax", deadline=None)  # the first call c
 hypothesis.settings.load_profile("rwjax")
 
 SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a variable says otherwise
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _programs_are_dropped() -> Iterator[None]:
+    """Every compiled program takes dozens of memory maps, of which Linux gives a process 65 530."""
+    yield
+    jax.clear_caches()
 
 
 @pytest.fixture(scope="session")

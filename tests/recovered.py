@@ -14,9 +14,10 @@ from rwjax.effects import BY_NAME
 from rwjax.fit.anchored import fit_anchored
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.lanes import together
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import scales, sizes_of
-from rwjax.fit.secant import descend
+from rwjax.fit.secant import descend, point
 from rwjax.param import parameters
 
 
@@ -63,11 +64,10 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
         for name, p in own.items():
             if name in free:
                 start[names.index(name)] = np.clip(p.starts[j % len(p.starts)] * typical[p.scale], *p.bounds)
-        found.append(descend(problem.by_rule, moves(free), start, base.start, most_steps=4, tolerance=1e-4))
-    found = [
-        descend(problem.by_rule, moves(free), f.theta, f.start, most_steps=25, tolerance=1e-6)
-        for f in sorted(found, key=lambda f: f.cost)[:3]
-    ]
+        found.append(point(problem.by_rule, moves(free), start, base.start))
+    found = together([descend(f, most_steps=4, tolerance=1e-4) for f in found])
+    found = sorted(found, key=lambda f: f.cost)[:3]
+    found = together([descend(f, most_steps=25, tolerance=1e-6) for f in found])
     best = min(found, key=lambda f: f.cost)
     best = fit_anchored(problem, moves(free), best.theta, best.start)
     changed = case.truth["changed"][cause]

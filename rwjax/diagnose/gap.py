@@ -1,14 +1,14 @@
 """How far: the free-run gap on held-out logs before and after, its floor, and how sure the closure is."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from rwjax.diagnose.explanation import Explanation
-from rwjax.diagnose.refit import THREADS, Refits
-from rwjax.predict import Prediction, errors, floor_variance, predict
+from rwjax.diagnose.refit import Refits
+from rwjax.fit.lanes import Search, together
+from rwjax.predict import Prediction, errors, floor_variance, predicted
 
 BLOCK_S = 1.0  # errors closer than this are resampled together
 RESAMPLES = 2000
@@ -54,15 +54,15 @@ def held_out(refits: Refits, explanation: Explanation, folds: Sequence[Split], *
     block: dict[str, list[np.ndarray]] = {}
     error: dict[int, dict[str, np.ndarray]] = {}
 
-    def judged(fold: Split) -> list[Prediction]:
-        train, test = fold
-        fitted = refits(explanation) if set(train) == set(refits.train) else refits.on(explanation, train)
-        return predict(refits.problem_of(explanation).only(test), fitted.theta, with_floor=with_floor)
+    begun = refits(explanation)
 
-    refits(explanation)
-    with ThreadPoolExecutor(THREADS) as pool:
-        judgements = list(pool.map(judged, folds))
-    for (_, test), predictions in zip(folds, judgements, strict=True):
+    def judged(fold: Split) -> Search[list[Prediction]]:
+        train, test = fold
+        fitted = begun if set(train) == set(refits.train) else (yield from refits.on(explanation, train))
+        problem = refits.problem_of(explanation).only(test)
+        return (yield from predicted(problem, fitted.theta, with_floor=with_floor))
+
+    for (_, test), predictions in zip(folds, together([judged(fold) for fold in folds]), strict=True):
         found = errors(refits.problem, predictions)
         variance = floor_variance(refits.problem, predictions) if with_floor else [{} for _ in predictions]
         for k in test:

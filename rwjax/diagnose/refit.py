@@ -1,10 +1,7 @@
 """Refits: the rig's free numbers and an explanation's together, from several starts."""
 
-import os
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -15,9 +12,10 @@ from rwjax.effects import BY_NAME
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.lanes import Search, together
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
-from rwjax.fit.secant import as_it_is, descend
+from rwjax.fit.secant import derived, descend, point
 from rwjax.log import Log
 from rwjax.noise import pooled
 from rwjax.param import parameters
@@ -25,7 +23,6 @@ from rwjax.plant import Structure
 from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
-THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 HEATS = ((99, 1), (8, 2), (5, 4))
 """A race's heats: how many explanations take part, those that leave least, and steps of each."""
 LAST = 12
@@ -42,13 +39,10 @@ FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
 
-def _few_steps(steps: int, begun: list[Fit]) -> Fit:
-    """The best of several fits that go on for a few steps."""
-    return min((_descend(f.problem, f, steps) for f in begun), key=lambda f: f.cost)
-
-
-def _descend(problem: Problem, begun: Fit, steps: int) -> Fit:
-    return descend(problem, begun.coordinates, begun.theta, begun.start, most_steps=steps, tolerance=TOLERANCE)
+def _carried_on(problem: Problem, begun: Fit, steps: int) -> Search[Fit]:
+    """A fit after some further steps, with its derivatives."""
+    found = yield from descend(replace(begun, problem=problem), most_steps=steps, tolerance=TOLERANCE)
+    return (yield from derived(found))
 
 
 @dataclass
@@ -89,7 +83,7 @@ class Refits:
             else:
                 if explanation not in self._done:
                     self.race([explanation], Explanation())
-                self._keep({explanation: self._to_the_end(self._done[explanation])})
+                self._done[explanation] = together([self._to_the_end(self._done[explanation])])[0]
             self._finished.add(explanation)
         return self._done[explanation]
 
@@ -177,46 +171,46 @@ class Refits:
         if not wanted:
             return {}
         new = [e for e in wanted if e not in self._finished or parent.contains(e) or e.contains(parent)]
-        with ThreadPoolExecutor(THREADS) as pool:
-            screened = Screen(self(parent)).predict([self._candidate(e, parent) for e in new], pool)
-            running = {e: self._begin_at(e, parent, s) for e, s in zip(new, screened, strict=True)}
-            self._keep(running)
-            promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
-            begin = {
-                e: [replace(running[e], theta=theta) for theta in s.begin] for e, s in zip(new, screened, strict=True)
-            }
-            for many, steps in HEATS:
-                ahead = sorted(new, key=promise.__getitem__)[:many]
-                running |= zip(ahead, pool.map(partial(_few_steps, steps), (begin[e] for e in ahead)), strict=True)
-                begin |= {e: [running[e]] for e in ahead}
-                self._keep({e: running[e] for e in ahead})
-                promise |= {e: running[e].cost for e in ahead}
-            least = min(self._done[e].cost for e in (parent, *wanted))
-            ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least][: HEATS[-1][0]]
+        screened = Screen(self(parent)).predict([self._candidate(e, parent) for e in new])
+        running = {e: self._begin_at(e, parent, s) for e, s in zip(new, screened, strict=True)}
+        self._keep(running)
+        promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
+        begun = {e: [replace(running[e], theta=theta) for theta in s.begin] for e, s in zip(new, screened, strict=True)}
+        for many, steps in HEATS:
+            ahead = sorted(new, key=promise.__getitem__)[:many]
+            runs = [(e, f) for e in ahead for f in begun[e]]
+            found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
             for e in ahead:
-                self.progress(" + ".join(e.names))
-            self._keep(dict(zip(ahead, pool.map(self._to_the_end, (running[e] for e in ahead)), strict=True)))
-            self._finished |= {*ahead}
-            self._free_starts(pool)
+                of_e = (f for (other, _), f in zip(runs, found, strict=True) if other == e)
+                running[e] = min(of_e, key=lambda f: f.cost)
+                begun[e], promise[e] = [running[e]], running[e].cost
+            self._keep({e: running[e] for e in ahead})
+        least = min(self._done[e].cost for e in (parent, *wanted))
+        ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least][: HEATS[-1][0]]
+        for e in ahead:
+            self.progress(" + ".join(e.names))
+        self._done |= zip(ahead, together([self._to_the_end(self._done[e]) for e in ahead]), strict=True)
+        self._finished |= {*ahead}
+        self._free_starts()
         return {e: self._done[e] for e in wanted}
 
     def _begin_at(self, explanation: Explanation, parent: Explanation, screened: Screened) -> Fit:
         """An explanation as it stands where it was screened."""
         problem = self._of_training(structure_for(self.rig, explanation))
         c, _ = self._space(explanation)
-        return as_it_is(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
+        return point(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
 
     def _keep(self, found: dict[Explanation, Fit]) -> None:
         """Takes down fits that are better than what is known, or that took steps where what is known did not."""
         for e, fitted in found.items():
             old = self._done.get(e)
-            if old is None or fitted.cost < old.cost or not old.evaluation.local.size:
+            if old is None or fitted.cost < old.cost or not old.steps:
                 self._done[e] = fitted
 
-    def _to_the_end(self, begun: Fit) -> Fit:
+    def _to_the_end(self, begun: Fit) -> Search[Fit]:
         """A fit carried to the end, once more with the numbers of its form at their null where they have moved."""
         problem = self._of_training(begun.problem.structure)
-        found = _descend(problem, begun, LAST)
+        found = yield from _carried_on(problem, begun, LAST)
         plain = found.theta.copy()
         for k in found.coordinates.index:
             effect, _, name = problem.structure.names[k].rpartition(".")
@@ -224,32 +218,35 @@ class Refits:
                 plain[k] = parameters(BY_NAME[effect])[name].null
         if np.array_equal(plain, found.theta):
             return found
-        again = _descend(problem, replace(found, theta=plain), LAST)
+        again = yield from _carried_on(problem, replace(found, theta=plain), LAST)
         return min(found, again, key=lambda f: f.cost)
 
     def polish(self, explanation: Explanation) -> Fit:
         """The fit of an explanation to the last digit that secants give."""
         begun = self(explanation)
-        problem = self._of_training(begun.problem.structure)
-        found = descend(
-            problem, begun.coordinates, begun.theta, begun.start, most_steps=MOST_STEPS, tolerance=LAST_DIGIT
-        )
-        self._keep({explanation: found})
+        begun = replace(begun, problem=self._of_training(begun.problem.structure))
+
+        def to_the_last_digit() -> Search[Fit]:
+            found = yield from descend(begun, most_steps=MOST_STEPS, tolerance=LAST_DIGIT)
+            return (yield from derived(found))
+
+        self._keep({explanation: together([to_the_last_digit()])[0]})
         return self._done[explanation]
 
-    def _free_starts(self, pool: Executor) -> None:
+    def _free_starts(self) -> None:
         """Frees the first states of all finished fits where the best one is then complete."""
         best = min((self._done[e] for e in self._finished), key=lambda f: f.cost)
         if not self._ruled or 2.0 * best.cost > ONLY_STARTS * COMPLETE * best.problem.batch.readings:
             return
-        if complete(_descend(self._training[best.problem.structure], best, FOLD_STEPS)):
+        if complete(together([_carried_on(self._training[best.problem.structure], best, FOLD_STEPS)])[0]):
             self._ruled = False
             every = [*self._finished]
-            self._done |= zip(every, pool.map(self._to_the_end, (self._done[e] for e in every)), strict=True)
+            self._done |= zip(every, together([self._to_the_end(self._done[e]) for e in every]), strict=True)
 
-    def on(self, explanation: Explanation, train: Sequence[int]) -> Fit:
+    def on(self, explanation: Explanation, train: Sequence[int]) -> Search[Fit]:
         """Fit of an explanation to other logs than those marked for training, from its estimates on those."""
         begun = self(explanation)
         problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
-        return _descend(problem.by_rule if self._ruled else problem, replace(begun, start=start), FOLD_STEPS)
+        begun = replace(begun, problem=problem.by_rule if self._ruled else problem, start=start)
+        return descend(begun, most_steps=FOLD_STEPS, tolerance=TOLERANCE)

@@ -7,14 +7,14 @@ end stop), and small lasting torques that local residuals miss (Breusch and Paga
 """
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
+from rwjax.fit.lanes import Search, together
 from rwjax.fit.problem import Problem
-from rwjax.fit.secant import LANES, residuals
+from rwjax.fit.secant import residuals
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
@@ -76,15 +76,13 @@ class Screen:
         self.columns = np.concatenate(blocks).reshape(-1, len(k))[self.seen]
         self.basis = _orthonormal(self.columns)
 
-    def _residuals(self, problem: Problem, thetas: Sequence[np.ndarray], pool: Executor) -> np.ndarray:
+    def _residuals(self, problem: Problem, thetas: Sequence[np.ndarray]) -> Search[np.ndarray]:
         """Residuals `(b, …)` at several parameter vectors of one structure, from the fit's first states."""
         start = np.zeros((len(problem.logs), len(problem.structure.states)))
         for k, name in enumerate(self.fitted.problem.structure.states):
             if name in problem.structure.states:
                 start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
-        many = max(1, LANES // max(len(problem.told), 1))
-        parts = [thetas[k : k + many] for k in range(0, len(thetas), many)]
-        return np.concatenate(list(pool.map(lambda part: residuals(problem, part, [start] * len(part)), parts)))
+        return residuals(problem, thetas, [start] * len(thetas))
 
     def _with_free_numbers(self, problem: Problem, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """Numbers with the free ones moved to where they leave least of a residual, by no more than `FURTHEST`."""
@@ -101,30 +99,21 @@ class Screen:
         """Columns with what the free numbers can do taken out."""
         return columns - self.basis @ (self.basis.T @ columns)
 
-    def predict(self, candidates: Sequence[Candidate], pool: Executor) -> list[Screened]:
+    def predict(self, candidates: Sequence[Candidate]) -> list[Screened]:
         """What every candidate leaves at best, and where it should begin: probed at its starts, then at amplitudes that
         change as much as there is to explain."""
-        coarse = self._probed(candidates, pool)
+        coarse = self._probed(candidates)
         scaled = [self._scaled(c, r) for c, r in zip(candidates, coarse, strict=True)]
-        fine = self._probed(scaled, pool)
+        fine = self._probed(scaled)
         found = [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
         return [
             replace(s, begin=(*s.begin[:1], *c.starts)) if len(c.starts) <= FEW else s
             for s, c in zip(found, candidates, strict=True)
         ]
 
-    def _probed(self, candidates: Sequence[Candidate], pool: Executor) -> list[np.ndarray]:
+    def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""
-        by_structure: dict[object, list[int]] = {}
-        for k, candidate in enumerate(candidates):
-            by_structure.setdefault(candidate.problem.structure, []).append(k)
-        found: dict[int, np.ndarray] = {}
-        for group in by_structure.values():
-            thetas = [[candidates[k].off, *candidates[k].starts] for k in group]
-            r = self._residuals(candidates[group[0]].problem, [t for several in thetas for t in several], pool)
-            ends = np.cumsum([len(several) for several in thetas])
-            found |= zip(group, np.split(r, ends[:-1]), strict=True)
-        return [found[k] for k in range(len(candidates))]
+        return together([self._residuals(c.problem, [c.off, *c.starts]) for c in candidates])
 
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
         """The candidate with amplitudes of its starts that change about as much as is left."""

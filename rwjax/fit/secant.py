@@ -1,7 +1,7 @@
 """Fits by secants: free runs alone, many side by side, with no derivative to be compiled.
 
 A search tries dozens of structures for a few steps each. Compiling exact sensitivities of each takes longer than the
-search; a free run is compiled in a second and runs at little more cost with 32 parameter vectors than with one. Secants
+search; a free run is compiled in a second and runs at little more cost with 64 parameter vectors than with one. Secants
 over finite spans also see the valley of a sum of squares that stick and slip fill with creases.
 """
 
@@ -12,96 +12,81 @@ import numpy as np
 
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, step_of
+from rwjax.fit.lanes import Search, Wanted
 from rwjax.fit.problem import Problem
-from rwjax.simulate import Evaluation, free_runs
+from rwjax.simulate import Evaluation
 
-LANES = 32
-"""Free runs side by side in one call."""
 SPANS = (0.01, 0.002)
 """Spans of the secants in coordinates (logarithms, or the number's own size), the next one where the last gains nothing."""
 START_SPAN = 1e-4
 """Span by a first state, in its unit or as a share of its size."""
 DAMPINGS = (1e-6, 1e-2, 1.0, 1e-4, 0.1, 10.0)
-"""Levenberg-Marquardt dampings, as many of which are tried at once, three or more, as the lanes hold."""
-MOST_SETTLING, SETTLED, LEAST_DAMPING, MOST_DAMPING = 30, 1e-10, 1e-12, 1e6
-"""Steps towards the start rule's first states at most, the change, as a share of their size, that ends them, and dampings
-between which they go."""
+"""Levenberg-Marquardt dampings, as many of which are tried at once, three or more, as `MOST_TRIALS` allows."""
+MOST_TRIALS = 32
+"""Free runs that try one step, where that is not less than three dampings."""
+MOST_SETTLING, SETTLED, LEAST_DAMPING, MOST_DAMPING = 30, 1e-8, 1e-12, 1e6
+"""Steps towards the start rule's first states at most, the gain, as a share of the sum of squares, that ends them, and
+dampings between which they go."""
 
 
-def responses(problem: Problem, theta: np.ndarray, start: np.ndarray, logs: np.ndarray) -> np.ndarray:
-    """Readings `(b, logs, w, q, y)` of free runs of some logs for parameter vectors (b, t) and first states (b, l, n)."""
-    index = np.tile(logs, len(theta))
-    values = np.repeat(theta, len(logs), axis=0)
-    first = start[:, logs].reshape(len(index), -1)
-    found = []
-    for begin in range(0, len(index), LANES):
-        part = np.minimum(np.arange(begin, begin + LANES), len(index) - 1)  # the last one again fills the lanes
-        y = free_runs(problem.structure, values[part], first[part], problem.batch.inputs_of(index[part]))
-        found.append(np.asarray(y)[: len(index) - begin])
-    y = np.concatenate(found)
-    return y.reshape(len(theta), len(logs), *y.shape[1:])
-
-
-def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.ndarray]) -> np.ndarray:
+def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.ndarray]) -> Search[np.ndarray]:
     """Residuals `(b, l, w, q, y)` in units of noise for several parameter vectors and first states."""
-    logs = problem.told
-    found = np.zeros((len(theta), *problem.batch.reading.shape))
+    batch, logs = problem.batch, problem.told
+    found = np.zeros((len(theta), *batch.reading.shape))
     if len(logs):
-        y = responses(problem, np.stack(theta), np.stack(start), logs)
+        windows = int(np.max(batch.windows_of[logs]))
+        y = yield Wanted(problem, np.stack(theta), np.stack(start), logs, windows)
         with np.errstate(over="ignore", invalid="ignore"):
-            found[:, logs] = (y - problem.batch.reading[logs]) * problem.batch.weight[logs]
+            found[:, logs, :windows] = (y - batch.reading[logs, :windows]) * batch.weight[logs, :windows]
     return found
 
 
+def moved_starts(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """States of which some log does not know the first, the spans `(l, n)` by which they are moved, and first states with
+    one after the other moved."""
+    states = np.flatnonzero(problem.start_free.any(axis=0))
+    width = START_SPAN * np.maximum(np.abs(start), 1.0)
+    return states, width, [start + width * (np.arange(start.shape[1]) == s) for s in states]
+
+
 def slopes(
-    problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, span: float
-) -> tuple[Evaluation, np.ndarray]:
-    """What `evaluate` gives, by secants, every window seen from the log's first state; and the first states, those of
-    anchored logs by the start rule."""
+    problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, residual: np.ndarray, span: float
+) -> Search[Evaluation]:
+    """What `evaluate` gives, by secants from a point whose residual is known, every window seen from the log's first
+    state."""
     k, (L, n) = len(c.index), start.shape
-    thetas, starts = [theta], [start]
+    thetas = []
     for j in range(k):
         step = np.zeros(k)
         step[j] = span
         up, down = c.move(theta, step), c.move(theta, -step)
         thetas.append(up if abs(up - theta)[c.index[j]] >= abs(down - theta)[c.index[j]] else down)
-        starts.append(start)
-    states = np.flatnonzero(problem.start_free.any(axis=0))
-    width = START_SPAN * np.maximum(np.abs(start), 1.0)
-    for s in states:
-        moved = start.copy()
-        moved[:, s] += width[:, s]
-        thetas.append(theta)
-        starts.append(moved)
-    r = residuals(problem, thetas, starts)
-    local = np.zeros((k + n, *r.shape[1:]))
-    with np.errstate(all="ignore"):
-        for j in range(k):
-            change = (thetas[1 + j] - theta)[c.index[j]]
-            local[j] = (r[1 + j] - r[0]) / change if change else 0.0
-        for j, s in enumerate(states):
-            local[k + s] = (r[1 + k + j] - r[0]) / width[:, s, None, None, None]
+    states, width, moved = moved_starts(problem, start)
+    local = np.zeros((k + n, *residual.shape))
+    if k + len(states):
+        r = yield from residuals(problem, [*thetas, *[theta] * len(states)], [*[start] * k, *moved])
+        with np.errstate(all="ignore"):
+            for j in range(k):
+                change = (thetas[j] - theta)[c.index[j]]
+                local[j] = (r[j] - residual) / change if change else 0.0
+            for j, s in enumerate(states):
+                local[k + s] = (r[k + j] - residual) / width[:, s, None, None, None]
     local[~np.isfinite(local).all(axis=(1, 2, 3, 4))] = 0.0  # a run that leaves the range of numbers: not moved
-    start, residual = settled(problem, local[k:], start, r[0])
     chain = np.zeros((L, problem.batch.windows, n, k + n))
     chain[..., k:] = np.eye(n)
-    flat = local.reshape(k + n, L, -1)
+    by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
     with np.errstate(over="ignore", invalid="ignore"):
-        H = np.einsum("alm,blm->lab", flat, flat, optimize=True)
-        g = np.einsum("alm,lm->la", flat, residual.reshape(L, -1))
-    none = np.zeros((L, problem.batch.windows, n))
-    return Evaluation(residual, local, chain, none, H, g, none), start
+        H = by_log @ np.swapaxes(by_log, 1, 2)
+        g = (by_log @ residual.reshape(L, -1, 1))[..., 0]
+    return Evaluation(
+        residual, local, chain, np.zeros((L, problem.batch.windows, n)), H, g, np.zeros_like(chain[..., 0])
+    )
 
 
 def settled(
-    problem: Problem,
-    by_state: np.ndarray,
-    start: np.ndarray,
-    residual: np.ndarray,
-    damping: np.ndarray | None = None,
+    problem: Problem, by_state: np.ndarray, start: np.ndarray, residual: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """First states of anchored logs by the start rule and the residual there, to first order; `by_state` (n, l, …),
-    `damping` of each log's step (l,)."""
+    """First states of anchored logs by the start rule and the residual there, to first order; `by_state` (n, l, …)."""
     if not problem.anchored.any():
         return start, residual
     early = problem.early.batch
@@ -112,108 +97,128 @@ def settled(
         seen = early.weight[log] > 0.0
         unit = early.weight[log][seen] / problem.batch.weight[log, : early.windows][seen]
         columns = G[:, : early.windows][:, seen].T * unit[:, None]
-        scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
-        held = np.sqrt(damping[log] if damping is not None else 0.0) * np.eye(len(s))
-        rows = np.concatenate([columns / scale, held])
-        wanted = np.append(-unit * residual[log, : early.windows][seen], np.zeros(len(s)))
-        share = np.linalg.lstsq(rows, wanted, rcond=1e-9)[0] / scale
-        share = np.where(scale > 1e-140, share, 0.0)
-        if np.all(np.isfinite(share)):
-            start[log, s] += share
-            residual[log] += np.tensordot(share, G, axes=1)
+        change = _least_squares(columns, unit * residual[log, : early.windows][seen], 0.0)
+        start[log, s] += change
+        residual[log] += np.tensordot(change, G, axes=1)
     return start, residual
 
 
-def by_start_rule(
-    problem: Problem, theta: np.ndarray, start: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """First states by the start rule `(l, n)`, every log for itself, and the residual's derivative by them `(n, l, w, q, y)`."""
-    start = problem.start if start is None else start
-    nothing = Coordinates(np.zeros(0, int), np.zeros(0, bool), np.zeros(0), np.zeros((0, 2)))
-    freed = replace(problem, anchored=np.zeros(len(problem.logs), bool))
-    damping = np.full(len(problem.logs), LEAST_DAMPING)
-    e, _ = slopes(freed, nothing, theta, start, SPANS[-1])
-    cost = _early_costs(problem, e.residual)
-    for _ in range(MOST_SETTLING):
-        trial = settled(problem.by_rule, e.local, start, e.residual, damping)[0]
-        change = np.max(np.abs(trial - start) / np.maximum(np.abs(start), 1.0), axis=1)
-        if np.all(change < SETTLED):
-            break
-        tried = _early_costs(problem, residuals(problem, [theta], [trial])[0])
-        better = tried < cost
-        damping = np.where(better, LEAST_DAMPING, np.maximum(damping, 1e-4) * 10.0)
-        if not better.any():
-            if np.all(damping > MOST_DAMPING):
-                break
-            continue
-        start = np.where(better[:, None], trial, start)
-        e, _ = slopes(freed, nothing, theta, start, SPANS[-1])
-        cost = _early_costs(problem, e.residual)
-    return start, e.local
+def _least_squares(columns: np.ndarray, residual: np.ndarray, damping: float) -> np.ndarray:
+    """What to change, by these columns, a residual for it to be least; 0 for what it does not depend on or is no number."""
+    scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
+    if not (np.all(np.isfinite(scale)) and np.all(np.isfinite(residual))):
+        return np.zeros(len(scale))
+    rows = np.concatenate([columns / scale, np.sqrt(damping) * np.eye(len(scale))])
+    share = np.linalg.lstsq(rows, np.append(-residual, np.zeros(len(scale))), rcond=1e-9)[0]
+    return np.where(scale > 1e-140, share / scale, 0.0)
 
 
-def _early_costs(problem: Problem, residual: np.ndarray) -> np.ndarray:
-    """Sum of squares of each log's first 0.5 s, every reading by its noise there `(l,)`."""
+def by_start_rule(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> Search[np.ndarray]:
+    """First states by the start rule `(l, n)`, every log for itself; nothing after its first 0.5 s is simulated."""
+    start = (problem.start if start is None else start).copy()
     early = problem.early.batch
-    found = np.zeros(len(residual))
-    for log in range(len(residual)):
-        seen = early.weight[log] > 0.0
-        unit = early.weight[log][seen] / problem.batch.weight[log, : early.windows][seen]
+
+    def seen(trial: np.ndarray, logs: np.ndarray) -> Search[dict[int, tuple[np.ndarray, np.ndarray, float]]]:
+        """Residual of each log's first 0.5 s, its secants by the first state `(n, …)`, its sum of squares."""
+        states, width, moved = moved_starts(problem, trial)
+        thetas = np.tile(theta, (1 + len(states), 1))
+        y = yield Wanted(problem, thetas, np.stack([trial, *moved]), logs, early.windows)
         with np.errstate(over="ignore", invalid="ignore"):
-            found[log] = float(np.sum((unit * residual[log, : early.windows][seen]) ** 2))
-    return np.where(np.isfinite(found), found, np.inf)
+            r = ((y - early.reading[logs]) * early.weight[logs]).reshape(len(y), len(logs), -1)
+            by_state = np.zeros((trial.shape[1], *r.shape[1:]))
+            by_state[states] = (r[1:] - r[0]) / width[logs][:, states].T[..., None]
+            cost = np.sum(r[0] ** 2, axis=1)
+        cost = np.where(np.isfinite(cost), cost, np.inf)
+        return {log: (r[0, k], by_state[:, k], float(cost[k])) for k, log in enumerate(map(int, logs))}
+
+    logs = np.flatnonzero(problem.start_free.any(axis=1) & early.weight.any(axis=(1, 2, 3)))
+    here = (yield from seen(start, logs)) if len(logs) else {}
+    damping = dict.fromkeys(here, LEAST_DAMPING)
+    for _ in range(MOST_SETTLING):
+        if not damping:
+            break
+        trial = start.copy()
+        for log in damping:
+            s = np.flatnonzero(problem.start_free[log])
+            residual, by_state, _ = here[log]
+            trial[log, s] += _least_squares(by_state[s].T, residual, damping[log])
+        tried = yield from seen(trial, np.array(list(damping)))
+        for log, there in tried.items():
+            gain = here[log][2] - there[2]
+            if gain > 0.0:
+                start[log], here[log], damping[log] = trial[log], there, LEAST_DAMPING
+            else:
+                damping[log] = max(damping[log], 1e-4) * 10.0
+            if abs(gain) <= SETTLED * max(here[log][2], 1.0) or damping[log] > MOST_DAMPING:
+                del damping[log]
+    return start
 
 
-def as_it_is(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, residual: np.ndarray) -> Fit:
-    """A point of a search with its residual and without derivatives, as a fit of no step."""
+def point(
+    problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, residual: np.ndarray | None = None
+) -> Fit:
+    """A point of a search, as a fit of no step and without derivatives; its cost is infinite where its residual is not
+    known."""
     none = np.zeros(0)
-    e = Evaluation(residual, none, none, none, none, none, none)
+    e = Evaluation(none if residual is None else residual, none, none, none, none, none, none)
+    return Fit(problem, c, theta, start, cost_of(problem, theta, residual), e, False, 0, 1e-3)
+
+
+def cost_of(problem: Problem, theta: np.ndarray, residual: np.ndarray | None) -> float:
+    """Half the sum of squares of a residual, and the prior's part; infinite where there is none."""
+    if residual is None:
+        return np.inf
     with np.errstate(over="ignore", invalid="ignore"):
         cost = 0.5 * float(np.sum(residual**2)) + problem.against_prior(theta)[0]
-    return Fit(problem, c, theta, start, cost if np.isfinite(cost) else np.inf, e, False, 0, 1e-3)
+    return cost if np.isfinite(cost) else np.inf
 
 
-def descend(
-    problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, *, most_steps: int, tolerance: float
-) -> Fit:
-    """Gauss-Newton steps with secants, several dampings of each tried at once; only what lowers the cost is kept."""
-    theta = c.inward(theta)
-    spans, taken, converged = list(SPANS), 0, False
-    dampings = DAMPINGS[: max(3, LANES // max(len(problem.told), 1))]
+def placed(begun: Fit) -> Search[Fit]:
+    """A point with its residual, first states of anchored logs by the start rule."""
+    problem, theta, start = begun.problem, begun.theta, begun.start
     if problem.anchored.any():
-        start = np.where(problem.anchored[:, None], by_start_rule(problem, theta, start)[0], start)
-    e, start = slopes(problem, c, theta, start, spans[0])
+        ruled = yield from by_start_rule(problem, theta, start)
+        start = np.where(problem.anchored[:, None], ruled, start)
+    residual = (yield from residuals(problem, [theta], [start]))[0]
+    return point(problem, begun.coordinates, theta, start, residual)
 
-    def cost_of(residual: np.ndarray, theta: np.ndarray) -> float:
-        with np.errstate(over="ignore", invalid="ignore"):
-            cost = 0.5 * float(np.sum(residual**2)) + problem.against_prior(theta)[0]
-        return cost if np.isfinite(cost) else np.inf
 
-    cost = cost_of(e.residual, theta)
-    while taken < most_steps and np.isfinite(cost):
+def derived(begun: Fit) -> Search[Fit]:
+    """A point of a search with its derivatives."""
+    c, theta, start = begun.coordinates, begun.theta, begun.start
+    e = yield from slopes(begun.problem, c, theta, start, begun.evaluation.residual, SPANS[-1])
+    return replace(begun, evaluation=e)
+
+
+def descend(begun: Fit, *, most_steps: int, tolerance: float) -> Search[Fit]:
+    """Gauss-Newton steps with secants, several dampings of each tried at once; only what lowers the cost is kept."""
+    problem, c = begun.problem, begun.coordinates
+    k, spans, taken, converged = len(c.index), list(SPANS), 0, False
+    dampings = DAMPINGS[: max(3, MOST_TRIALS // max(len(problem.told), 1))]
+    here = yield from placed(replace(begun, theta=c.inward(begun.theta)))
+    while taken < most_steps and np.isfinite(here.cost):
         taken += 1
+        e = yield from slopes(problem, c, here.theta, here.start, here.evaluation.residual, spans[0])
         thetas, starts = [], []
         for damping in dampings:
-            if (solved := step_of(problem, e, c, theta, damping)) is not None:
+            if (solved := step_of(problem, e, c, here.theta, damping)) is not None:
                 dz, dx = solved
                 share = c.shorten(dz)
-                thetas.append(c.move(theta, share * dz))
-                starts.append(start + share * dx)
+                thetas.append(c.move(here.theta, share * dz))
+                starts.append(here.start + share * dx)
         gain = 0.0
         if thetas:
-            k = len(c.index)
-            found = residuals(problem, thetas, starts)
+            found = yield from residuals(problem, thetas, starts)
             ends = [settled(problem, e.local[k:], x, r) for x, r in zip(starts, found, strict=True)]
-            costs = [cost_of(r, t) for (_, r), t in zip(ends, thetas, strict=True)]
-            best = int(np.argmin(costs))
-            gain = cost - costs[best]
-            if gain > 0.0:
-                theta, start, cost = thetas[best], ends[best][0], costs[best]
-        if gain <= tolerance * max(cost, 1.0):
+            tried = [point(problem, c, theta, *end) for theta, end in zip(thetas, ends, strict=True)]
+            best = min(tried, key=lambda f: f.cost)
+            if problem.anchored.any() and best.cost < here.cost:
+                best = yield from placed(best)
+            gain = here.cost - best.cost
+            here = best if gain > 0.0 else here
+        if gain <= tolerance * max(here.cost, 1.0):
             if len(spans) == 1:
                 converged = True
                 break
             spans.pop(0)
-        e, start = slopes(problem, c, theta, start, spans[0])
-        cost = cost_of(e.residual, theta)
-    return Fit(problem, c, theta, start, cost, e, converged, taken, 1e-3)
+    return replace(here, converged=converged, steps=taken)
