@@ -29,6 +29,10 @@ LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
 """Cost against the best one's up to which an explanation takes part to the end."""
+FAR = 5.0
+"""Factor between a fitted number and the rig file's above which a search begins from both."""
+NEAR = 1.3
+"""The same up to which a fit that has not converged goes on."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step is no gain, in a search."""
 ONLY_STARTS = 2.5
@@ -149,9 +153,16 @@ class Refits:
         added = np.array([name in own - shared for name in structure.names])
         null = theta_of(self.rig, structure)
         bases = [np.where(known, self._in_order(structure, values), start) for start in starts]
+        if any(self._lost(name, values[name]) for name in shared):  # what the rig lacks may have driven them there
+            bases += starts
         bounds = np.tile([-np.inf, np.inf], (len(null), 1))
         bounds[moves.index] = moves.bounds
         return Candidate(problem, np.where(added, null, bases[0]), bases, added & (null == 0.0), bounds)
+
+    def _lost(self, name: str, value: float) -> bool:
+        """Whether a positive number of the rig was fitted far from what the rig file says."""
+        said = self.rig.numbers.get(name, 0.0)
+        return said > 0.0 and not said / FAR <= value <= said * FAR
 
     def _start(self, problem: Problem, fitted: Fit) -> np.ndarray:
         """First states of a fit in another structure's order."""
@@ -187,11 +198,13 @@ class Refits:
             self._keep({e: running[e] for e in ahead})
         least = min(self._done[e].cost for e in (parent, *wanted))
         ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least][: HEATS[-1][0]]
+        ahead += [e for e in new if e in self._finished and e not in ahead]
         for e in ahead:
             self.progress(" + ".join(e.names))
         self._done |= zip(ahead, together([self._to_the_end(self._done[e]) for e in ahead]), strict=True)
         self._finished |= {*ahead}
         self._free_starts()
+        self._settle()
         return {e: self._done[e] for e in wanted}
 
     def _begin_at(self, explanation: Explanation, parent: Explanation, screened: Screened) -> Fit:
@@ -223,25 +236,35 @@ class Refits:
 
     def polish(self, explanation: Explanation) -> Fit:
         """The fit of an explanation to the last digit that secants give."""
-        begun = self(explanation)
-        begun = replace(begun, problem=self._of_training(begun.problem.structure))
-
-        def to_the_last_digit() -> Search[Fit]:
-            found = yield from descend(begun, most_steps=MOST_STEPS, tolerance=LAST_DIGIT)
-            return (yield from derived(found))
-
-        self._keep({explanation: together([to_the_last_digit()])[0]})
+        self._keep({explanation: together([self._polished(self(explanation), LAST_DIGIT)])[0]})
         return self._done[explanation]
 
+    def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
+        problem = self._of_training(begun.problem.structure)
+        found = yield from descend(replace(begun, problem=problem), most_steps=MOST_STEPS, tolerance=tolerance)
+        return (yield from derived(found))
+
     def _free_starts(self) -> None:
-        """Frees the first states of all finished fits where the best one is then complete."""
+        """Frees the first states where the best finished fit is then complete: of all finished fits, and of all others whose
+        misfit may come from their first states alone."""
         best = min((self._done[e] for e in self._finished), key=lambda f: f.cost)
-        if not self._ruled or 2.0 * best.cost > ONLY_STARTS * COMPLETE * best.problem.batch.readings:
+        most = 0.5 * ONLY_STARTS * COMPLETE * best.problem.batch.readings
+        if not self._ruled or best.cost > most:
             return
         if complete(together([_carried_on(self._training[best.problem.structure], best, FOLD_STEPS)])[0]):
             self._ruled = False
+            maybe = sorted((e for e in self._done if self._done[e].cost <= most), key=lambda e: self._done[e].cost)
+            self._finished |= {*maybe[: HEATS[1][0]]}
             every = [*self._finished]
             self._done |= zip(every, together([self._to_the_end(self._done[e]) for e in every]), strict=True)
+
+    def _settle(self) -> None:
+        """Carries on those of the finished fits that come close to the best one and were not at their end."""
+        least = min(self._done[e].cost for e in self._finished)
+        close = [e for e in self._finished if self._done[e].cost <= NEAR * least and not self._done[e].converged]
+        if len(close) > 1 or any(self._done[e].cost > least for e in close):
+            more = together([self._polished(self._done[e], TOLERANCE / 10.0) for e in close])
+            self._keep(dict(zip(close, more, strict=True)))
 
     def on(self, explanation: Explanation, train: Sequence[int]) -> Search[Fit]:
         """Fit of an explanation to other logs than those marked for training, from its estimates on those."""

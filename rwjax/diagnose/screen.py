@@ -20,7 +20,7 @@ LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
 FURTHEST = 0.5
 """Most by which a free number is moved at once, as a share of its size."""
-FEW = 4
+FEW = 8
 """Starts of a candidate from all of which a search begins; of more, from the predicted and from the nearest one."""
 SMALLEST = 1e-3
 """Share of a start's amplitude down to which it is probed."""

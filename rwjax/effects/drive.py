@@ -53,7 +53,7 @@ class DriveSaturation(CommandMap):
     name: ClassVar[str] = "drive.saturation"
     label: ClassVar[str] = "saturation of the drive"
     coordinate: ClassVar[str] = "voltage"
-    u_m: Scalar = param("V", bounds=(1e-3, 1e6), null=1e6, starts=(1.2, 0.8), scale="command", tex="u_m")
+    u_m: Scalar = param("V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4), scale="peak", tex="u_m")
 
     def command(self, u: Scalar) -> Scalar:
         return jnp.clip(u, -self.u_m, self.u_m)
@@ -113,7 +113,7 @@ class RateLimit(CommandFilter):
     name: ClassVar[str] = "drive.rate_limit"
     label: ClassVar[str] = "rate limit of the drive"
     coordinate: ClassVar[str] = "voltage"
-    r: Scalar = param("V/s", bounds=(1e-3, 1e12), null=1e12, starts=(10.0, 3.0), scale="command", tex="r")
+    r: Scalar = param("V/s", bounds=(1e-3, 1e12), null=1e12, starts=(1e3, 100.0, 10.0, 3.0), scale="command", tex="r")
 
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
         def step(now: Scalar, wanted: Scalar) -> tuple[Scalar, Scalar]:

@@ -27,7 +27,7 @@ class DriverLimit(CurrentLimit):
     name: ClassVar[str] = "motor.current_limit"
     label: ClassVar[str] = "current limit of the driver"
     coordinate: ClassVar[str] = "current"
-    i_m: Scalar = param("A", bounds=(1e-6, 1e6), null=1e6, starts=(0.8, 0.5), scale="ampere", tex="i_m")
+    i_m: Scalar = param("A", bounds=(1e-6, 1e6), null=1e6, starts=(1.0, 0.8, 0.5), scale="peak_ampere", tex="i_m")
 
     def limit(self) -> Scalar:
         return self.i_m

@@ -29,11 +29,15 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
                 break
     rate = max([*rates, 1e-3])
     angles = np.concatenate([log.outputs["yaw_rad"] for log in logs if "yaw_rad" in log.outputs] or [np.zeros(1)])
+    peak = max(float(np.max(np.abs(log.command), initial=0.0)) for log in logs)
+    currents = [float(np.nanmax(np.abs(log.outputs["current_A"]))) for log in logs if "current_A" in log.outputs]
     ampere = command / n.get("motor.resistance", 1.0)
     spin = command / n.get("motor.torque_constant", 1.0)
     return {
         "one": 1.0,
         "command": command,
+        "peak": max(peak, 1e-9),
+        "peak_ampere": max([*currents, 0.0 if currents else peak / n.get("motor.resistance", 1.0), 1e-9]),
         "torque": gain * command,
         "rate": rate,
         "torque_per_rate": gain * command / rate,
