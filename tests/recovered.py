@@ -17,7 +17,7 @@ from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.lanes import together
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import scales, sizes_of
-from rwjax.fit.secant import descend, point
+from rwjax.fit.secant import descend, placed, point
 from rwjax.param import parameters
 
 
@@ -65,7 +65,7 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
             if name in free:
                 start[names.index(name)] = np.clip(p.starts[j % len(p.starts)] * typical[p.scale], *p.bounds)
         found.append(point(problem.by_rule, moves(free), start, base.start))
-    found = together([descend(f, most_steps=4, tolerance=1e-4) for f in found])
+    found = together([descend(f, most_steps=4, tolerance=1e-4) for f in together([placed(f) for f in found])])
     found = sorted(found, key=lambda f: f.cost)[:3]
     found = together([descend(f, most_steps=25, tolerance=1e-6) for f in found])
     best = min(found, key=lambda f: f.cost)

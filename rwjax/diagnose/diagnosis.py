@@ -238,6 +238,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     bare = {name: gap(before, before, name) for name in before.square}
     signal = headline(bare)
     search = Search(refits)
+    if stands_out(bare[signal]):
+        refits.anchor()
     choice: Choice = search.run() if stands_out(bare[signal]) else search.nothing()
     if choice.best.names:
         refits.polish(choice.best)

@@ -15,7 +15,7 @@ from rwjax.fit.end_to_end import Fit, fit
 from rwjax.fit.lanes import Search, together
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
-from rwjax.fit.secant import derived, descend, point
+from rwjax.fit.secant import derived, descend, placed, point
 from rwjax.log import Log
 from rwjax.noise import pooled
 from rwjax.param import parameters
@@ -24,7 +24,8 @@ from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
 HEATS = ((99, 1), (8, 2), (5, 4))
-"""A race's heats: how many explanations take part, those that leave least, and steps of each."""
+"""A race's heats: how many explanations take part, and steps of each. Those go on that would leave least if the next heat
+brought them as far as the last one, in proportion: one that begins far off may be on its way."""
 LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
@@ -43,10 +44,16 @@ FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
 
-def _carried_on(problem: Problem, begun: Fit, steps: int) -> Search[Fit]:
+def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOLERANCE) -> Search[Fit]:
     """A fit after some further steps, with its derivatives."""
-    found = yield from descend(replace(begun, problem=problem), most_steps=steps, tolerance=TOLERANCE)
+    here = yield from placed(replace(begun, problem=problem))
+    found = yield from descend(here, most_steps=steps, tolerance=tolerance)
     return (yield from derived(found))
+
+
+def _extrapolated(found: Fit, before: Fit) -> float:
+    """Cost if as many steps again bring a fit as far, in proportion, as it has come."""
+    return found.cost * found.cost / before.cost if 0.0 < before.cost < np.inf else found.cost
 
 
 @dataclass
@@ -90,6 +97,15 @@ class Refits:
                 self._done[explanation] = together([self._to_the_end(self._done[explanation])])[0]
             self._finished.add(explanation)
         return self._done[explanation]
+
+    def anchor(self) -> None:
+        """Takes the rig as it is by the start rule from here on: something is missing, though it reaches the noise where first
+        states may hide it."""
+        begun = self(Explanation())
+        if not self._ruled and begun.problem.start_free.any():
+            self._ruled = True
+            found = fit(begun.problem.by_rule, begun.coordinates, begun.theta, start=begun.start)
+            self._done[Explanation()] = found
 
     def known(self, explanation: Explanation) -> Fit:
         """Best fit of an explanation as far as a race has brought it."""
@@ -185,19 +201,26 @@ class Refits:
         screened = Screen(self(parent)).predict([self._candidate(e, parent) for e in new])
         running = {e: self._begin_at(e, parent, s) for e, s in zip(new, screened, strict=True)}
         self._keep(running)
+        begins = [
+            (e, replace(running[e], theta=theta)) for e, s in zip(new, screened, strict=True) for theta in s.begin
+        ]
+        begun: dict[Explanation, list[Fit]] = {e: [] for e in new}
+        for (e, _), f in zip(begins, together([placed(f) for _, f in begins]), strict=True):
+            begun[e].append(f)
         promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
-        begun = {e: [replace(running[e], theta=theta) for theta in s.begin] for e, s in zip(new, screened, strict=True)}
         for many, steps in HEATS:
             ahead = sorted(new, key=promise.__getitem__)[:many]
             runs = [(e, f) for e in ahead for f in begun[e]]
             found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
             for e in ahead:
-                of_e = (f for (other, _), f in zip(runs, found, strict=True) if other == e)
-                running[e] = min(of_e, key=lambda f: f.cost)
-                begun[e], promise[e] = [running[e]], running[e].cost
+                pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]
+                running[e] = min((f for f, _ in pairs), key=lambda f: f.cost)
+                promise[e] = min(_extrapolated(f, before) for f, before in pairs)
+                begun[e] = [running[e]]
             self._keep({e: running[e] for e in ahead})
         least = min(self._done[e].cost for e in (parent, *wanted))
-        ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least][: HEATS[-1][0]]
+        ahead = [e for e in sorted(new, key=lambda e: running[e].cost) if running[e].cost <= CLOSE * least]
+        ahead = ahead[: HEATS[-1][0]]
         ahead += [e for e in new if e in self._finished and e not in ahead]
         for e in ahead:
             self.progress(" + ".join(e.names))
@@ -240,9 +263,7 @@ class Refits:
         return self._done[explanation]
 
     def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
-        problem = self._of_training(begun.problem.structure)
-        found = yield from descend(replace(begun, problem=problem), most_steps=MOST_STEPS, tolerance=tolerance)
-        return (yield from derived(found))
+        return _carried_on(self._of_training(begun.problem.structure), begun, MOST_STEPS, tolerance)
 
     def _free_starts(self) -> None:
         """Frees the first states where the best finished fit is then complete: of all finished fits, and of all others whose
@@ -271,5 +292,4 @@ class Refits:
         begun = self(explanation)
         problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
-        begun = replace(begun, problem=problem.by_rule if self._ruled else problem, start=start)
-        return descend(begun, most_steps=FOLD_STEPS, tolerance=TOLERANCE)
+        return _carried_on(problem.by_rule if self._ruled else problem, replace(begun, start=start), FOLD_STEPS)

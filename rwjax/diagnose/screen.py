@@ -18,10 +18,14 @@ from rwjax.fit.secant import residuals
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
+PART = 0.3
+"""Change that a probe makes, as a share of what is left: so near the parent a search does not begin much worse than there."""
 FURTHEST = 0.5
 """Most by which a free number is moved at once, as a share of its size."""
 FEW = 8
 """Starts of a candidate from all of which a search begins; of more, from the predicted and from the nearest one."""
+SHAPES = 3
+"""Predicted places at most, of starts that differ in more than amplitudes, from which a search begins."""
 SMALLEST = 1e-3
 """Share of a start's amplitude down to which it is probed."""
 
@@ -107,7 +111,7 @@ class Screen:
         fine = self._probed(scaled)
         found = [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
         return [
-            replace(s, begin=(*s.begin[:1], *c.starts)) if len(c.starts) <= FEW else s
+            replace(s, begin=(*s.begin[:-1], *c.starts)) if len(c.starts) <= FEW else s
             for s, c in zip(found, candidates, strict=True)
         ]
 
@@ -116,13 +120,13 @@ class Screen:
         return together([self._residuals(c.problem, [c.off, *c.starts]) for c in candidates])
 
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
-        """The candidate with amplitudes of its starts that change about as much as is left."""
+        """The candidate with amplitudes of its starts that change a part of what is left."""
         residual, *others = probed.reshape(len(probed), -1)[:, self.seen]
         whole = float(np.linalg.norm(self._without(residual)))
         starts = []
         for start, r in zip(candidate.starts, others, strict=True):
             change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
-            share = float(np.clip(whole / change, SMALLEST, 1.0)) if change > 0.0 and np.isfinite(whole) else 1.0
+            share = float(np.clip(PART * whole / change, SMALLEST, 1.0)) if change > 0.0 and np.isfinite(whole) else 1.0
             starts.append(np.where(candidate.amplitude, candidate.off + share * (start - candidate.off), start))
         return replace(candidate, starts=starts)
 
@@ -133,7 +137,7 @@ class Screen:
         nearest = candidate.starts[int(np.argmin(cost[1:]))]
         free = self._without(residual)
         finite = bool(np.all(np.isfinite(free)))
-        left, begin = 0.5 * float(free @ free) if finite else np.inf, nearest
+        least, begin = 0.5 * float(free @ free) if finite else np.inf, []
         for group in candidate.shapes():
             known = [k for k in group if np.all(np.isfinite(others[k]))]
             if not known or not finite:
@@ -144,17 +148,22 @@ class Screen:
             change = np.stack([np.where(candidate.amplitude, start - candidate.off, 0.0) for start in starts])
             one_sided = ((change != 0.0) & (candidate.bounds[:, 0] >= 0.0)).any(axis=1)
             share = np.clip(share, np.where(one_sided, 0.0, -LARGEST), LARGEST)
-            predicted = 0.5 * float(np.sum((free + C @ share) ** 2))
-            if predicted < left:
-                left, begin = predicted, starts[0]
+            left = 0.5 * float(np.sum((free + C @ share) ** 2))
+            if left < least:
+                theta = starts[0]
                 if change.any():
-                    begin = np.where(candidate.amplitude, candidate.off + share @ change, begin)
+                    theta = np.where(candidate.amplitude, candidate.off + share @ change, theta)
                 whole = residual + np.stack([others[k] - residual for k in known], axis=1) @ share
-                begin = self._with_free_numbers(candidate.problem, begin, whole)
-        begin = np.clip(begin, *candidate.bounds.T)
-        least = int(np.argmin(cost))
-        here = (candidate.off, *candidate.starts)[least]
-        return Screened(left, (begin,) if np.array_equal(begin, nearest) else (begin, nearest), here, probed[least])
+                theta = self._with_free_numbers(candidate.problem, theta, whole)
+                begin.append((left, np.clip(theta, *candidate.bounds.T)))
+        begin = sorted(begin, key=lambda b: b[0])[:SHAPES]
+        here = int(np.argmin(cost))
+        return Screened(
+            min((left for left, _ in begin), default=least),
+            (*(theta for _, theta in begin), np.clip(nearest, *candidate.bounds.T)),
+            (candidate.off, *candidate.starts)[here],
+            probed[here],
+        )
 
 
 def _orthonormal(columns: np.ndarray) -> np.ndarray:

@@ -16,8 +16,8 @@ FAR_FROM_NOISE = 2.0
 """Mean square in units of noise above which an explanation counts as incomplete."""
 NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
-TRIFLE = 0.01
-"""Share of the rig's own excess (10 % of its error) below which what is left is no gap but the effect's exact form."""
+TRIFLE = 0.1
+"""Share of the rig's own excess (a third of its error) below which what is left is no gap but the effect's exact form."""
 WORTH = 0.05
 """Share of the excess (mean square above the noise) that the first name must remove."""
 WORTH_BESIDES = 0.5

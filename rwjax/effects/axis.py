@@ -244,9 +244,13 @@ class FlexibleCoupling(Coupling):
     group: ClassVar[str] = "flexible_coupling"
     label: ClassVar[str] = "elastic coupling"
     coordinate: ClassVar[str] = "load"
-    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5, 0.5, 0.5), tex="s")
-    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(20.0, 100.0, 400.0), scale="inertial", tex="k")
-    c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5), scale="inertial", tex="c")
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5,), tex="s")
+    k: Scalar = param(
+        "N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(20.0, 100.0, 400.0, 2000.0), scale="inertial", tex="k"
+    )
+    c: Scalar = param(
+        "N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5, 3.0), scale="inertial", tex="c"
+    )
 
     def share(self) -> Scalar:
         return self.s

@@ -10,6 +10,9 @@ from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
 from rwjax.param import param
 from rwjax.types import Scalar
 
+HARD = 50.0
+"""Exponent of a saturation from which its corner is sharp."""
+
 
 class DeadZone(CommandMap):
     r"""Small commands give nothing, $u_e = \mathrm{sgn}(u)\,\max(|u| - u_0, 0)$."""
@@ -48,15 +51,23 @@ class DriveDelay(CommandDelay):
 
 
 class DriveSaturation(CommandMap):
-    r"""The command is clipped, $u_e = \mathrm{clip}(u, -u_m, u_m)$."""
+    r"""The command is clipped, $u_e = \mathrm{clip}(u, -u_m, u_m)$, or bends towards its limit,
+    $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$ for $n < 50$."""
 
     name: ClassVar[str] = "drive.saturation"
     label: ClassVar[str] = "saturation of the drive"
     coordinate: ClassVar[str] = "voltage"
-    u_m: Scalar = param("V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4), scale="peak", tex="u_m")
+    u_m: Scalar = param(
+        "V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4, 1.2, 4.0, 12.0), scale="peak", tex="u_m"
+    )
+    n: Scalar = param(
+        "1", bounds=(1.5, HARD), null=HARD, starts=(HARD, HARD, HARD, HARD, 3.0, 2.0, 2.0), tex="n", optional=True
+    )
 
     def command(self, u: Scalar) -> Scalar:
-        return jnp.clip(u, -self.u_m, self.u_m)
+        x = jnp.minimum(jnp.abs(u / self.u_m), 1e3)
+        soft = u * (1.0 + x**self.n) ** (-1.0 / self.n)
+        return jnp.where(self.n < HARD, soft, jnp.clip(u, -self.u_m, self.u_m))
 
 
 class AsymmetricGain(CommandMap):
@@ -113,7 +124,9 @@ class RateLimit(CommandFilter):
     name: ClassVar[str] = "drive.rate_limit"
     label: ClassVar[str] = "rate limit of the drive"
     coordinate: ClassVar[str] = "voltage"
-    r: Scalar = param("V/s", bounds=(1e-3, 1e12), null=1e12, starts=(1e3, 100.0, 10.0, 3.0), scale="command", tex="r")
+    r: Scalar = param(
+        "V/s", bounds=(1e-3, 1e12), null=1e12, starts=(1e4, 1e3, 100.0, 10.0, 3.0), scale="command", tex="r"
+    )
 
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
         def step(now: Scalar, wanted: Scalar) -> tuple[Scalar, Scalar]:

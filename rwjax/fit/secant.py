@@ -174,8 +174,8 @@ def cost_of(problem: Problem, theta: np.ndarray, residual: np.ndarray | None) ->
 
 
 def placed(begun: Fit) -> Search[Fit]:
-    """A point with its residual, first states of anchored logs by the start rule."""
-    problem, theta, start = begun.problem, begun.theta, begun.start
+    """A point within its bounds, with its residual, first states of anchored logs by the start rule."""
+    problem, theta, start = begun.problem, begun.coordinates.inward(begun.theta), begun.start
     if problem.anchored.any():
         ruled = yield from by_start_rule(problem, theta, start)
         start = np.where(problem.anchored[:, None], ruled, start)
@@ -190,12 +190,12 @@ def derived(begun: Fit) -> Search[Fit]:
     return replace(begun, evaluation=e)
 
 
-def descend(begun: Fit, *, most_steps: int, tolerance: float) -> Search[Fit]:
-    """Gauss-Newton steps with secants, several dampings of each tried at once; only what lowers the cost is kept."""
-    problem, c = begun.problem, begun.coordinates
+def descend(here: Fit, *, most_steps: int, tolerance: float) -> Search[Fit]:
+    """Gauss-Newton steps with secants from a placed point, several dampings of each tried at once; only what lowers the cost
+    is kept."""
+    problem, c = here.problem, here.coordinates
     k, spans, taken, converged = len(c.index), list(SPANS), 0, False
     dampings = DAMPINGS[: max(3, MOST_TRIALS // max(len(problem.told), 1))]
-    here = yield from placed(replace(begun, theta=c.inward(begun.theta)))
     while taken < most_steps and np.isfinite(here.cost):
         taken += 1
         e = yield from slopes(problem, c, here.theta, here.start, here.evaluation.residual, spans[0])
