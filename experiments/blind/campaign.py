@@ -46,7 +46,7 @@ def answer(row: dict) -> dict:
         "alternatives": found["alternatives"],
         "subsystem": where.get("subsystem"),
         "coordinate": where.get("coordinate"),
-        **{key: gap[key] for key in ("signal", "before", "after", "floor", "closed")},
+        **{key: gap[key] for key in ("signal", "before", "after", "floor", "closed", "ci95")},
         "top": [[one["effect"], one["probability"]] for one in found["ranking"][:LISTED]],
         "seconds": round(perf_counter() - begin, 2),
     }

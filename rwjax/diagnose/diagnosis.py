@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -203,14 +204,11 @@ def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, 
     return Rung(explanation.names, rms, numbers, drift)
 
 
-def _by_importance(refits: Refits, best: Explanation, numbered: Sequence[Split], signal: str) -> Explanation:
+def _by_importance(best: Explanation, rms: Callable[[Explanation], float]) -> Explanation:
     """The same set, the name whose removal widens the held-out gap most first."""
     if len(best.names) < 2:
         return best
-    without = {
-        name: held_out(refits, best.without(name), numbered, with_floor=False).rms(signal) for name in best.names
-    }
-    return Explanation(tuple(sorted(best.names, key=lambda name: -without[name])))
+    return Explanation(tuple(sorted(best.names, key=lambda name: -rms(best.without(name)))))
 
 
 def _corrected(rig: Rig, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
@@ -238,13 +236,24 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     bare = {name: gap(before, before, name) for name in before.square}
     signal = headline(bare)
     search = Search(refits)
+    choice: Choice = search.nothing()
     if stands_out(bare[signal]):
         refits.anchor()
-    choice: Choice = search.run() if stands_out(bare[signal]) else search.nothing()
+        choice = search.run()
+        before = held_out(refits, nothing, numbered, with_floor=True)  # the search may have found better numbers
+        bare = {name: gap(before, before, name) for name in before.square}
     if choice.best.names:
         refits.polish(choice.best)
-    best = _by_importance(refits, choice.best, numbered, signal)
-    after = held_out(refits, best, numbered, with_floor=False) if best.names else before
+
+    @cache
+    def held(explanation: Explanation) -> Held:
+        return held_out(refits, explanation, numbered, with_floor=False) if explanation.names else before
+
+    def rms(explanation: Explanation) -> float:
+        return held(explanation).rms(signal)
+
+    best = _by_importance(choice.best, rms)
+    after = held(best)
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
@@ -258,18 +267,12 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     others = dict.fromkeys(Explanation(rival.names[: k + 1]) for rival in rivals for k in range(len(rival.names)))
 
     def rung(step: Explanation) -> Rung:
-        held = after if step == best else held_out(refits, step, numbered, with_floor=False)
-        return _rung(refits, step, held.rms(signal), first.numbers)
+        return _rung(refits, step, rms(step), first.numbers)
 
-    ranking = []
-    for k, (explanation, probability) in enumerate(choice.ranking):
-        rms = None
-        if not explanation.names:
-            rms = before.rms(signal)
-        elif k < LISTED:
-            rms = held_out(refits, explanation, numbered, with_floor=False).rms(signal)
-        ranking.append(Ranked(" + ".join(explanation.names) or "none", probability, rms))
-
+    ranking = [
+        Ranked(" + ".join(e.names) or "none", probability, rms(e) if k < LISTED or not e.names else None)
+        for k, (e, probability) in enumerate(choice.ranking)
+    ]
     fitted = refits(named)
     spread = uncertainty(fitted)
     coordinate = coordinate_of(named.names[0]) if named.names and verdict != "unknown" else None

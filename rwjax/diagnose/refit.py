@@ -26,6 +26,8 @@ FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
 HEATS = ((99, 1), (8, 2), (5, 4))
 """A race's heats: how many explanations take part, and steps of each. Those go on that would leave least if the next heat
 brought them as far as the last one, in proportion: one that begins far off may be on its way."""
+BEGIN = 4
+"""Places at most from which an explanation takes part, those that leave least."""
 LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
@@ -206,7 +208,7 @@ class Refits:
         ]
         begun: dict[Explanation, list[Fit]] = {e: [] for e in new}
         for (e, _), f in zip(begins, together([placed(f) for _, f in begins]), strict=True):
-            begun[e].append(f)
+            begun[e] = sorted([*begun[e], f], key=lambda f: f.cost)[:BEGIN]
         promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
         for many, steps in HEATS:
             ahead = sorted(new, key=promise.__getitem__)[:many]

@@ -17,6 +17,8 @@ from rwjax.diagnose.thresholds import (
     CLOSE,
     CLOSE_ABOVE,
     FAR_FROM_NOISE,
+    HOPEFUL,
+    HOPELESS,
     MOST_NAMES,
     NEEDED,
     NOTHING_LEFT,
@@ -81,6 +83,11 @@ class Search:
         squares = self._seen(explanation)
         return sum(max(squares[name] / self.count[name] - 1.0, 0.0) for name in squares)
 
+    def closed(self, explanation: Explanation) -> float:
+        """Share of the rig's own error above the noise, on the training logs, that an explanation removes."""
+        whole, left = (np.sqrt(1.0 + self.excess(e)) for e in (Explanation(), explanation))
+        return float((whole - left) / (whole - 1.0)) if whole > 1.0 else 1.0
+
     def gain(self, larger: Explanation, smaller: Explanation) -> float:
         """Evidence of the larger explanation over the smaller, counted on the better one's residual."""
         effective = self.effective(larger)
@@ -103,16 +110,20 @@ class Search:
         return found
 
     def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
-        """Fits all from a parent; then special cases of what leads, and what it is a special case of, from there."""
+        """Fits all from a parent; then the parent and special cases of what leads, and what it is a special case of, from
+        there."""
         tried = self.refits.race(explanations, parent)
         least = min((f.cost for f in tried.values()), default=0.0)
         leading = sorted((e for e in tried if tried[e].cost <= CLOSE_COST * least), key=lambda e: tried[e].cost)
-        for e in leading[:LEADING]:
-            self.refits.race([o for o in explanations if o.contains(e) or e.contains(o)], e)
+        for k, e in enumerate(leading[:LEADING]):
+            others = [o for o in explanations if o.contains(e) or e.contains(o)]
+            self.refits.race([parent, *others] if k == 0 and e.contains(parent) else others, e)
 
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
         while len(explanation.names) < MOST_NAMES and self.excess(explanation) > enough:
+            if explanation.names and self.closed(explanation) < HOPEFUL:
+                break
             tried = self._extensions(explanation)
             if not tried:
                 break
@@ -196,7 +207,7 @@ class Search:
         best = self._backward(self._forward(nothing))
         alternatives: list[Explanation] = []
         same = self._declared(best)
-        if best.names:
+        if best.names and self.closed(best) > HOPELESS:
             rivals = self._exchanged(best)
             self._fit([e for e in rivals if e not in self.refits], best)
             effective = self.effective(best)

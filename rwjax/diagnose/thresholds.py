@@ -4,6 +4,8 @@ Proposals, tried on some of the simulated cases of `experiments/blind/sets/calib
 the test set has been run.
 """
 
+from typing import NamedTuple
+
 NEEDED = 5.0
 """Log evidence that a further name must bring."""
 CLOSE = 3.0
@@ -12,7 +14,7 @@ CLOSE_ABOVE = 2.0
 """The same for one of which the other is a special case: chance brings a number of no use so near once in thirty."""
 TIE = 0.1
 """Share of the sum of squares by which two explanations may differ and still tie where neither reaches the noise."""
-FAR_FROM_NOISE = 2.0
+FAR_FROM_NOISE = 4.0
 """Mean square in units of noise above which an explanation counts as incomplete."""
 NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
@@ -24,15 +26,29 @@ WORTH_BESIDES = 0.5
 """Share of the remaining excess that a further name must remove: less than half of it is no second cause but the exact form
 of the first."""
 MOST_NAMES = 3
-SIZE_OF_NOTHING = 1.0
-"""Size of a gap, in floors, below which nothing is said to be missing."""
-SIZE_OF_DOUBT = 1.75
-r"""Size of a gap, in floors, below which a gap that nothing explains is not claimed: the first angle of a run that
-starts between two counts is off by up to half a count, $\sqrt3$ times its noise, which the floor does not hold."""
-EXPLAINED = 0.8
-"""Share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 % interval
-lies below it does not."""
-BARELY = 0.6
-"""Share of the gap that a named cause closes at the least, however wide its interval."""
-AT_FLOOR = 1.25
-"""Error after the effects are added, in floors, that counts as reaching the floor."""
+HOPEFUL = 0.15
+"""Share of the error above the noise that names must remove for a further one to be looked for beside them."""
+HOPELESS = 0.5
+"""The same up to which rivals are not looked for: nothing will be named."""
+
+
+class Limits(NamedTuple):
+    """Limits of the verdict.
+
+    nothing: size of a gap, in floors, below which nothing is said to be missing;
+    doubt: the same below which a gap that nothing explains is not claimed: the first angle of a run that starts between two
+    counts is off by up to half a count, 1.7 times its noise, which the floor does not hold;
+    explained: share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 %
+    interval lies below it does not;
+    barely: share of the gap that a named cause closes at the least, however wide its interval;
+    at_floor: error after the effects are added, in floors, that counts as reaching the floor.
+    """
+
+    nothing: float = 1.0
+    doubt: float = 1.75
+    explained: float = 0.8
+    barely: float = 0.8
+    at_floor: float = 1.25
+
+
+VERDICT = Limits()

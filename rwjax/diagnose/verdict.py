@@ -4,27 +4,32 @@ from typing import Literal
 
 from rwjax.diagnose.gap import Gap
 from rwjax.diagnose.search import Choice
-from rwjax.diagnose.thresholds import AT_FLOOR, BARELY, EXPLAINED, SIZE_OF_DOUBT, SIZE_OF_NOTHING
+from rwjax.diagnose.thresholds import VERDICT, Limits
 
 Verdict = Literal["none", "effect", "ambiguous", "unknown"]
 
 
 def stands_out(gap: Gap) -> bool:
     """Whether a gap of the rig as it is asks for an explanation."""
-    return gap.closed is not None and gap.size >= SIZE_OF_NOTHING
+    return gap.closed is not None and gap.size >= VERDICT.nothing
 
 
 def judge(choice: Choice, gap: Gap) -> Verdict:
-    """One of the four outcomes for the headline signal.
+    """One of the four outcomes for the headline signal."""
+    return verdict(bool(choice.best.names), bool(choice.alternatives), gap, VERDICT)
 
-    A gap that is surely closed to less than `EXPLAINED` and still stands above the floor has a cause that the library does not
-    know, or several, and the names that help must not be taken for it.
+
+def verdict(named: bool, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
+    """The outcome where the search has `named` something, with or without `rivals`.
+
+    A gap that is surely closed to less than `limits.explained` and still stands above the floor has a cause that the library
+    does not know, or several, and the names that help must not be taken for it.
     """
-    if gap.closed is None or not stands_out(gap):
+    if gap.closed is None or gap.size < limits.nothing:
         return "none"
-    if not choice.best.names:
-        return "none" if gap.size < SIZE_OF_DOUBT else "unknown"
-    short = gap.closed < BARELY or (gap.ci95 is not None and gap.ci95[1] < EXPLAINED)
-    if short and gap.after > AT_FLOOR * gap.floor:
+    if not named:
+        return "none" if gap.size < limits.doubt else "unknown"
+    short = gap.closed < limits.barely or (gap.ci95 is not None and gap.ci95[1] < limits.explained)
+    if short and gap.after > limits.at_floor * gap.floor:
         return "unknown"
-    return "ambiguous" if choice.alternatives else "effect"
+    return "ambiguous" if rivals else "effect"

@@ -158,16 +158,19 @@ class LoadFriction(AxisDry):
 
 
 class DryDrift(AxisDry):
-    r"""Friction that changes over the run: $M = D\,e^{-t/\tau}\,\mathrm{sgn}\,w$, added to what there is."""
+    r"""Friction that changes over the run: $M = (D\,\mathrm{sgn}\,w + B\,w)\,e^{-t/\tau}$, added to what there is."""
 
     name: ClassVar[str] = "axis.friction_drift"
     label: ClassVar[str] = "friction that warms up"
     coordinate: ClassVar[str] = "time"
     D: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05,), scale="torque", tex="D")
+    B: Scalar = param(
+        "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", optional=True
+    )
     tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0), tex="\\tau")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
-        return self.D * jnp.exp(-motion.t / self.tau)
+        return (self.D + self.B * jnp.abs(motion.w)) * jnp.exp(-motion.t / self.tau)
 
 
 class Imbalance(AxisTorque):
@@ -244,12 +247,17 @@ class FlexibleCoupling(Coupling):
     group: ClassVar[str] = "flexible_coupling"
     label: ClassVar[str] = "elastic coupling"
     coordinate: ClassVar[str] = "load"
-    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5,), tex="s")
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5, 0.5, 0.5, 0.5, 0.25, 0.25), tex="s")
     k: Scalar = param(
-        "N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(20.0, 100.0, 400.0, 2000.0), scale="inertial", tex="k"
+        "N m/rad",
+        bounds=(1e-9, 1e6),
+        null=1e3,
+        starts=(20.0, 100.0, 400.0, 2000.0, 100.0, 800.0),
+        scale="inertial",
+        tex="k",
     )
     c: Scalar = param(
-        "N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5, 3.0), scale="inertial", tex="c"
+        "N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5, 3.0, 0.7, 2.0), scale="inertial", tex="c"
     )
 
     def share(self) -> Scalar:

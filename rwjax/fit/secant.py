@@ -22,7 +22,7 @@ START_SPAN = 1e-4
 """Span by a first state, in its unit or as a share of its size."""
 DAMPINGS = (1e-6, 1e-2, 1.0, 1e-4, 0.1, 10.0)
 """Levenberg-Marquardt dampings, as many of which are tried at once, three or more, as `MOST_TRIALS` allows."""
-MOST_TRIALS = 32
+MOST_TRIALS = 16
 """Free runs that try one step, where that is not less than three dampings."""
 MOST_SETTLING, SETTLED, LEAST_DAMPING, MOST_DAMPING = 30, 1e-8, 1e-12, 1e6
 """Steps towards the start rule's first states at most, the gain, as a share of the sum of squares, that ends them, and
