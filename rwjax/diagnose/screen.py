@@ -105,14 +105,14 @@ class Screen:
 
     def predict(self, candidates: Sequence[Candidate]) -> list[Screened]:
         """What every candidate leaves at best, and where it should begin: probed at its starts, then at amplitudes that
-        change as much as there is to explain."""
+        change a part of what there is to explain."""
         coarse = self._probed(candidates)
         scaled = [self._scaled(c, r) for c, r in zip(candidates, coarse, strict=True)]
         fine = self._probed(scaled)
         found = [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
         return [
-            replace(s, begin=(*s.begin[:-1], *c.starts)) if len(c.starts) <= FEW else s
-            for s, c in zip(found, candidates, strict=True)
+            replace(f, begin=_different((*f.begin, *s.starts, *c.starts))) if len(c.starts) <= FEW else f
+            for f, s, c in zip(found, scaled, candidates, strict=True)
         ]
 
     def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
@@ -164,6 +164,10 @@ class Screen:
             (candidate.off, *candidate.starts)[here],
             probed[here],
         )
+
+
+def _different(several: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    return tuple({one.tobytes(): one for one in several}.values())
 
 
 def _orthonormal(columns: np.ndarray) -> np.ndarray:
