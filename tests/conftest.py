@@ -22,7 +22,7 @@ SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a
 
 @pytest.fixture(scope="module", autouse=True)
 def _programs_are_dropped() -> Iterator[None]:
-    """Every compiled program takes dozens of memory maps, of which Linux gives a process 65 530."""
+    """Every compiled program takes up to 350 memory maps, of which Linux gives a process 65 530."""
     yield
     jax.clear_caches()
 

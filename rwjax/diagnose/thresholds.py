@@ -47,7 +47,7 @@ class Limits(NamedTuple):
     nothing: float = 1.0
     doubt: float = 1.75
     explained: float = 0.8
-    barely: float = 0.8
+    barely: float = 0.75
     at_floor: float = 1.25
 
 

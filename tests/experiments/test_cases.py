@@ -148,5 +148,5 @@ def test_the_oracle_closes_the_gap_with_the_truth_and_not_with_another_effect() 
 
 def test_the_simulator_shares_no_code_with_the_library() -> None:
     for path in Path(experiments.blind.__file__).parent.glob("*.py"):
-        if path.name not in ("campaign.py", "score.py"):  # that put the library to the test
+        if path.name not in ("campaign.py", "score.py", "calibrate.py"):  # that put the library to the test
             assert "import rwjax" not in path.read_text() and "from rwjax" not in path.read_text(), path
