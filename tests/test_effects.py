@@ -285,6 +285,16 @@ MOTIONS = [
     Known("axis.angle_friction", {"s_1": 0.02}, DRY, REST, {"w": 3.0}, RATE, _angle, 1e-5, TIME < 5.0),
     Known("axis.load_friction", {"mu": 0.1}, FREE, PUSH, {}, RATE, lambda y: 3.6 * AFTER, 1e-9),
     Known("axis.friction_drift", {"D": 0.1, "tau": 1.0}, FREE, REST, W0, RATE, lambda y: 1.0 + np.exp(-TIME), 1e-5),
+    Known(
+        "axis.friction_drift",
+        {"D": 0.0, "B": 0.1, "tau": 1.0},
+        FREE,
+        REST,
+        W0,
+        RATE,
+        lambda y: 2.0 * np.exp(np.exp(-TIME) - 1.0),
+        1e-4,
+    ),
     Known("axis.imbalance", {"s": 0.4}, FREE, REST, {"psi": 1e-3}, PSI, lambda y: 1e-3 * np.cos(2.0 * TIME), 1e-7),
     Known("axis.spring", {"k": 0.4, "T_0": 0.2}, FREE, REST, {}, PSI, lambda y: 0.5 - 0.5 * np.cos(2.0 * TIME), 1e-9),
     Known("axis.bias_torque", {"T": -0.08}, FREE, REST, {}, RATE, lambda y: -0.8 * TIME, 1e-10),
@@ -356,6 +366,9 @@ MOTIONS = [
     ),
     Known("drive.delay", {"tau": 0.043}, FREE, PUSH, {}, RATE, lambda y: 4.0 * np.maximum(AFTER - 0.043, 0.0), 1e-9),
     Known("drive.saturation", {"u_m": 0.5}, FREE, PUSH, {}, RATE, lambda y: 2.0 * AFTER, 1e-9),
+    Known(
+        "drive.saturation", {"u_m": 2.0, "n": 2.0}, FREE, PUSH, {}, RATE, lambda y: 4.0 / np.sqrt(1.25) * AFTER, 1e-9
+    ),
     Known("drive.bias", {"u_b": -0.2}, FREE, REST, {}, RATE, lambda y: -0.8 * TIME, 1e-9),
     Known("drive.deadzone", {"u_0": 0.3}, FREE, -PUSH, {}, RATE, lambda y: -2.8 * AFTER, 1e-9),
     Known("drive.asymmetric_gain", {"a": 0.1}, FREE, -PUSH, {}, RATE, lambda y: -3.6 * AFTER, 1e-9),

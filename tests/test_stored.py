@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from rwjax import stored as module
 from rwjax.stored import stored
 
 FIT = """
@@ -51,3 +52,22 @@ def test_inside_another_function_it_is_traced_there() -> None:
 
     assert np.array_equal(square(2, np.arange(3.0))[0], [0.0, 1.0, 4.0])
     assert np.array_equal(jax.jacfwd(lambda x: square(3, x)[0])(jnp.arange(2.0)), [[0.0, 0.0], [0.0, 3.0]])
+
+
+def test_the_programs_not_called_for_longest_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, make = [], module._program
+
+    def counted(name, key, flat, arrays, lasting):
+        made.append(arrays[0].shape)
+        return make(name, key, flat, arrays, lasting)
+
+    monkeypatch.setattr(module, "_program", counted)
+    monkeypatch.setattr(module, "MOST_PROGRAMS", 2)
+
+    @stored(tuple)
+    def twice(structure: str, x):
+        return [2.0 * x]
+
+    for n in (1, 2, 1, 3, 1, 2):
+        assert np.array_equal(twice("any", np.arange(float(n)))[0], 2.0 * np.arange(n))
+    assert made == [(1,), (2,), (3,), (2,)]

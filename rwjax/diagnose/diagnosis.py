@@ -11,7 +11,7 @@ from rwjax.diagnose.explanation import Explanation, coordinate_of
 from rwjax.diagnose.gap import Gap, Held, Split, gap, headline, held_out
 from rwjax.diagnose.next_experiment import propose
 from rwjax.diagnose.refit import Refits
-from rwjax.diagnose.remarks import remarks
+from rwjax.diagnose.remarks import ran_away, remarks
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import Verdict, judge, stands_out
 from rwjax.diagnose.where import Where, locate
@@ -256,6 +256,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     after = held(best)
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
+    if verdict == "none" and ran_away(rig, refits(nothing)):
+        verdict = "unknown"
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
     named = Explanation() if verdict == "none" or no_help else best
     if not named.names:

@@ -12,6 +12,15 @@ from rwjax.rig import Rig
 WIDE = 0.2  # of the command's largest size: a stretch without commands that is worth a remark
 NEAR = 1.1  # a command this little above the width moves nothing that could be seen
 
+RAN_AWAY = 1e4
+"""Times the rig file's value above which a fitted number says that its part does not move in these logs."""
+
+
+def ran_away(rig: Rig, fitted: Fit) -> tuple[str, ...]:
+    """Free numbers of the rig that left their size altogether: what holds a part at rest looks like no end of it."""
+    value = fitted.numbers()
+    return tuple(name for name in rig.free if 0.0 < rig.numbers.get(name, 0.0) * RAN_AWAY < value[name])
+
 
 def remarks(
     rig: Rig, logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty
@@ -30,6 +39,11 @@ def remarks(
                 f"unidentifiable there: the {width:.3g} V of drive.deadzone is where its line meets zero, "
                 "and a threshold anywhere between, with a step, gives the same logs"
             )
+    if lost := ran_away(rig, fits[0]):
+        found.append(
+            f"{', '.join(lost)}: more than {RAN_AWAY:g} times what the rig file says, so that part hardly moves in these logs "
+            "and what holds it is not told: use runs in which it turns"
+        )
     if rig.per_run:
         found.append(
             f"{', '.join(rig.per_run)}: one value for all runs, since a held-out run's own value (fit.per_run) is not known"

@@ -55,7 +55,7 @@ class _Asked:
     def program(self) -> tuple:
         """Lanes of which requests go together."""
         batch = self.wanted.problem.batch
-        return self.wanted.problem.structure, id(batch.slot_step), id(batch.which), self.wanted.windows
+        return self.wanted.problem.structure, id(batch.slot_step), id(batch.which), id(batch.plus), self.wanted.windows
 
 
 def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:

@@ -7,11 +7,12 @@ from rwjax import parse_rig
 from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.gap import Gap
 from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.remarks import ran_away
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import judge
 from rwjax.diagnose.where import missing_torque
 from rwjax.fit.rig_fit import fit_rig
-from tests.systems import platform, record, run
+from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
 COMMAND = np.where(TIME > 0.6, 0.9 * np.sign(np.sin(1.7 * TIME)) + 0.3 * np.sin(5.0 * TIME), 0.0)
@@ -86,3 +87,12 @@ def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
     one, other = Explanation(("axis.stribeck", "axis.bias_torque")), Explanation(("axis.bias_torque", "axis.stribeck"))
     assert one == other and {one: 1}[other] == 1
     assert one != Explanation(("axis.stribeck",))
+
+
+def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> None:
+    rig, rng = wheel(), np.random.default_rng(1)
+    command = np.where(TIME > 1.0, 0.5, 0.0)
+    held = {"wheel_rad_s": rng.normal(0.0, 0.01, len(TIME)), "current_A": command / 0.83}
+    assert ran_away(rig, fit_rig(rig, [record(TIME, command, held)]).fit) != ()
+    turning = run(rig, record(TIME, command, held), {})
+    assert ran_away(rig, fit_rig(rig, [record(TIME, command, turning)]).fit) == ()

@@ -7,13 +7,14 @@ import pytest
 
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
-from experiments.blind import campaign, draw, score
+from experiments.blind import calibrate, campaign, draw, score
 from experiments.blind.draws import EFFECTS
 from experiments.blind.inseparable import beside, questions
 from experiments.blind.oracle import perfect, refit, size
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, WITHIN, OutOfReach, sized
+from rwjax.diagnose.thresholds import Limits
 
 
 @pytest.mark.parametrize(
@@ -149,3 +150,24 @@ def test_the_tables_are_those_worked_out_by_hand(
 def test_the_oracle_is_asked_only_about_other_names_and_no_longer_ones() -> None:
     asked = {x["index"]: questions(x) for x in [*(x for _, x in SINGLES), *OTHERS] if questions(x)}
     assert asked == {k: [frozenset(DRAG)] for k in (3, 5, 9)} | {13: [frozenset(VISCOUS)]}
+
+
+def test_limits_are_counted_on_what_a_campaign_found() -> None:
+    def line(group: str, effect: str, named: list[str], after: float, verdict: str = "effect") -> dict:
+        gap = {"before": 9.0, "after": after, "floor": 1.0, "closed": (9.0 - after) / 8.0, "ci95": [0.0, 1.0]}
+        case = {"index": 0, "group": group, "effect": effect, "same_as": {}, "alternatives": []}
+        return case | gap | {"effects": named, "verdict": verdict}
+
+    lines = [
+        line("single", "axis.viscous", ["axis.viscous"], 1.0),
+        line("single", "axis.spring", ["axis.spring"], 3.0),
+        line("single", "axis.coulomb", ["axis.viscous"], 2.0),
+        line("outside", "outside.bursts", ["axis.viscous"], 4.0),
+        line("outside", "outside.bursts", [], 9.0, "unknown"),
+        line("none", "", ["axis.viscous"], 4.0),
+        line("none", "", [], 9.0, "unknown"),
+    ]
+    assert calibrate.counted(lines, {}, Limits(barely=0.6)) == (2 / 3, 1 / 2, 1 / 2, 1 / 2)
+    assert calibrate.counted(lines, {}, Limits(barely=0.7)) == (2 / 3, 1.0, 0.0, 0.0)
+    assert calibrate.counted(lines, {}, Limits(barely=0.8)) == (1 / 3, 1.0, 0.0, 0.0)
+    assert calibrate.counted(lines, {}, Limits(nothing=20.0)) == (0.0, 0.0, 0.0, 0.0)
