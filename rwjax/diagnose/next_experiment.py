@@ -66,12 +66,9 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
         structure = refits.problem_of(rival).structure
         plan = pose(structure, logs, error)
         y, _ = free_run(structure, refits(rival).theta, np.zeros_like(plan.start), plan.batch)
-        runs.append(np.asarray(y) * plan.batch.weight)
-    one, other = runs
-    telling = [
-        float(np.sqrt(np.mean(by_sample(plan.batch, k, (one - other)[k], len(t)) ** 2) * len(outputs)))
-        for k in range(len(logs))
-    ]
+        weighed = np.asarray(y) * plan.batch.weight
+        runs.append(np.stack([by_sample(plan.batch, k, weighed[k], len(t)) for k in range(len(logs))]))
+    telling = np.sqrt(np.mean((runs[0] - runs[1]) ** 2, axis=(1, 2)) * len(outputs))
     best = int(np.argmax(telling))
     names = " and ".join(" + ".join(r.names) for r in rivals[:2])
     if telling[best] < 1.0:

@@ -110,14 +110,17 @@ class Search:
         return found
 
     def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
-        """Fits all from a parent; then the parent and special cases of what leads, and what it is a special case of, from
-        there."""
+        """Fits all from a parent; then the parent and special cases of what leads from there, and what leaves more than a
+        special case of it from that one."""
         tried = self.refits.race(explanations, parent)
         least = min((f.cost for f in tried.values()), default=0.0)
         leading = sorted((e for e in tried if tried[e].cost <= CLOSE_COST * least), key=lambda e: tried[e].cost)
-        for k, e in enumerate(leading[:LEADING]):
-            others = [o for o in explanations if o.contains(e) or e.contains(o)]
-            self.refits.race([parent, *others] if k == 0 and e.contains(parent) else others, e)
+        for e in leading[:LEADING]:
+            self.refits.race([o for o in (parent, *explanations) if e.contains(o)], e)
+        for e in tried:
+            special = [o for o in tried if e.contains(o) and self.refits.known(o).cost < self.refits.known(e).cost]
+            if special:
+                self.refits.race([e], min(special, key=lambda o: self.refits.known(o).cost))
 
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))

@@ -208,8 +208,8 @@ class EndStop(AxisTorque):
     label: ClassVar[str] = "end stop"
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True
-    high: Scalar = param("rad", bounds=(-1e6, 1e6), null=1e6, starts=(1.0, 0.95), scale="highest", tex="\\psi_+")
-    low: Scalar = param("rad", bounds=(-1e6, 1e6), null=-1e6, starts=(1.0, 0.95), scale="lowest", tex="\\psi_-")
+    high: Scalar = param("rad", bounds=(-1e6, 1e6), null=1e6, starts=(0.99, 0.95), scale="highest", tex="\\psi_+")
+    low: Scalar = param("rad", bounds=(-1e6, 1e6), null=-1e6, starts=(0.99, 0.95), scale="lowest", tex="\\psi_-")
     k: Scalar = param("N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(300.0, 10.0), scale="torque", tex="k")
     d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.3,), scale="torque_per_rate", tex="d")
 
