@@ -39,7 +39,7 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
 
 def predicted(problem: Problem, theta: np.ndarray, *, with_floor: bool) -> Search[list[Prediction]]:
     """`predict` beside other searches."""
-    start, y, by_state = yield from _from_start_rule(problem, theta)
+    start, y, by_state = yield from _from_start_rule(problem, theta, with_floor)
     names = problem.structure.outputs
     found = []
     for k, log in enumerate(problem.logs):
@@ -57,14 +57,19 @@ def predicted(problem: Problem, theta: np.ndarray, *, with_floor: bool) -> Searc
     return found
 
 
-def _from_start_rule(problem: Problem, theta: np.ndarray) -> Search[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """First states by the start rule `(l, n)`, readings `(l, w, q, y)` and their secants by the first states `(n, l, …)`."""
+def _from_start_rule(
+    problem: Problem, theta: np.ndarray, with_secants: bool
+) -> Search[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """First states by the start rule `(l, n)`, readings `(l, w, q, y)` and their secants by the first states `(n, l, …)`, 0
+    where they are not wanted or a run leaves the range of numbers."""
     start = yield from by_start_rule(problem, theta)
-    states, width, moved = moved_starts(problem, start)
+    states, width, moved = moved_starts(problem, start) if with_secants else (np.zeros(0, int), start, [])
     every, windows = np.arange(len(problem.logs)), problem.batch.windows
     y = yield Wanted(problem, np.tile(theta, (1 + len(states), 1)), np.stack([start, *moved]), every, windows)
     by_state = np.zeros((start.shape[1], *y.shape[1:]))
-    by_state[states] = (y[1:] - y[0]) / width.T[states][..., None, None, None]
+    with np.errstate(over="ignore", invalid="ignore"):
+        change = (y[1:] - y[0]) / width.T[states][..., None, None, None]
+    by_state[states] = np.where(np.isfinite(change).all(axis=(1, 2, 3, 4), keepdims=True), change, 0.0)
     return start, y[0], by_state
 
 

@@ -256,7 +256,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     after = held(best)
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
-    if verdict == "none" and ran_away(rig, refits(nothing)):
+    lost = ran_away(rig, refits(nothing))
+    if verdict == "none" and lost:
         verdict = "unknown"
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
     named = Explanation() if verdict == "none" or no_help else best
@@ -290,12 +291,14 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         signal=signal,
         gaps=gaps,
         held_out=rule,
-        next_experiment=_next(
+        next_experiment=f"runs in which what {', '.join(lost)} belongs to turns"
+        if lost
+        else _next(
             refits, verdict, [r for r in rivals if r not in choice.same], {name: g.after for name, g in gaps.items()}
         ),
         waterfall=(first, *map(rung, steps)),
         beside=tuple(rung(other) for other in others if other not in steps),
-        remarks=remarks(rig, every, train, [fitted, *(refits(e) for e in rivals[1:])], spread),
+        remarks=remarks(rig, every, train, [fitted, *(refits(e) for e in rivals[1:])], spread, lost),
         corrected=_corrected(rig, fitted, named, spread),
         before=before,
         after=after,

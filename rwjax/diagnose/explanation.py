@@ -22,7 +22,10 @@ WRONG_BY = 4.0
 DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
 CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding")
 """Effects that bring a Coulomb level of their own where nothing else models dry friction."""
-LIMITS = dict.fromkeys((*CONTAINS_COULOMB, "axis.friction_drift"), "axis.coulomb") | {"axis.spring": "axis.bias_torque"}
+LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
+    "axis.friction_drift": ("axis.coulomb", "axis.viscous"),
+    "axis.spring": ("axis.bias_torque",),
+}
 """Effects of which another is a special case or a limit."""
 
 
@@ -81,7 +84,7 @@ class Explanation:
 
     def contains(self, other: "Explanation") -> bool:
         """Whether `other` is a special case of this explanation."""
-        own = {*self.names} | {LIMITS[name] for name in self.names if name in LIMITS}
+        own = {*self.names} | {limit for name in self.names for limit in LIMITS.get(name, ())}
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 

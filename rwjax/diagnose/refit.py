@@ -96,13 +96,15 @@ class Refits:
             else:
                 if explanation not in self._done:
                     self.race([explanation], Explanation())
+                if explanation in self._finished:
+                    return self._done[explanation]
                 self._done[explanation] = together([self._to_the_end(self._done[explanation])])[0]
             self._finished.add(explanation)
         return self._done[explanation]
 
     def anchor(self) -> None:
-        """Takes the rig as it is by the start rule from here on: something is missing, though it reaches the noise where first
-        states may hide it."""
+        """Takes the rig as it is by the start rule, until an explanation is complete: something is missing, though it reaches
+        the noise where first states may hide it."""
         begun = self(Explanation())
         if not self._ruled and begun.problem.start_free.any():
             self._ruled = True
@@ -171,11 +173,11 @@ class Refits:
         added = np.array([name in own - shared for name in structure.names])
         null = theta_of(self.rig, structure)
         bases = [np.where(known, self._in_order(structure, values), start) for start in starts]
-        if any(self._lost(name, values[name]) for name in shared):  # what the rig lacks may have driven them there
-            bases += starts
+        lost = any(self._lost(name, values[name]) for name in shared)  # what the rig lacks may have driven them there
         bounds = np.tile([-np.inf, np.inf], (len(null), 1))
         bounds[moves.index] = moves.bounds
-        return Candidate(problem, np.where(added, null, bases[0]), bases, added & (null == 0.0), bounds)
+        off, start = np.where(added, null, bases[0]), self._start(problem, self(parent))
+        return Candidate(problem, start, off, bases, starts if lost else (), added & (null == 0.0), bounds)
 
     def _lost(self, name: str, value: float) -> bool:
         """Whether a positive number of the rig was fitted far from what the rig file says."""
@@ -217,11 +219,12 @@ class Refits:
             for e in ahead:
                 pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]
                 running[e] = min((f for f, _ in pairs), key=lambda f: f.cost)
-                promise[e] = min(_extrapolated(f, before) for f, before in pairs)
-                begun[e] = [running[e]]
+                coming = min(pairs, key=lambda pair: _extrapolated(*pair))
+                promise[e] = _extrapolated(*coming)
+                begun[e] = [running[e]] if coming[0] is running[e] else [running[e], coming[0]]
             self._keep({e: running[e] for e in ahead})
         least = min(self._done[e].cost for e in (parent, *wanted))
-        ahead = [e for e in sorted(new, key=lambda e: running[e].cost) if running[e].cost <= CLOSE * least]
+        ahead = [e for e in sorted(new, key=lambda e: self._done[e].cost) if self._done[e].cost <= CLOSE * least]
         ahead = ahead[: HEATS[-1][0]]
         ahead += [e for e in new if e in self._finished and e not in ahead]
         for e in ahead:
@@ -242,7 +245,7 @@ class Refits:
         """Takes down fits that are better than what is known, or that took steps where what is known did not."""
         for e, fitted in found.items():
             old = self._done.get(e)
-            if old is None or fitted.cost < old.cost or not old.steps:
+            if old is None or fitted.cost <= old.cost or not old.steps:
                 self._done[e] = fitted
 
     def _to_the_end(self, begun: Fit) -> Search[Fit]:
@@ -274,6 +277,7 @@ class Refits:
         most = 0.5 * ONLY_STARTS * COMPLETE * best.problem.batch.readings
         if not self._ruled or best.cost > most:
             return
+        self._of_training(best.problem.structure)
         if complete(together([_carried_on(self._training[best.problem.structure], best, FOLD_STEPS)])[0]):
             self._ruled = False
             maybe = sorted((e for e in self._done if self._done[e].cost <= most), key=lambda e: self._done[e].cost)

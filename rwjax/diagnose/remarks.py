@@ -23,9 +23,15 @@ def ran_away(rig: Rig, fitted: Fit) -> tuple[str, ...]:
 
 
 def remarks(
-    rig: Rig, logs: tuple[Log, ...], train: tuple[int, ...], fits: Sequence[Fit], spread: Uncertainty
+    rig: Rig,
+    logs: tuple[Log, ...],
+    train: tuple[int, ...],
+    fits: Sequence[Fit],
+    spread: Uncertainty,
+    lost: tuple[str, ...] = (),
 ) -> tuple[str, ...]:
-    """Remarks on the fits of the named explanation and of those that cannot be told apart from it."""
+    """Remarks on the fits of the named explanation and of those that cannot be told apart from it; `lost`: numbers that ran
+    away."""
     found = [*spread.notes, *(remark for log in logs for remark in log.remarks())]
     widths = [f.numbers()["drive.deadzone.u_0"] for f in fits if "drive.deadzone.u_0" in f.free]
     if widths:
@@ -39,7 +45,7 @@ def remarks(
                 f"unidentifiable there: the {width:.3g} V of drive.deadzone is where its line meets zero, "
                 "and a threshold anywhere between, with a step, gives the same logs"
             )
-    if lost := ran_away(rig, fits[0]):
+    if lost:
         found.append(
             f"{', '.join(lost)}: more than {RAN_AWAY:g} times what the rig file says, so that part hardly moves in these logs "
             "and what holds it is not told: use runs in which it turns"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
-from rwjax.fit.lanes import Search, together
+from rwjax.fit.lanes import together
 from rwjax.fit.problem import Problem
 from rwjax.fit.secant import residuals
 
@@ -43,14 +43,17 @@ class Screened:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An explanation to be screened: the problem of its structure, numbers where it adds nothing, and starts (t,).
+    """An explanation to be screened: the problem of its structure, the parent's first states in its order, numbers where it
+    adds nothing, and starts (t,).
 
-    `amplitude` (t,): numbers in proportion to which it acts; `bounds` (t, 2).
+    `besides`: places to begin that are not probed; `amplitude` (t,): numbers in proportion to which it acts; `bounds` (t, 2).
     """
 
     problem: Problem
+    first: np.ndarray
     off: np.ndarray
     starts: Sequence[np.ndarray]
+    besides: Sequence[np.ndarray]
     amplitude: np.ndarray
     bounds: np.ndarray
 
@@ -80,14 +83,6 @@ class Screen:
         self.columns = np.concatenate(blocks).reshape(-1, len(k))[self.seen]
         self.basis = _orthonormal(self.columns)
 
-    def _residuals(self, problem: Problem, thetas: Sequence[np.ndarray]) -> Search[np.ndarray]:
-        """Residuals `(b, …)` at several parameter vectors of one structure, from the fit's first states."""
-        start = np.zeros((len(problem.logs), len(problem.structure.states)))
-        for k, name in enumerate(self.fitted.problem.structure.states):
-            if name in problem.structure.states:
-                start[:, problem.structure.states.index(name)] = self.fitted.start[:, k]
-        return residuals(problem, thetas, [start] * len(thetas))
-
     def _with_free_numbers(self, problem: Problem, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """Numbers with the free ones moved to where they leave least of a residual, by no more than `FURTHEST`."""
         scale = np.maximum(np.sqrt(np.sum(self.columns**2, axis=0)), 1e-300)
@@ -111,13 +106,15 @@ class Screen:
         fine = self._probed(scaled)
         found = [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
         return [
-            replace(f, begin=_different((*f.begin, *s.starts, *c.starts))) if len(c.starts) <= FEW else f
+            replace(
+                f, begin=_different((*f.begin, *((*s.starts, *c.starts) if len(c.starts) <= FEW else ()), *c.besides))
+            )
             for f, s, c in zip(found, scaled, candidates, strict=True)
         ]
 
     def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""
-        return together([self._residuals(c.problem, [c.off, *c.starts]) for c in candidates])
+        return together([residuals(c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))) for c in candidates])
 
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
         """The candidate with amplitudes of its starts that change a part of what is left."""

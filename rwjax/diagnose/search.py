@@ -22,6 +22,7 @@ from rwjax.diagnose.thresholds import (
     MOST_NAMES,
     NEEDED,
     NOTHING_LEFT,
+    NOTHING_NAMED,
     TIE,
     TRIFLE,
     WORTH,
@@ -84,9 +85,12 @@ class Search:
         return sum(max(squares[name] / self.count[name] - 1.0, 0.0) for name in squares)
 
     def closed(self, explanation: Explanation) -> float:
-        """Share of the rig's own error above the noise, on the training logs, that an explanation removes."""
-        whole, left = (np.sqrt(1.0 + self.excess(e)) for e in (Explanation(), explanation))
-        return float((whole - left) / (whole - 1.0)) if whole > 1.0 else 1.0
+        """Share of the rig's own error above the noise, on the training logs, that an explanation removes, of the output where
+        it removes most."""
+        whole, left = self._seen(Explanation()), self._seen(explanation)
+        error = [[np.sqrt(max(s[y] / self.count[y], 1.0)) for s in (whole, left)] for y in whole]
+        shares = [(a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b)) for a, b in error if a > 1.0]
+        return max(shares, default=1.0)
 
     def gain(self, larger: Explanation, smaller: Explanation) -> float:
         """Evidence of the larger explanation over the smaller, counted on the better one's residual."""
@@ -210,8 +214,9 @@ class Search:
         best = self._backward(self._forward(nothing))
         alternatives: list[Explanation] = []
         same = self._declared(best)
-        if best.names and self.closed(best) > HOPELESS:
-            rivals = self._exchanged(best)
+        if best.names:
+            hopeless = self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED
+            rivals = [] if hopeless else self._exchanged(best)
             self._fit([e for e in rivals if e not in self.refits], best)
             effective = self.effective(best)
             reference = self.evidence(best, effective)

@@ -28,8 +28,8 @@ of the first."""
 MOST_NAMES = 3
 HOPEFUL = 0.15
 """Share of the error above the noise that names must remove for a further one to be looked for beside them."""
-HOPELESS = 0.5
-"""The same up to which rivals are not looked for: nothing will be named."""
+HOPELESS, NOTHING_NAMED = 0.5, 1.0
+"""The same below which rivals are not looked for, where the excess that is left is above the second: no name will stand."""
 
 
 class Limits(NamedTuple):

@@ -10,8 +10,8 @@ from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
 from rwjax.param import param
 from rwjax.types import Scalar
 
-HARD = 50.0
-"""Exponent of a saturation from which its corner is sharp."""
+SHARP = 200.0
+"""Exponent of a saturation whose corner is as good as sharp: 0.35 % below it."""
 
 
 class DeadZone(CommandMap):
@@ -51,8 +51,7 @@ class DriveDelay(CommandDelay):
 
 
 class DriveSaturation(CommandMap):
-    r"""The command is clipped, $u_e = \mathrm{clip}(u, -u_m, u_m)$, or bends towards its limit,
-    $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$ for $n < 50$."""
+    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 200$ it is clipped."""
 
     name: ClassVar[str] = "drive.saturation"
     label: ClassVar[str] = "saturation of the drive"
@@ -61,13 +60,13 @@ class DriveSaturation(CommandMap):
         "V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4, 1.2, 4.0, 12.0), scale="peak", tex="u_m"
     )
     n: Scalar = param(
-        "1", bounds=(1.5, HARD), null=HARD, starts=(HARD, HARD, HARD, HARD, 3.0, 2.0, 2.0), tex="n", optional=True
+        "1", bounds=(1.5, SHARP), null=SHARP, starts=(SHARP, SHARP, SHARP, SHARP, 3.0, 2.0, 2.0), tex="n", optional=True
     )
 
     def command(self, u: Scalar) -> Scalar:
-        x = jnp.minimum(jnp.abs(u / self.u_m), 1e3)
-        soft = u * (1.0 + x**self.n) ** (-1.0 / self.n)
-        return jnp.where(self.n < HARD, soft, jnp.clip(u, -self.u_m, self.u_m))
+        size = jnp.abs(u)
+        lower, upper = jnp.minimum(size, self.u_m), jnp.maximum(size, self.u_m)
+        return jnp.sign(u) * lower * (1.0 + (lower / upper) ** self.n) ** (-1.0 / self.n)
 
 
 class AsymmetricGain(CommandMap):
