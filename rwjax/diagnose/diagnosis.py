@@ -24,7 +24,7 @@ from rwjax.rig import Rig
 
 SCHEMA = "rwjax.diagnosis/1"
 MOST_RIVALS = 4  # explanations told apart by the next experiment, the best one among them
-LISTED = 3  # names whose held-out gap is worked out for the ranking
+LISTED = 3  # names whose held-out gap is worked out for the ranking, where a race brought them to their end
 
 
 @dataclass(frozen=True)
@@ -273,7 +273,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         return _rung(refits, step, rms(step), first.numbers)
 
     ranking = [
-        Ranked(" + ".join(e.names) or "none", probability, rms(e) if k < LISTED or not e.names else None)
+        Ranked(" + ".join(e.names) or "none", probability, rms(e) if k < LISTED and refits.ended(e) else None)
         for k, (e, probability) in enumerate(choice.ranking)
     ]
     fitted = refits(named)

@@ -115,6 +115,10 @@ class Refits:
         """Best fit of an explanation as far as a race has brought it."""
         return self._done[explanation] if explanation in self._done else self(explanation)
 
+    def ended(self, explanation: Explanation) -> bool:
+        """Whether the fit of an explanation was carried to the end."""
+        return explanation in self._finished
+
     def __contains__(self, explanation: Explanation) -> bool:
         return explanation in self._done
 
