@@ -232,7 +232,7 @@ class Refits:
         ahead = ahead[: HEATS[-1][0]]
         ahead += [e for e in new if e in self._finished and e not in ahead]
         for e in ahead:
-            self.progress(" + ".join(e.names))
+            self.progress(" + ".join(e.names) or "the rig as it is")
         self._done |= zip(ahead, together([self._to_the_end(self._done[e]) for e in ahead]), strict=True)
         self._finished |= {*ahead}
         self._free_starts()
