@@ -256,9 +256,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     after = held(best)
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
-    lost = ran_away(rig, refits(nothing))
-    if verdict == "none" and lost:
-        verdict = "unknown"
+    lost = ran_away(rig, refits(nothing)) if verdict == "none" else ()
+    verdict = "unknown" if lost else verdict
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
     named = Explanation() if verdict == "none" or no_help else best
     if not named.names:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
+from rwjax.diagnose.diagnosis import diagnose
 from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.gap import Gap
 from rwjax.diagnose.refit import Refits
@@ -93,6 +94,8 @@ def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> 
     rig, rng = wheel(), np.random.default_rng(1)
     command = np.where(TIME > 1.0, 0.5, 0.0)
     held = {"wheel_rad_s": rng.normal(0.0, 0.01, len(TIME)), "current_A": command / 0.83}
-    assert ran_away(rig, fit_rig(rig, [record(TIME, command, held)]).fit) != ()
+    found = diagnose(rig, [record(TIME, command, held)])
+    assert found.verdict == "unknown" and not found.effects
+    assert "turns" in found.next_experiment and any("hardly moves" in remark for remark in found.remarks)
     turning = run(rig, record(TIME, command, held), {})
     assert ran_away(rig, fit_rig(rig, [record(TIME, command, turning)]).fit) == ()
