@@ -14,6 +14,7 @@ JITTER = 2.0
 """Noise of a counted reading, in units of its rounding error, below which it is the rounding alone."""
 PLAINLY = 0.85  # less than this share of the estimate so far: more than chance
 ORDERS = (3, 5, 7)  # of the differences; what moves smoothly shrinks with the order, white noise does not
+TURNS = 4.0  # from which on an error that repeats with the turn is told from noise
 
 
 def quantisation(log: "Log", output: str) -> float:
@@ -21,14 +22,19 @@ def quantisation(log: "Log", output: str) -> float:
     return log.resolution.get(output, 0.0) / np.sqrt(12.0)
 
 
-def rapid(signal: np.ndarray) -> float:
+def rapid(signal: np.ndarray, turning: bool = False) -> float:
     """Size of what changes from sample to sample without pattern: differences, robust against steps, of a higher
-    order where that is plainly less: a motion that is sampled slowly stays in the low orders."""
+    order where that is plainly less: a motion that is sampled slowly stays in the low orders. Of an angle that is
+    `turning`, what repeats with the turn is a pattern, too: an encoder's eccentricity, however fast."""
+    signal = signal[np.isfinite(signal)]
     found = []
     for order in ORDERS:
-        d = np.diff(signal[np.isfinite(signal)], n=order) / np.sqrt(comb(2 * order, order))
+        d = np.diff(signal, n=order) / np.sqrt(comb(2 * order, order))
         if len(d) < 8:
             break
+        if turning and np.ptp(signal) > TURNS * 2.0 * np.pi:
+            repeats = np.diff([f(k * signal) for k in (1, 2) for f in (np.sin, np.cos)], n=order).T
+            d = d - repeats @ np.linalg.lstsq(repeats, d, rcond=None)[0]
         size = np.sort(np.abs(d))
         robust = np.sqrt(np.mean(size[: int(KEPT * len(d))] ** 2)) / OF_KEPT
         # printed or counted readings may repeat so often that this is 0: then all but the largest 2 %
@@ -45,7 +51,7 @@ def of_readings(log: "Log") -> dict[str, float]:
     for name, value in log.outputs.items():
         seen = value[np.isfinite(value)]
         step = quantisation(log, name)
-        sigma = rapid(value)
+        sigma = rapid(value, turning=name.endswith("_rad"))
         if sigma < JITTER * step:
             sigma = step
         tiny = 1e-9 * float(np.max(np.abs(seen), initial=0.0)) + 1e-12

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
+from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque, Coupling, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
@@ -141,8 +142,7 @@ class AngleFriction(AxisDry):
     c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.02), scale="torque", tex="c_2")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
-        s, c = jnp.sin(motion.psi), jnp.cos(motion.psi)
-        return self.s_1 * s + self.c_1 * c + self.s_2 * 2.0 * s * c + self.c_2 * (c * c - s * s)
+        return two_harmonics(motion.psi, self.s_1, self.c_1, self.s_2, self.c_2)
 
 
 class LoadFriction(AxisDry):
@@ -208,10 +208,18 @@ class EndStop(AxisTorque):
     label: ClassVar[str] = "end stop"
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True
-    high: Scalar = param("rad", bounds=(-1e6, 1e6), null=1e6, starts=(0.99, 0.95), scale="highest", tex="\\psi_+")
-    low: Scalar = param("rad", bounds=(-1e6, 1e6), null=-1e6, starts=(0.99, 0.95), scale="lowest", tex="\\psi_-")
-    k: Scalar = param("N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(300.0, 10.0), scale="torque", tex="k")
-    d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.3,), scale="torque_per_rate", tex="d")
+    high: Scalar = param(
+        "rad", bounds=(-1e6, 1e6), null=1e6, starts=(0.99, 0.99, 0.95, 0.95), scale="highest", tex="\\psi_+"
+    )
+    low: Scalar = param(
+        "rad", bounds=(-1e6, 1e6), null=-1e6, starts=(0.99, 0.99, 0.95, 0.95), scale="lowest", tex="\\psi_-"
+    )
+    k: Scalar = param(
+        "N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(300.0, 300.0, 10.0, 10.0), scale="torque", tex="k"
+    )
+    d: Scalar = param(
+        "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.3, 20.0, 0.3, 4.0), scale="torque_per_rate", tex="d"
+    )
 
     def torque(self, motion: Motion) -> Scalar:
         over, under = motion.psi - self.high, motion.psi - self.low
@@ -225,7 +233,8 @@ RATES = tuple(0.6 + 0.35 * k for k in range(29))  # rad/s
 
 
 class PeriodicTorque(AxisTorque):
-    r"""Sinusoidal torque in time, $M = s\sin\omega t + c\cos\omega t$, t from each run's first sample."""
+    r"""Periodic torque in time, $M = s\sin\omega t + c\cos\omega t + s_2\sin 2\omega t + c_2\cos 2\omega t$, t from each run's first
+    sample."""
 
     name: ClassVar[str] = "axis.periodic_torque"
     label: ClassVar[str] = "periodic torque"
@@ -236,8 +245,11 @@ class PeriodicTorque(AxisTorque):
         "rad/s", bounds=(0.05, 200.0), null=6.0, starts=tuple(w for rate in RATES for w in (rate, rate)), tex="\\omega"
     )
 
+    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="s_2", optional=True)
+    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_2", optional=True)
+
     def torque(self, motion: Motion) -> Scalar:
-        return self.s * jnp.sin(self.omega * motion.t) + self.c * jnp.cos(self.omega * motion.t)
+        return two_harmonics(self.omega * motion.t, self.s, self.c, self.s_2, self.c_2)
 
 
 class FlexibleCoupling(Coupling):

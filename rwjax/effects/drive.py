@@ -15,15 +15,16 @@ SHARP = 200.0
 
 
 class DeadZone(CommandMap):
-    r"""Small commands give nothing, $u_e = \mathrm{sgn}(u)\,\max(|u| - u_0, 0)$."""
+    r"""Small commands give nothing, those with $|u| > u_0$ give $u_e = u - s\,u_0\,\mathrm{sgn}(u)$; with $s < 1$ the command jumps."""
 
     name: ClassVar[str] = "drive.deadzone"
     label: ClassVar[str] = "dead zone of the drive"
     coordinate: ClassVar[str] = "voltage"
-    u_0: Scalar = param("V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3), scale="command", tex="u_0")
+    u_0: Scalar = param("V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3) * 2, scale="command", tex="u_0")
+    s: Scalar = param("1", bounds=(0.0, 1.0), null=1.0, starts=(1.0,) * 3 + (0.0,) * 3, tex="s", optional=True)
 
     def command(self, u: Scalar) -> Scalar:
-        return jnp.sign(u) * jnp.maximum(jnp.abs(u) - self.u_0, 0.0)
+        return jnp.where(jnp.abs(u) > self.u_0, u - self.s * self.u_0 * jnp.sign(u), 0.0)
 
 
 class DriveBias(CommandMap):

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
+from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
@@ -22,7 +23,7 @@ class Scale(Encoder):
 
 
 class Eccentricity(Encoder):
-    r"""Once-per-revolution error of the encoder, $y = \psi + s\sin\psi + c\cos\psi$."""
+    r"""Error that repeats with every turn, $y = \psi + s\sin\psi + c\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$."""
 
     name: ClassVar[str] = "sensor.eccentricity"
     label: ClassVar[str] = "eccentric encoder"
@@ -30,10 +31,13 @@ class Eccentricity(Encoder):
     at_angle: ClassVar[bool] = True
     s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
     c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
+    s_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="s_2", optional=True)
+    c_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="c_2", optional=True)
 
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
-        sine, cosine = jnp.sin(angle), jnp.cos(angle)
-        return angle + self.s * sine + self.c * cosine, rate * (1.0 + self.s * cosine - self.c * sine)
+        error = two_harmonics(angle, self.s, self.c, self.s_2, self.c_2)
+        slope = two_harmonics(angle, -self.c, self.s, -2.0 * self.c_2, 2.0 * self.s_2)
+        return angle + error, rate * (1.0 + slope)
 
 
 class SensorDelay(EncoderDelay):

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
+from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.ports import Motion, WheelDry, WheelTorque
 from rwjax.param import param
 from rwjax.types import Scalar
@@ -38,7 +39,7 @@ ORDERS = tuple(map(float, range(2, 15)))
 
 
 class Cogging(WheelTorque):
-    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta$."""
+    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta + s_2\sin 2n\theta + c_2\cos 2n\theta$."""
 
     name: ClassVar[str] = "wheel.cogging"
     label: ClassVar[str] = "cogging of the motor"
@@ -50,5 +51,8 @@ class Cogging(WheelTorque):
         "1", bounds=(1.0, 48.0), null=6.0, starts=tuple(n for order in ORDERS for n in (order, order)), tex="n"
     )
 
+    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="s_2", optional=True)
+    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_2", optional=True)
+
     def torque(self, motion: Motion) -> Scalar:
-        return self.s * jnp.sin(self.n * motion.theta) + self.c * jnp.cos(self.n * motion.theta)
+        return two_harmonics(self.n * motion.theta, self.s, self.c, self.s_2, self.c_2)
