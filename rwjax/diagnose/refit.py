@@ -174,14 +174,16 @@ class Refits:
             values[level] = values[same]
             shared.add(level)
         known = np.array([name in shared for name in structure.names])
-        added = np.array([name in own - shared for name in structure.names])
+        free = np.array([name in own for name in structure.names])
+        added = free & ~known
         null = theta_of(self.rig, structure)
         bases = [np.where(known, self._in_order(structure, values), start) for start in starts]
         lost = any(self._lost(name, values[name]) for name in shared)  # what the rig lacks may have driven them there
         bounds = np.tile([-np.inf, np.inf], (len(null), 1))
         bounds[moves.index] = moves.bounds
         off, start = np.where(added, null, bases[0]), self._start(problem, self(parent))
-        return Candidate(problem, start, off, bases, starts if lost else (), added & (null == 0.0), bounds)
+        besides = starts if lost else ()
+        return Candidate(problem, start, off, bases, besides, free, added & (null == 0.0), bounds)
 
     def _lost(self, name: str, value: float) -> bool:
         """Whether a positive number of the rig was fitted far from what the rig file says."""

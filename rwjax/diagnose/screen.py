@@ -46,7 +46,8 @@ class Candidate:
     """An explanation to be screened: the problem of its structure, the parent's first states in its order, numbers where it
     adds nothing, and starts (t,).
 
-    `besides`: places to begin that are not probed; `amplitude` (t,): numbers in proportion to which it acts; `bounds` (t, 2).
+    `besides`: places to begin that are not probed; `free` (t,): numbers that it may move, `amplitude` (t,) those of them in
+    proportion to which it acts; `bounds` (t, 2).
     """
 
     problem: Problem
@@ -54,6 +55,7 @@ class Candidate:
     off: np.ndarray
     starts: Sequence[np.ndarray]
     besides: Sequence[np.ndarray]
+    free: np.ndarray
     amplitude: np.ndarray
     bounds: np.ndarray
 
@@ -83,15 +85,18 @@ class Screen:
         self.columns = np.concatenate(blocks).reshape(-1, len(k))[self.seen]
         self.basis = _orthonormal(self.columns)
 
-    def _with_free_numbers(self, problem: Problem, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Numbers with the free ones moved to where they leave least of a residual, by no more than `FURTHEST`."""
-        scale = np.maximum(np.sqrt(np.sum(self.columns**2, axis=0)), 1e-300)
-        change = np.linalg.lstsq(self.columns / scale, -residual, rcond=1e-6)[0] / scale
+    def _with_free_numbers(self, candidate: Candidate, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Numbers with those that the parent and the candidate have free moved to where they leave least of a residual, by no
+        more than `FURTHEST`."""
+        names = candidate.problem.structure.names
+        also = [k for k, name in enumerate(self.fitted.free) if name in names and candidate.free[names.index(name)]]
+        columns = self.columns[:, also]
+        scale = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
+        change = np.linalg.lstsq(columns / scale, -residual, rcond=1e-6)[0] / scale
         theta = theta.copy()
-        names = problem.structure.names
-        for name, size, d in zip(self.fitted.free, self.fitted.coordinates.size, change, strict=True):
-            if name in names:
-                theta[names.index(name)] += np.clip(d, -FURTHEST * size, FURTHEST * size)
+        for k, d in zip(also, change, strict=True):
+            most = FURTHEST * self.fitted.coordinates.size[k]
+            theta[names.index(self.fitted.free[k])] += np.clip(d, -most, most)
         return theta
 
     def _without(self, columns: np.ndarray) -> np.ndarray:
@@ -151,7 +156,7 @@ class Screen:
                 if change.any():
                     theta = np.where(candidate.amplitude, candidate.off + share @ change, theta)
                 whole = residual + np.stack([others[k] - residual for k in known], axis=1) @ share
-                theta = self._with_free_numbers(candidate.problem, theta, whole)
+                theta = self._with_free_numbers(candidate, theta, whole)
                 begin.append((left, np.clip(theta, *candidate.bounds.T)))
         begin = sorted(begin, key=lambda b: b[0])[:SHAPES]
         here = int(np.argmin(cost))

@@ -99,3 +99,14 @@ def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> 
     assert "turns" in found.next_experiment and any("hardly moves" in remark for remark in found.remarks)
     turning = run(rig, record(TIME, command, held), {})
     assert ran_away(rig, fit_rig(rig, [record(TIME, command, turning)]).fit) == ()
+
+
+def test_a_race_moves_no_number_that_its_explanation_leaves_as_the_rig_file_says() -> None:
+    rig = platform(free='"axis.friction.viscous"')
+    heavy = true_log(rig.with_values({"axis.inertia": 1.1 * rig.numbers["axis.inertia"]}))
+    refits, wrong = Refits.of(rig, [heavy], [0], lambda text: None), Explanation(("parameter.axis.inertia",))
+    refits.race([wrong], Explanation())
+    refits.race([Explanation(), Explanation(("axis.spring",))], wrong)
+    for explanation in (Explanation(), Explanation(("axis.spring",))):
+        assert refits(explanation).numbers()["axis.inertia"] == rig.numbers["axis.inertia"]
+    assert refits(wrong).numbers()["axis.inertia"] == pytest.approx(1.1 * rig.numbers["axis.inertia"], rel=0.01)
