@@ -8,7 +8,7 @@ import numpy as np
 from rwjax.build import theta_of
 from rwjax.diagnose.explanation import Explanation, free_names, levels, space, structure_for
 from rwjax.diagnose.screen import Candidate, Screen, Screened
-from rwjax.effects import BY_NAME
+from rwjax.effects import plain
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
@@ -18,7 +18,6 @@ from rwjax.fit.problem import Problem, pose
 from rwjax.fit.secant import derived, descend, placed, point
 from rwjax.log import Log
 from rwjax.noise import pooled
-from rwjax.param import parameters
 from rwjax.plant import Structure
 from rwjax.rig import Rig
 
@@ -230,7 +229,7 @@ class Refits:
                 begun[e] = [running[e]] if coming[0] is running[e] else [running[e], coming[0]]
             self._keep({e: running[e] for e in ahead})
         least = min(self._done[e].cost for e in (parent, *wanted))
-        ahead = [e for e in sorted(new, key=lambda e: self._done[e].cost) if self._done[e].cost <= CLOSE * least]
+        ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least]
         ahead = ahead[: HEATS[-1][0]]
         ahead += [e for e in new if e in self._finished and e not in ahead]
         for e in ahead:
@@ -258,14 +257,13 @@ class Refits:
         """A fit carried to the end, once more with the numbers of its form at their null where they have moved."""
         problem = self._of_training(begun.problem.structure)
         found = yield from _carried_on(problem, begun, LAST)
-        plain = found.theta.copy()
+        theta = found.theta.copy()
         for k in found.coordinates.index:
-            effect, _, name = problem.structure.names[k].rpartition(".")
-            if effect in BY_NAME and parameters(BY_NAME[effect])[name].optional:
-                plain[k] = parameters(BY_NAME[effect])[name].null
-        if np.array_equal(plain, found.theta):
+            null = plain(problem.structure.names[k])
+            theta[k] = theta[k] if null is None else null
+        if np.array_equal(theta, found.theta):
             return found
-        again = yield from _carried_on(problem, replace(found, theta=plain), LAST)
+        again = yield from _carried_on(problem, replace(found, theta=theta), LAST)
         return min(found, again, key=lambda f: f.cost)
 
     def polish(self, explanation: Explanation) -> Fit:

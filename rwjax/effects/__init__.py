@@ -2,6 +2,7 @@
 
 from rwjax.effects import axis, drive, motor, sensor, wheel
 from rwjax.effects.ports import Effect as Effect
+from rwjax.param import parameters
 from rwjax.rig_names import SUBSYSTEMS
 
 EFFECTS: tuple[type[Effect], ...] = (
@@ -44,6 +45,13 @@ EFFECTS: tuple[type[Effect], ...] = (
 )
 BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in EFFECTS}
 """Every effect that rig files, fits and the diagnosis know, those registered from outside the library last."""
+
+
+def plain(number: str) -> float | None:
+    """Null of a number of an effect's form, one that a rig file may leave out; None for every other number."""
+    effect, _, name = number.rpartition(".")
+    found = parameters(BY_NAME[effect])[name] if effect in BY_NAME else None
+    return found.null if found is not None and found.optional else None
 
 
 def register(effect: type[Effect]) -> None:

@@ -10,8 +10,8 @@ from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
 from rwjax.param import param
 from rwjax.types import Scalar
 
-SHARP = 200.0
-"""Exponent of a saturation whose corner is as good as sharp: 0.35 % below it."""
+SHARP = 5000.0
+"""Exponent of a saturation whose corner is as good as sharp: 0.014 % below it."""
 
 
 class DeadZone(CommandMap):
@@ -52,7 +52,7 @@ class DriveDelay(CommandDelay):
 
 
 class DriveSaturation(CommandMap):
-    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 200$ it is clipped."""
+    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 5000$ it is clipped."""
 
     name: ClassVar[str] = "drive.saturation"
     label: ClassVar[str] = "saturation of the drive"

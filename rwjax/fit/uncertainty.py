@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rwjax.effects import plain
 from rwjax.fit.end_to_end import Fit, by_start, start_normal, start_response
 from rwjax.grid import by_sample
 
@@ -133,7 +134,12 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     known = np.diag(fitted.problem.precision[fitted.coordinates.index] * scale**2)
     A = A + known
     low, high = fitted.coordinates.on_bound(fitted.theta)
-    notes = [f"{name} sits on its bound" for name, at in zip(names, low | high, strict=True) if at]
+    values = fitted.numbers()
+    notes = [
+        f"{name} sits on its bound"
+        for name, at in zip(names, low | high, strict=True)
+        if at and values[name] != plain(name)
+    ]
     diagonal = np.sqrt(np.maximum(np.diag(A), 0.0))
     silent = diagonal <= 1e-9 * max(np.max(diagonal, initial=0.0), 1e-300)
     notes += [
@@ -143,9 +149,9 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     covariance, inflation = np.full((len(names), len(names)), np.inf), np.ones(len(names))
     if len(use):
         d = diagonal[use]
-        values, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
+        strength, vectors = np.linalg.eigh(A[np.ix_(use, use)] / d / d[:, None])
         besides = np.einsum("ka,kl,la->a", vectors, known[np.ix_(use, use)] / d / d[:, None], vectors)
-        weak = (values < UNIDENTIFIED * values[-1]) & (besides <= 0.5 * np.abs(values))  # unless a prior says it
+        weak = (strength < UNIDENTIFIED * strength[-1]) & (besides <= 0.5 * np.abs(strength))  # unless a prior says it
         for vector in vectors[:, weak].T:
             parts = [k for k in use[np.argsort(-np.abs(vector))] if abs(vector[list(use).index(k)]) > WEIGHS]
             notes.append(
@@ -156,7 +162,7 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         spoilt = np.zeros(len(use), bool)
         for vector in vectors[:, weak].T:
             spoilt |= np.abs(vector) > WEIGHS
-        inverse = (vectors[:, ~weak] / values[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
+        inverse = (vectors[:, ~weak] / strength[~weak]) @ vectors[:, ~weak].T / d / d[:, None]
         middle = meat(jacobians, residuals) + fitted.problem.prior_weight * known
         sandwich = inverse @ middle[np.ix_(use, use)] @ inverse
         found = np.diag(sandwich) / np.diag(inverse)
