@@ -26,8 +26,8 @@ FEW = 8
 """Starts of a candidate from all of which a search begins; of more, from the predicted and from the nearest one."""
 SHAPES = 3
 """Predicted places at most, of starts that differ in more than amplitudes, from which a search begins."""
-SMALLEST = 1e-3
-"""Share of a start's amplitude down to which it is probed."""
+PROBED = (1e-3, 30.0)
+"""Shares of a start's amplitude down and up to which it is probed."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,9 @@ class Screen:
         starts = []
         for start, r in zip(candidate.starts, others, strict=True):
             change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
-            share = float(np.clip(PART * whole / change, SMALLEST, 1.0)) if change > 0.0 and np.isfinite(whole) else 1.0
-            starts.append(np.where(candidate.amplitude, candidate.off + share * (start - candidate.off), start))
+            share = float(np.clip(PART * whole / change, *PROBED)) if change > 0.0 and np.isfinite(whole) else 1.0
+            scaled = np.where(candidate.amplitude, candidate.off + share * (start - candidate.off), start)
+            starts.append(np.clip(scaled, *candidate.bounds.T))
         return replace(candidate, starts=starts)
 
     def _predict(self, candidate: Candidate, probed: np.ndarray) -> Screened:
