@@ -46,8 +46,8 @@ class SensorDelay(EncoderDelay):
     name: ClassVar[str] = "sensor.delay"
     label: ClassVar[str] = "late reading of the encoder"
     coordinate: ClassVar[str] = "time"
-    longest: ClassVar[float] = 0.2
-    tau: Scalar = param("s", bounds=(0.0, longest), starts=(0.01, 0.04, 0.1), tex="\\tau")
+    longest: ClassVar[float] = 0.5
+    tau: Scalar = param("s", bounds=(0.0, longest), starts=(0.01, 0.04, 0.1, 0.25), tex="\\tau")
 
     def delay(self) -> Scalar:
         return self.tau
