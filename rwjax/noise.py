@@ -4,6 +4,7 @@ from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 if TYPE_CHECKING:
     from rwjax.log import Log
@@ -14,6 +15,7 @@ JITTER = 2.0
 """Noise of a counted reading, in units of its rounding error, below which it is the rounding alone."""
 PLAINLY = 0.85  # less than this share of the estimate so far: more than chance
 ORDERS = (3, 5, 7)  # of the differences; what moves smoothly shrinks with the order, white noise does not
+SMOOTH = 25  # samples, over which a turning angle is smoothed
 TURNS = 4.0  # from which on an error that repeats with the turn is told from noise
 
 
@@ -27,22 +29,32 @@ def rapid(signal: np.ndarray, turning: bool = False) -> float:
     order where that is plainly less: a motion that is sampled slowly stays in the low orders. Of an angle that is
     `turning`, what repeats with the turn is a pattern, too: an encoder's eccentricity, however fast."""
     signal = signal[np.isfinite(signal)]
-    found = []
-    for order in ORDERS:
-        d = np.diff(signal, n=order) / np.sqrt(comb(2 * order, order))
-        if len(d) < 8:
-            break
-        if turning and np.ptp(signal) > TURNS * 2.0 * np.pi:
-            repeats = np.diff([f(k * signal) for k in (1, 2) for f in (np.sin, np.cos)], n=order).T
-            d = d - repeats @ np.linalg.lstsq(repeats, d, rcond=None)[0]
-        size = np.sort(np.abs(d))
-        robust = np.sqrt(np.mean(size[: int(KEPT * len(d))] ** 2)) / OF_KEPT
-        # printed or counted readings may repeat so often that this is 0: then all but the largest 2 %
-        found.append(float(robust if robust > 0.0 else np.sqrt(np.mean(size[: max(8, int(0.98 * len(d)))] ** 2))))
-    lowest = found[0] if found else 0.0
-    for sigma in found[1:]:
+    sizes = [_size(d) for d in _differences(signal)]
+    if turning and len(signal) > SMOOTH and np.ptp(signal) > TURNS * 2.0 * np.pi:
+        angle = np.asarray(
+            savgol_filter(signal, SMOOTH, 3)
+        )  # the readings themselves would bring their noise with them
+        turn = np.array([f(k * angle) for k in (1, 2) for f in (np.sin, np.cos)]).T
+        for d, repeats in zip(_differences(signal), _differences(turn), strict=True):
+            sizes.append(_size(d - repeats @ np.linalg.lstsq(repeats, d, rcond=None)[0]))
+    lowest = sizes[0] if sizes else 0.0
+    for sigma in sizes[1:]:
         lowest = sigma if sigma < PLAINLY * lowest else lowest
     return lowest
+
+
+def _differences(signal: np.ndarray) -> list[np.ndarray]:
+    """Differences of `ORDERS` along time, which leave the size of white noise as it is; no fewer than 8."""
+    every = (np.diff(signal, n=order, axis=0) / np.sqrt(comb(2 * order, order)) for order in ORDERS)
+    return [d for d in every if len(d) >= 8]
+
+
+def _size(d: np.ndarray) -> float:
+    """Standard deviation that differences would have without their largest ones."""
+    size = np.sort(np.abs(d))
+    robust = np.sqrt(np.mean(size[: int(KEPT * len(d))] ** 2)) / OF_KEPT
+    # printed or counted readings may repeat so often that this is 0: then all but the largest 2 %
+    return float(robust if robust > 0.0 else np.sqrt(np.mean(size[: max(8, int(0.98 * len(d)))] ** 2)))
 
 
 def of_readings(log: "Log") -> dict[str, float]:

@@ -322,12 +322,12 @@ MOTIONS = [
     ),
     Known(
         "axis.periodic_torque",
-        {"s_2": 0.1, "omega": 2.0},
+        {"s": 0.1, "omega": 4.0, "p": 0.4, "q": 0.2},
         FREE,
         REST,
         {},
         RATE,
-        lambda y: 0.25 * (1.0 - np.cos(4.0 * TIME)),
+        lambda y: 0.25 * (1.0 - np.cos(4.0 * TIME)) + 0.05 * (1.0 - np.cos(8.0 * TIME)) + 0.025 * np.sin(8.0 * TIME),
         1e-4,
     ),
     Known("wheel.drag", {"c": 1e-5}, OPEN, REST, {"Omega": 30.0}, SPIN, lambda y: 30.0 / (1.0 + 3e-4 / J * TIME), 1e-3),
@@ -343,12 +343,12 @@ MOTIONS = [
     ),
     Known(
         "wheel.cogging",
-        {"s_2": -1e-3, "n": 3.0},
+        {"s": -1e-3, "n": 6.0, "p": 0.5},
         OPEN,
         REST,
         {"theta": 1e-3},
         "wheel_rad",
-        lambda y: 1e-3 * np.cos(np.sqrt(6e-3 / J) * TIME),
+        lambda y: 1e-3 * np.cos(np.sqrt(12e-3 / J) * TIME),
         2e-6,
     ),
     Known(
@@ -392,7 +392,7 @@ MOTIONS = [
     ),
     Known("drive.bias", {"u_b": -0.2}, FREE, REST, {}, RATE, lambda y: -0.8 * TIME, 1e-9),
     Known("drive.deadzone", {"u_0": 0.3}, FREE, -PUSH, {}, RATE, lambda y: -2.8 * AFTER, 1e-9),
-    Known("drive.deadzone", {"u_0": 0.3, "s": 0.0}, FREE, -PUSH, {}, RATE, lambda y: -4.0 * AFTER, 1e-9),
+    Known("drive.deadzone", {"u_0": 0.0, "j": 0.3}, FREE, -PUSH, {}, RATE, lambda y: -4.0 * AFTER, 1e-9),
     Known("drive.asymmetric_gain", {"a": 0.1}, FREE, -PUSH, {}, RATE, lambda y: -3.6 * AFTER, 1e-9),
     Known("drive.curvature", {"c": 0.25}, FREE, -PUSH, {}, RATE, lambda y: -5.0 * AFTER, 1e-9),
     Known("drive.curvature", {"c": -0.25}, FREE, PUSH, {}, RATE, lambda y: 3.2 * AFTER, 1e-9),
@@ -503,8 +503,9 @@ def test_other_sensors_than_the_encoder_are_not_late() -> None:
 @given(angle=st.floats(-10.0, 10.0), rate=st.floats(-5.0, 5.0))
 def test_an_eccentric_encoder_reads_the_rate_of_the_angle_that_it_reads(angle: float, rate: float) -> None:
     read = partial(sensor.Eccentricity(*map(jnp.asarray, (0.1, -0.05, 0.04, 0.03))).read, motion=motion())
-    slope = jax.grad(lambda psi: read(psi, 0.0)[0])(angle)
-    assert float(read(angle, rate)[1]) == pytest.approx(rate * float(slope), abs=1e-12)
+    psi, w = jnp.asarray(angle), jnp.asarray(rate)
+    slope = jax.grad(lambda psi: read(psi, w)[0])(psi)
+    assert float(read(psi, w)[1]) == pytest.approx(rate * float(slope), abs=1e-12)
 
 
 def test_an_end_stop_takes_energy_and_never_pulls() -> None:

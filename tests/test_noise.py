@@ -23,6 +23,11 @@ def test_what_repeats_with_the_turn_is_no_noise_of_an_angle(error: float) -> Non
     assert error == 0.0 or rapid(read + WHITE) > 0.03
 
 
+def test_the_noise_of_an_angle_that_turns_slowly_is_no_pattern_of_it() -> None:
+    slow = 3.0 * TIME + WHITE
+    assert rapid(slow, turning=True) == rapid(slow)
+
+
 def test_an_angle_that_hardly_turns_is_read_as_any_signal() -> None:
     slow = 0.5 * np.sin(2.0 * TIME) + WHITE
     assert rapid(slow, turning=True) == rapid(slow)

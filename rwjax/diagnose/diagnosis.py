@@ -259,7 +259,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     lost = ran_away(rig, refits(nothing)) if verdict == "none" else ()
     verdict = "unknown" if lost else verdict
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
-    named = Explanation() if verdict == "none" or no_help else best
+    named = Explanation() if verdict == "none" or no_help or lost else best
     if not named.names:
         after, gaps = before, bare
 

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.harmonics import two_harmonics
+from rwjax.effects.harmonics import two_harmonics, with_overtone
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque, Coupling, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
@@ -233,8 +233,8 @@ RATES = tuple(0.6 + 0.35 * k for k in range(29))  # rad/s
 
 
 class PeriodicTorque(AxisTorque):
-    r"""Periodic torque in time, $M = s\sin\omega t + c\cos\omega t + s_2\sin 2\omega t + c_2\cos 2\omega t$, t from each run's first
-    sample."""
+    r"""Periodic torque in time, $M = s\sin\omega t + c\cos\omega t$ and its overtone, t from each run's first sample; the overtone:
+    $(p s - q c)\sin 2\omega t + (p c + q s)\cos 2\omega t$."""
 
     name: ClassVar[str] = "axis.periodic_torque"
     label: ClassVar[str] = "periodic torque"
@@ -245,11 +245,11 @@ class PeriodicTorque(AxisTorque):
         "rad/s", bounds=(0.05, 200.0), null=6.0, starts=tuple(w for rate in RATES for w in (rate, rate)), tex="\\omega"
     )
 
-    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="s_2", optional=True)
-    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_2", optional=True)
+    p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", optional=True)
+    q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", optional=True)
 
     def torque(self, motion: Motion) -> Scalar:
-        return two_harmonics(self.omega * motion.t, self.s, self.c, self.s_2, self.c_2)
+        return with_overtone(self.omega * motion.t, self.s, self.c, self.p, self.q)
 
 
 class FlexibleCoupling(Coupling):

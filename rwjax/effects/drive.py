@@ -15,16 +15,18 @@ SHARP = 5000.0
 
 
 class DeadZone(CommandMap):
-    r"""Small commands give nothing, those with $|u| > u_0$ give $u_e = u - s\,u_0\,\mathrm{sgn}(u)$; with $s < 1$ the command jumps."""
+    r"""Small commands give nothing, $u_e = u - u_0\,\mathrm{sgn}(u)$ where $|u| > u_0 + j$; with $j > 0$ the drive starts with a jump."""
 
     name: ClassVar[str] = "drive.deadzone"
     label: ClassVar[str] = "dead zone of the drive"
     coordinate: ClassVar[str] = "voltage"
-    u_0: Scalar = param("V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3) * 2, scale="command", tex="u_0")
-    s: Scalar = param("1", bounds=(0.0, 1.0), null=1.0, starts=(1.0,) * 3 + (0.0,) * 3, tex="s", optional=True)
+    u_0: Scalar = param("V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3, 0.0, 0.0, 0.0), scale="command", tex="u_0")
+    j: Scalar = param(
+        "V", bounds=(0.0, jnp.inf), starts=(0.0, 0.0, 0.0, 0.03, 0.1, 0.3), scale="command", tex="j", optional=True
+    )
 
     def command(self, u: Scalar) -> Scalar:
-        return jnp.where(jnp.abs(u) > self.u_0, u - self.s * self.u_0 * jnp.sign(u), 0.0)
+        return jnp.where(jnp.abs(u) > self.u_0 + self.j, u - self.u_0 * jnp.sign(u), 0.0)
 
 
 class DriveBias(CommandMap):

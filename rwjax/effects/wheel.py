@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from rwjax.effects.harmonics import two_harmonics
+from rwjax.effects.harmonics import with_overtone
 from rwjax.effects.ports import Motion, WheelDry, WheelTorque
 from rwjax.param import param
 from rwjax.types import Scalar
@@ -39,7 +39,7 @@ ORDERS = tuple(map(float, range(2, 15)))
 
 
 class Cogging(WheelTorque):
-    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta + s_2\sin 2n\theta + c_2\cos 2n\theta$."""
+    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta$ and its overtone, $(p s - q c)\sin 2n\theta + (p c + q s)\cos 2n\theta$."""
 
     name: ClassVar[str] = "wheel.cogging"
     label: ClassVar[str] = "cogging of the motor"
@@ -51,8 +51,8 @@ class Cogging(WheelTorque):
         "1", bounds=(1.0, 48.0), null=6.0, starts=tuple(n for order in ORDERS for n in (order, order)), tex="n"
     )
 
-    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="s_2", optional=True)
-    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque", tex="c_2", optional=True)
+    p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", optional=True)
+    q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", optional=True)
 
     def torque(self, motion: Motion) -> Scalar:
-        return two_harmonics(self.n * motion.theta, self.s, self.c, self.s_2, self.c_2)
+        return with_overtone(self.n * motion.theta, self.s, self.c, self.p, self.q)
