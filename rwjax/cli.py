@@ -8,12 +8,15 @@ from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer.exceptions import Abort, TyperException
 
 from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 app = typer.Typer(
     add_completion=False,
@@ -29,6 +32,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
 
 
 FEWEST_DRAWS = 40
+MOST_GAINS = 10_000  # along one axis of a region
 
 
 class FitMethod(StrEnum):
@@ -228,6 +232,77 @@ def diagnose(
     else:
         print("\n".join(text(result)))
         print(f"  report: {report}")
+
+
+def _axis(option: str, text: str) -> "np.ndarray":
+    """The values that `FROM:TO:COUNT` stands for."""
+    import numpy as np
+
+    wrong = InputError(f"{option} {text}: has to be FROM:TO:COUNT with 1 to {MOST_GAINS} values, such as 0:100:101")
+    try:
+        first, last, number = text.split(":")
+        low, high, count = float(first), float(last), int(number)
+    except ValueError:
+        raise wrong from None
+    if not (np.isfinite([low, high]).all() and 1 <= count <= MOST_GAINS):
+        raise wrong
+    return np.linspace(low, high, count)
+
+
+@app.command()
+def region(
+    rig: RigFile,
+    kp: Annotated[str, typer.Option(metavar="FROM:TO:COUNT", help="proportional gains [V/rad]")] = "0:100:101",
+    kd: Annotated[str, typer.Option(metavar="FROM:TO:COUNT", help="derivative gains [V s/rad]")] = "0:100:101",
+    sigma: Annotated[float, typer.Option(help="every pole left of minus this [1/s]")] = 0.5,
+    angle: Annotated[float, typer.Option(help="angle at which the axis is held [rad]")] = 0.0,
+    output: Annotated[
+        Path | None, typer.Option("-o", metavar="REGION.csv", help="stdout without it; a figure beside it")
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """PD gains of RIG's axis that put every pole of the closed loop left of -sigma."""
+    import math
+
+    from rwjax.control.linear import without_lateness
+    from rwjax.control.region import pd_region
+    from rwjax.errors import write_text
+    from rwjax.report.region import table, write_figure
+    from rwjax.rig import read_rig
+
+    for option, value in (("--sigma", sigma), ("--angle", angle)):
+        if not math.isfinite(value):
+            raise InputError(f"{option} {value}: has to be a finite number")
+    believed = read_rig(rig)
+    gains = _axis("--kp", kp), _axis("--kd", kd)
+    try:
+        found = pd_region(believed, *gains, sigma, angle)
+    except InputError as error:
+        raise InputError(f"{rig}: {error}") from None
+    if output is not None:
+        _keep_input(output, rig)
+        write_text(output, table(found), InputError)
+        write_figure(found, output.with_suffix(".png"))
+    if as_json:
+        answer = {
+            "schema": "rwjax.region/1",
+            "kp": found.kp.tolist(),
+            "kd": found.kd.tolist(),
+            "sigma": sigma,
+            "stable": found.stable.astype(int).tolist(),
+            "share": found.share,
+            "left_out": list(found.plant.hidden),
+        }
+        print(json.dumps(answer, allow_nan=False))
+    elif output is None:
+        print(table(found), end="")
+    if not quiet:
+        notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs put every pole left of -{sigma:g} 1/s"]
+        notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
+        late = without_lateness(believed)
+        notes += [f"left out: {', '.join(late)}, which no transfer function holds"] if late else []
+        print("\n".join(notes), file=sys.stderr)
 
 
 def main() -> None:

@@ -97,3 +97,36 @@ def test_unusable_input_ends_with_one_line_and_status_2(tmp_path: Path, argument
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1
     assert words in done.stderr
+
+
+def test_region_writes_gains_and_a_figure_and_says_what_it_leaves_out(tmp_path: Path) -> None:
+    rig = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02\n'
+    (tmp_path / "rig.toml").write_text(rig + '[effects."drive.delay"]\ntau = 0.02\n')
+    grid = ("--kp", "0:10:3", "--kd", "0:2:2")
+    done = rwjax("region", "rig.toml", *grid, "-o", "region.csv", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)  # s^2 + (0.2 + 4 kd) s + 4 kp
+    assert answer["schema"] == "rwjax.region/1" and answer["stable"] == [[0, 0], [0, 1], [0, 1]]
+    assert "drive.delay" in done.stderr
+    lines = (tmp_path / "region.csv").read_text().splitlines()
+    assert lines[0] == "kp,kd,stable" and lines[4] == "5,2,1" and len(lines) == 7
+    assert (tmp_path / "region.png").read_bytes().startswith(b"\x89PNG")
+    plain = rwjax("region", "rig.toml", *grid, "--quiet", cwd=tmp_path)
+    assert plain.stdout.splitlines() == lines and plain.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--kp", "0:100"), "--kp 0:100: has to be FROM:TO:COUNT"),
+        (("--kd", "0:inf:3"), "--kd 0:inf:3: has to be FROM:TO:COUNT"),
+        (("--sigma", "nan"), "--sigma nan: has to be a finite number"),
+        ((), "rig.toml: kind `wheel`: there is no axis"),
+    ],
+)
+def test_region_refuses_in_one_line(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+    motor = "[motor]\ntorque_constant = 0.0182\nresistance = 0.83\n[wheel]\ninertia = 1.24e-4\n"
+    (tmp_path / "rig.toml").write_text('kind = "wheel"\n' + motor)
+    done = rwjax("region", "rig.toml", *arguments, "-o", "region.csv", cwd=tmp_path)
+    assert done.returncode == 2 and done.stdout == "" and not (tmp_path / "region.csv").exists()
+    assert done.stderr.startswith(f"rwjax: {message}") and done.stderr.count("\n") == 1

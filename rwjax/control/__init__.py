@@ -1,0 +1,1 @@
+"""Control of the axis, designed on the plant that was identified."""

@@ -1,0 +1,76 @@
+"""Polynomials whose coefficients run over gains: where their roots lie, without finding them.
+
+Coefficients are given highest power first, each an array that broadcasts with the others. All tests are Hurwitz tests
+of a polynomial that was mapped first: half planes by a shift, sectors by turning, circles by a bilinear map.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from math import comb
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+LONG = 6
+"""Number of coefficients above which rows are divided by their pivot, so that they stay in the range of numbers."""
+Coefficients = Sequence[Float[Array, "..."]]
+
+
+def hurwitz(c: Coefficients) -> Bool[Array, "..."]:
+    """Whether all roots lie left of the imaginary axis (Routh 1877); those on it do not. Of a short polynomial without a
+    division: what a pivot would divide by is positive wherever the answer is still yes."""
+    c = [x * jnp.sign(c[0]) for x in c]
+    found = jnp.ones((), bool)
+    above, row = list(c[0::2]), list(c[1::2])
+    for x in c:
+        found = found & (x > 0.0)
+    while len(row) > 1 or (row and len(above) > 1):
+        padded = [*row, *[0.0] * (len(above) - len(row))]
+        pivot = row[0] if len(c) > LONG else 1.0
+        above, row = row, [(row[0] * above[k + 1] - above[0] * padded[k + 1]) / pivot for k in range(len(above) - 1)]
+        found = found & (row[0] > 0.0)
+    return found
+
+
+@cache
+def shift(order: int, sigma: float) -> np.ndarray:
+    r"""Matrix that takes the coefficients of $p(s)$ to those of $p(s - \sigma)$: roots left of $-\sigma$ come left of 0."""
+    M = np.zeros((order + 1, order + 1))
+    for k in range(order + 1):  # s^k -> (s - sigma)^k
+        for j in range(k + 1):
+            M[order - j, order - k] = comb(k, j) * (-sigma) ** (k - j)
+    return M
+
+
+@cache
+def disc(order: int, radius: float, period: float) -> np.ndarray:
+    r"""Matrix that takes $p(\delta)$ of a loop sampled with `period` h, $z = 1 + h\delta$, to a polynomial in w with
+    $z = \rho\,(1 + w)/(1 - w)$: roots with $|z| < \rho$ come left of 0."""
+    M = np.zeros((order + 1, order + 1))
+    upper, lower = np.array([radius + 1.0, radius - 1.0]) / period, np.array([-1.0, 1.0])
+    for k in range(order + 1):
+        term = np.array([1.0])
+        for factor in [upper] * k + [lower] * (order - k):
+            term = np.polymul(term, factor)
+        M[:, order - k] = np.pad(term, (order + 1 - len(term), 0))
+    return M
+
+
+def mapped(M: np.ndarray, c: Coefficients) -> list[Float[Array, "..."]]:
+    """Coefficients after a linear map of them."""
+    return [jnp.asarray(sum(m * x for m, x in zip(row, c, strict=True) if m != 0.0)) for row in M]
+
+
+def within_sector(c: Coefficients, damping: float) -> Bool[Array, "..."]:
+    r"""Whether all roots have at least a damping ratio $\zeta$: $p(s e^{j\varphi})\,p(s e^{-j\varphi})$ with
+    $\sin\varphi = \zeta$ is Hurwitz, a real polynomial of twice the order."""
+    turn = np.arcsin(damping)
+    order = len(c) - 1
+    re = [np.cos((order - k) * turn) * x for k, x in enumerate(c)]
+    im = [np.sin((order - k) * turn) * x for k, x in enumerate(c)]
+    square = []
+    for total in range(2 * order + 1):
+        pairs = [(k, total - k) for k in range(order + 1) if 0 <= total - k <= order]
+        square.append(sum(re[j] * re[k] + im[j] * im[k] for j, k in pairs))
+    return hurwitz(square)

@@ -1,0 +1,178 @@
+"""Gain regions: against roots of the same polynomials, the thesis's counts, the D-partition and the limit of fast sampling."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rwjax import parse_rig
+from rwjax.control.linear import Transfer, linearised, transfer, without_lateness
+from rwjax.control.polynomials import disc, hurwitz, mapped, shift, within_sector
+from rwjax.control.region import (
+    boundary,
+    pd_loop,
+    pd_region,
+    pid_loop,
+    real_boundary,
+    sampled_loop,
+    stable,
+    stable_sampled,
+)
+from rwjax.errors import InputError
+from tests.systems import platform, reaction, wheel
+
+J, b, R, L, K, I = 1.24e-4, 4.07e-6, 0.83, 0.1, 0.0182, 0.0432 + 0.3 * 0.145**2
+SLOPE = -5.2491e-2  # 1/s, b2/I of listing A.4
+THESIS = parse_rig(
+    f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\ninductance = {L}\nfriction = {b}\n[wheel]\n'
+    f"inertia = {J}\n[axis]\ninertia = {I}\n[axis.friction]\n"
+    f"polynomial = [{0.3757 * I}, {SLOPE * I}, {0.020461 * I}, {-6.8912e-4 * I}]"
+)
+GRID = np.linspace(0.0, 100.0, 101)
+CORNER = 1e-3  # roots nearer than this to a limit, several of them together, are not told from it
+
+real = st.floats(-3.0, 2.0)
+pair = st.tuples(st.floats(-3.0, 2.0), st.floats(0.01, 5.0))
+
+
+def polynomial(reals: list[float], pairs: list[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+    roots = np.array([*map(complex, reals), *(x + s * 1j * y for x, y in pairs for s in (1.0, -1.0))])
+    return np.real(np.poly(roots)), roots
+
+
+@given(st.lists(real, min_size=1, max_size=3), st.lists(pair, max_size=2), st.floats(0.0, 1.0), st.floats(0.05, 0.95))
+def test_roots_are_where_the_tests_say(
+    reals: list[float], pairs: list[tuple[float, float]], sigma: float, damping: float
+) -> None:
+    c, roots = polynomial(reals, pairs)
+    order = len(c) - 1
+    for distance, found in (
+        (-roots.real, hurwitz([*jnp.asarray(c)])),
+        (-roots.real - sigma, hurwitz(mapped(shift(order, sigma), [*jnp.asarray(c)]))),
+        (-roots.real - damping * np.abs(roots), within_sector([*jnp.asarray(c)], damping)),
+        (1.0 + sigma - np.abs(1.0 + 0.5 * roots), hurwitz(mapped(disc(order, 1.0 + sigma, 0.5), [*jnp.asarray(c)]))),
+    ):
+        if np.min(np.abs(distance)) > CORNER:
+            assert bool(found) == bool(np.all(distance > 0.0))
+
+
+def test_the_plant_of_the_thesis_comes_out_of_the_rig() -> None:
+    plant = transfer(linearised(THESIS))
+    den = np.polymul([J * L, J * R + b * L, b * R + K**2], [1.0, SLOPE])
+    assert plant.den == pytest.approx(den / den[0], rel=1e-10)
+    assert plant.num == pytest.approx([-K / (L * I)], rel=1e-10)
+    assert plant.hidden == (0.0,) and plant.sign == -1.0
+
+
+def test_the_region_of_the_thesis() -> None:
+    found = pd_region(THESIS, GRID, GRID, 0.5)
+    assert found.stable.sum() == 7001
+    loop = pd_loop(found.plant)
+    by_roots = [[np.all(loop.poles(kp, kd).real < -0.5) for kd in GRID[::5]] for kp in GRID[::5]]
+    assert np.array_equal(found.stable[::5, ::5], by_roots)
+
+
+def test_the_polynomial_as_the_thesis_prints_it() -> None:
+    # R b2/(I L) stands in the coefficient of s^2; it belongs to s
+    motor = (R * b + K**2) / (J * L)
+    den = np.array([1.0, R / L + b / J + SLOPE + SLOPE * R / L, motor + SLOPE * b / J, SLOPE * motor])
+    printed = Transfer(np.array([K / (L * I)]), den, ())
+    assert stable(pd_loop(printed), GRID[:, None], GRID[None, :], sigma=0.5).sum() == 6928
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.5])
+@pytest.mark.parametrize("rig", [THESIS, platform(), reaction()], ids=["thesis", "platform", "reaction"])
+def test_on_the_boundary_a_pole_lies_on_the_limit(rig, sigma: float) -> None:
+    plant = transfer(linearised(rig))
+    loop, omega = pd_loop(plant), np.geomspace(0.1, 20.0, 30)
+    for w, (kp, kd) in zip(omega, boundary(plant, omega, sigma).T, strict=True):
+        assert np.min(np.abs(loop.poles(kp, kd) - (-sigma + 1j * w))) < 1e-9 * w
+    for kd in (0.0, 3.0):
+        kp = float(real_boundary(plant, np.array([kd]), sigma)[0])
+        assert np.min(np.abs(loop.poles(kp, kd) + sigma)) < 1e-9
+
+
+def test_a_held_load_is_a_spring_or_none() -> None:
+    rig = parse_rig(
+        'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02\n[axis.gravity]\n'
+        "torque = 0.3\nangle = 0.2"
+    )
+    for angle in (0.0, 2.5):
+        den = transfer(linearised(rig, angle)).den
+        assert den == pytest.approx([1.0, 0.2, 3.0 * np.cos(angle + 0.2)], rel=1e-12)
+
+
+def test_a_wheel_under_a_spring_keeps_its_zero_and_hides_nothing() -> None:
+    spring = parse_rig(
+        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n[axis]\ninertia = {I}\n'
+        '[effects."axis.spring"]\nk = 0.2\nT_0 = 0.0'
+    )
+    plant = transfer(linearised(spring))
+    assert plant.hidden == () and len(plant.den) == 4
+    assert plant.num[-1] == 0.0 and plant.num[0] < 0.0  # a constant command holds no constant torque
+
+
+def test_drives_and_friction_in_the_loop() -> None:
+    def of(effects: str, friction: str = "viscous = 0.02") -> Transfer:
+        text = f'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\n{friction}\n{effects}'
+        rig = parse_rig(text)
+        assert without_lateness(rig) == (("drive.delay",) if "delay" in effects else ())
+        return transfer(linearised(rig))
+
+    plain = of("")
+    assert plain.den == pytest.approx([1.0, 0.2, 0.0], abs=1e-12)
+    lag = of('[effects."drive.lag"]\nT = 0.1')
+    assert lag.den == pytest.approx(np.polymul(plain.den, [1.0, 10.0]), abs=1e-12)
+    dead = '[effects."drive.deadzone"]\nu_0 = 0.3\n[effects."drive.delay"]\ntau = 0.02\n[effects."axis.coulomb"]\nM_c = 0.1'
+    assert of(dead).den == pytest.approx(plain.den, abs=1e-12)  # fed forward
+    falling = of('[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 1.0')
+    assert falling.den == pytest.approx([1.0, 0.2 - 0.1 / 0.5 / 0.1, 0.0], rel=1e-5)  # the slope beside standstill
+
+
+def test_sampling_fast_is_not_sampling() -> None:
+    plant = transfer(linearised(THESIS))
+    slow = np.sort_complex(pd_loop(plant).poles(40.0, 10.0))
+    error = []
+    for h in (1e-2, 1e-3, 1e-4):
+        z = 1.0 + h * sampled_loop(plant, h).poles(40.0, 10.0)
+        s = np.sort_complex(np.log(z[np.abs(z) > 0.05]) / h)
+        error.append(np.max(np.abs(s - slow)))
+    assert error[1] == pytest.approx(0.1 * error[0], rel=0.2) and error[2] == pytest.approx(0.1 * error[1], rel=0.2)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.004, 0.01, 0.013, 0.02])
+def test_a_sampled_loop_is_what_the_recursion_does(late: float) -> None:
+    """The same loop step by step: exact motion of a double integrator under the held, late command."""
+    rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1')
+    plant, h = transfer(linearised(rig)), 0.01
+    loop, gain = sampled_loop(plant, h, late), 4.0
+    whole, part = int(late // h), late % h
+    for kp, kd in ((3.0, 2.0), (30.0, 1.0), (5.0, 60.0)):
+        x, v, before, held = 1.0, 0.0, 1.0, [0.0] * 4
+        size = []
+        for _ in range(4000):
+            held = [-(kp * x + kd * (x - before) / h), *held[:3]]
+            before = x
+            for u, time in ((held[whole + 1], part), (held[whole], h - part)):
+                x, v = x + v * time + 0.5 * gain * u * time**2, v + gain * u * time
+            size.append(abs(x))
+            if abs(x) > 1e9:
+                break
+        largest = np.max(np.abs(1.0 + h * loop.poles(kp, kd)))
+        assert (largest < 1.0) == (size[-1] < 1.0)
+        found = stable_sampled(loop, np.array([kp]), np.array([kd]), period=h)
+        assert bool(found[0]) == (largest < 1.0)
+
+
+def test_an_integral_part_moves_every_pole() -> None:
+    plant = transfer(linearised(THESIS))
+    loop, rng = pid_loop(plant), np.random.default_rng(3)
+    gains = rng.uniform(0.0, (60.0, 200.0, 20.0), (200, 3))
+    by_roots = [np.all(loop.poles(*g).real < 0.0) for g in gains]
+    assert np.array_equal(stable(loop, *gains.T), by_roots) and 10 < sum(by_roots) < 190
+
+
+def test_a_rig_without_an_axis_is_refused() -> None:
+    with pytest.raises(InputError, match="no axis"):
+        linearised(wheel())
