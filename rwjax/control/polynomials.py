@@ -44,11 +44,11 @@ def shift(order: int, sigma: float) -> np.ndarray:
 
 
 @cache
-def disc(order: int, radius: float, period: float) -> np.ndarray:
-    r"""Matrix that takes $p(\delta)$ of a loop sampled with `period` h, $z = 1 + h\delta$, to a polynomial in w with
-    $z = \rho\,(1 + w)/(1 - w)$: roots with $|z| < \rho$ come left of 0."""
+def disc(order: int, radius: float) -> np.ndarray:
+    r"""Matrix that takes $p(z - 1)$ to a polynomial in w with $z = \rho\,(1 + w)/(1 - w)$: roots with $|z| < \rho$ come left
+    of 0."""
     M = np.zeros((order + 1, order + 1))
-    upper, lower = np.array([radius + 1.0, radius - 1.0]) / period, np.array([-1.0, 1.0])
+    upper, lower = np.array([radius + 1.0, radius - 1.0]), np.array([-1.0, 1.0])
     for k in range(order + 1):
         term = np.array([1.0])
         for factor in [upper] * k + [lower] * (order - k):

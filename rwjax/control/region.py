@@ -6,71 +6,81 @@ The characteristic polynomial is affine in the gains, so one array expression te
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 from scipy.linalg import expm
 
 from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.polynomials import disc, hurwitz, shift, within_sector
 from rwjax.rig import Rig
 
+MOST_LATE = 12
+
 
 class Loop(NamedTuple):
-    r"""Characteristic polynomial of a closed loop, $p_0 + \sum_g K_g\,p_g$, highest power first: `base` (n + 1,) and one row of
-    `gains` (g, n + 1) for every gain. Positive gains restore, whatever the plant's sign."""
+    r"""Characteristic polynomial of a closed loop, $p_0 + \sum_g K_g\,p_g$, highest power first: `base` (…, n + 1) and one row
+    of `gains` (…, g, n + 1) for every gain. Positive gains restore, whatever the plant's sign."""
 
     base: np.ndarray
     gains: np.ndarray
 
     def mapped(self, M: np.ndarray) -> "Loop":
         """The loop after a linear map of its coefficients."""
-        return Loop(M @ self.base, self.gains @ M.T)
+        return Loop(self.base @ M.T, self.gains @ M.T)
 
     @property
     def order(self) -> int:
-        return len(self.base) - 1
+        return self.base.shape[-1] - 1
 
     def poles(self, *gains: float) -> np.ndarray:
-        """Poles of the closed loop at one set of gains."""
+        """Poles of the closed loop at one set of gains; of a sampled loop z - 1."""
         return np.roots(self.base + np.asarray(gains) @ self.gains)
 
 
 def _rows(base: np.ndarray, rows: list[np.ndarray]) -> Loop:
-    size = max(len(p) for p in (base, *rows))
-    first, *others = (np.pad(p, (size - len(p), 0)) for p in (base, *rows))
-    return Loop(first, np.array(others))
+    size = max(p.shape[-1] for p in (base, *rows))
+    first, *others = (np.concatenate([np.zeros((*p.shape[:-1], size - p.shape[-1])), p], -1) for p in (base, *rows))
+    return Loop(first, np.stack(others, -2))
+
+
+def _times_s(p: np.ndarray, power: int = 1) -> np.ndarray:
+    return np.concatenate([p, np.zeros((*p.shape[:-1], power))], -1)
 
 
 def pd_loop(plant: Transfer) -> Loop:
     r"""PD control, $u = K_p e + K_d \dot e$ (thesis chapter 4); gains `(kp, kd)` in V/rad and V s/rad."""
-    num = plant.sign * plant.num
-    return _rows(plant.den, [num, np.append(num, 0.0)])
+    num = plant.restoring
+    return _rows(plant.den, [num, _times_s(num)])
 
 
 def pid_loop(plant: Transfer) -> Loop:
     r"""PID control, $u = K_p e + K_i \int e + K_d \dot e$; gains `(kp, ki, kd)` in V/rad, V/(rad s) and V s/rad."""
-    num = plant.sign * plant.num
-    return _rows(np.append(plant.den, 0.0), [np.append(num, 0.0), num, np.append(num, [0.0, 0.0])])
+    num = plant.restoring
+    return _rows(_times_s(plant.den), [_times_s(num), num, _times_s(num, 2)])
 
 
 def sampled_loop(plant: Transfer, period: float, late: float = 0.0) -> Loop:
     r"""The same PD law at a sample `period` [s], its derivative a backward difference, the command held and `late` [s]: what
     the controller computes and what the rig itself delays.
 
-    A polynomial in $\delta = (z - 1)/h$, which stays well conditioned for a short period (Middleton and Goodwin 1986).
+    A polynomial in $z - 1$, which stays well conditioned for a short period, where all z lie close to 1.
+    Raises `ValueError` for a delay of more than `MOST_LATE` periods, whose poles at z = 0 rounding would spread.
     """
     whole = int(np.floor(late / period + 1e-9))
+    if whole > MOST_LATE:
+        raise ValueError(f"a delay of {late:g} s is {whole} periods, more than {MOST_LATE}; sample less often")
     part = max(late - whole * period, 0.0)
     A, B, C = _companion(plant)
-    step = A @ _mean(A, period)
-    new = (1.0 - part / period) * _mean(A, period - part) @ B  # of the command that comes in during the step
-    old = _mean(A, period) @ B - new  # of the one before it
-    den, advance = np.poly(step), np.array([period, 1.0])
-    num = np.polyadd(np.polymul(advance, _numerator(step, new, C, den)), _numerator(step, old, C, den))
+    step = A @ _integral(A, period)
+    new = _integral(A, period - part) @ B  # of the command that comes in during the step
+    old = _integral(A, period) @ B - new  # of the one before it
+    den, z = np.poly(step), np.ones(2)
+    num = np.polyadd(np.polymul(z, _numerator(step, new, C, den)), _numerator(step, old, C, den))
     for _ in range(whole + 1):
-        den = np.polymul(den, advance)
-    num = plant.sign * num
-    return _rows(np.polymul(den, advance), [np.polymul(num, advance), np.append(num, 0.0)])
+        den = np.polymul(den, z)
+    num = np.sign(plant.num[0]) * num
+    return _rows(np.polymul(den, z), [np.polymul(num, z), np.append(num, 0.0) / period])
 
 
 def _companion(plant: Transfer) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -79,10 +89,10 @@ def _companion(plant: Transfer) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return A, np.eye(n)[0], np.pad(plant.num / plant.den[0], (n - len(plant.num), 0))
 
 
-def _mean(A: np.ndarray, time: float) -> np.ndarray:
-    """Mean of $e^{A t}$ over a time."""
+def _integral(A: np.ndarray, time: float) -> np.ndarray:
+    """Integral of $e^{A t}$ over a time."""
     n = len(A)
-    return expm(np.block([[A * time, np.eye(n)], [np.zeros((n, 2 * n))]]))[:n, n:]
+    return time * expm(np.block([[A * time, np.eye(n)], [np.zeros((n, 2 * n))]]))[:n, n:]
 
 
 def _numerator(A: np.ndarray, B: np.ndarray, C: np.ndarray, den: np.ndarray) -> np.ndarray:
@@ -116,9 +126,9 @@ def stable(loop: Loop, *gains: Float[np.ndarray, "..."], sigma: float = 0.0, dam
     return np.asarray(found)
 
 
-def stable_sampled(loop: Loop, *gains: Float[np.ndarray, "..."], period: float, radius: float = 1.0) -> np.ndarray:
-    """Where every pole of a loop of that sample `period` has $|z|$ below `radius`."""
-    moved = loop.mapped(disc(loop.order, radius, period))
+def stable_sampled(loop: Loop, *gains: Float[np.ndarray, "..."], radius: float = 1.0) -> np.ndarray:
+    """Where every pole of a sampled loop has $|z|$ below `radius`."""
+    moved = loop.mapped(disc(loop.order, radius))
     return np.asarray(_stable(moved.base, moved.gains, gains))
 
 
@@ -136,7 +146,7 @@ def real_boundary(plant: Transfer, kd: Float[np.ndarray, " d"], sigma: float = 0
 
 
 def _law_at(plant: Transfer, s: np.ndarray) -> np.ndarray:
-    return -np.polyval(plant.den, s) / np.polyval(plant.sign * plant.num, s)
+    return -np.polyval(plant.den, s) / np.polyval(plant.restoring, s)
 
 
 class Region(NamedTuple):
@@ -158,3 +168,31 @@ def pd_region(rig: Rig, kp: np.ndarray, kd: np.ndarray, sigma: float, angle: flo
     plant = transfer(linearised(rig, angle))
     found = stable(pd_loop(plant), kp[:, None], kd[None, :], sigma=sigma)
     return Region(kp, kd, sigma, found, plant)
+
+
+BLOCK = 10_000
+"""Gain pairs that are tested at a time against every plant: they stay in the cache."""
+
+
+@jax.jit
+def _votes(base: Float[Array, "k n"], rows: Float[Array, "k 2 n"], pairs: Float[Array, "b 2 g"]) -> Int[Array, "b g"]:
+    def of_block(pair: Float[Array, "2 g"]) -> Int[Array, " g"]:
+        def add(found: Int[Array, " g"], plant: tuple) -> tuple[Int[Array, " g"], None]:
+            return found + hurwitz(_coefficients(*plant, (pair[0], pair[1]))).astype(int), None
+
+        return jax.lax.scan(add, jnp.zeros(pair.shape[1], int), (base, rows))[0]
+
+    return jax.lax.map(of_block, pairs)
+
+
+def share_of_plants(plants: Transfer, kp: np.ndarray, kd: np.ndarray, sigma: float = 0.0) -> Float[np.ndarray, "p d"]:
+    """Share of plants (k, …) that each PD gain pair stabilises with every pole left of `-sigma`; 1 in the region of them all."""
+    loop = pd_loop(plants)
+    moved = loop.mapped(shift(loop.order, sigma))
+    pairs = np.stack(np.meshgrid(kp, kd, indexing="ij")).reshape(2, -1)
+    blocks = -(-pairs.shape[1] // BLOCK)
+    size = -(-pairs.shape[1] // blocks)
+    padded = np.pad(pairs, ((0, 0), (0, blocks * size - pairs.shape[1])), mode="edge")
+    votes = _votes(moved.base, moved.gains, np.moveaxis(padded.reshape(2, blocks, size), 1, 0))
+    count = np.asarray(votes).ravel()[: pairs.shape[1]]
+    return count.reshape(len(kp), len(kd)) / len(moved.base)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
+from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import Transfer, linearised, transfer, without_lateness
 from rwjax.control.polynomials import disc, hurwitz, mapped, shift, within_sector
 from rwjax.control.region import (
@@ -16,6 +17,7 @@ from rwjax.control.region import (
     pid_loop,
     real_boundary,
     sampled_loop,
+    share_of_plants,
     stable,
     stable_sampled,
 )
@@ -51,7 +53,7 @@ def test_roots_are_where_the_tests_say(
         (-roots.real, hurwitz([*jnp.asarray(c)])),
         (-roots.real - sigma, hurwitz(mapped(shift(order, sigma), [*jnp.asarray(c)]))),
         (-roots.real - damping * np.abs(roots), within_sector([*jnp.asarray(c)], damping)),
-        (1.0 + sigma - np.abs(1.0 + 0.5 * roots), hurwitz(mapped(disc(order, 1.0 + sigma, 0.5), [*jnp.asarray(c)]))),
+        (1.0 + sigma - np.abs(1.0 + roots), hurwitz(mapped(disc(order, 1.0 + sigma), [*jnp.asarray(c)]))),
     ):
         if np.min(np.abs(distance)) > CORNER:
             assert bool(found) == bool(np.all(distance > 0.0))
@@ -62,7 +64,7 @@ def test_the_plant_of_the_thesis_comes_out_of_the_rig() -> None:
     den = np.polymul([J * L, J * R + b * L, b * R + K**2], [1.0, SLOPE])
     assert plant.den == pytest.approx(den / den[0], rel=1e-10)
     assert plant.num == pytest.approx([-K / (L * I)], rel=1e-10)
-    assert plant.hidden == (0.0,) and plant.sign == -1.0
+    assert plant.hidden == (0.0,) and np.all(plant.restoring > 0.0)
 
 
 def test_the_region_of_the_thesis() -> None:
@@ -135,7 +137,7 @@ def test_sampling_fast_is_not_sampling() -> None:
     slow = np.sort_complex(pd_loop(plant).poles(40.0, 10.0))
     error = []
     for h in (1e-2, 1e-3, 1e-4):
-        z = 1.0 + h * sampled_loop(plant, h).poles(40.0, 10.0)
+        z = 1.0 + sampled_loop(plant, h).poles(40.0, 10.0)
         s = np.sort_complex(np.log(z[np.abs(z) > 0.05]) / h)
         error.append(np.max(np.abs(s - slow)))
     assert error[1] == pytest.approx(0.1 * error[0], rel=0.2) and error[2] == pytest.approx(0.1 * error[1], rel=0.2)
@@ -159,9 +161,9 @@ def test_a_sampled_loop_is_what_the_recursion_does(late: float) -> None:
             size.append(abs(x))
             if abs(x) > 1e9:
                 break
-        largest = np.max(np.abs(1.0 + h * loop.poles(kp, kd)))
+        largest = np.max(np.abs(1.0 + loop.poles(kp, kd)))
         assert (largest < 1.0) == (size[-1] < 1.0)
-        found = stable_sampled(loop, np.array([kp]), np.array([kd]), period=h)
+        found = stable_sampled(loop, np.array([kp]), np.array([kd]))
         assert bool(found[0]) == (largest < 1.0)
 
 
@@ -176,3 +178,24 @@ def test_an_integral_part_moves_every_pole() -> None:
 def test_a_rig_without_an_axis_is_refused() -> None:
     with pytest.raises(InputError, match="no axis"):
         linearised(wheel())
+
+
+def test_the_share_of_plants_is_what_each_of_them_says() -> None:
+    rng = np.random.default_rng(5)
+    structure = structure_of(THESIS)
+    thetas = theta_of(THESIS, structure) * np.exp(rng.normal(0.0, 0.2, (40, len(structure.names))))
+    plants = transfer(linearised(THESIS, thetas=thetas))
+    kp, kd = GRID[::4], GRID[::7]
+    one_by_one = []
+    for num, den in zip(plants.num, plants.den, strict=True):
+        one_by_one.append(stable(pd_loop(Transfer(num, den, ())), kp[:, None], kd[None, :], sigma=0.5))
+    assert np.array_equal(share_of_plants(plants, kp, kd, 0.5), np.mean(one_by_one, axis=0))
+    single = transfer(linearised(THESIS.with_values(dict(zip(structure.names, thetas[7], strict=True)))))
+    assert plants.den[7] == pytest.approx(single.den, rel=1e-9) and plants.num[7] == pytest.approx(single.num, rel=1e-9)
+
+
+def test_many_gains_in_blocks_are_those_of_one_block() -> None:
+    plants = transfer(linearised(THESIS, thetas=theta_of(THESIS, structure_of(THESIS))[None]))
+    wide = np.linspace(0.0, 100.0, 151)
+    found = share_of_plants(plants, wide, wide, 0.5)
+    assert np.array_equal(found, pd_region(THESIS, wide, wide, 0.5).stable)

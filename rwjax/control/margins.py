@@ -1,0 +1,65 @@
+"""How far a stable loop is from instability: gain, phase, delay and modulus margin, exact at the roots of polynomials in ω."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.control.linear import Transfer
+
+REAL = 1e-6
+"""Share of a root's size below which its imaginary part is rounding."""
+
+
+class Margins(NamedTuple):
+    """`gain`: factors below and above 1 on the loop's gain that it just bears (0 and infinity where any is borne); `phase`
+    [rad] and `delay` [s] that it just bears; `modulus`: least distance $|1 + L(j\\omega)|$ of the open loop from -1."""
+
+    gain: tuple[float, float]
+    phase: float
+    delay: float
+    modulus: float
+
+
+def pd_margins(plant: Transfer, kp: float, kd: float) -> Margins:
+    """Margins of the PD loop $L(s) = P(s)\\,(K_p + K_d s)$ of one plant; they say nothing of a loop that is not stable."""
+    return margins(np.polymul(plant.restoring, [kd, kp]), plant.den)
+
+
+def margins(num: np.ndarray, den: np.ndarray) -> Margins:
+    """Margins of a strictly proper open loop `num`/`den` (Franklin, Powell, Emami-Naeini; modulus: Åström and Murray, ch. 10)."""
+    (a, b), (c, d) = _on_axis(num), _on_axis(den)  # num = a + jb, den = c + jd at s = jω
+    size, whole = _square(a, b), _square(c, d)
+    cross = np.polysub(np.polymul(b, c), np.polymul(a, d))  # of num times conj(den): imaginary part
+    along = np.polyadd(np.polymul(a, c), np.polymul(b, d))
+    still = [0.0] if den[-1] != 0.0 else []  # an integrator has no finite gain there
+    at = [w for w in (*_positive(cross), *still) if np.polyval(along, w) < 0.0]
+    factors = [float(-np.polyval(whole, w) / np.polyval(along, w)) for w in at]
+    crossings = _positive(np.polysub(size, whole))
+    loop = [np.polyval(num, 1j * w) / np.polyval(den, 1j * w) for w in crossings]
+    lag = [float(np.mod(np.angle(x) + np.pi, 2.0 * np.pi)) for x in loop]
+    both = _square(np.polyadd(a, c), np.polyadd(b, d))
+    flat = np.polysub(np.polymul(np.polyder(both), whole), np.polymul(both, np.polyder(whole)))
+    away = [abs(1.0 + np.polyval(num, 1j * w) / np.polyval(den, 1j * w)) for w in (*_positive(flat), *still)]
+    return Margins(
+        gain=(max([g for g in factors if g < 1.0], default=0.0), min([g for g in factors if g > 1.0], default=np.inf)),
+        phase=min([min(x, 2.0 * np.pi - x) for x in lag], default=np.inf),
+        delay=min([x / w for x, w in zip(lag, crossings, strict=True)], default=np.inf),
+        modulus=float(min([1.0, *away])),  # 1 at high frequencies
+    )
+
+
+def _on_axis(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Real and imaginary part of p(jω) as polynomials in ω."""
+    turn = np.resize([1.0, 1.0, -1.0, -1.0], len(p))[::-1]  # of 1, jω, (jω)^2, ...
+    even = np.arange(len(p))[::-1] % 2 == 0
+    return np.where(even, turn * p, 0.0), np.where(even, 0.0, turn * p)
+
+
+def _square(re: np.ndarray, im: np.ndarray) -> np.ndarray:
+    return np.polyadd(np.polymul(re, re), np.polymul(im, im))
+
+
+def _positive(p: np.ndarray) -> list[float]:
+    """Positive real roots."""
+    roots = np.roots(np.trim_zeros(p, "f")) if np.any(p) else np.zeros(0)
+    return [float(r.real) for r in roots if abs(np.imag(r)) <= REAL * abs(r) and np.real(r) > 0.0]
