@@ -1,0 +1,138 @@
+"""The nonlinear closed loop: the whole plant with stick and slip, an encoder in counts, a sampled controller and its limits.
+
+Every entry of `Controller` and of the plant's numbers may be an array under `jax.vmap`; what decides the shape of the
+computation stands in `Clockwork`.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rwjax.build import structure_of, theta_of
+from rwjax.control.linear import linearised, transfer
+from rwjax.plant import Plant, Structure
+from rwjax.rig import Rig
+from rwjax.simulate import plant_of
+from rwjax.step import propagator, step
+from rwjax.types import Scalar
+
+
+class Controller(NamedTuple):
+    r"""$u = K_p e + K_i \int e + K_d \dot e + u_d\,\mathrm{sgn}\,e$, clipped; `kp` V/rad, `ki` V/(rad s), `kd` V s/rad.
+
+    `smooth` [s]: time constant of the derivative's filter; `forward` [V]: what overcomes dry friction, fed forward where
+    the error is larger than `dead` [rad]; `limit` [V]: largest command; `spin` [rad/s]: wheel rate from which on
+    a command that drives it further is held to what keeps that rate. The integral stands still while the command is clipped and the error drives it further.
+    """
+
+    kp: Scalar | float
+    ki: Scalar | float = 0.0
+    kd: Scalar | float = 0.0
+    smooth: Scalar | float = 0.0
+    forward: Scalar | float = 0.0
+    dead: Scalar | float = 0.0
+    limit: Scalar | float = np.inf
+    spin: Scalar | float = np.inf
+
+
+class Clockwork(NamedTuple):
+    """`period` [s] of the controller; steps of the plant in it; of these, those before a new command acts; `counts` per turn
+    of the encoder, 0 where it reads the angle itself."""
+
+    period: float = 0.01
+    steps: int = 4
+    late: int = 0
+    counts: int = 0
+
+
+class Run(NamedTuple):
+    """What happened at the controller's samples `(s,)`, before each of them acts: `angle` [rad] and `rate` [rad/s] of the
+    axis, the `command` [V] that follows, `wheel` rate [rad/s] (0 where there is none)."""
+
+    angle: Float[Array, " s"]
+    rate: Float[Array, " s"]
+    command: Float[Array, " s"]
+    wheel: Float[Array, " s"]
+
+
+@partial(jax.jit, static_argnums=(0, 2))
+def closed_loop(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    clockwork: Clockwork,
+    controller: Controller,
+    reference: Float[Array, " s"],
+    start: Float[Array, " n"],
+    sign: Scalar | float,
+) -> Run:
+    """One run of the loop along a `reference` [rad] at the controller's samples, from a first state; `sign` of the plant.
+
+    Dead zone, lag and the other effects on the command act as they do in a log, but for the drive's delay and filters,
+    which `Clockwork.late` stands for.
+    """
+    plant, states = plant_of(structure, theta), structure.states
+    h = jnp.asarray(clockwork.period / clockwork.steps)
+    p, c = propagator(plant, h), controller
+    spins = states.index("Omega") if "Omega" in states else None
+
+    def sense(t: Scalar, x: tuple, u: Scalar) -> Scalar:
+        y = plant.outputs(t, x, u, x)[structure.outputs.index("yaw_rad")]
+        return (
+            jnp.round(y * clockwork.counts / (2.0 * np.pi)) * (2.0 * np.pi / clockwork.counts)
+            if clockwork.counts
+            else y
+        )
+
+    def sample(carry: tuple, wanted: Scalar) -> tuple[tuple, tuple]:
+        t, x, before, slope, integral, old = carry
+        error = wanted - sense(t, x, old)
+        slope = (c.smooth * slope + error - before) / (c.smooth + clockwork.period)
+        forward = c.forward * jnp.where(jnp.abs(error) > c.dead, jnp.sign(error), 0.0)
+        asked = c.kp * error + c.ki * integral + c.kd * slope + forward
+        given = jnp.clip(asked, -c.limit, c.limit)
+        winds = (asked != given) & (jnp.sign(asked) == jnp.sign(error))
+        integral = integral + jnp.where(winds, 0.0, clockwork.period * error)
+        new = sign * given
+        if spins is not None:
+            fast = (jnp.abs(x[spins]) >= c.spin) & (jnp.sign(new) == jnp.sign(x[spins]))
+            new = jnp.where(fast, jnp.sign(new) * jnp.minimum(jnp.abs(new), _holding(plant, jnp.asarray(c.spin))), new)
+        at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
+        for k in range(clockwork.steps):
+            u = plant.act(old if k < clockwork.late else new)
+            x, t = step(plant, p, t, x, u, h), t + h
+        return (t, x, error, slope, integral, new), at
+
+    first = tuple(start[k] for k in range(len(states)))
+    zero = jnp.zeros(())
+    error = reference[0] - sense(zero, first, zero)
+    _, found = jax.lax.scan(sample, (zero, first, error, zero, zero, zero), reference)
+    return Run(*found)
+
+
+def _holding(plant: Plant, rate: Scalar) -> Scalar:
+    """Voltage that keeps the wheel at a rate against its back-EMF and viscous friction."""
+    n = plant.numbers
+    return (
+        n["motor.torque_constant"] + n["motor.resistance"] * n["motor.friction"] / n["motor.torque_constant"]
+    ) * rate
+
+
+def run_rig(
+    rig: Rig,
+    controller: Controller,
+    reference: Float[np.ndarray, " s"],
+    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    **start: float,
+) -> Run:
+    """The closed loop of a rig from rest, or from states given by name; raises `InputError` as `linearised` does."""
+    structure = structure_of(rig)
+    sign = float(np.sign(transfer(linearised(rig)).num[0]))
+    first = jnp.array([start.get(name, 0.0) for name in structure.states])
+    values = Controller(*(jnp.asarray(float(v)) for v in controller))
+    return closed_loop(
+        structure, jnp.asarray(theta_of(rig, structure)), clockwork, values, jnp.asarray(reference), first, sign
+    )

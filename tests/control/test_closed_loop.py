@@ -1,0 +1,86 @@
+"""The nonlinear loop: exact where it is linear, and what friction, counts and limits do to it."""
+
+import numpy as np
+import pytest
+
+from rwjax import parse_rig
+from rwjax.control.closed_loop import Clockwork, Controller, Run, run_rig
+from rwjax.control.response import step_response
+
+FREE = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1')
+DRY = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\ncoulomb = 0.05')
+TESTBED = parse_rig(
+    'kind = "reaction"\n[motor]\ntorque_constant = 0.0182\nresistance = 0.83\ninductance = 0.0641\nfriction = 4.07e-6\n'
+    "[wheel]\ninertia = 1.24e-4\n[axis]\ninertia = 0.0495"
+)
+STEP = np.full(800, 0.3)
+
+
+@pytest.mark.parametrize("late", [0, 1, 4])
+def test_without_friction_the_loop_is_its_recursion(late: int) -> None:
+    clock, kp, kd, ki, smooth = Clockwork(late=late), 3.0, 2.0, 0.5, 0.02
+    run = run_rig(FREE, Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
+    h, x, v, before, slope, integral, old = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0
+    for k in range(len(STEP)):
+        assert run.angle[k] == pytest.approx(x, abs=1e-10)
+        error = 0.3 - x
+        slope = (smooth * slope + error - before) / (smooth + h)
+        u = kp * error + ki * integral + kd * slope
+        integral, before = integral + h * error, error
+        for command, time in ((old, late * h / 4.0), (u, (4 - late) * h / 4.0)):
+            x, v = x + v * time + 2.0 * command * time**2, v + 4.0 * command * time
+        old = u
+
+
+def test_the_wheel_takes_the_momentum_that_the_axis_gets() -> None:
+    run = run_rig(TESTBED, Controller(kp=40.0, kd=10.0, limit=10.0), STEP)
+    total = 0.0495 * np.asarray(run.rate) + 1.24e-4 * np.asarray(run.wheel)
+    assert np.max(np.abs(total)) < 1e-12 and np.max(np.abs(run.wheel)) > 50.0
+    assert run.angle[-1] == pytest.approx(0.3, abs=1e-3)  # positive gains restore, though a command turns it backwards
+
+
+def test_friction_leaves_an_error_that_an_integral_or_a_feed_forward_removes() -> None:
+    def left(**gains: float) -> float:
+        run = run_rig(DRY, Controller(kp=2.0, kd=1.5, **gains), np.full(3000, 0.3))
+        return abs(float(step_response(run, 0.3, 0.01).error))
+
+    plain = left()
+    assert 0.005 < plain <= 0.05 / 0.4 / 2.0  # what the dry friction holds against the proportional part
+    assert left(ki=1.0) < 0.2 * plain
+    assert left(forward=0.9 * 0.05 / 0.4, dead=1e-3) < 0.2 * plain
+
+
+def test_a_limited_command_saturates_and_its_integral_does_not_wind_up() -> None:
+    run = run_rig(FREE, Controller(kp=20.0, ki=2.0, kd=8.0, limit=0.5), np.full(2000, 2.0))
+    assert np.max(np.abs(run.command)) == 0.5
+    found = step_response(run, 2.0, 0.01, limit=0.5)
+    assert 0.1 < found.saturated < 0.9 and found.overshoot < 0.3 and np.isfinite(found.settling)
+
+
+def test_the_wheel_is_not_driven_beyond_its_limit() -> None:
+    free, held = (
+        run_rig(TESTBED, Controller(kp=40.0, kd=10.0, limit=10.0, spin=spin), np.full(400, 2.0))
+        for spin in (np.inf, 60.0)
+    )
+    assert np.max(np.abs(free.wheel)) > 100.0
+    assert np.max(np.abs(held.wheel)) < np.max(np.abs(free.wheel))
+    assert np.max(np.abs(held.wheel[-100:])) < 60.5  # beyond it only while the inductance keeps the current going
+
+
+def test_counts_make_a_cycle_no_larger_than_a_few_of_them() -> None:
+    count = 2.0 * np.pi / 512
+    run = run_rig(FREE, Controller(kp=3.0, kd=2.0, smooth=0.02), STEP, Clockwork(counts=512))
+    found = step_response(run, 0.3, 0.01)
+    assert found.cycle < 3.0 * count and abs(found.error) < 3.0 * count
+
+
+def test_a_response_is_read_off_as_it_is() -> None:
+    t = 0.01 * np.arange(1000)
+    angle = 1.0 - np.exp(-t) * np.cos(3.0 * t)
+    run = Run(angle, 0.0 * t, np.where(t < 2.0, 5.0, 1.0), 0.0 * t)
+    found = step_response(run, 1.0, 0.01, limit=5.0)
+    peak = np.max(angle) - 1.0
+    assert found.overshoot == pytest.approx(peak) and found.saturated == pytest.approx(0.2)
+    outside = t[np.abs(angle - 1.0) > 0.02][-1]
+    assert found.settling == pytest.approx(outside + 0.01) and found.cycle < 1e-3
+    assert step_response(Run(0.5 * t, t, t, t), 1.0, 0.01).settling == np.inf
