@@ -25,8 +25,9 @@ class Controller(NamedTuple):
     r"""$u = K_p e + K_i \int e + K_d \dot e + u_d\,\mathrm{sgn}\,e$, clipped; `kp` V/rad, `ki` V/(rad s), `kd` V s/rad.
 
     `smooth` [s]: time constant of the derivative's filter; `forward` [V]: what overcomes dry friction, fed forward where
-    the error is larger than `dead` [rad]; `limit` [V]: largest command; `spin` [rad/s]: wheel rate from which on
-    a command that drives it further is held to what keeps that rate. The integral stands still while the command is clipped and the error drives it further.
+    the error is larger than `dead` [rad]; `limit` [V]: largest command; `spin` [rad/s]: wheel rate from which on a command
+    that drives it further is held to what keeps that rate. The integral stands still while the command is clipped and the
+    error drives it further.
     """
 
     kp: Scalar | float
