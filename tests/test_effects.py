@@ -263,6 +263,10 @@ def _stop(t: np.ndarray) -> np.ndarray:
     return np.where(t < 1.0 + np.pi / 20.0, 1.0 + np.sin(20.0 * (t - 1.0)) / 20.0, 1.0 - (t - 1.0 - np.pi / 20.0))
 
 
+def _well(x: np.ndarray) -> np.ndarray:
+    return 2.0 * x**2 + 4.0 * x**4
+
+
 def _angle(y: dict[str, np.ndarray]) -> np.ndarray:
     psi = y["yaw_rad"]
     return np.sqrt(np.maximum(9.0 - 2.0 / I * (0.05 * psi + 0.02 * (1.0 - np.cos(psi))), 0.0))
@@ -296,8 +300,28 @@ MOTIONS = [
         lambda y: 2.0 * np.exp(np.exp(-TIME) - 1.0),
         1e-4,
     ),
+    Known(
+        "axis.friction_drift",
+        {"D": 0.1, "tau": 1.5, "s": 1.0},
+        FREE,
+        REST,
+        W0,
+        RATE,
+        lambda y: 2.0 - np.where(TIME < 1.5, TIME - TIME**2 / 3.0, 0.75),
+        1e-4,
+    ),
     Known("axis.imbalance", {"s": 0.4}, FREE, REST, {"psi": 1e-3}, PSI, lambda y: 1e-3 * np.cos(2.0 * TIME), 1e-7),
     Known("axis.spring", {"k": 0.4, "T_0": 0.2}, FREE, REST, {}, PSI, lambda y: 0.5 - 0.5 * np.cos(2.0 * TIME), 1e-9),
+    Known(
+        "axis.spring",
+        {"k": 0.4, "T_0": 0.2, "k_3": 1.6},
+        FREE,
+        REST,
+        {},
+        PSI,  # off by what its energy is off
+        lambda y: y[PSI] + 0.5 * y[RATE] ** 2 + _well(y[PSI] - 0.5) - 0.75,
+        1e-4,
+    ),
     Known("axis.bias_torque", {"T": -0.08}, FREE, REST, {}, RATE, lambda y: -0.8 * TIME, 1e-10),
     Known(
         "axis.end_stop",

@@ -157,8 +157,13 @@ class LoadFriction(AxisDry):
         return self.mu * jnp.abs(motion.load)
 
 
+STRAIGHT = 1e-3
+"""Exponent below which a power is as good as the exponential that it tends to."""
+
+
 class DryDrift(AxisDry):
-    r"""Friction that changes over the run: $M = (D\,\mathrm{sgn}\,w + B\,w)\,e^{-t/\tau}$, added to what there is."""
+    r"""Friction that changes over the run: $M = (D\,\mathrm{sgn}\,w + B\,w)\,f(t)$, added to what there is, with
+    $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
 
     name: ClassVar[str] = "axis.friction_drift"
     label: ClassVar[str] = "friction that warms up"
@@ -167,10 +172,14 @@ class DryDrift(AxisDry):
     B: Scalar = param(
         "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", optional=True
     )
-    tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0), tex="\\tau")
+    tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0, 10.0), tex="\\tau")
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", optional=True)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
-        return (self.D + self.B * jnp.abs(motion.w)) * jnp.exp(-motion.t / self.tau)
+        straight, x = self.s > STRAIGHT, motion.t / self.tau
+        s = jnp.where(straight, self.s, 1.0)
+        left = jnp.maximum(1.0 - s * x, 1e-9) ** (1.0 / s)
+        return (self.D + self.B * jnp.abs(motion.w)) * jnp.where(straight, left, jnp.exp(-x))
 
 
 class Imbalance(AxisTorque):
@@ -188,7 +197,7 @@ class Imbalance(AxisTorque):
 
 
 class Spring(AxisTorque):
-    r"""Restoring torque of a cable or hose, $M = k\,\psi - T_0$, subtracted from the driving torque; at rest at $T_0/k$."""
+    r"""Restoring torque of a cable or hose, $M = k x + k_3 x^3$ with $x = \psi - T_0/k$, subtracted from the driving torque."""
 
     name: ClassVar[str] = "axis.spring"
     label: ClassVar[str] = "spring"
@@ -196,9 +205,12 @@ class Spring(AxisTorque):
     at_angle: ClassVar[bool] = True
     k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="k")
     T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02), scale="torque", tex="T_0")
+    k_3: Scalar = param("N m/rad3", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque", tex="k_3", optional=True)
 
     def torque(self, motion: Motion) -> Scalar:
-        return self.T_0 - self.k * motion.psi
+        rest = jnp.where(self.k > 0.0, self.T_0 / jnp.where(self.k > 0.0, self.k, 1.0), 0.0)
+        hard = jnp.where(self.k_3 > 0.0, self.k_3 * (motion.psi - rest) ** 3, 0.0)
+        return self.T_0 - self.k * motion.psi - hard
 
 
 class EndStop(AxisTorque):
