@@ -1,7 +1,7 @@
 """Thresholds of the search and the verdict: how much evidence, and how much of a gap, a name needs.
 
-Proposals, tried on some of the simulated cases of `experiments/blind/sets/calibrate.jsonl` and not calibrated yet; no case of
-the test set has been run.
+Proposals, tried on simulated cases of `experiments/blind/sets/calibrate.jsonl` and `explore.jsonl`, and not calibrated yet; no case
+of the test set has been run.
 """
 
 from typing import NamedTuple
