@@ -31,9 +31,8 @@ def rapid(signal: np.ndarray, turning: bool = False) -> float:
     signal = signal[np.isfinite(signal)]
     sizes = [_size(d) for d in _differences(signal)]
     if turning and len(signal) > SMOOTH and np.ptp(signal) > TURNS * 2.0 * np.pi:
-        angle = np.asarray(
-            savgol_filter(signal, SMOOTH, 3)
-        )  # the readings themselves would bring their noise with them
+        # the readings themselves would bring their noise with them
+        angle = np.asarray(savgol_filter(signal, SMOOTH, 3))
         turn = np.array([f(k * angle) for k in (1, 2) for f in (np.sin, np.cos)]).T
         for d, repeats in zip(_differences(signal), _differences(turn), strict=True):
             sizes.append(_size(d - repeats @ np.linalg.lstsq(repeats, d, rcond=None)[0]))

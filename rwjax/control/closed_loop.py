@@ -14,6 +14,9 @@ from jaxtyping import Array, Float
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import linearised, transfer
+from rwjax.effects import BY_NAME
+from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
+from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of
@@ -72,8 +75,8 @@ def closed_loop(
 ) -> Run:
     """One run of the loop along a `reference` [rad] at the controller's samples, from a first state; `sign` of the plant.
 
-    Dead zone, lag and the other effects on the command act as they do in a log, but for the drive's delay and filters,
-    which `Clockwork.late` stands for.
+    Maps of the command (dead zone, saturation and the like) act as they do in a log. Delays, lags and rate limits are not in it:
+    `Clockwork.late` stands for them.
     """
     plant, states = plant_of(structure, theta), structure.states
     h = jnp.asarray(clockwork.period / clockwork.steps)
@@ -129,8 +132,16 @@ def run_rig(
     clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
     **start: float,
 ) -> Run:
-    """The closed loop of a rig from rest, or from states given by name; raises `InputError` as `linearised` does."""
+    """The closed loop of a rig from rest, or from states given by name.
+
+    Raises `InputError` as `linearised` does, for a rig with a delay, a lag or a rate limit, and for a state that it lacks.
+    """
     structure = structure_of(rig)
+    lags = (CommandDelay, CommandFilter, EncoderDelay)
+    if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
+        raise InputError(f"`{late[0]}`: the closed loop has no such effect; leave it out and give `Clockwork.late`")
+    if strange := sorted({*start} - {*structure.states}):
+        raise InputError(f"no state `{strange[0]}`; this rig has {', '.join(structure.states)}")
     sign = float(np.sign(transfer(linearised(rig)).num[0]))
     first = jnp.array([start.get(name, 0.0) for name in structure.states])
     values = Controller(*(jnp.asarray(float(v)) for v in controller))

@@ -99,7 +99,6 @@ def _numerator(A: np.ndarray, B: np.ndarray, C: np.ndarray, den: np.ndarray) -> 
     return np.poly(A - np.outer(B, C)) - den
 
 
-@jax.jit
 def _coefficients(base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple) -> list:
     return [base[k] + sum(g * row[k] for g, row in zip(gains, rows, strict=True)) for k in range(len(base))]
 
@@ -178,7 +177,8 @@ BLOCK = 10_000
 def _votes(base: Float[Array, "k n"], rows: Float[Array, "k 2 n"], pairs: Float[Array, "b 2 g"]) -> Int[Array, "b g"]:
     def of_block(pair: Float[Array, "2 g"]) -> Int[Array, " g"]:
         def add(found: Int[Array, " g"], plant: tuple) -> tuple[Int[Array, " g"], None]:
-            return found + hurwitz(_coefficients(*plant, (pair[0], pair[1]))).astype(int), None
+            base, rows = plant
+            return found + hurwitz(_coefficients(base, rows, (pair[0], pair[1]))).astype(int), None
 
         return jax.lax.scan(add, jnp.zeros(pair.shape[1], int), (base, rows))[0]
 
