@@ -305,8 +305,13 @@ class Plant(eqx.Module):
 
 
 def friction_level(effects: list, motion: Motion, direction: float) -> Scalar:
-    """Sum of the dry friction on one body [N m], never below 0."""
-    return jnp.maximum(sum((e.level(motion, direction) for e in effects), start=jnp.zeros_like(motion.t)), 0.0)
+    """Dry friction on one body [N m], never below 0: the sum of all levels, each raised by the shares of the others."""
+    own = [e.level(motion, direction) for e in effects]
+    whole = sum(own, start=jnp.zeros_like(motion.t))
+    raised = (
+        e.share(motion) * (whole - level) for e, level in zip(effects, own, strict=True) if isinstance(e, AxisDry)
+    )
+    return jnp.maximum(sum(raised, start=whole), 0.0)
 
 
 def assemble(structure: Structure, numbers: Numbers) -> Plant:

@@ -63,7 +63,7 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
         start = begin.copy()
         for name, p in own.items():
             if name in free:
-                start[names.index(name)] = np.clip(p.starts[j % len(p.starts)] * typical[p.scale], *p.bounds)
+                start[names.index(name)] = p.begin(typical)[j % len(p.starts)]
         found.append(point(problem.by_rule, moves(free), start, base.start))
     found = together([descend(f, most_steps=4, tolerance=1e-4) for f in together([placed(f) for f in found])])
     found = sorted(found, key=lambda f: f.cost)[:3]

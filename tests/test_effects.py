@@ -112,7 +112,9 @@ def test_null_and_starts_lie_within_bounds(effect: type[Effect]) -> None:
     for name, p in parameters(effect).items():
         low, high = p.bounds
         assert low <= p.null <= high, name
-        assert p.starts and (p.scale != "one" or all(low <= start <= high for start in p.starts)), name
+        assert p.starts and (
+            p.scale != "one" or all(low <= start <= high for start in p.starts if start is not None)
+        ), name
         assert p.unit and p.tex, name
 
 
@@ -194,8 +196,8 @@ def test_sensitivities_match_differences_of_the_free_run(effect: type[Effect]) -
     for name, p in parameters(effect).items():
         k = structure.names.index(f"{effect.name}.{name}")
         # starts, a little off: at whole steps a delay has a derivative on either side
-        begin_at = next(filter(None, p.starts[::-1]), 0.003 if name in ("s_2", "c_2") else 0.1)
-        theta[k] = np.clip(0.93 * begin_at * typical[p.scale], *p.bounds)
+        small = (0.003 if name in ("s_2", "c_2") else 0.1) * typical[p.scale]
+        theta[k] = np.clip(0.93 * next(filter(None, p.begin(typical)[::-1]), small), *p.bounds)
         index.append(k)
         step.append(1e-4 * max(abs(theta[k]), 1e-3 * abs(typical[p.scale])))
     problem = pose(structure, (log,), dict.fromkeys(structure.outputs, 1.0))
@@ -287,12 +289,22 @@ MOTIONS = [
     ),
     Known("axis.asymmetric_friction", {"d": 0.02}, DRY, REST, W0, RATE, lambda y: np.maximum(2 - 0.7 * TIME, 0), 1e-10),
     Known("axis.quadratic_drag", {"c": 0.05}, FREE, REST, W0, RATE, lambda y: 2.0 / (1.0 + TIME), 1e-5),
-    Known("axis.angle_friction", {"s_1": 0.02}, DRY, REST, {"w": 3.0}, RATE, _angle, 1e-5, TIME < 5.0),
+    Known("axis.angle_friction", {"s_1": 0.4}, DRY, REST, {"w": 3.0}, RATE, _angle, 1e-5, TIME < 5.0),
     Known("axis.load_friction", {"mu": 0.1}, FREE, PUSH, {}, RATE, lambda y: 3.6 * AFTER, 1e-9),
-    Known("axis.friction_drift", {"D": 0.1, "tau": 1.0}, FREE, REST, W0, RATE, lambda y: 1.0 + np.exp(-TIME), 1e-5),
     Known(
         "axis.friction_drift",
-        {"D": 0.0, "B": 0.1, "tau": 1.0},
+        {"d": 2.0, "tau": 1.0},
+        DRY,
+        REST,
+        W0,
+        RATE,
+        lambda y: 1.0 + np.exp(-TIME) - 0.5 * TIME,
+        1e-5,
+        TIME < 2.0,
+    ),
+    Known(
+        "axis.friction_drift",
+        {"d": 0.0, "B": 0.1, "tau": 1.0},
         FREE,
         REST,
         W0,
@@ -302,13 +314,14 @@ MOTIONS = [
     ),
     Known(
         "axis.friction_drift",
-        {"D": 0.1, "tau": 1.5, "s": 1.0},
-        FREE,
+        {"d": 2.0, "tau": 1.5, "s": 1.0},
+        DRY,
         REST,
         W0,
         RATE,
-        lambda y: 2.0 - np.where(TIME < 1.5, TIME - TIME**2 / 3.0, 0.75),
+        lambda y: 2.0 - 0.5 * TIME - np.where(TIME < 1.5, TIME - TIME**2 / 3.0, 0.75),
         1e-4,
+        TIME < 2.4,
     ),
     Known("axis.imbalance", {"s": 0.4}, FREE, REST, {"psi": 1e-3}, PSI, lambda y: 1e-3 * np.cos(2.0 * TIME), 1e-7),
     Known("axis.spring", {"k": 0.4, "T_0": 0.2}, FREE, REST, {}, PSI, lambda y: 0.5 - 0.5 * np.cos(2.0 * TIME), 1e-9),
@@ -325,7 +338,7 @@ MOTIONS = [
     Known("axis.bias_torque", {"T": -0.08}, FREE, REST, {}, RATE, lambda y: -0.8 * TIME, 1e-10),
     Known(
         "axis.end_stop",
-        {"high": 1.0, "k": 40.0},
+        {"high": 1.0, "k": 40.0, "d": 0.0},
         FREE,
         REST,
         {"w": 1.0},

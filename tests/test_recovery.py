@@ -29,7 +29,7 @@ def _wave(size: str, phase: str) -> Callable[[Truth], dict[str, float]]:
 
 
 def _angle(p: Truth) -> dict[str, float]:
-    n, size = int(p["angle_order"]), p["coulomb"] * p["angle_friction"]
+    n, size = int(p["angle_order"]), p["angle_friction"]
     return {f"s_{n}": size * np.cos(p["angle_phase"]), f"c_{n}": size * np.sin(p["angle_phase"])}
 
 
@@ -46,9 +46,7 @@ CASES = [
     Case("axis.presliding", "platform", 3, _named(x_s="preslide"), 0.05),
     Case("axis.angle_friction", "platform", 0, _angle, 0.05),
     Case("axis.load_friction", "platform", 0, _named(mu="load_friction"), 0.05),
-    Case(
-        "axis.friction_drift", "platform", 1, lambda p: {"D": p["coulomb"] * p["drift"], "tau": p["drift_time"]}, 0.05
-    ),
+    Case("axis.friction_drift", "platform", 1, _named(d="drift", tau="drift_time"), 0.05),
     Case("axis.imbalance", "platform", 1, _wave("imbalance", "imbalance_phase"), 0.02),
     Case("axis.spring", "platform", 1, lambda p: {"k": p["spring"], "T_0": p["spring"] * p["spring_zero"]}, 0.02),
     Case("axis.bias_torque", "platform", 0, _named(T="bias_torque"), 0.01),

@@ -33,9 +33,9 @@ def test_an_axis_below_breakaway_does_not_creep(share: float, moves: bool) -> No
 
 def test_a_level_that_falls_lets_a_held_axis_go() -> None:
     y = run(
-        platform(), record(TIME, np.full_like(TIME, 0.25)), {}, effects={"axis.friction_drift": {"D": 0.1, "tau": 3.0}}
+        platform(), record(TIME, np.full_like(TIME, 0.25)), {}, effects={"axis.friction_drift": {"d": 2.0, "tau": 3.0}}
     )
-    away = 3.0 * np.log(0.1 / (0.25 * 0.4 - 0.05))  # 0.05 + 0.1 exp(-t/3) falls to 0.1 N m
+    away = 3.0 * np.log(0.1 / (0.25 * 0.4 - 0.05))  # 0.05 (1 + 2 exp(-t/3)) falls to 0.1 N m
     assert np.all(y["yaw_rad_s"][away > TIME] == 0.0) and np.all(y["yaw_rad_s"][away + 0.01 < TIME] > 0.0)
 
 

@@ -23,7 +23,7 @@ DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
 CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding")
 """Effects that bring a Coulomb level of their own where nothing else models dry friction."""
 LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
-    "axis.friction_drift": ("axis.coulomb", "axis.viscous"),
+    "axis.friction_drift": ("axis.viscous",),
     "axis.spring": ("axis.bias_torque",),
 }
 """Effects of which another is a special case or a limit."""
@@ -163,7 +163,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
             if effect in explanation.effects and names[k] in free:
-                options[k] = tuple(np.clip(s * sizes[p.scale], *p.bounds) for s in p.starts)
+                options[k] = p.begin(sizes)
     count = max((len(values) for values in options.values()), default=1)
     starts = []
     for j in range(count):

@@ -27,6 +27,8 @@ HEATS = ((99, 1), (8, 2), (5, 4))
 brought them as far as the last one, in proportion: one that begins far off may be on its way."""
 BEGIN = 4
 """Places at most from which an explanation takes part, those that leave least."""
+SAME = 1e-9
+"""Difference in cost below which two places count as one: a stop that nothing reaches may lie anywhere."""
 LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
@@ -53,8 +55,8 @@ def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOL
 
 
 def _extrapolated(found: Fit, before: Fit) -> float:
-    """Cost if as many steps again bring a fit as far, in proportion, as it has come."""
-    return found.cost * found.cost / before.cost if 0.0 < before.cost < np.inf else found.cost
+    """Cost if the next heat, of twice the steps, brings a fit twice as far, in proportion, as the last one."""
+    return found.cost * (found.cost / before.cost) ** 2 if 0.0 < before.cost < np.inf else found.cost
 
 
 @dataclass
@@ -215,7 +217,8 @@ class Refits:
         ]
         begun: dict[Explanation, list[Fit]] = {e: [] for e in new}
         for (e, _), f in zip(begins, together([placed(f) for _, f in begins]), strict=True):
-            begun[e] = sorted([*begun[e], f], key=lambda f: f.cost)[:BEGIN]
+            same = any(abs(f.cost - other.cost) <= SAME * other.cost for other in begun[e])
+            begun[e] = sorted([*begun[e], *(() if same else (f,))], key=lambda f: f.cost)[:BEGIN]
         promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
         for many, steps in HEATS:
             ahead = sorted(new, key=promise.__getitem__)[:many]

@@ -22,7 +22,7 @@ PART = 0.3
 """Change that a probe makes, as a share of what is left: so near the parent a search does not begin much worse than there."""
 FURTHEST = 0.5
 """Most by which a free number is moved at once, as a share of its size."""
-FEW = 8
+FEW = 12
 """Starts of a candidate from all of which a search begins; of more, from the predicted and from the nearest one."""
 SHAPES = 3
 """Predicted places at most, of starts that differ in more than amplitudes, from which a search begins."""

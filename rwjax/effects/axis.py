@@ -128,20 +128,23 @@ class QuadraticDrag(AxisTorque):
 
 
 class AngleFriction(AxisDry):
-    r"""Dry friction that varies with the angle, $M = (s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi)\,\mathrm{sgn}\,w$,
-    added to what there is."""
+    r"""Dry friction that varies with the angle: a level $1 + s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$ times what
+    the rig has at large."""
 
     name: ClassVar[str] = "axis.angle_friction"
     group: ClassVar[str] = "angle_friction"
     label: ClassVar[str] = "angle-dependent dry friction"
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True
-    s_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.02, 0.0, 0.0, 0.0), scale="torque", tex="s_1")
-    c_1: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02, 0.0, 0.0), scale="torque", tex="c_1")
-    s_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.02, 0.0), scale="torque", tex="s_2")
-    c_2: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.02), scale="torque", tex="c_2")
+    s_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.3, 0.0, 0.0, 0.0), tex="s_1")
+    c_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.3, 0.0, 0.0), tex="c_1")
+    s_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.3, 0.0), tex="s_2")
+    c_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.3), tex="c_2")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
+        return jnp.zeros_like(motion.t)
+
+    def share(self, motion: Motion) -> Scalar:
         return two_harmonics(motion.psi, self.s_1, self.c_1, self.s_2, self.c_2)
 
 
@@ -162,24 +165,29 @@ STRAIGHT = 1e-3
 
 
 class DryDrift(AxisDry):
-    r"""Friction that changes over the run: $M = (D\,\mathrm{sgn}\,w + B\,w)\,f(t)$, added to what there is, with
-    $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
+    r"""Friction that changes over the run: a level of dry friction $(1 + d\,f(t))$ times what the rig has warm, and $B\,w\,f(t)$
+    besides, with $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
 
     name: ClassVar[str] = "axis.friction_drift"
     label: ClassVar[str] = "friction that warms up"
     coordinate: ClassVar[str] = "time"
-    D: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05,), scale="torque", tex="D")
+    d: Scalar = param("1", bounds=(-1.0, jnp.inf), starts=(0.3, 0.3, 0.3), tex="d")
     B: Scalar = param(
         "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", optional=True
     )
     tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0, 10.0), tex="\\tau")
     s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", optional=True)
 
-    def level(self, motion: Motion, direction: float) -> Scalar:
+    def _cold(self, motion: Motion) -> Scalar:
         straight, x = self.s > STRAIGHT, motion.t / self.tau
         s = jnp.where(straight, self.s, 1.0)
-        left = jnp.maximum(1.0 - s * x, 1e-9) ** (1.0 / s)
-        return (self.D + self.B * jnp.abs(motion.w)) * jnp.where(straight, left, jnp.exp(-x))
+        return jnp.where(straight, jnp.maximum(1.0 - s * x, 1e-9) ** (1.0 / s), jnp.exp(-x))
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.B * jnp.abs(motion.w) * self._cold(motion)
+
+    def share(self, motion: Motion) -> Scalar:
+        return self.d * self._cold(motion)
 
 
 class Imbalance(AxisTorque):
@@ -213,6 +221,10 @@ class Spring(AxisTorque):
         return self.T_0 - self.k * motion.psi - hard
 
 
+INWARD = (0.003, 0.01, 0.03, 0.1)
+"""Shares of the travel by which stops are looked for inside the furthest angles: a model without them runs wide of both."""
+
+
 class EndStop(AxisTorque):
     r"""Stiff contact at travel limits, $M = k\,\max(\psi - \psi_+, 0)$ and the like at $\psi_-$, with a damper that never pulls."""
 
@@ -221,17 +233,25 @@ class EndStop(AxisTorque):
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True
     high: Scalar = param(
-        "rad", bounds=(-1e6, 1e6), null=1e6, starts=(0.99, 0.99, 0.95, 0.95), scale="highest", tex="\\psi_+"
+        "rad",
+        bounds=(-1e6, 1e6),
+        null=1e6,
+        starts=tuple(s for share in INWARD for s in (-share, None, -share)),
+        scale="span",
+        origin="highest",
+        tex="\\psi_+",
     )
     low: Scalar = param(
-        "rad", bounds=(-1e6, 1e6), null=-1e6, starts=(0.99, 0.99, 0.95, 0.95), scale="lowest", tex="\\psi_-"
+        "rad",
+        bounds=(-1e6, 1e6),
+        null=-1e6,
+        starts=tuple(s for share in INWARD for s in (None, share, share)),
+        scale="span",
+        origin="lowest",
+        tex="\\psi_-",
     )
-    k: Scalar = param(
-        "N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(300.0, 300.0, 10.0, 10.0), scale="torque", tex="k"
-    )
-    d: Scalar = param(
-        "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.3, 20.0, 0.3, 4.0), scale="torque_per_rate", tex="d"
-    )
+    k: Scalar = param("N m/rad", bounds=(1e-9, jnp.inf), null=1.0, starts=(30.0,), scale="inertial", tex="k")
+    d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(4.0,), scale="inertial", tex="d")
 
     def torque(self, motion: Motion) -> Scalar:
         over, under = motion.psi - self.high, motion.psi - self.low

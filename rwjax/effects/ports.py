@@ -76,6 +76,10 @@ class AxisDry(Effect):
     def level(self, motion: Motion, direction: float) -> Scalar:
         """Level of the friction [N m] while sliding towards `direction` (+1 or -1); at `w = 0` the breakaway level."""
 
+    def share(self, motion: Motion) -> Scalar | float:
+        """Share by which it raises the level of all other dry friction of the axis."""
+        return 0.0
+
 
 class WheelTorque(Effect):
     """Torque between body and wheel that is smooth in the motion."""

@@ -51,6 +51,7 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "per_watt": 1.0 / (ampere * command),
         "highest": float(np.nanmax(angles)),
         "lowest": float(np.nanmin(angles)),
+        "span": float(np.nanmax(angles) - np.nanmin(angles)),
     }
 
 
