@@ -29,6 +29,8 @@ BEGIN = 4
 """Places at most from which an explanation takes part, those that leave least."""
 SAME = 1e-9
 """Difference in cost below which two places count as one: a stop that nothing reaches may lie anywhere."""
+LONG = 7
+"""Steps from every place where a single explanation is searched thoroughly."""
 LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
@@ -209,20 +211,13 @@ class Refits:
         if not wanted:
             return {}
         new = [e for e in wanted if e not in self._finished or parent.contains(e) or e.contains(parent)]
-        screened = Screen(self(parent)).predict([self._candidate(e, parent) for e in new])
-        running = {e: self._begin_at(e, parent, s) for e, s in zip(new, screened, strict=True)}
+        screened, begun = self._begun(new, parent)
+        running = {e: self._begin_at(e, parent, s) for e, s in screened.items()}
         self._keep(running)
-        begins = [
-            (e, replace(running[e], theta=theta)) for e, s in zip(new, screened, strict=True) for theta in s.begin
-        ]
-        begun: dict[Explanation, list[Fit]] = {e: [] for e in new}
-        for (e, _), f in zip(begins, together([placed(f) for _, f in begins]), strict=True):
-            same = any(abs(f.cost - other.cost) <= SAME * other.cost for other in begun[e])
-            begun[e] = sorted([*begun[e], *(() if same else (f,))], key=lambda f: f.cost)[:BEGIN]
-        promise = {e: min(s.left, running[e].cost) for e, s in zip(new, screened, strict=True)}
+        promise = {e: min(s.left, running[e].cost) for e, s in screened.items()}
         for many, steps in HEATS:
             ahead = sorted(new, key=promise.__getitem__)[:many]
-            runs = [(e, f) for e in ahead for f in begun[e]]
+            runs = [(e, f) for e in ahead for f in begun[e][:BEGIN]]
             found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
             for e in ahead:
                 pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]
@@ -242,6 +237,29 @@ class Refits:
         self._free_starts()
         self._settle()
         return {e: self._done[e] for e in wanted}
+
+    def _begun(
+        self, explanations: Sequence[Explanation], parent: Explanation
+    ) -> tuple[dict[Explanation, Screened], dict[Explanation, list[Fit]]]:
+        """Explanations as screened from a parent's estimates, and the places where each may begin, those that leave least
+        first."""
+        found = Screen(self(parent)).predict([self._candidate(e, parent) for e in explanations])
+        screened = dict(zip(explanations, found, strict=True))
+        places = [
+            (e, replace(self._begin_at(e, parent, s), theta=theta)) for e, s in screened.items() for theta in s.begin
+        ]
+        begun: dict[Explanation, list[Fit]] = {e: [] for e in explanations}
+        for (e, _), f in zip(places, together([placed(f) for _, f in places]), strict=True):
+            same = any(abs(f.cost - other.cost) <= SAME * other.cost for other in begun[e])
+            begun[e] += () if same else (f,)
+        return screened, {e: sorted(fits, key=lambda f: f.cost) for e, fits in begun.items()}
+
+    def search(self, explanation: Explanation, parent: Explanation) -> None:
+        """One explanation on from all places where it may begin, the best of which a race may have left behind."""
+        begun = self._begun([explanation], parent)[1][explanation]
+        found = together([descend(f, most_steps=LONG, tolerance=TOLERANCE) for f in begun])
+        best = sorted(found, key=lambda f: f.cost)[:BEGIN]
+        self._keep({explanation: min(together([self._to_the_end(f) for f in best]), key=lambda f: f.cost)})
 
     def _begin_at(self, explanation: Explanation, parent: Explanation, screened: Screened) -> Fit:
         """An explanation as it stands where it was screened."""

@@ -141,6 +141,8 @@ class Search:
             best = max(simpler, key=lambda e: self.evidence(e, effective), default=best)
             if not self.worthwhile(best, explanation):
                 break
+            if self.excess(best) > enough:
+                self.refits.search(best, explanation)
             explanation = best
         return explanation
 
