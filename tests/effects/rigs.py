@@ -1,16 +1,19 @@
 """Rigs, commands and runs on which the effects are tried."""
 
+import jax.numpy as jnp
 import numpy as np
 
 from rwjax.build import structure_of
 from rwjax.effects import BY_NAME, EFFECTS
-from rwjax.effects.ports import AxisElastic, Coupling
+from rwjax.effects.ports import AxisElastic, Coupling, Motion
 from rwjax.rig import Rig
 from tests.systems import platform, reaction, record, run
 from tests.systems import wheel as wheel_rig
 
 TIME = np.arange(1001) * 0.01
 REST = np.zeros_like(TIME)
+FREE = platform("viscous = 0.0\ncoulomb = 0.0")  # 0.1 kg m2, 0.4 N m/V
+DRY = platform("viscous = 0.0\ncoulomb = 0.05")
 RIGS = {"wheel": wheel_rig(), "platform": platform(), "reaction": reaction("viscous = 0.003\ncoulomb = 0.002")}
 LACKS = {"wheel": ("axis.",), "platform": ("wheel.", "motor."), "reaction": ()}
 ALONE = [
@@ -32,3 +35,19 @@ def go(rig: Rig, u: np.ndarray, start: dict[str, float], effects: dict[str, dict
     alone = next((name for name in effects if BY_NAME[name] in ALONE), None)
     outputs = dict.fromkeys(structure_of(rig).outputs, np.zeros_like(u))
     return run(rig, record(TIME, u, outputs), start, effects={name: {} for name in among(alone, rig.kind)} | effects)
+
+
+def motion(w: float = 0.0, Omega: float = 0.0) -> Motion:
+    zero = jnp.zeros(())
+    return Motion(
+        t=zero,
+        u=zero,
+        psi=zero,
+        w=jnp.asarray(w),
+        theta=zero,
+        Omega=jnp.asarray(Omega),
+        i=zero,
+        load=zero,
+        sensed=zero,
+        own={},
+    )

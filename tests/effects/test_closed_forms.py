@@ -8,12 +8,9 @@ import pytest
 
 from rwjax.effects import EFFECTS
 from rwjax.rig import Rig
-from tests.effects.rigs import REST, TIME, go
-from tests.systems import platform
+from tests.effects.rigs import DRY, FREE, REST, TIME, go
 from tests.systems import wheel as wheel_rig
 
-FREE = platform("viscous = 0.0\ncoulomb = 0.0")  # 0.1 kg m2, 0.4 N m/V
-DRY = platform("viscous = 0.0\ncoulomb = 0.05")
 OPEN = wheel_rig().with_values({"motor.torque_constant": 1e-9, "motor.friction": 0.0})  # as if open: no damping
 LOCKED = wheel_rig().with_values({"wheel.inertia": 1e6})
 I, J, R, K = 0.1, 1.24e-4, 0.83, 0.0182

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 from rwjax.build import structure_of, theta_of
 from rwjax.effects import BY_NAME, EFFECTS, axis, drive, motor, ports, sensor, wheel
 from rwjax.effects.axis import Gravity, PolynomialFriction
-from rwjax.effects.ports import AxisDry, AxisElastic, Effect, Motion, WheelDry
+from rwjax.effects.ports import AxisDry, AxisElastic, Effect, WheelDry
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import scales
 from rwjax.param import parameters
 from rwjax.plant import Structure, friction_level
 from rwjax.simulate import free_run
-from tests.effects.rigs import ALONE, KIND, REST, RIGS, TIME, among, go
+from tests.effects.rigs import ALONE, KIND, REST, RIGS, TIME, among, go, motion
 from tests.systems import platform, record, run
 
 PORTS = {
@@ -46,22 +46,6 @@ OF_THE_RIG_FILE = (
     PolynomialFriction,
     Gravity,
 )  # terms that a rig models; nothing is diagnosed as missing of them
-
-
-def motion(w: float = 0.0, Omega: float = 0.0) -> Motion:
-    zero = jnp.zeros(())
-    return Motion(
-        t=zero,
-        u=zero,
-        psi=zero,
-        w=jnp.asarray(w),
-        theta=zero,
-        Omega=jnp.asarray(Omega),
-        i=zero,
-        load=zero,
-        sensed=zero,
-        own={},
-    )
 
 
 def middle(effect: type[Effect]) -> Effect:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax.effects import axis, sensor
-from tests.effects.rigs import REST, RIGS, TIME, go
+from tests.effects.rigs import DRY, FREE, REST, RIGS, TIME, go, motion
 from tests.systems import platform, record, run
 from tests.systems import wheel as wheel_rig
 
