@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import linearised, transfer
@@ -105,9 +105,13 @@ def closed_loop(
             fast = (jnp.abs(x[spins]) >= c.spin) & (jnp.sign(new) == jnp.sign(x[spins]))
             new = jnp.where(fast, jnp.sign(new) * jnp.minimum(jnp.abs(new), _holding(plant, jnp.asarray(c.spin))), new)
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
-        for k in range(clockwork.steps):
-            u = plant.act(old if k < clockwork.late else new)
-            x, t = step(plant, p, t, x, u, h), t + h
+        acts = plant.act(old), plant.act(new)
+
+        def within(carry: tuple, k: Int[Array, ""]) -> tuple[tuple, None]:  # unrolled it would take four times as long
+            t, x = carry
+            return (t + h, step(plant, p, t, x, jnp.where(k < clockwork.late, *acts), h)), None
+
+        (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(clockwork.steps))
         return (t, x, error, slope, integral, new), at
 
     first = tuple(start[k] for k in range(len(states)))
@@ -134,17 +138,23 @@ def run_rig(
 ) -> Run:
     """The closed loop of a rig from rest, or from states given by name.
 
-    Raises `InputError` as `linearised` does, for a rig with a delay, a lag or a rate limit, and for a state that it lacks.
+    Raises `InputError` as `posed` does, and for a state that the rig lacks.
+    """
+    structure, theta, sign = posed(rig)
+    if strange := sorted({*start} - {*structure.states}):
+        raise InputError(f"no state `{strange[0]}`; this rig has {', '.join(structure.states)}")
+    first = jnp.array([start.get(name, 0.0) for name in structure.states])
+    values = Controller(*(jnp.asarray(float(v)) for v in controller))
+    return closed_loop(structure, theta, clockwork, values, jnp.asarray(reference), first, sign)
+
+
+def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
+    """Structure, parameter vector and sign of a rig whose loop is to be closed.
+
+    Raises `InputError` as `linearised` does, and for a rig with a delay, a lag or a rate limit.
     """
     structure = structure_of(rig)
     lags = (CommandDelay, CommandFilter, EncoderDelay)
     if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
         raise InputError(f"`{late[0]}`: the closed loop has no such effect; leave it out and give `Clockwork.late`")
-    if strange := sorted({*start} - {*structure.states}):
-        raise InputError(f"no state `{strange[0]}`; this rig has {', '.join(structure.states)}")
-    sign = float(np.sign(transfer(linearised(rig)).num[0]))
-    first = jnp.array([start.get(name, 0.0) for name in structure.states])
-    values = Controller(*(jnp.asarray(float(v)) for v in controller))
-    return closed_loop(
-        structure, jnp.asarray(theta_of(rig, structure)), clockwork, values, jnp.asarray(reference), first, sign
-    )
+    return structure, jnp.asarray(theta_of(rig, structure)), float(np.sign(transfer(linearised(rig)).num[0]))
