@@ -17,7 +17,7 @@ from rwjax.control.linear import linearised, transfer
 from rwjax.effects import BY_NAME
 from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
 from rwjax.errors import InputError
-from rwjax.plant import Plant, Structure
+from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of
 from rwjax.step import propagator, step
@@ -158,3 +158,20 @@ def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
     if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
         raise InputError(f"`{late[0]}`: the closed loop has no such effect; leave it out and give `Clockwork.late`")
     return structure, jnp.asarray(theta_of(rig, structure)), float(np.sign(transfer(linearised(rig)).num[0]))
+
+
+def breakaway(rig: Rig) -> float:
+    """Command [V] at which the axis of a rig at rest breaks loose, its wheel standing: what to feed forward against dry friction.
+
+    Raises `InputError` as `linearised` does.
+    """
+    linearised(rig)
+    structure, theta = structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))
+    plant, zero = plant_of(structure, theta), jnp.zeros(())
+    rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
+    levels = [
+        friction_level(dry, rest, 1.0) for body, dry in plant.bodies() if body.rate == structure.states.index("w")
+    ]
+    n = rig.values
+    per_volt = n["drive.gain"] if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
+    return float(sum(levels)) / per_volt

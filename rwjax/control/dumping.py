@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from rwjax.control.open_loop import PIECES, REACHED, Course, Limits, check, fastest, resting, steady, worst
+from rwjax.control.open_loop import PIECES, REACHED, Course, Limits, Task, check, fastest, resting, steady, worst
 from rwjax.errors import InputError
 from rwjax.rig import Rig
 
@@ -48,14 +48,24 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
         raise InputError("nothing holds the axis while the wheel slows: the rig has no dry friction left for it")
     bound = J * abs(spin) / room
 
-    def conditions(found: Course) -> tuple[Array, Array]:
-        end = [found.wheel[-1] / spin] + ([K * found.current[-1] / room] if structure.inductive else [])
-        within = (margin * found.holds[:, 0] + found.torque, margin * found.holds[:, 1] - found.torque)
-        return jnp.stack(end), jnp.concatenate([worst(w / room) for w in within])
-
     Omega = spin * np.linspace(1.0, 0.0, PIECES + 1)
     guess = R / K * (b * Omega - np.sign(spin) * 0.9 * room) + K * Omega
-    best, missed = fastest(structure, theta, limits, conditions, (guess, bound / 0.9), start, PIECES, 1.0)
+    numbers = jnp.array([spin, K / room, margin, room])
+    task = Task(theta, limits, numbers, start, bound / 0.9, 1.0)
+    best, missed = fastest(structure, _stopped if structure.inductive else _slowed, PIECES, task, guess)
     if missed > REACHED:
         raise InputError(f"no dump from {spin:g} rad/s was found within these limits; raise the voltage or the current")
     return Dump(bound, best)
+
+
+def _slowed(found: Course, numbers: Array) -> tuple[Array, Array]:
+    """The wheel stands, and friction held the axis all the while."""
+    spin, _, margin, room = numbers
+    within = (margin * found.holds[:, 0] + found.torque, margin * found.holds[:, 1] - found.torque)
+    return found.wheel[-1:] / spin, jnp.concatenate([worst(w / room) for w in within])
+
+
+def _stopped(found: Course, numbers: Array) -> tuple[Array, Array]:
+    """And no current is left that would turn it again."""
+    zero, positive = _slowed(found, numbers)
+    return jnp.append(zero, numbers[1] * found.current[-1]), positive

@@ -22,7 +22,7 @@ from rwjax.simulate import plant_of
 from rwjax.step import propagator, sliding_step, step, with_friction
 from rwjax.types import Scalar
 
-PIECES = 40
+PIECES = 30
 STEPS = 10
 """Time steps of the plant in one piece of the command."""
 REACHED = 1e-4
@@ -30,7 +30,7 @@ REACHED = 1e-4
 SPARE = 0.9
 LONGER = (1.0, 1.4)
 """Durations from which the search begins, over the guessed one, until one ends well."""
-PATIENCE = {"maxiter": 200, "ftol": 1e-8}
+PATIENCE = {"maxiter": 200, "ftol": 1e-6}
 BARELY = 1.0 + 1e-9
 """Share of a limit that counts as within it, so that a start at the limit does."""
 
@@ -67,7 +67,7 @@ def course(
     start: Float[Array, " n"],
 ) -> Course:
     """What the plant does under the mean commands of equal steps of a duration; the last time is its end."""
-    return _course(structure, theta, commands, duration, start, len(commands), 1.0)
+    return _course(structure, theta, commands, duration, start, len(commands), jnp.ones(()))
 
 
 def _course(
@@ -77,7 +77,7 @@ def _course(
     duration: Scalar | float,
     start: Float[Array, " n"],
     stick: int,
-    way: float,
+    way: Scalar,
 ) -> Course:
     """`course` of an axis that slides `way` from the step `stick` on."""
     plant = plant_of(structure, theta)
@@ -93,7 +93,7 @@ def _course(
 
     first = (jnp.zeros(()), tuple(start[k] for k in range(len(structure.states))))
     middle, sticks = jax.lax.scan(moved(step), first, commands[:stick])
-    slides = partial(sliding_step, way=jnp.asarray(way))
+    slides = partial(sliding_step, way=way)
     (t, x), slid = jax.lax.scan(moved(slides), middle, commands[stick:])
     last = _seen(plant, t, x, commands[-1])
     return Course(*(jnp.concatenate([a, b, c[None]]) for a, b, c in zip(sticks, slid, last, strict=True)))
@@ -161,45 +161,60 @@ def resting(rig: Rig, spin: float = 0.0) -> Course:
     return Course(*(x[0] for x in course(structure, theta, jnp.array([keeps]), 1e-3, start)))
 
 
-Conditions = Callable[[Course], tuple[Array, Array]]
-"""What has to be 0 and what must not be negative, of a course, each in its own scale."""
+Conditions = Callable[[Course, Array], tuple[Array, Array]]
+"""What has to be 0 and what must not be negative, of a course and of some numbers, each in its own scale."""
+
+
+class Task(NamedTuple):
+    """What a search is given besides the conditions: plant, `limits`, the conditions' `numbers`, first state, guessed `duration`
+    [s] and the `way` in which the axis slides."""
+
+    theta: Float[Array, " p"]
+    limits: Limits
+    numbers: Float[Array, " m"]
+    start: Float[Array, " n"]
+    duration: float
+    way: float
+
+    def scaled(self, z: Array) -> tuple[Array, Array]:
+        """Mean command of every step and duration, from commands over their limit and the duration over the guessed one."""
+        return self.limits.volts * (jnp.asarray(_between()) @ z[:-1]), self.duration * z[-1]
+
+
+def _outcome(structure: Structure, conditions: Conditions, stick: int, task: Task, z: Array) -> tuple[Array, Array]:
+    commands, duration = task.scaled(z)
+    found = _course(structure, task.theta, commands, duration, task.start, stick * STEPS, jnp.asarray(task.way))
+    zero, positive = conditions(found, task.numbers)
+    held = ((found.wheel, task.limits.top), (found.current, task.limits.amps))
+    within = [worst(BARELY - (x / most) ** 2) for x, most in held]
+    return zero, jnp.concatenate([positive, *within])
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _with_slopes(structure: Structure, conditions: Conditions, stick: int, task: Task, z: Array) -> tuple:
+    one = partial(_outcome, structure, conditions, stick, task)
+    return one(z), jax.jacfwd(one)(z)
 
 
 def fastest(
     structure: Structure,
-    theta: Float[Array, " p"],
-    limits: Limits,
     conditions: Conditions,
-    guess: tuple[Float[np.ndarray, " c"], float],
-    start: Float[Array, " n"],
     stick: int,
-    way: float,
+    task: Task,
+    guess: Float[np.ndarray, " c"],
 ) -> tuple[Course, float]:
     """The course of least time within the limits that meets the conditions, and how far it violates them (0 where it meets
-    them), from a guess of `PIECES` + 1 commands and of the duration; from the piece `stick` on the axis is taken to slide `way`.
+    them), from a guess of `PIECES` + 1 commands; from the piece `stick` on the axis is taken to slide.
 
     Sequential quadratic programming (Kraft 1988), derivatives through the plant."""
-    volts, duration = np.asarray(guess[0]) / limits.volts, float(guess[1])
-    count, between = len(volts), jnp.asarray(_between())
-
-    def of(z: Array) -> tuple[Array, Array]:
-        return limits.volts * (between @ z[:count]), duration * z[count]
-
-    def outcome(z: Array) -> tuple[Array, Array]:
-        found = _course(structure, theta, *of(z), start, stick * STEPS, way)
-        zero, positive = conditions(found)
-        held = [(x, most) for x, most in ((found.wheel, limits.top), (found.current, limits.amps)) if np.isfinite(most)]
-        within = [worst(BARELY - side * x / most) for x, most in held for side in (1.0, -1.0)]
-        return zero, jnp.concatenate([positive, *within])
-
-    both = jax.jit(lambda z: (outcome(z), jax.jacfwd(outcome)(z)))
+    count = PIECES + 1
     known: dict[bytes, tuple] = {}
 
     def at(z: np.ndarray) -> tuple:
         key = z.tobytes()
         if key not in known:
             known.clear()
-            known[key] = jax.tree.map(np.asarray, both(jnp.asarray(z)))
+            known[key] = jax.tree.map(np.asarray, _with_slopes(structure, conditions, stick, task, jnp.asarray(z)))
         return known[key]
 
     last = np.eye(count + 1)[count]
@@ -210,7 +225,7 @@ def fastest(
     ]
     z, missed = np.zeros(count + 1), np.inf
     for longer in LONGER:
-        z = np.append(np.clip(volts, -1.0, 1.0), longer)
+        z = np.append(np.clip(guess / task.limits.volts, -1.0, 1.0), longer)
         z = minimize(
             lambda z: (z[count], last), z, jac=True, method="SLSQP", bounds=bounds, constraints=posed, options=PATIENCE
         ).x
@@ -219,7 +234,7 @@ def fastest(
         missed = float(max(np.max(np.abs(zero), initial=0.0), np.max(-positive, initial=0.0)))
         if missed <= REACHED:
             break
-    return course(structure, theta, *of(jnp.asarray(z)), start), missed
+    return course(structure, task.theta, *task.scaled(jnp.asarray(z)), task.start), missed
 
 
 def _between() -> Float[np.ndarray, "s c"]:

@@ -24,17 +24,17 @@ class Ring(NamedTuple):
     density: float = ALUMINIUM
 
     @property
-    def mass(self) -> Float[np.ndarray, "..."]:
+    def mass(self) -> Float[np.ndarray, "..."] | float:
         """Mass [kg]: rho pi (R² - r²) d (thesis eq. 2.4 to 2.6)."""
         return self.density * np.pi * (np.square(self.outer) - np.square(self.inner)) * self.thickness
 
     @property
-    def inertia(self) -> Float[np.ndarray, "..."]:
+    def inertia(self) -> Float[np.ndarray, "..."] | float:
         """Moment of inertia [kg m²]: m (R² + r²)/2."""
         return 0.5 * self.mass * (np.square(self.outer) + np.square(self.inner))
 
     @property
-    def thin_inertia(self) -> Float[np.ndarray, "..."]:
+    def thin_inertia(self) -> Float[np.ndarray, "..."] | float:
         """Moment of inertia of thesis eq. 2.7 [kg m²], m R²: as if all mass lay at the rim."""
         return self.mass * np.square(self.outer)
 

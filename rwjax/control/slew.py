@@ -11,6 +11,7 @@ from rwjax.control.open_loop import (
     REACHED,
     Course,
     Limits,
+    Task,
     check,
     course,
     fastest,
@@ -104,22 +105,31 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     t = (np.arange(pieces) + 0.5) * ideal.time / pieces
     followed = course(structure, theta, jnp.asarray(-np.sign(angle) * law(rig, ideal, t)), ideal.time, still)
 
-    def conditions(found: Course) -> tuple[Array, Array]:
-        end = jnp.stack([found.angle[-1] / angle - 1.0, found.rate[-1] * ideal.time / angle])
-        if structure.inductive:
-            rest = SAFE * jnp.where(found.holds[-1] > 0.0, found.holds[-1], 1e-3 * torque)
-            return end, jnp.stack([rest[0] + found.torque[-1], rest[1] - found.torque[-1]]) / torque
-        return end, jnp.zeros(0)
-
-    guess = _guess(rig, angle, torque, spin, float(np.max(followed.holds[0])))
-    start = steady(rig, spin)[2]
-    best, missed = fastest(structure, theta, limits, conditions, guess, start, 1, float(np.sign(angle)))
+    conditions = _still if structure.inductive else _arrived
+    guess, seconds = _guess(rig, angle, torque, spin, float(np.max(followed.holds[0])))
+    numbers = jnp.array([angle, ideal.time, torque])
+    task = Task(theta, limits, numbers, steady(rig, spin)[2], seconds, float(np.sign(angle)))
+    best, missed = fastest(structure, conditions, 1, task, guess)
     if missed > REACHED:
         raise InputError(
             f"{np.degrees(angle):g}° are not reached within these limits (the search ends at "
             f"{np.degrees(float(best.angle[-1])):.3g}°): friction takes the wheel's momentum; turn less far, or spin the wheel the other way beforehand"
         )
     return Slew(ideal, followed, float(followed.angle[-1]) - angle, best)
+
+
+def _arrived(found: Course, numbers: Array) -> tuple[Array, Array]:
+    """The axis stands at its angle."""
+    angle, time, _ = numbers
+    return jnp.stack([found.angle[-1] / angle - 1.0, found.rate[-1] * time / angle]), jnp.zeros(0)
+
+
+def _still(found: Course, numbers: Array) -> tuple[Array, Array]:
+    """And what current an inductance keeps going does not move it again; without friction there is hardly any."""
+    torque = numbers[2]
+    rest = SAFE * jnp.where(found.holds[-1] > 0.0, found.holds[-1], 1e-3 * torque)
+    left = jnp.stack([rest[0] + found.torque[-1], rest[1] - found.torque[-1]]) / torque
+    return _arrived(found, numbers)[0], left
 
 
 def _guess(

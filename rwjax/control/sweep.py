@@ -17,6 +17,7 @@ from rwjax.control.closed_loop import Clockwork, Controller, Run, closed_loop, p
 from rwjax.control.response import Response, step_response
 from rwjax.plant import Structure
 from rwjax.rig import Rig
+from rwjax.types import Scalar
 
 LANES = 400
 """Closed loops that run side by side on one core."""
@@ -60,7 +61,7 @@ def _block(
     gains: Float[Array, "g c"],
     references: Float[Array, "r s"],
     plants: Float[Array, "k p"],
-    sign: float,
+    sign: Scalar | float,
     lanes: Array,
 ) -> Response:
     start = jnp.zeros(len(structure.states))
