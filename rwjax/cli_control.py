@@ -85,8 +85,8 @@ def _write(
         print(text, end="")
 
 
-def _plain(values: "np.ndarray") -> list:
-    """Nested lists; None for what is not finite."""
+def _plain(values: "np.ndarray") -> list | float | None:
+    """Nested lists, or one number; None for what is not finite."""
     import numpy as np
 
     plain = np.array(values, object)
@@ -278,7 +278,7 @@ def slew(
         "schema": "rwjax.slew/1",
         "ideal": {"ramp_s": ideal.ramp, "hold_s": ideal.hold, "time_s": ideal.time, "wheel_rad_s": ideal.top},
         "miss_deg": miss,
-        "time_s": found.time,
+        "least_time_s": found.time,
         **{name: np.asarray(value).tolist() for name, value in of_course(found.best).items()},
     }
     figure = partial(
@@ -318,7 +318,7 @@ def dump(
     answer = {
         "schema": "rwjax.dump/1",
         "bound_s": found.bound,
-        "time_s": found.time,
+        "least_time_s": found.time,
         "moved_deg": moved,
         **{name: np.asarray(value).tolist() for name, value in of_course(found.best).items()},
     }
@@ -365,8 +365,9 @@ def size(
         if values.min() <= 0.0:
             raise InputError(f"{option}: has to be positive [mm]")
     ring = Ring(outer[:, None], inner * outer[:, None], thick[None, :], density)
+    mass, inertia = np.asarray(ring.mass), np.asarray(ring.inertia)
     with _of(rig):
-        found = run(believed, ring.inertia, abs(math.radians(angle)), seconds, limits)
+        found = run(believed, inertia, abs(math.radians(angle)), seconds, limits)
     columns = of_sizes(ring, found)
     answer = {
         "schema": "rwjax.size/1",
@@ -382,10 +383,10 @@ def size(
     ]
     fits = found.time <= seconds
     if fits.any():
-        i, j = np.unravel_index(np.argmin(np.where(fits, ring.mass, np.inf)), fits.shape)
+        i, j = np.unravel_index(np.argmin(np.where(fits, mass, np.inf)), fits.shape)
         notes.append(
-            f"lightest that does it: {1e3 * outer[i]:.3g} mm by {1e3 * thick[j]:.3g} mm, {1e3 * ring.mass[i, j]:.3g} g, "
-            f"{ring.inertia[i, j]:.3g} kg m², {found.time[i, j]:.3g} s; {LIMITS[int(found.limit[i, j])]} binds"
+            f"lightest that does it: {1e3 * outer[i]:.3g} mm by {1e3 * thick[j]:.3g} mm, {1e3 * mass[i, j]:.3g} g, "
+            f"{inertia[i, j]:.3g} kg m², {found.time[i, j]:.3g} s; {LIMITS[int(found.limit[i, j])]} binds"
         )
     else:
         notes.append("none of these rings does it")

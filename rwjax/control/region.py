@@ -14,6 +14,7 @@ from scipy.linalg import expm
 from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.polynomials import disc, hurwitz, shift, within_sector
 from rwjax.rig import Rig
+from rwjax.types import Scalar
 
 MOST_LATE = 12
 
@@ -109,7 +110,9 @@ def _stable(base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple) -
 
 
 @jax.jit
-def _damped(base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple, damping: float) -> Bool[Array, "..."]:
+def _damped(
+    base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple, damping: Scalar | float
+) -> Bool[Array, "..."]:
     return within_sector(_coefficients(base, rows, gains), damping)
 
 

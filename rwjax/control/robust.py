@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array, Float
 
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.control.linear import Transfer, linearised, transfer
@@ -74,17 +74,17 @@ def draw(rig: Rig, spread: Spread, count: int, seed: int = 0) -> Float[np.ndarra
 
 @jax.jit
 def _least_modulus(
-    num: Complex[Array, "k f"],
-    den: Complex[Array, "k f"],
-    s: Float[Array, " f"],
+    re: Float[Array, "k f"],
+    im: Float[Array, "k f"],
+    omega: Float[Array, " f"],
     kp: Float[Array, " p"],
     kd: Float[Array, " d"],
 ) -> Float[Array, "p d"]:
-    r"""Least of $|1 + P(j\omega)(K_p + K_d\,j\omega)|$ over plants and frequencies."""
-    plant = num / den
+    r"""Least of $|1 + P(j\omega)(K_p + K_d\,j\omega)|$ over plants, given by the parts of P, and frequencies."""
 
     def of(kp: Array, kd: Array) -> Array:
-        return jnp.min(jnp.abs(1.0 + plant * (kp + 1j * kd * s)))
+        swift = kd * omega[None, :]
+        return jnp.sqrt(jnp.min((1.0 + re * kp - im * swift) ** 2 + (im * kp + re * swift) ** 2))
 
     return jax.lax.map(lambda p: jax.lax.map(lambda d: of(p, d), kd), kp)
 
@@ -105,7 +105,8 @@ def robust_gains(rig: Rig, thetas: Float[np.ndarray, "k p"], kp: np.ndarray, kd:
     plants = transfer(linearised(rig, thetas=thetas))
     lows, highs = np.array([kp.min(), kd.min()]), np.array([kp.max(), kd.max()])
     omega = _frequencies(plants)
-    num, den = (_along(p, omega) for p in (plants.restoring, plants.den))
+    response = _along(plants.restoring, omega) / _along(plants.den, omega)
+    seen = jnp.asarray(response.real), jnp.asarray(response.imag), jnp.asarray(omega)
     low, high, best = lows, highs, np.zeros(2)
     for _ in range(ROUNDS):
         p, d = (np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))
@@ -114,7 +115,7 @@ def robust_gains(rig: Rig, thetas: Float[np.ndarray, "k p"], kp: np.ndarray, kd:
             raise InputError(
                 f"no gains put every pole of every plant left of -{sigma:g} 1/s; ask for less, or fit more logs"
             )
-        margin = np.where(holds, np.asarray(_least_modulus(num, den, jnp.asarray(omega), p, d)), -1.0)
+        margin = np.where(holds, np.asarray(_least_modulus(*seen, jnp.asarray(p), jnp.asarray(d))), -1.0)
         i, j = np.unravel_index(np.argmax(margin), margin.shape)
         best, reach = np.array([p[i], d[j]]), 2.0 * (high - low) / (GRID - 1)
         low, high = np.maximum(best - reach, lows), np.minimum(best + reach, highs)
@@ -133,9 +134,9 @@ def _frequencies(plants: Transfer) -> Float[np.ndarray, " f"]:
     return np.geomspace(1e-2 * sizes.min(), 1e3 * sizes.max(), FREQUENCIES)
 
 
-def _along(polynomials: np.ndarray, omega: np.ndarray) -> Array:
+def _along(polynomials: np.ndarray, omega: np.ndarray) -> np.ndarray:
     powers = (1j * omega) ** np.arange(polynomials.shape[-1])[::-1, None]
-    return jnp.asarray(polynomials @ powers)
+    return polynomials @ powers
 
 
 def _one_by_one(plants: Transfer) -> list[Transfer]:
