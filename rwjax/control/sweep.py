@@ -19,7 +19,7 @@ from rwjax.plant import Structure
 from rwjax.rig import Rig
 from rwjax.types import Scalar
 
-LANES = 400
+LANES = 800
 """Closed loops that run side by side on one core."""
 
 
