@@ -11,6 +11,7 @@ from experiments.control.problem import COULOMB, LIMIT, PERIOD, SMOOTH, STATIC, 
 from rwjax.control.linear import Transfer
 
 WIDTH = 1e-3  # rad/s, of the smooth sign where a solver needs one
+SMOOTH_SIGN, FINE = 3e-3, 1e-3  # rad/s, s: the same for Runge-Kutta steps, which a narrower one makes unstable
 
 
 def roots_loop(plant: Transfer, kp: np.ndarray, kd: np.ndarray, sigma: float) -> np.ndarray:
@@ -121,5 +122,39 @@ def numba_sweep(reference, kp, kd, E, P, Q):
             total += error * error * PERIOD
             for _ in range(STEPS):
                 psi, w, O, i = _step(psi, w, O, i, u, E, P, Q, PERIOD / STEPS)
+        cost[g] = total
+    return cost
+
+
+@njit(inline="always")
+def _smooth_rates(w, O, i, u):
+    dry = _level(w) * math.tanh(w / SMOOTH_SIGN)
+    shaft = K * i - b * O
+    return (-shaft - VISCOUS * w - dry) / I, shaft / J, (u - R * i - K * O) / L
+
+
+@njit(parallel=True, fastmath=True)
+def numba_runge_kutta(reference, kp, kd):
+    """The same loops as one would write them: Runge-Kutta steps of 1 ms, the sign of the speed smoothed."""
+    cost = np.empty(len(kp))
+    inner = round(PERIOD / FINE)
+    for g in prange(len(kp)):
+        psi = w = O = i = total = slope = 0.0
+        before, h = reference[0], FINE
+        for k in range(len(reference)):
+            error = reference[k] - psi
+            slope = (SMOOTH * slope + error - before) / (SMOOTH + PERIOD)
+            before = error
+            u = -min(max(kp[g] * error + kd[g] * slope, -LIMIT), LIMIT)
+            total += error * error * PERIOD
+            for _ in range(inner):
+                a1, b1, c1 = _smooth_rates(w, O, i, u)
+                a2, b2, c2 = _smooth_rates(w + 0.5 * h * a1, O + 0.5 * h * b1, i + 0.5 * h * c1, u)
+                a3, b3, c3 = _smooth_rates(w + 0.5 * h * a2, O + 0.5 * h * b2, i + 0.5 * h * c2, u)
+                a4, b4, c4 = _smooth_rates(w + h * a3, O + h * b3, i + h * c3, u)
+                psi += h * (w + h / 6.0 * (a1 + a2 + a3))
+                w += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+                O += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
+                i += h / 6.0 * (c1 + 2.0 * c2 + 2.0 * c3 + c4)
         cost[g] = total
     return cost

@@ -124,7 +124,11 @@ def loops() -> None:
     own = [np.sum((wave - np.asarray(run_rig(rig(), laws[k], wave, Clockwork()).angle)) ** 2) * PERIOD for k in pick]
     off = {
         name: np.max(np.abs(found[pick] / own - 1.0))
-        for name, found in (("C", c_limit.sweep(wave, kp, kd, 1)), ("numba", peers.numba_sweep(wave, kp, kd, E, P, Q)))
+        for name, found in (
+            ("C", c_limit.sweep(wave, kp, kd, 1)),
+            ("numba", peers.numba_sweep(wave, kp, kd, E, P, Q)),
+            ("smooth", peers.numba_runge_kutta(wave, kp, kd)),
+        )
     }
     by_scipy = np.array([peers.scipy_loop(wave, kp[k], kd[k]) for k in pick[:3]])
 
@@ -143,6 +147,7 @@ def loops() -> None:
             several[1]: (lambda: c_limit.sweep(wave, kp, kd, 1), len(kp)),
             several[2]: (lambda: c_limit.sweep(wave, kp, kd, 2), len(kp)),
             several[3]: (lambda: peers.numba_sweep(wave, kp, kd, E, P, Q), len(kp)),
+            "numba, Runge-Kutta steps of 1 ms, two threads": (lambda: peers.numba_runge_kutta(wave, kp, kd), len(kp)),
             "scipy, `solve_ivp` each period": (lambda: peers.scipy_loop(wave, kp[700], kd[700]), 1),
         },
         several,
@@ -150,6 +155,7 @@ def loops() -> None:
     notes = {
         several[1]: f"squared error within {off['C']:.0e}",
         several[3]: f"within {off['numba']:.0e}",
+        "numba, Runge-Kutta steps of 1 ms, two threads": f"sign smoothed over {peers.SMOOTH_SIGN:g} rad/s; within {off['smooth']:.0e}",
         "scipy, `solve_ivp` each period": f"sign smoothed over {peers.WIDTH:g} rad/s; within {np.max(np.abs(by_scipy / own[:3] - 1.0)):.0e}",
     }
     report("10 s closed loops, 1600 gain pairs", "loop", times, several[0], notes)

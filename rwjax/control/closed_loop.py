@@ -23,6 +23,9 @@ from rwjax.simulate import plant_of
 from rwjax.step import propagator, step
 from rwjax.types import Scalar
 
+FARTHEST = 1e6
+"""V beyond which no command is looked for."""
+
 
 class Controller(NamedTuple):
     r"""$u = K_p e + K_i \int e + K_d \dot e + u_d\,\mathrm{sgn}\,e$, clipped; `kp` V/rad, `ki` V/(rad s), `kd` V s/rad.
@@ -161,7 +164,8 @@ def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
 
 
 def breakaway(rig: Rig) -> float:
-    """Command [V] at which the axis of a rig at rest breaks loose, its wheel standing: what to feed forward against dry friction.
+    """Command [V] at which the axis of a rig at rest breaks loose, its wheel standing: what to feed forward against dry friction
+    and a dead zone.
 
     Raises `InputError` as `linearised` does.
     """
@@ -174,4 +178,11 @@ def breakaway(rig: Rig) -> float:
     ]
     n = rig.values
     per_volt = n["drive.gain"] if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
-    return float(sum(levels)) / per_volt
+    needed = float(sum(levels)) / per_volt
+    low, high = 0.0, 1.0
+    while float(plant.act(jnp.asarray(high))) < needed and high < FARTHEST:
+        high *= 2.0
+    for _ in range(50):  # the drive's map rises with the command
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if float(plant.act(jnp.asarray(middle))) > needed else (middle, high)
+    return low

@@ -1,5 +1,7 @@
 """A sweep is many closed loops: each lane against the loop run by itself."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -47,10 +49,11 @@ def test_the_wheel_s_fastest_rate_is_seen() -> None:
 
 
 @pytest.mark.parametrize("share, moves", [(0.999, False), (1.001, True)])
-@pytest.mark.parametrize("kind", ["platform", "reaction"])
+@pytest.mark.parametrize("kind", ["platform", "reaction", "with a dead zone"])
 def test_breakaway_is_where_the_axis_lets_go(kind: str, share: float, moves: bool) -> None:
     friction = "coulomb = 0.01\nstatic = 0.015\nstribeck_velocity = 0.1"
-    rig = platform(friction) if kind == "platform" else reaction(friction)
+    rig = reaction(friction) if kind == "reaction" else platform(friction)
+    rig = replace(rig, effects={"drive.deadzone": {"u_0": 0.3, "j": 0.0}}) if kind == "with a dead zone" else rig
     push = Controller(0.0, forward=share * breakaway(rig))
     # the wheel of a reaction rig speeds up and takes the torque away: the first instants decide, and need no inductance
     rig = parse_rig(_without_inductance(rig)) if kind == "reaction" else rig

@@ -64,7 +64,9 @@ def test_the_error_that_stays_is_no_more_than_what_friction_holds() -> None:
             last, wheel = float(w.run.command[999]), float(w.run.wheel[999])
             assert float(w.run.rate[999]) == 0.0
             assert last == pytest.approx((0.0182 + 0.83 * 4.07e-6 / 0.0182) * wheel, abs=0.05 * VOLTS)
-            assert -float(w.out[0].error) * gains[0] == pytest.approx(last, abs=1.01 * gains[0] * np.pi / 2048)  # half a count
+            assert -float(w.out[0].error) * gains[0] == pytest.approx(
+                last, abs=1.01 * gains[0] * np.pi / 2048
+            )  # half a count
 
 
 def test_momentum_goes_into_the_bearing_and_the_axis_does_not_move() -> None:
