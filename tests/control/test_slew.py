@@ -1,14 +1,18 @@
 """Slews: the ideal law against its integrals, the fastest one against closed forms of simple rigs."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
+from rwjax.build import structure_of, theta_of
 from rwjax.control.open_loop import Limits
 from rwjax.control.slew import on_off, slew
 from rwjax.errors import InputError
+from rwjax.simulate import plant_of
+from rwjax.step import propagator, sliding_step, step
 from tests.systems import platform, reaction
 
 K, R, J, I = 0.0182, 0.83, 1.24e-4, 0.0495
@@ -104,3 +108,21 @@ def test_what_cannot_be_is_refused() -> None:
         slew(reaction(), 1.0, Limits(10.0, 0.01))
     with pytest.raises(InputError, match="the limits allow"):
         slew(rig(), 1.0, LIMITS, spin=2.0 * TOP)
+
+
+def test_a_sliding_axis_goes_on_through_rest_where_a_real_one_sticks() -> None:
+    text = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\ncoulomb = 0.05'
+    structure = structure_of(parse_rig(text))
+    plant, h, zero = (
+        plant_of(structure, jnp.asarray(theta_of(parse_rig(text), structure))),
+        jnp.asarray(0.01),
+        jnp.zeros(()),
+    )
+    p = propagator(plant, h)
+    slid = stuck = (zero, jnp.asarray(0.1))  # psi, w; friction slows by 0.5 rad/s2
+    for _ in range(50):
+        slid = sliding_step(plant, p, zero, slid, zero, h, jnp.ones(()))
+        stuck = step(plant, p, zero, stuck, zero, h)
+    t = 0.5
+    assert [float(v) for v in slid] == pytest.approx([0.1 * t - 0.25 * t**2, 0.1 - 0.5 * t])
+    assert [float(v) for v in stuck] == pytest.approx([0.01, 0.0])
