@@ -195,7 +195,8 @@ def _votes(
 ) -> Int[Array, "b g"]:
     def of_block(pair: Float[Array, "2 g"]) -> Int[Array, " g"]:
         def add(found: Int[Array, " g"], plants: tuple) -> tuple[Int[Array, " g"], None]:
-            stable = [hurwitz(_coefficients(enters, *plant, (pair[0], pair[1]))) for plant in zip(*plants, strict=True)]
+            each = zip(*plants, strict=True)
+            stable = [hurwitz(_coefficients(enters, base, rows, (pair[0], pair[1]))) for base, rows in each]
             return found + sum(s.astype(found.dtype) for s in stable), None
 
         return jax.lax.scan(add, jnp.zeros(pair.shape[1], jnp.int32), (base, rows))[0]
