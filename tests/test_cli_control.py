@@ -112,7 +112,7 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
     code, out, err = shell("tune", "rig.toml", *options, "--json")
     assert code == 0, err
     answer = json.loads(out)
-    assert answer["plants"] == 20 and answer["robust"]["modulus"] > answer["tuned"]["modulus"] > 0.499
+    assert answer["plants"] == 20 and answer["robust"]["modulus"] >= answer["tuned"]["modulus"] > 0.499
     assert abs(answer["tuned"]["error"]) < abs(answer["robust"]["error"])
     assert shell("tune", "rig.toml", *options)[1].startswith("robust: kp ")
 

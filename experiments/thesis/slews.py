@@ -37,7 +37,7 @@ def slews(folder: Path) -> None:
         row(
             "90 deg with the friction of eq. 3.14, wheel from rest to 4000 rpm",
             "90 deg",
-            f"not reached: {str(error).split(':')[1].strip()}",
+            f"not found: {str(error).split(':')[1].strip()}",
         )
     spun = slew(real, 0.5 * np.pi, LIMITS, spin=TOP)
     row("… the ideal law there ends [deg]", "90", f"{90.0 + np.degrees(spun.miss):.1f}")

@@ -151,15 +151,22 @@ def run_rig(
     return closed_loop(structure, theta, clockwork, values, jnp.asarray(reference), first, sign)
 
 
+def without_lags(rig: Rig) -> None:
+    """Raises `InputError` for a rig with a delay, a lag or a rate limit, which neither loops nor manoeuvres have."""
+    lags = (CommandDelay, CommandFilter, EncoderDelay)
+    if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
+        raise InputError(
+            f"`{late[0]}`: no such effect is simulated here; leave it out, a loop takes a delay of its own"
+        )
+
+
 def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
     """Structure, parameter vector and sign of a rig whose loop is to be closed.
 
-    Raises `InputError` as `linearised` does, and for a rig with a delay, a lag or a rate limit.
+    Raises `InputError` as `linearised` and `without_lags` do.
     """
+    without_lags(rig)
     structure = structure_of(rig)
-    lags = (CommandDelay, CommandFilter, EncoderDelay)
-    if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
-        raise InputError(f"`{late[0]}`: the closed loop has no such effect; leave it out and give `Clockwork.late`")
     return structure, jnp.asarray(theta_of(rig, structure)), float(np.sign(transfer(linearised(rig)).num[0]))
 
 

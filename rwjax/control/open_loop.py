@@ -1,7 +1,7 @@
 """Commands that minimise the time of a manoeuvre, found by optimisation through the plant.
 
-A manoeuvre takes a time T in which the command runs straight between `PIECES` + 1 values; all of these are unknowns. The plant is the nonlinear one,
-stick and slip included; its derivatives by every command and by T are exact.
+A manoeuvre takes a time T in which the command runs straight between `PIECES` + 1 values; all of these are unknowns. The
+plant is the nonlinear one, stick and slip included; its derivatives by every command and by T are exact.
 """
 
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
 from rwjax.build import structure_of, theta_of
+from rwjax.control.closed_loop import without_lags
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
@@ -115,9 +116,12 @@ def _seen(plant: Plant, t: Scalar, x: tuple, u: Scalar) -> Course:
 
 
 def check(rig: Rig, limits: Limits) -> None:
-    """Raises `InputError` for a rig without a reaction wheel and for limits that are not positive."""
+    """Raises `InputError` as `without_lags` does, for a rig without a reaction wheel and for limits that are not positive."""
     if rig.kind != "reaction":
         raise InputError(f"kind `{rig.kind}`: there is no wheel that turns an axis; take a `reaction` rig")
+    without_lags(rig)
+    if not np.isfinite(limits.volts):
+        raise InputError(f"limit `volts` {limits.volts:g}: has to be a finite number")
     for name, value in limits._asdict().items():
         if not value > 0.0:
             raise InputError(f"limit `{name}` {value:g}: has to be positive")

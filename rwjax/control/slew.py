@@ -64,7 +64,7 @@ def on_off(I: float, J: float, angle: float, torque: float, top: float) -> OnOff
 
 def law(rig: Rig, ideal: OnOff, t: Float[np.ndarray, " t"]) -> Float[np.ndarray, " t"]:
     r"""Voltage that makes the wheel follow the ideal law: $V = R\,(J\dot\Omega + b\,\Omega)/K + K\,\Omega$, inductance left out."""
-    K, R, J = (rig.values[f"{n}"] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
+    K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
     b, Omega = rig.values.get("motor.friction", 0.0), ideal.wheel(t)
     rising = np.where(
         t < ideal.ramp, 1.0, np.where(t < ideal.ramp + ideal.hold, 0.0, np.where(t < ideal.time, -1.0, 0.0))
@@ -74,7 +74,7 @@ def law(rig: Rig, ideal: OnOff, t: Float[np.ndarray, " t"]) -> Float[np.ndarray,
 
 class Slew(NamedTuple):
     """The `ideal` law for the torque that the drive has at its top, what the plant makes of it (`miss` [rad] at its end), and
-    the `best` course of least time on the plant. `limits` as given."""
+    the `best` course of least time on the plant."""
 
     ideal: OnOff
     followed: Course
@@ -90,7 +90,7 @@ class Slew(NamedTuple):
 def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     """Slews over `angle` [rad] from rest, the wheel at `spin` [rad/s] beforehand.
 
-    Raises `InputError` for a rig without a wheel, limits that are not positive, and an angle that the plant does not reach.
+    Raises `InputError` for a rig without a wheel, limits that are not positive, and an angle that the search does not reach.
     """
     check(rig, limits)
     if angle == 0.0 or not np.isfinite(angle):
@@ -113,7 +113,8 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     if missed > REACHED:
         raise InputError(
             f"{np.degrees(angle):g}° are not reached within these limits (the search ends at "
-            f"{np.degrees(float(best.angle[-1])):.3g}°): friction takes the wheel's momentum; turn less far, or spin the wheel the other way beforehand"
+            f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "
+            "turn less far, or spin the wheel the other way beforehand"
         )
     return Slew(ideal, followed, float(followed.angle[-1]) - angle, best)
 

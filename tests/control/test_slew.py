@@ -1,5 +1,7 @@
 """Slews: the ideal law against its integrals, the fastest one against closed forms of simple rigs."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -100,6 +102,10 @@ def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="take a `reaction` rig"):
         slew(platform(), 1.0, LIMITS)
+    with pytest.raises(InputError, match=r"`drive\.lag`: no such effect"):
+        slew(replace(rig(), effects={"drive.lag": {"T": 0.1}}), 1.0, LIMITS)
+    with pytest.raises(InputError, match="limit `volts` inf"):
+        slew(rig(), 1.0, Limits(np.inf))
     with pytest.raises(InputError, match="limit `amps` -1: has to be positive"):
         slew(rig(), 1.0, Limits(10.0, -1.0))
     with pytest.raises(InputError, match="other than 0"):
