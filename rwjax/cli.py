@@ -8,15 +8,14 @@ from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from typer.exceptions import Abort, TyperException
 
+from rwjax import cli_control
+from rwjax.cli_options import Json, Quiet, RigFile, keep_input
 from rwjax.errors import InputError
-
-if TYPE_CHECKING:
-    import numpy as np
 
 app = typer.Typer(
     add_completion=False,
@@ -25,14 +24,10 @@ app = typer.Typer(
     help="Fit models of reaction-wheel rigs to logs, and find out why the simulation is off.",
 )
 
-RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML)", show_default=False)]
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG…", help="log files (CSV)", show_default=False)]
-Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
 
 
 FEWEST_DRAWS = 40
-MOST_GAINS = 10_000  # along one axis of a region
 
 
 class FitMethod(StrEnum):
@@ -69,11 +64,6 @@ def _results(path: Path) -> Iterator[Path]:
         if new and not any(path.iterdir()):
             path.rmdir()
         raise
-
-
-def _keep_input(output: Path, *inputs: Path) -> None:
-    if output.exists() and any(output.samefile(path) for path in inputs if path.exists()):
-        raise InputError(f"{output}: is the input; give another path with -o")
 
 
 @app.command()
@@ -114,7 +104,7 @@ def fit(
         result = identify(believed, records)
     text = write_rig(result.rig)
     if output is not None:
-        _keep_input(output, *logs)
+        keep_input(output, *logs)
         write_text(output, text, InputError)
     if as_json:
         print(json.dumps(result.json(), indent=1))
@@ -163,7 +153,7 @@ def predict(
     lines = (",".join([repr(float(row[0])), *(f"{v:.10g}" for v in row[1:])]) for row in rows)
     text = "\n".join([",".join(columns), *lines, ""])
     if output is not None:
-        _keep_input(output, rig, log)
+        keep_input(output, rig, log)
         write_text(output, text, InputError)
     if as_json:
         print(
@@ -234,75 +224,8 @@ def diagnose(
         print(f"  report: {report}")
 
 
-def _axis(option: str, text: str) -> "np.ndarray":
-    """The values that `FROM:TO:COUNT` stands for."""
-    import numpy as np
-
-    wrong = InputError(f"{option} {text}: has to be FROM:TO:COUNT with 1 to {MOST_GAINS} values, such as 0:100:101")
-    try:
-        first, last, number = text.split(":")
-        low, high, count = float(first), float(last), int(number)
-    except ValueError:
-        raise wrong from None
-    if not (np.isfinite([low, high]).all() and 1 <= count <= MOST_GAINS):
-        raise wrong
-    return np.linspace(low, high, count)
-
-
-@app.command()
-def region(
-    rig: RigFile,
-    kp: Annotated[str, typer.Option(metavar="FROM:TO:COUNT", help="proportional gains [V/rad]")] = "0:100:101",
-    kd: Annotated[str, typer.Option(metavar="FROM:TO:COUNT", help="derivative gains [V s/rad]")] = "0:100:101",
-    sigma: Annotated[float, typer.Option(help="every pole left of minus this [1/s]")] = 0.5,
-    angle: Annotated[float, typer.Option(help="angle at which the axis is held [rad]")] = 0.0,
-    output: Annotated[
-        Path | None, typer.Option("-o", metavar="REGION.csv", help="stdout without it; a figure beside it")
-    ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """PD gains of RIG's axis that put every pole of the closed loop left of -sigma."""
-    import math
-
-    from rwjax.control.linear import without_lateness
-    from rwjax.control.region import pd_region
-    from rwjax.errors import write_text
-    from rwjax.report.region import table, write_figure
-    from rwjax.rig import read_rig
-
-    for option, value in (("--sigma", sigma), ("--angle", angle)):
-        if not math.isfinite(value):
-            raise InputError(f"{option} {value}: has to be a finite number")
-    believed = read_rig(rig)
-    gains = _axis("--kp", kp), _axis("--kd", kd)
-    try:
-        found = pd_region(believed, *gains, sigma, angle)
-    except InputError as error:
-        raise InputError(f"{rig}: {error}") from None
-    if output is not None:
-        _keep_input(output, rig)
-        write_text(output, table(found), InputError)
-        write_figure(found, output.with_suffix(".png"))
-    if as_json:
-        answer = {
-            "schema": "rwjax.region/1",
-            "kp": found.kp.tolist(),
-            "kd": found.kd.tolist(),
-            "sigma": sigma,
-            "stable": found.stable.astype(int).tolist(),
-            "share": found.share,
-            "left_out": list(found.plant.hidden),
-        }
-        print(json.dumps(answer, allow_nan=False))
-    elif output is None:
-        print(table(found), end="")
-    if not quiet:
-        notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs put every pole left of -{sigma:g} 1/s"]
-        notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
-        late = without_lateness(believed)
-        notes += [f"left out: {', '.join(late)}, which no transfer function holds"] if late else []
-        print("\n".join(notes), file=sys.stderr)
+for command in cli_control.COMMANDS:
+    app.command()(command)
 
 
 def main() -> None:

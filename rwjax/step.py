@@ -159,13 +159,26 @@ def _stop_or_turn(
 
 def step(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar) -> State:
     """State after one step of length `h` [s] under the mean command `u` [V] of the step."""
+    return _mended(plant, p, t, x, u, h, x, len(x))
+
+
+def sliding_step(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar, way: Scalar) -> State:
+    """`step` of an axis that slides `way` (1 or -1) whatever its speed: dry friction neither holds it nor turns with it, so
+    that the state is smooth in the commands that bring it to rest."""
+    w = plant.structure.states.index("w")
+    return _mended(plant, p, t, x, u, h, (*x[:w], way, *x[w + 1 :]), w)
+
+
+def _mended(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar, start: State, slides: int) -> State:
+    """A step in the directions of sliding of `start`; bodies stop or turn, but for the one whose rate is at index `slides`."""
     direct, reached = _couplings(plant.structure)
-    rates0, torques0 = with_friction(plant, t, x, u, x)
+    rates0, torques0 = with_friction(plant, t, x, u, start)
     n0 = _minus(rates0, _times(p.A, x, direct))
     a = plant.deflected(x, _add(_times(p.E, x, reached), _times(p.phi1, n0, reached)), h)
-    rates1, torques1 = with_friction(plant, t + h, a, u, x)
+    rates1, torques1 = with_friction(plant, t + h, a, u, start)
     n1 = _minus(rates1, _times(p.A, a, direct))
     x1 = _add(a, _times(p.phi2, _minus(n1, n0), reached))
     for k, (body, effects) in enumerate(plant.bodies()):
-        x1 = _stop_or_turn(plant, body, effects, t, x, x1, u, h, rates0[body.rate], [torques0[k], torques1[k]])
+        if body.rate != slides:
+            x1 = _stop_or_turn(plant, body, effects, t, x, x1, u, h, rates0[body.rate], [torques0[k], torques1[k]])
     return plant.within_limits(plant.deflected(x, x1, h))

@@ -3,13 +3,12 @@
 `python -m experiments.thesis.chapter3 [FOLDER]` prints the tables and draws the figures into `build/thesis` by default.
 """
 
-import sys
 from pathlib import Path
 
 from experiments.thesis.friction_laws import friction_laws
 from experiments.thesis.motor import motor
 from experiments.thesis.platform_models import platform
-from experiments.thesis.table import row
+from experiments.thesis.table import folder_of, row
 from experiments.thesis.two_stages import misprints, two_stages
 from rwjax import read_logs, read_rig
 from rwjax.diagnose.diagnosis import diagnose
@@ -35,4 +34,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("build/thesis"))
+    main(folder_of())

@@ -1,5 +1,6 @@
 """What every part of a chapter needs: a row of its table, a figure in a file, a run without readings."""
 
+import sys
 from pathlib import Path
 
 import matplotlib
@@ -9,6 +10,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from rwjax import Log
+
+
+def folder_of() -> Path:
+    """Where figures go: the first argument, or `build/thesis`."""
+    return Path(sys.argv[1]) if len(sys.argv) > 1 else Path("build/thesis")
 
 
 def row(what: str, printed: str, here: str) -> None:

@@ -10,18 +10,21 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import linearised, transfer
 from rwjax.effects import BY_NAME
 from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
 from rwjax.errors import InputError
-from rwjax.plant import Plant, Structure
+from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of
 from rwjax.step import propagator, step
 from rwjax.types import Scalar
+
+FARTHEST = 1e6
+"""V beyond which no command is looked for."""
 
 
 class Controller(NamedTuple):
@@ -105,9 +108,13 @@ def closed_loop(
             fast = (jnp.abs(x[spins]) >= c.spin) & (jnp.sign(new) == jnp.sign(x[spins]))
             new = jnp.where(fast, jnp.sign(new) * jnp.minimum(jnp.abs(new), _holding(plant, jnp.asarray(c.spin))), new)
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
-        for k in range(clockwork.steps):
-            u = plant.act(old if k < clockwork.late else new)
-            x, t = step(plant, p, t, x, u, h), t + h
+        acts = plant.act(old), plant.act(new)
+
+        def within(carry: tuple, k: Int[Array, ""]) -> tuple[tuple, None]:  # unrolled it would take four times as long
+            t, x = carry
+            return (t + h, step(plant, p, t, x, jnp.where(k < clockwork.late, *acts), h)), None
+
+        (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(clockwork.steps))
         return (t, x, error, slope, integral, new), at
 
     first = tuple(start[k] for k in range(len(states)))
@@ -134,17 +141,55 @@ def run_rig(
 ) -> Run:
     """The closed loop of a rig from rest, or from states given by name.
 
-    Raises `InputError` as `linearised` does, for a rig with a delay, a lag or a rate limit, and for a state that it lacks.
+    Raises `InputError` as `posed` does, and for a state that the rig lacks.
     """
-    structure = structure_of(rig)
-    lags = (CommandDelay, CommandFilter, EncoderDelay)
-    if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
-        raise InputError(f"`{late[0]}`: the closed loop has no such effect; leave it out and give `Clockwork.late`")
+    structure, theta, sign = posed(rig)
     if strange := sorted({*start} - {*structure.states}):
         raise InputError(f"no state `{strange[0]}`; this rig has {', '.join(structure.states)}")
-    sign = float(np.sign(transfer(linearised(rig)).num[0]))
     first = jnp.array([start.get(name, 0.0) for name in structure.states])
     values = Controller(*(jnp.asarray(float(v)) for v in controller))
-    return closed_loop(
-        structure, jnp.asarray(theta_of(rig, structure)), clockwork, values, jnp.asarray(reference), first, sign
-    )
+    return closed_loop(structure, theta, clockwork, values, jnp.asarray(reference), first, sign)
+
+
+def without_lags(rig: Rig) -> None:
+    """Raises `InputError` for a rig with a delay, a lag or a rate limit, which neither loops nor manoeuvres have."""
+    lags = (CommandDelay, CommandFilter, EncoderDelay)
+    if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
+        raise InputError(
+            f"`{late[0]}`: no such effect is simulated here; leave it out, a loop takes a delay of its own"
+        )
+
+
+def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
+    """Structure, parameter vector and sign of a rig whose loop is to be closed.
+
+    Raises `InputError` as `linearised` and `without_lags` do.
+    """
+    without_lags(rig)
+    structure = structure_of(rig)
+    return structure, jnp.asarray(theta_of(rig, structure)), float(np.sign(transfer(linearised(rig)).num[0]))
+
+
+def breakaway(rig: Rig) -> float:
+    """Command [V] at which the axis of a rig at rest breaks loose, its wheel standing: what to feed forward against dry friction
+    and a dead zone.
+
+    Raises `InputError` as `linearised` does.
+    """
+    linearised(rig)
+    structure, theta = structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))
+    plant, zero = plant_of(structure, theta), jnp.zeros(())
+    rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
+    levels = [
+        friction_level(dry, rest, 1.0) for body, dry in plant.bodies() if body.rate == structure.states.index("w")
+    ]
+    n = rig.values
+    per_volt = n["drive.gain"] if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
+    needed = float(sum(levels)) / per_volt
+    low, high = 0.0, 1.0
+    while float(plant.act(jnp.asarray(high))) < needed and high < FARTHEST:
+        high *= 2.0
+    for _ in range(50):  # the drive's map rises with the command
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if float(plant.act(jnp.asarray(middle))) > needed else (middle, high)
+    return low

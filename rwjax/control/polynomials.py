@@ -12,6 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from rwjax.types import Scalar
+
 LONG = 6
 """Number of coefficients above which rows are divided by their pivot, so that they stay in the range of numbers."""
 Coefficients = Sequence[Float[Array, "..."]]
@@ -62,13 +64,13 @@ def mapped(M: np.ndarray, c: Coefficients) -> list[Float[Array, "..."]]:
     return [jnp.asarray(sum(m * x for m, x in zip(row, c, strict=True) if m != 0.0)) for row in M]
 
 
-def within_sector(c: Coefficients, damping: float) -> Bool[Array, "..."]:
+def within_sector(c: Coefficients, damping: Scalar | float) -> Bool[Array, "..."]:
     r"""Whether all roots have at least a damping ratio $\zeta$: $p(s e^{j\varphi})\,p(s e^{-j\varphi})$ with
     $\sin\varphi = \zeta$ is Hurwitz, a real polynomial of twice the order."""
-    turn = np.arcsin(damping)
+    turn = jnp.arcsin(damping)
     order = len(c) - 1
-    re = [np.cos((order - k) * turn) * x for k, x in enumerate(c)]
-    im = [np.sin((order - k) * turn) * x for k, x in enumerate(c)]
+    re = [jnp.cos((order - k) * turn) * x for k, x in enumerate(c)]
+    im = [jnp.sin((order - k) * turn) * x for k, x in enumerate(c)]
     square = []
     for total in range(2 * order + 1):
         pairs = [(k, total - k) for k in range(order + 1) if 0 <= total - k <= order]

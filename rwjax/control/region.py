@@ -3,6 +3,7 @@
 The characteristic polynomial is affine in the gains, so one array expression tests all of them (`rwjax.control.polynomials`).
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -14,6 +15,7 @@ from scipy.linalg import expm
 from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.polynomials import disc, hurwitz, shift, within_sector
 from rwjax.rig import Rig
+from rwjax.types import Scalar
 
 MOST_LATE = 12
 
@@ -99,18 +101,31 @@ def _numerator(A: np.ndarray, B: np.ndarray, C: np.ndarray, den: np.ndarray) -> 
     return np.poly(A - np.outer(B, C)) - den
 
 
-def _coefficients(base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple) -> list:
-    return [base[k] + sum(g * row[k] for g, row in zip(gains, rows, strict=True)) for k in range(len(base))]
+Enters = tuple[tuple[bool, ...], ...]
+"""Of every gain, the coefficients that it is part of."""
 
 
-@jax.jit
-def _stable(base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple) -> Bool[Array, "..."]:
-    return hurwitz(_coefficients(base, rows, gains))
+def _enters(loop: Loop) -> Enters:
+    part = np.any(loop.gains != 0.0, axis=tuple(range(loop.gains.ndim - 2)))
+    return tuple(tuple(bool(x) for x in row) for row in part)
 
 
-@jax.jit
-def _damped(base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple, damping: float) -> Bool[Array, "..."]:
-    return within_sector(_coefficients(base, rows, gains), damping)
+def _coefficients(enters: Enters, base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple) -> list:
+    """Coefficients, each an array over those gains only that it depends on."""
+    parts = [*zip(enters, rows, gains, strict=True)]
+    return [base[k] + sum(g * row[k] for part, row, g in parts if part[k]) for k in range(len(base))]
+
+
+@partial(jax.jit, static_argnums=0)
+def _stable(enters: Enters, base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple) -> Bool[Array, "..."]:
+    return hurwitz(_coefficients(enters, base, rows, gains))
+
+
+@partial(jax.jit, static_argnums=0)
+def _damped(
+    enters: Enters, base: Float[Array, " n"], rows: Float[Array, "g n"], gains: tuple, damping: Scalar | float
+) -> Bool[Array, "..."]:
+    return within_sector(_coefficients(enters, base, rows, gains), damping)
 
 
 def stable(loop: Loop, *gains: Float[np.ndarray, "..."], sigma: float = 0.0, damping: float = 0.0) -> np.ndarray:
@@ -119,16 +134,17 @@ def stable(loop: Loop, *gains: Float[np.ndarray, "..."], sigma: float = 0.0, dam
     `gains`: arrays that broadcast with each other, as the axes of a grid do.
     """
     moved = loop.mapped(shift(loop.order, sigma))
-    found = _stable(moved.base, moved.gains, gains)
+    found = np.asarray(_stable(_enters(moved), moved.base, moved.gains, gains))
     if damping > 0.0:
-        found = found & _damped(loop.base, loop.gains, gains, damping)
-    return np.asarray(found)
+        found = found & np.asarray(_damped(_enters(loop), loop.base, loop.gains, gains, damping))
+    return np.broadcast_to(found, np.broadcast_shapes(*(np.shape(g) for g in gains)))
 
 
 def stable_sampled(loop: Loop, *gains: Float[np.ndarray, "..."], radius: float = 1.0) -> np.ndarray:
     """Where every pole of a sampled loop has $|z|$ below `radius`."""
     moved = loop.mapped(disc(loop.order, radius))
-    return np.asarray(_stable(moved.base, moved.gains, gains))
+    found = np.asarray(_stable(_enters(moved), moved.base, moved.gains, gains))
+    return np.broadcast_to(found, np.broadcast_shapes(*(np.shape(g) for g in gains)))
 
 
 def boundary(plant: Transfer, omega: Float[np.ndarray, " f"], sigma: float = 0.0) -> Float[np.ndarray, "2 f"]:
@@ -169,18 +185,21 @@ def pd_region(rig: Rig, kp: np.ndarray, kd: np.ndarray, sigma: float, angle: flo
     return Region(kp, kd, sigma, found, plant)
 
 
-BLOCK = 10_000
-"""Gain pairs that are tested at a time against every plant: they stay in the cache."""
+BLOCK, TOGETHER = 5_000, 20
+"""Gain pairs and plants that are tested at a time: they stay in the cache, and the count of a pair is written once for all."""
 
 
-@jax.jit
-def _votes(base: Float[Array, "k n"], rows: Float[Array, "k 2 n"], pairs: Float[Array, "b 2 g"]) -> Int[Array, "b g"]:
+@partial(jax.jit, static_argnums=0)
+def _votes(
+    enters: Enters, base: Float[Array, "k t n"], rows: Float[Array, "k t 2 n"], pairs: Float[Array, "b 2 g"]
+) -> Int[Array, "b g"]:
     def of_block(pair: Float[Array, "2 g"]) -> Int[Array, " g"]:
-        def add(found: Int[Array, " g"], plant: tuple) -> tuple[Int[Array, " g"], None]:
-            base, rows = plant
-            return found + hurwitz(_coefficients(base, rows, (pair[0], pair[1]))).astype(int), None
+        def add(found: Int[Array, " g"], plants: tuple) -> tuple[Int[Array, " g"], None]:
+            each = zip(*plants, strict=True)
+            stable = [hurwitz(_coefficients(enters, base, rows, (pair[0], pair[1]))) for base, rows in each]
+            return found + sum(s.astype(found.dtype) for s in stable), None
 
-        return jax.lax.scan(add, jnp.zeros(pair.shape[1], int), (base, rows))[0]
+        return jax.lax.scan(add, jnp.zeros(pair.shape[1], jnp.int32), (base, rows))[0]
 
     return jax.lax.map(of_block, pairs)
 
@@ -193,6 +212,14 @@ def share_of_plants(plants: Transfer, kp: np.ndarray, kd: np.ndarray, sigma: flo
     blocks = -(-pairs.shape[1] // BLOCK)
     size = -(-pairs.shape[1] // blocks)
     padded = np.pad(pairs, ((0, 0), (0, blocks * size - pairs.shape[1])), mode="edge")
-    votes = _votes(moved.base, moved.gains, np.moveaxis(padded.reshape(2, blocks, size), 1, 0))
+    base, rows = (_together(x) for x in moved)
+    votes = _votes(_enters(moved), base, rows, np.moveaxis(padded.reshape(2, blocks, size), 1, 0))
     count = np.asarray(votes).ravel()[: pairs.shape[1]]
     return count.reshape(len(kp), len(kd)) / len(moved.base)
+
+
+def _together(of_plants: np.ndarray) -> np.ndarray:
+    """Plants in groups of `TOGETHER`, the last one filled up with some that nothing stabilises."""
+    missing = -len(of_plants) % TOGETHER
+    filled = np.concatenate([of_plants, np.full((missing, *of_plants.shape[1:]), np.nan)])
+    return filled.reshape(-1, TOGETHER, *of_plants.shape[1:])

@@ -1,10 +1,10 @@
 """The region of stabilising gains as a table and a figure."""
 
-import io
-from pathlib import Path
+from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from rwjax.control.region import Region, boundary, real_boundary
 from rwjax.report.plots import AFTER, BEFORE
@@ -12,22 +12,23 @@ from rwjax.report.plots import AFTER, BEFORE
 OMEGA = np.geomspace(1e-3, 1e4, 4000)  # rad/s, along the boundary
 
 
-def table(region: Region) -> str:
-    """CSV `kp,kd,stable`, one line for each pair."""
-    lines = [
-        f"{kp:.10g},{kd:.10g},{int(ok)}"
-        for kp, row in zip(region.kp, region.stable, strict=True)
-        for kd, ok in zip(region.kd, row, strict=True)
-    ]
-    return "\n".join(["kp,kd,stable", *lines, ""])
+def columns(region: Region, beside: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """`kp`, `kd`, `stable`, one entry for each pair, and what stands beside it."""
+    kp, kd = np.meshgrid(region.kp, region.kd, indexing="ij")
+    more = {name.replace(" ", "_"): value.ravel() for name, value in beside.items()}
+    return {"kp": kp.ravel(), "kd": kd.ravel(), "stable": region.stable.ravel().astype(int), **more}
 
 
-def write_figure(region: Region, path: Path) -> Path:
-    """The region over both gains, the D-partition's curves on top."""
+def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
+    """The region over both gains, the D-partition's curves on top, the edge of what stands beside it dotted."""
     fig, ax = plt.subplots(figsize=(5.5, 4.5), layout="constrained")
     shade = np.where(region.stable.T, 1.0, np.nan)
     if min(region.stable.shape) > 1:
         ax.pcolormesh(region.kp, region.kd, shade, cmap="Blues", vmin=0.0, vmax=2.5, shading="nearest", rasterized=True)
+        for (name, value), color in zip(beside.items(), ("#222222", "#1b7837"), strict=False):
+            if value.min() < 1.0 == value.max():
+                ax.contour(region.kp, region.kd, value.T, [0.999], colors=[color], linestyles=":")
+                ax.plot([], [], ":", color=color, label=name if name != "share of plants" else "all plants drawn")
     else:
         kp, kd = np.meshgrid(region.kp, region.kd, indexing="ij")
         ax.plot(kp[region.stable], kd[region.stable], ".", color=AFTER)
@@ -52,8 +53,4 @@ def write_figure(region: Region, path: Path) -> Path:
         f"{100.0 * region.share:.1f} % of these gains put every pole left of −{region.sigma:g} 1/s", fontsize=9
     )
     ax.legend(loc="best", fontsize=8, frameon=False)
-    buffer = io.BytesIO()
-    fig.savefig(buffer, format="png", dpi=130)
-    plt.close(fig)
-    path.write_bytes(buffer.getvalue())
-    return path
+    return fig

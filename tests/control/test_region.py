@@ -75,6 +75,17 @@ def test_the_region_of_the_thesis() -> None:
     assert np.array_equal(found.stable[::5, ::5], by_roots)
 
 
+@pytest.mark.parametrize("damping", [0.2, 0.4])
+def test_damped_pairs_are_those_whose_roots_are_damped(damping: float) -> None:
+    loop = pd_loop(transfer(linearised(THESIS)))
+    found = stable(loop, GRID[::7, None], GRID[None, ::7], sigma=0.5, damping=damping)
+    for i, kp in enumerate(GRID[::7]):
+        for j, kd in enumerate(GRID[::7]):
+            poles = loop.poles(kp, kd)
+            assert found[i, j] == bool(np.all(poles.real < -0.5) and np.all(-poles.real > damping * np.abs(poles)))
+    assert 5 < found.sum() < found.size - 50
+
+
 def test_the_polynomial_as_the_thesis_prints_it() -> None:
     # R b2/(I L) stands in the coefficient of s^2; it belongs to s
     motor = (R * b + K**2) / (J * L)

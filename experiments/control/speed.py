@@ -1,0 +1,180 @@
+"""The benchmark of control against its peers and a C program. `python -m experiments.control.speed [region|plants|loops …]`.
+
+Contenders of a table run in interleaved rounds; ratios are medians of the ratios round by round, times the best of all rounds.
+"""
+
+import statistics
+import sys
+from collections.abc import Callable
+
+import jax
+import numpy as np
+
+from experiments.control import c_limit, peers
+from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
+from experiments.speed.run import machine
+from experiments.speed.table import ratio, show, timed
+from rwjax.build import structure_of, theta_of
+from rwjax.control.closed_loop import Clockwork, Controller, run_rig
+from rwjax.control.linear import linearised, transfer
+from rwjax.control.polynomials import shift
+from rwjax.control.region import Loop, pd_loop, share_of_plants, stable
+from rwjax.control.sweep import sweep
+
+ROUNDS = 9
+
+
+def rounds(contenders: dict[str, tuple[Callable[[], object], int]], quick: tuple[str, ...]) -> dict[str, list[float]]:
+    """Seconds per item of every contender in interleaved rounds; those not `quick` run in the first three only."""
+    for name in quick:
+        contenders[name][0]()  # compile
+    times: dict[str, list[float]] = {name: [] for name in contenders}
+    for k in range(ROUNDS):
+        for name, (call, items) in contenders.items():
+            if name in quick or k < 3:
+                repeats = 5 if name in quick else 1
+                times[name].append(min(timed(call)[0] for _ in range(repeats)) / items)
+    return times
+
+
+def report(title: str, unit: str, times: dict[str, list[float]], ours: str, notes: dict[str, str]) -> None:
+    """A table: time per item, and how many times ours each takes."""
+    rows = [
+        [name, f"{1e9 * min(t):.3g} ns", f"{ratio(t, times[ours]):.3g}", notes.get(name, "")]
+        for name, t in times.items()
+    ]
+    show(title, ("contender", f"per {unit}", "times ours", ""), rows)
+
+
+def moved(loop: Loop) -> Loop:
+    """The loop with its poles moved by sigma, as C wants it."""
+    return loop.mapped(shift(loop.order, SIGMA))
+
+
+def region() -> None:
+    """10⁶ gain pairs of a cubic."""
+    plant = transfer(linearised(rig(dry=False)))
+    loop, axis = pd_loop(plant), np.linspace(0.0, 100.0, 1000)
+    m, out = moved(loop), np.zeros(len(axis) ** 2, np.uint8)
+    few = np.random.default_rng(0).uniform(0.0, 100.0, (2, 100_000))
+
+    def in_c() -> np.ndarray:
+        c_limit.library().region_grid(len(axis), len(axis), axis, axis, m.base, *m.gains, out)
+        return out
+
+    def here() -> np.ndarray:
+        return stable(loop, axis[:, None], axis[None, :], sigma=SIGMA)
+
+    assert np.array_equal(here().ravel(), in_c().astype(bool))
+    own = np.array([stable(loop, few[0, k : k + 1], few[1, k : k + 1], sigma=SIGMA)[0] for k in range(300)])
+    for peer in (peers.roots_loop, peers.control_loop, peers.eigenvalues):
+        assert np.array_equal(peer(plant, few[0, :300], few[1, :300], SIGMA), own)
+    some = {"roots": few[:, :2000], "control": few[:, :200], "eigenvalues": few}
+    times = rounds(
+        {
+            "rwjax, `stable`": (here, len(axis) ** 2),
+            "C, one core": (in_c, len(axis) ** 2),
+            "numpy, batched eigenvalues": (lambda: peers.eigenvalues(plant, *some["eigenvalues"], SIGMA), 100_000),
+            "thesis: a loop of `numpy.roots`": (lambda: peers.roots_loop(plant, *some["roots"], SIGMA), 2000),
+            "a loop of python-control": (lambda: peers.control_loop(plant, *some["control"], SIGMA), 200),
+        },
+        ("rwjax, `stable`", "C, one core"),
+    )
+    report("10⁶ gain pairs", "pair", times, "rwjax, `stable`", {"C, one core": "same answer for all pairs"})
+
+
+def plants() -> None:
+    """10⁴ gain pairs for each of 10³ plants."""
+    structure, rng, axis = structure_of(rig(dry=False)), np.random.default_rng(1), np.linspace(0.0, 100.0, 100)
+    theta = theta_of(rig(dry=False), structure)
+    drawn = transfer(linearised(rig(dry=False), thetas=theta * np.exp(rng.normal(0.0, 0.1, (1000, len(theta))))))
+    m = moved(pd_loop(drawn))
+    kp, kd = (np.ascontiguousarray(v.ravel()) for v in np.meshgrid(axis, axis, indexing="ij"))
+    parts = [np.ascontiguousarray(p) for p in (m.base, m.gains[:, 0], m.gains[:, 1])]
+    out = np.zeros(len(kp), np.uint16)
+
+    def in_c() -> np.ndarray:
+        c_limit.library().region_count(len(kp), kp, kd, len(drawn.num), *parts, out)
+        return out
+
+    def here() -> np.ndarray:
+        return share_of_plants(drawn, axis, axis, SIGMA)
+
+    assert np.array_equal(np.round(1000 * here()).ravel(), in_c())
+    times = rounds(
+        {"rwjax, `share_of_plants`": (here, 10**7), "C, blocked, one core": (in_c, 10**7)},
+        ("rwjax, `share_of_plants`", "C, blocked, one core"),
+    )
+    report(
+        "10⁴ pairs times 10³ plants",
+        "pair and plant",
+        times,
+        "rwjax, `share_of_plants`",
+        {"C, blocked, one core": "same counts"},
+    )
+
+
+def loops() -> None:
+    """10 s of the nonlinear closed loop at 100 Hz, four steps of the plant a sample."""
+    wave, (kp, kd) = reference(), gains(1600)
+    laws = [Controller(p, kd=d, smooth=SMOOTH, limit=LIMIT) for p, d in zip(kp, kd, strict=True)]
+    p = c_limit.of_rig()
+    E, P, Q = (np.array(getattr(p, name)).reshape(4, 4) for name in ("E", "P1", "P2"))
+    pick = np.arange(0, len(kp), len(kp) // 8)
+    own = [np.sum((wave - np.asarray(run_rig(rig(), laws[k], wave, Clockwork()).angle)) ** 2) * PERIOD for k in pick]
+    off = {
+        name: np.max(np.abs(found[pick] / own - 1.0))
+        for name, found in (
+            ("C", c_limit.sweep(wave, kp, kd, 1)),
+            ("numba", peers.numba_sweep(wave, kp, kd, E, P, Q)),
+            ("smooth", peers.numba_runge_kutta(wave, kp, kd)),
+        )
+    }
+    by_scipy = np.array([peers.scipy_loop(wave, kp[k], kd[k]) for k in pick[:3]])
+
+    def here() -> object:
+        return jax.block_until_ready(sweep(rig(), laws, wave[None], since=500))
+
+    several = (
+        "rwjax, `sweep`, two threads",
+        "C, eight loops a vector, one thread",
+        "C, two threads",
+        "numba, two threads",
+    )
+    times = rounds(
+        {
+            several[0]: (here, len(kp)),
+            several[1]: (lambda: c_limit.sweep(wave, kp, kd, 1), len(kp)),
+            several[2]: (lambda: c_limit.sweep(wave, kp, kd, 2), len(kp)),
+            several[3]: (lambda: peers.numba_sweep(wave, kp, kd, E, P, Q), len(kp)),
+            "numba, Runge-Kutta steps of 1 ms, two threads": (lambda: peers.numba_runge_kutta(wave, kp, kd), len(kp)),
+            "scipy, `solve_ivp` each period": (lambda: peers.scipy_loop(wave, kp[700], kd[700]), 1),
+        },
+        several,
+    )
+    notes = {
+        several[1]: f"squared error within {off['C']:.0e}",
+        several[3]: f"within {off['numba']:.0e}",
+        "numba, Runge-Kutta steps of 1 ms, two threads": f"sign smoothed over {peers.SMOOTH_SIGN:g} rad/s; within {off['smooth']:.0e}",
+        "scipy, `solve_ivp` each period": f"sign smoothed over {peers.WIDTH:g} rad/s; within {np.max(np.abs(by_scipy / own[:3] - 1.0)):.0e}",
+    }
+    report("10 s closed loops, 1600 gain pairs", "loop", times, several[0], notes)
+    one = statistics.median(b / a for a, b in zip(times[several[1]], times[several[0]], strict=True))
+    both = statistics.median(b / a for a, b in zip(times[several[2]], times[several[0]], strict=True))
+    print(f"rwjax takes {one:.2f} times C on one thread and {both:.2f} times C on two")
+
+
+PARTS = {"region": region, "plants": plants, "loops": loops}
+
+
+def main(parts: list[str]) -> None:
+    """Runs the parts in order."""
+    if unknown := [part for part in parts if part not in PARTS]:
+        sys.exit(f"unknown part {', '.join(unknown)}; parts are {', '.join(PARTS)}")
+    print(machine())
+    for part in parts or PARTS:
+        PARTS[part]()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

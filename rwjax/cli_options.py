@@ -1,0 +1,37 @@
+"""What the arguments of several commands share."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML)", show_default=False)]
+Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
+MOST = 10_000  # values along one axis
+
+
+def keep_input(output: Path, *inputs: Path) -> None:
+    """Raises `InputError` for an output that is one of the inputs."""
+    if output.exists() and any(output.samefile(path) for path in inputs if path.exists()):
+        raise InputError(f"{output}: is the input; give another path with -o")
+
+
+def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
+    """The values that `FROM:TO:COUNT` stands for."""
+    import numpy as np
+
+    wrong = InputError(f"{option} {text}: has to be FROM:TO:COUNT with 1 to {MOST} values, such as {example}")
+    try:
+        first, last, number = text.split(":")
+        low, high, count = float(first), float(last), int(number)
+    except ValueError:
+        raise wrong from None
+    if not (np.isfinite([low, high]).all() and 1 <= count <= MOST):
+        raise wrong
+    return np.linspace(low, high, count)

@@ -1,0 +1,253 @@
+"""Commands that minimise the time of a manoeuvre, found by optimisation through the plant.
+
+A manoeuvre takes a time T in which the command runs straight between `PIECES` + 1 values; all of these are unknowns. The
+plant is the nonlinear one, stick and slip included; its derivatives by every command and by T are exact.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.optimize import minimize
+
+from rwjax.build import structure_of, theta_of
+from rwjax.control.closed_loop import without_lags
+from rwjax.errors import InputError
+from rwjax.plant import Plant, Structure, friction_level
+from rwjax.rig import Rig
+from rwjax.simulate import plant_of
+from rwjax.step import propagator, sliding_step, step, with_friction
+from rwjax.types import Scalar
+
+PIECES = 30
+STEPS = 10
+"""Time steps of the plant in one piece of the command."""
+REACHED = 1e-4
+"""Largest violation of a condition, in its own scale, at which a manoeuvre counts as possible."""
+SPARE = 0.9
+LONGER = (1.0, 1.4)
+"""Durations from which the search begins, over the guessed one, until one ends well."""
+PATIENCE = {"maxiter": 200, "ftol": 1e-6}
+BARELY = 1.0 + 1e-9
+"""Share of a limit that counts as within it, so that a start at the limit does."""
+
+
+class Limits(NamedTuple):
+    """What the drive gives: largest command `volts` [V], current `amps` [A] and wheel rate `top` [rad/s]."""
+
+    volts: float
+    amps: float = np.inf
+    top: float = np.inf
+
+
+class Course(NamedTuple):
+    """A manoeuvre at its times `(t,)` [s]: `angle` [rad] and `rate` [rad/s] of the axis, `wheel` rate [rad/s], `current` [A],
+    `torque` [N m] on the axis besides its dry friction, which holds an axis at rest within `holds` `(t, 2)` (backward, forward);
+    `command` [V] that comes next."""
+
+    time: Float[Array, " t"]
+    angle: Float[Array, " t"]
+    rate: Float[Array, " t"]
+    wheel: Float[Array, " t"]
+    current: Float[Array, " t"]
+    torque: Float[Array, " t"]
+    holds: Float[Array, "t 2"]
+    command: Float[Array, " t"]
+
+
+@partial(jax.jit, static_argnums=0)
+def course(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    commands: Float[Array, " c"],
+    duration: Scalar | float,
+    start: Float[Array, " n"],
+) -> Course:
+    """What the plant does under the mean commands of equal steps of a duration; the last time is its end."""
+    return _course(structure, theta, commands, duration, start, len(commands), jnp.ones(()))
+
+
+def _course(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    commands: Float[Array, " c"],
+    duration: Scalar | float,
+    start: Float[Array, " n"],
+    stick: int,
+    way: Scalar,
+) -> Course:
+    """`course` of an axis that slides `way` from the step `stick` on."""
+    plant = plant_of(structure, theta)
+    h = jnp.asarray(duration) / len(commands)
+    p = propagator(plant, h)
+
+    def moved(by: Callable) -> Callable:
+        def one(carry: tuple, u: Scalar) -> tuple[tuple, Course]:
+            t, x = carry
+            return (t + h, by(plant, p, t, x, plant.act(u), h)), _seen(plant, t, x, u)
+
+        return one
+
+    first = (jnp.zeros(()), tuple(start[k] for k in range(len(structure.states))))
+    middle, sticks = jax.lax.scan(moved(step), first, commands[:stick])
+    slides = partial(sliding_step, way=way)
+    (t, x), slid = jax.lax.scan(moved(slides), middle, commands[stick:])
+    last = _seen(plant, t, x, commands[-1])
+    return Course(*(jnp.concatenate([a, b, c[None]]) for a, b, c in zip(sticks, slid, last, strict=True)))
+
+
+def _seen(plant: Plant, t: Scalar, x: tuple, u: Scalar) -> Course:
+    volts = plant.act(u)
+    m = plant.motion(t, x, volts)
+    bodies = plant.bodies()
+    torques = with_friction(plant, t, x, volts, x)[1]
+    dry = [k for k, (body, _) in enumerate(bodies) if body.rate == plant.structure.states.index("w")]
+    if dry:
+        torque, effects = torques[dry[0]][0], bodies[dry[0]][1]
+        holds = jnp.stack([friction_level(effects, m, -1.0), friction_level(effects, m, 1.0)])
+    else:
+        rate = plant.field(t, x, volts)[plant.structure.states.index("w")]
+        torque, holds = rate * plant.numbers["axis.inertia"], jnp.zeros(2)
+    return Course(t, m.psi, m.w, m.Omega, m.i, torque, holds, u)
+
+
+def check(rig: Rig, limits: Limits) -> None:
+    """Raises `InputError` as `without_lags` does, for a rig without a reaction wheel and for limits that are not positive."""
+    if rig.kind != "reaction":
+        raise InputError(f"kind `{rig.kind}`: there is no wheel that turns an axis; take a `reaction` rig")
+    without_lags(rig)
+    if not np.isfinite(limits.volts):
+        raise InputError(f"limit `volts` {limits.volts:g}: has to be a finite number")
+    for name, value in limits._asdict().items():
+        if not value > 0.0:
+            raise InputError(f"limit `{name}` {value:g}: has to be positive")
+
+
+def torque_at(rig: Rig, limits: Limits, rate: float) -> float:
+    """Torque that the motor has at a rate of the wheel within the limits of voltage and current [N m]."""
+    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
+    b = rig.values.get("motor.friction", 0.0)
+    return K * min(limits.amps, (limits.volts - K * rate) / R) - b * rate
+
+
+def fastest_rate(rig: Rig, limits: Limits) -> float:
+    """Rate that the wheel reaches in the end within the limits [rad/s]."""
+    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
+    return min(limits.top, limits.volts / (K + R * rig.values.get("motor.friction", 0.0) / K))
+
+
+def usable_rate(rig: Rig, limits: Limits) -> float:
+    """Rate of the wheel [rad/s] that a design counts on: where no rate is given, `SPARE` of what the voltage reaches, since
+    no torque is left there. Raises `InputError` where none is left at the given one either."""
+    rate = min(limits.top, SPARE * fastest_rate(rig, limits._replace(top=np.inf)))
+    if torque_at(rig, limits, rate) <= 0.0:
+        raise InputError(f"no torque is left at a wheel rate of {rate:g} rad/s; raise the voltage or the current")
+    return rate
+
+
+def steady(rig: Rig, spin: float = 0.0) -> tuple[Structure, Float[Array, " p"], Float[Array, " n"]]:
+    """Structure, parameter vector and state of a rig at rest whose wheel turns steadily."""
+    structure = structure_of(rig)
+    current = rig.values.get("motor.friction", 0.0) * spin / rig.values["motor.torque_constant"]
+    state = jnp.array([{"Omega": spin, "i": current}.get(name, 0.0) for name in structure.states])
+    return structure, jnp.asarray(theta_of(rig, structure)), state
+
+
+def resting(rig: Rig, spin: float = 0.0) -> Course:
+    """The rig at rest with a steady wheel: the torque of its load, and what friction holds."""
+    structure, theta, start = steady(rig, spin)
+    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
+    keeps = (K + R * rig.values.get("motor.friction", 0.0) / K) * spin
+    return Course(*(x[0] for x in course(structure, theta, jnp.array([keeps]), 1e-3, start)))
+
+
+Conditions = Callable[[Course, Array], tuple[Array, Array]]
+"""What has to be 0 and what must not be negative, of a course and of some numbers, each in its own scale."""
+
+
+class Task(NamedTuple):
+    """What a search is given besides the conditions: plant, `limits`, the conditions' `numbers`, first state, guessed `duration`
+    [s] and the `way` in which the axis slides."""
+
+    theta: Float[Array, " p"]
+    limits: Limits
+    numbers: Float[Array, " m"]
+    start: Float[Array, " n"]
+    duration: float
+    way: float
+
+    def scaled(self, z: Array) -> tuple[Array, Array]:
+        """Mean command of every step and duration, from commands over their limit and the duration over the guessed one."""
+        return self.limits.volts * (jnp.asarray(_between()) @ z[:-1]), self.duration * z[-1]
+
+
+def _outcome(structure: Structure, conditions: Conditions, stick: int, task: Task, z: Array) -> tuple[Array, Array]:
+    commands, duration = task.scaled(z)
+    found = _course(structure, task.theta, commands, duration, task.start, stick * STEPS, jnp.asarray(task.way))
+    zero, positive = conditions(found, task.numbers)
+    held = ((found.wheel, task.limits.top), (found.current, task.limits.amps))
+    within = [worst(BARELY - (x / most) ** 2) for x, most in held]
+    return zero, jnp.concatenate([positive, *within])
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _with_slopes(structure: Structure, conditions: Conditions, stick: int, task: Task, z: Array) -> tuple:
+    one = partial(_outcome, structure, conditions, stick, task)
+    return one(z), jax.jacfwd(one)(z)
+
+
+def fastest(
+    structure: Structure,
+    conditions: Conditions,
+    stick: int,
+    task: Task,
+    guess: Float[np.ndarray, " c"],
+) -> tuple[Course, float]:
+    """The course of least time within the limits that meets the conditions, and how far it violates them (0 where it meets
+    them), from a guess of `PIECES` + 1 commands; from the piece `stick` on the axis is taken to slide.
+
+    Sequential quadratic programming (Kraft 1988), derivatives through the plant."""
+    count = PIECES + 1
+    known: dict[bytes, tuple] = {}
+
+    def at(z: np.ndarray) -> tuple:
+        key = z.tobytes()
+        if key not in known:
+            known.clear()
+            known[key] = jax.tree.map(np.asarray, _with_slopes(structure, conditions, stick, task, jnp.asarray(z)))
+        return known[key]
+
+    last = np.eye(count + 1)[count]
+    bounds = [(-1.0, 1.0)] * count + [(1e-2, 1e2)]
+    posed = [
+        {"type": "eq", "fun": lambda z: at(z)[0][0], "jac": lambda z: at(z)[1][0]},
+        {"type": "ineq", "fun": lambda z: at(z)[0][1], "jac": lambda z: at(z)[1][1]},
+    ]
+    z, missed = np.zeros(count + 1), np.inf
+    for longer in LONGER:
+        z = np.append(np.clip(guess / task.limits.volts, -1.0, 1.0), longer)
+        z = minimize(
+            lambda z: (z[count], last), z, jac=True, method="SLSQP", bounds=bounds, constraints=posed, options=PATIENCE
+        ).x
+        z = np.append(np.clip(z[:count], -1.0, 1.0), z[count])
+        zero, positive = at(z)[0]
+        missed = float(max(np.max(np.abs(zero), initial=0.0), np.max(-positive, initial=0.0)))
+        if missed <= REACHED:
+            break
+    return course(structure, task.theta, *task.scaled(jnp.asarray(z)), task.start), missed
+
+
+def _between() -> Float[np.ndarray, "s c"]:
+    """Mean commands of the steps by the values between which the command runs straight."""
+    at = (np.arange(PIECES * STEPS) + 0.5) / STEPS
+    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(PIECES + 1)))
+
+
+def worst(values: Float[Array, " t"]) -> Float[Array, " c"]:
+    """The least value in each piece of the command, both its ends included."""
+    inside = values[:-1].reshape(PIECES, STEPS).min(axis=1)
+    return jnp.minimum(inside, values[STEPS::STEPS])

@@ -1,0 +1,129 @@
+"""Gains tuned by gradient through the nonlinear closed loop, from a start in the region, never closer to instability than asked."""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.optimize import minimize
+
+from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
+from rwjax.control.linear import Transfer, linearised, transfer
+from rwjax.control.margins import Margins, margins
+from rwjax.errors import InputError
+from rwjax.plant import Structure
+from rwjax.rig import Rig
+from rwjax.types import Scalar
+
+EFFORT = 1e-3
+"""Weight of the command, over its limit or 1 V, against the error, over the step."""
+LEAST = 0.5
+"""Modulus margin below which no tuned loop goes: the distance from -1 that bears a gain of 2 and a phase of 29°."""
+MULTIPLES = (1.0, 3.0, 10.0, 30.0, 0.3)
+
+
+class Tuned(NamedTuple):
+    """The `controller` found, `loss` before and after, the `margins` of its linear loop."""
+
+    controller: Controller
+    loss: tuple[float, float]
+    margins: Margins
+
+
+def loss(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    clockwork: Clockwork,
+    controller: Controller,
+    reference: Float[Array, " s"],
+    sign: Scalar | float,
+) -> Array:
+    r"""$\frac1T\int t\,(e/A)^2 + \rho\,(u/u_m)^2\,dt$ over a step of the reference to A from rest: late errors weigh more, since it
+    is what stays that friction makes; with the command for a price, so that noise is not fed through."""
+    run = closed_loop(structure, theta, clockwork, controller, reference, jnp.zeros(len(structure.states)), sign)
+    time = clockwork.period * jnp.arange(len(reference)).astype(float)
+    error = (reference - run.angle) / reference[-1]
+    most = jnp.where(jnp.isfinite(controller.limit), controller.limit, 1.0)
+    return jnp.mean(time * error**2 + EFFORT * (run.command / most) ** 2)
+
+
+def loop_margins(plant: Transfer, kp: float, ki: float, kd: float) -> Margins:
+    """Margins of the continuous PID loop."""
+    if ki == 0.0:
+        return margins(np.polymul(plant.restoring, [kd, kp]), plant.den)
+    return margins(np.polymul(plant.restoring, [kd, kp, ki]), np.append(plant.den, 0.0))
+
+
+def is_stable(plant: Transfer, kp: float, ki: float, kd: float) -> bool:
+    """Whether all poles of the continuous PID loop lie left of 0."""
+    law, den = (np.array([kd, kp]), plant.den) if ki == 0.0 else (np.array([kd, kp, ki]), np.append(plant.den, 0.0))
+    return bool(np.all(np.roots(np.polyadd(den, np.polymul(plant.restoring, law))).real < 0.0))
+
+
+@partial(jax.jit, static_argnums=(0, 2))
+def _slopes(
+    structure, theta, clockwork, controller, reference, sign, logs: Float[Array, " g"], free: Float[Array, "g 3"]
+):
+    """Loss and its gradient by the logarithms of the free gains."""
+
+    def of(logs: Array) -> Array:
+        kp, ki, kd = jnp.exp(logs) @ free
+        return loss(structure, theta, clockwork, controller._replace(kp=kp, ki=ki, kd=kd), reference, sign)
+
+    return of(logs), jax.jacfwd(of)(logs)
+
+
+def tune(
+    rig: Rig,
+    start: Controller,
+    reference: Float[np.ndarray, " s"],
+    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    least: float = LEAST,
+) -> Tuned:
+    """Gains with the least `loss` along a step `reference` [rad], from those of a controller or the best of `MULTIPLES` of them,
+    since where the axis sticks the loss has no slope; gains that are 0 stay 0.
+
+    Sequential quadratic programming (Kraft 1988) in the logarithms of the gains, the gradient through stick, slip and limits,
+    under the condition that the linear loop keeps a modulus margin of `least`. The encoder reads the angle itself while tuning:
+    a count has no slope. Raises `InputError` as `posed` does, and for a start that is not stable.
+    """
+    structure, theta, sign = posed(rig)
+    smooth = clockwork._replace(counts=0)
+    plant = transfer(linearised(rig))
+    gains = np.array([start.kp, start.ki, start.kd], float)
+    if not is_stable(plant, *gains):
+        raise InputError("the loop is not stable with the gains from which the tuning starts; take some of its region")
+    least = min(least, 0.98 * loop_margins(plant, *gains).modulus)
+
+    def spare_of(gains: np.ndarray) -> float:
+        return loop_margins(plant, *gains).modulus - least if is_stable(plant, *gains) else -1.0
+
+    free = np.eye(3)[gains > 0.0]
+    values = Controller(*(jnp.asarray(float(v)) for v in start))
+    given = partial(_slopes, structure, theta, smooth, values, jnp.asarray(reference), sign)
+    before = float(given(jnp.log(gains[gains > 0.0]), jnp.asarray(free))[0])
+
+    def at(logs: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = given(jnp.asarray(logs), jnp.asarray(free))
+        return float(value) / before, np.asarray(slope) / before
+
+    def spare(logs: np.ndarray) -> float:
+        return spare_of(np.exp(logs) @ free)
+
+    starts = [np.log(factor * gains[gains > 0.0]) for factor in MULTIPLES if spare_of(factor * gains) >= 0.0]
+    logs = min(starts, key=lambda logs: at(logs)[0])
+    found = minimize(
+        at,
+        logs,
+        jac=True,
+        method="SLSQP",
+        bounds=[(x - np.log(100.0), x + np.log(100.0)) for x in logs],
+        constraints=[{"type": "ineq", "fun": spare}],
+        options={"maxiter": 60, "ftol": 1e-7},
+    )
+    best = found.x if spare(found.x) > -1e-6 and at(found.x)[0] < 1.0 else logs
+    kp, ki, kd = (float(v) for v in np.exp(best) @ free)
+    tuned = start._replace(kp=kp, ki=ki, kd=kd)
+    return Tuned(tuned, (before, before * at(best)[0]), loop_margins(plant, kp, ki, kd))

@@ -1,0 +1,128 @@
+"""Maps over gains, manoeuvres and wheel sizes as tables and figures."""
+
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from rwjax.control.open_loop import Course
+from rwjax.control.response import Response
+from rwjax.control.sizing import LIMITS, Ring, Size
+from rwjax.report.plots import AFTER, BEFORE
+
+MAPS: dict[str, tuple[str, str, float]] = {
+    "overshoot": ("overshoot", "overshoot [%]", 100.0),
+    "settling_s": ("settling", "settling time [s]", 1.0),
+    "error_rad": ("error", "error that stays [°]", 180.0 / np.pi),
+    "cycle_rad": ("cycle", "limit cycle [°]", 180.0 / np.pi),
+    "saturated": ("saturated", "time at the limit [%]", 100.0),
+}
+"""Columns of a table of responses: field of `Response`, label and factor of the map."""
+
+
+def csv(columns: Mapping[str, np.ndarray | Sequence]) -> str:
+    """A table with one line for each entry of the columns."""
+    rows = zip(*columns.values(), strict=True)
+    return "\n".join([",".join(columns), *(",".join(_cell(v) for v in row) for row in rows), ""])
+
+
+def _cell(value: object) -> str:
+    return value if isinstance(value, str) else f"{value:.10g}"
+
+
+def write_png(fig: Figure, path: Path) -> Path:
+    """A figure in a file, closed."""
+    buffer = io.BytesIO()
+    fig.savefig(buffer, format="png", dpi=130)
+    plt.close(fig)
+    path.write_bytes(buffer.getvalue())
+    return path
+
+
+def of_responses(kp: np.ndarray, kd: np.ndarray, found: Response) -> dict[str, np.ndarray]:
+    """Columns of a sweep over PD gains, fields `(p, d)`."""
+    gains = np.meshgrid(kp, kd, indexing="ij")
+    values = {name: np.asarray(getattr(found, field)).ravel() for name, (field, _, _) in MAPS.items()}
+    return {"kp": gains[0].ravel(), "kd": gains[1].ravel(), **values}
+
+
+def draw_maps(kp: np.ndarray, kd: np.ndarray, found: Response, title: str) -> Figure:
+    """Maps over both gains; grey where the value is infinite (never settled)."""
+    fig, axes = plt.subplots(1, len(MAPS), figsize=(3.1 * len(MAPS), 3.2), layout="constrained", sharey=True)
+    for ax, (field, label, factor) in zip(axes, MAPS.values(), strict=True):
+        value = factor * np.asarray(getattr(found, field))
+        value = np.abs(value) if field == "error" else value
+        ax.set_facecolor("#cccccc")
+        shown = np.where(np.isfinite(value), value, np.nan).T
+        fig.colorbar(ax.pcolormesh(kp, kd, shown, shading="nearest", cmap="viridis", rasterized=True), ax=ax)
+        ax.set(xlabel="$K_p$ [V/rad]", title=label)
+        ax.title.set_fontsize(9)
+    axes[0].set_ylabel("$K_d$ [V s/rad]")
+    fig.suptitle(title, fontsize=10)
+    return fig
+
+
+def of_course(found: Course) -> dict[str, np.ndarray]:
+    """Columns of a manoeuvre."""
+    names = ("time_s", "voltage_V", "yaw_rad", "yaw_rad_s", "wheel_rad_s", "current_A")
+    values = (found.time, found.command, found.angle, found.rate, found.wheel, found.current)
+    return dict(zip(names, (np.asarray(v) for v in values), strict=True))
+
+
+def draw_courses(courses: Mapping[str, Course], title: str) -> Figure:
+    """Manoeuvres over time, one line each."""
+    fig, axes = plt.subplots(4, 1, figsize=(6.5, 7.0), sharex=True, layout="constrained")
+    shown = (
+        ("angle", "yaw ψ [°]", 180.0 / np.pi),
+        ("wheel", "wheel rate Ω [rad/s]", 1.0),
+        ("current", "current i [A]", 1.0),
+        ("command", "voltage V [V]", 1.0),
+    )
+    for (name, found), color in zip(courses.items(), (AFTER, BEFORE, "#444444"), strict=False):
+        for ax, (field, _, factor) in zip(axes, shown, strict=True):
+            ax.plot(np.asarray(found.time), factor * np.asarray(getattr(found, field)), color=color, label=name)
+    for ax, (_, label, _) in zip(axes, shown, strict=True):
+        ax.set_ylabel(label)
+        ax.axhline(0.0, color="#cccccc", lw=0.7, zorder=0)
+    axes[0].legend(frameon=False, fontsize=8)
+    axes[0].set_title(title, fontsize=10)
+    axes[-1].set_xlabel("time [s]")
+    return fig
+
+
+def of_sizes(ring: Ring, found: Size) -> dict[str, np.ndarray]:
+    """Columns of wheels and what they can do, `ring` over `(radius, thickness)`."""
+    shape = np.shape(found.time)
+    columns = {
+        "radius_m": ring.outer,
+        "thickness_m": ring.thickness,
+        "mass_kg": ring.mass,
+        "inertia_kg_m2": ring.inertia,
+        "momentum_N_m_s": found.momentum,
+        "time_s": found.time,
+    }
+    values = {name: np.broadcast_to(value, shape).ravel() for name, value in columns.items()}
+    return values | {"limit": np.array([LIMITS[k] for k in found.limit.ravel()])}
+
+
+def draw_sizes(ring: Ring, found: Size, seconds: float, title: str) -> Figure:
+    """Time of the fastest slew and the limit that binds over radius and thickness."""
+    fig, (left, right) = plt.subplots(1, 2, figsize=(8.5, 3.6), layout="constrained", sharey=True)
+    x, y = 1e3 * np.ravel(ring.outer), 1e3 * np.ravel(ring.thickness)
+    time = np.where(np.isfinite(found.time), found.time, np.nan).T
+    left.set_facecolor("#cccccc")
+    fig.colorbar(left.pcolormesh(x, y, time, shading="nearest", cmap="viridis_r", rasterized=True), ax=left)
+    if np.nanmin(time, initial=np.inf) < seconds < np.nanmax(time, initial=0.0):
+        left.contour(x, y, time, [seconds], colors=[BEFORE])
+    left.set(xlabel="outer radius [mm]", ylabel="thickness [mm]", title="fastest slew [s]; grey: never")
+    cmap = plt.get_cmap("Set2", len(LIMITS))
+    shown = right.pcolormesh(
+        x, y, found.limit.T, shading="nearest", cmap=cmap, vmin=-0.5, vmax=len(LIMITS) - 0.5, rasterized=True
+    )
+    fig.colorbar(shown, ax=right, ticks=range(len(LIMITS))).ax.set_yticklabels(LIMITS)
+    right.set(xlabel="outer radius [mm]", title="limit that binds")
+    fig.suptitle(title, fontsize=10)
+    return fig

@@ -1,0 +1,91 @@
+"""Plants drawn from a fit, gains that hold for all of them, and the largest worst-case margin."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax.build import structure_of, theta_of
+from rwjax.control.linear import Transfer, linearised, transfer
+from rwjax.control.margins import pd_margins
+from rwjax.control.region import share_of_plants
+from rwjax.control.robust import Spread, draw, read_spread, robust_gains
+from rwjax.errors import InputError
+from tests.systems import platform, reaction
+
+NAMES = ("axis.inertia", "motor.torque_constant", "axis.friction.viscous")
+MEAN = np.array([0.0495, 0.0182, 0.0026])
+ROOT = np.diag(0.1 * MEAN) @ np.array([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.3, 0.9]])
+SPREAD = Spread(NAMES, MEAN, ROOT @ ROOT.T)
+AXIS = np.linspace(0.0, 100.0, 41)
+
+
+def test_draws_have_the_fit_s_mean_and_covariance() -> None:
+    rig = reaction()
+    thetas = draw(rig, SPREAD, 20_000)
+    at = [structure_of(rig).names.index(name) for name in NAMES]
+    assert np.mean(thetas[:, at], 0) == pytest.approx(MEAN, rel=0.005)  # 0.1 sqrt(1/20 000) is 0.0007
+    size = np.sqrt(np.diag(SPREAD.covariance))
+    off = (np.cov(thetas[:, at].T) - SPREAD.covariance) / np.outer(size, size)
+    assert np.max(np.abs(off)) < 5.0 * np.sqrt(2.0 / 20_000)  # five deviations of a sample variance
+    others = np.delete(np.arange(thetas.shape[1]), at)
+    assert np.all(thetas[:, others] == theta_of(rig, structure_of(rig))[others])
+
+
+def test_draws_keep_to_what_is_possible() -> None:
+    wide = Spread(NAMES, MEAN, np.diag(MEAN**2))
+    assert np.all(draw(reaction(), wide, 500)[:, [structure_of(reaction()).names.index(n) for n in NAMES]] > 0.0)
+    with pytest.raises(InputError, match="far beyond what is possible"):
+        draw(reaction(), Spread(NAMES[:1], np.array([-1.0]), np.array([[1e-4]])), 10)
+    with pytest.raises(InputError, match=r"`motor\.resistance`, which this rig lacks"):
+        draw(platform(), Spread(("motor.resistance",), MEAN[:1], np.eye(1)), 10)
+
+
+def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
+    rig, sigma, count = reaction(), 0.5, 300
+    drawn, fresh = (transfer(linearised(rig, thetas=draw(rig, SPREAD, n, seed))) for n, seed in ((count, 1), (5000, 2)))
+    share, again = share_of_plants(drawn, AXIS, AXIS, sigma), share_of_plants(fresh, AXIS, AXIS, sigma)
+    # a pair that holds for all of N plants fails a fresh one with a chance of 1/(N + 1) at most on average; and the shares agree
+    assert np.mean(again[share == 1.0]) > 1.0 - 1.0 / (count + 1)
+    edge = (share > 0.0) & (share < 1.0)
+    assert edge.sum() > 20
+    assert np.max(np.abs(share - again)[edge]) < 4.5 * 0.5 / np.sqrt(count)  # 4.5 deviations of a count out of 300
+
+
+def test_no_other_gains_have_a_larger_worst_case_margin() -> None:
+    rig = reaction()
+    thetas = draw(rig, SPREAD, 60)
+    found = robust_gains(rig, thetas, AXIS, AXIS, 2.0)
+    plants = transfer(linearised(rig, thetas=thetas))
+    each = [Transfer(num, den, ()) for num, den in zip(plants.num, plants.den, strict=True)]
+    rng, compared = np.random.default_rng(3), 0
+    while compared < 40:
+        near = np.array([found.kp, found.kd]) * np.exp(rng.normal(0.0, 0.5 if compared % 2 else 0.05, 2))
+        if share_of_plants(plants, near[:1], near[1:], 2.0)[0, 0] < 1.0:
+            continue
+        assert (
+            min(pd_margins(plant, *near).modulus for plant in each) <= found.modulus + 2e-3
+        )  # of the grid's frequencies
+        compared += 1
+    assert share_of_plants(plants, np.array([found.kp]), np.array([found.kd]), 2.0)[0, 0] == 1.0
+    assert found.worst.modulus == min(pd_margins(plant, found.kp, found.kd).modulus for plant in each)
+
+
+def test_asking_for_too_much_is_said() -> None:
+    with pytest.raises(InputError, match="no gains put every pole"):
+        robust_gains(reaction(), theta_of(reaction(), structure_of(reaction()))[None], AXIS, AXIS, 50.0)
+
+
+def test_a_fit_s_answer_is_read_and_anything_else_refused(tmp_path: Path) -> None:
+    path = tmp_path / "fit.json"
+    answer = {"numbers": {"axis.inertia": {"value": 0.05}}, "covariance_of": ["axis.inertia"], "covariance": [[1e-6]]}
+    path.write_text(json.dumps(answer))
+    assert read_spread(path) == (("axis.inertia",), np.array([0.05]), np.array([[1e-6]]))
+    path.write_text(json.dumps(answer | {"covariance": [[None]]}))
+    with pytest.raises(InputError, match=r"fit\.json: `covariance`: the logs say nothing"):
+        read_spread(path)
+    for wrong in ("{", "[]", '{"numbers": {}}', json.dumps(answer | {"numbers": {}})):
+        path.write_text(wrong)
+        with pytest.raises(InputError, match="is not what `rwjax fit"):
+            read_spread(path)

@@ -1,0 +1,83 @@
+"""Sizing: rings by integration, the thesis's numbers, and the limit that binds as the one whose relief helps."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import dblquad
+
+from rwjax import parse_rig
+from rwjax.control.open_loop import Limits
+from rwjax.control.sizing import LIMITS, Ring, size, slew_time
+from rwjax.control.slew import slew
+from rwjax.errors import InputError
+
+K, R, I = 0.0182, 0.83, 0.0495
+TOP = 4000.0 * 2.0 * np.pi / 60.0
+
+
+def rig(friction: float, J: float = 1.24e-4):
+    return parse_rig(
+        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n'
+        f"[axis]\ninertia = {I}\n[axis.friction]\ncoulomb = {friction}"
+    )
+
+
+def test_a_ring_weighs_and_turns_as_its_integrals_say() -> None:
+    ring = Ring(0.05, 0.04, 0.005)
+    mass, inertia = (dblquad(lambda r, _, p=p: 2700.0 * 0.005 * r**p, 0.0, 2.0 * np.pi, 0.04, 0.05)[0] for p in (1, 3))
+    assert ring.mass == pytest.approx(mass) and ring.inertia == pytest.approx(inertia)
+    assert ring.inertia / ring.thin_inertia == pytest.approx(0.82)  # thesis eq. 2.7 has 18 % too much
+
+
+def test_the_thesis_s_slew_of_90_degrees_in_15_seconds() -> None:
+    momentum = Ring(0.05, 0.04, 0.005).thin_inertia * TOP
+    assert slew_time(0.19, 0.5 * np.pi, momentum) == pytest.approx(15.0, rel=0.01)
+
+
+@given(st.floats(1e-3, 0.02), st.floats(0.2, 3.0), st.floats(0.5, 20.0))
+def test_a_motor_of_the_needed_torque_takes_the_wanted_time(friction: float, angle: float, seconds: float) -> None:
+    needs = size(rig(friction), np.array([1.24e-4]), angle, seconds, Limits(1e3, 1.0)).needs_torque
+    heavy = np.array([1.0])  # a wheel that never reaches its top
+    exactly = size(rig(friction), heavy, angle, seconds, Limits(1e3, needs / K, 1.0))
+    assert exactly.torque == pytest.approx(needs)
+    assert exactly.time[0] == pytest.approx(seconds) and LIMITS[exactly.limit[0]] == "current"
+    # and a wheel of the needed momentum turns round just at its top
+    for share, binds in ((1.001, "current"), (0.999, "wheel rate")):
+        just = size(
+            rig(friction), share * exactly.needs_momentum / np.array([TOP]), angle, seconds, Limits(1e3, needs / K, TOP)
+        )
+        assert LIMITS[just.limit[0]] in (binds, "friction" if binds == "wheel rate" else binds)
+
+
+@given(st.floats(0.0, 0.02), st.floats(2e-5, 4e-4), st.floats(0.2, 2.0), st.floats(1.0, 6.0), st.floats(8.0, 14.0))
+def test_relief_of_the_limit_that_binds_helps(
+    friction: float, J: float, angle: float, amps: float, volts: float
+) -> None:
+    limits = Limits(volts, amps, TOP)
+    found = size(rig(friction), np.array([J]), angle, 5.0, limits)
+    binds = LIMITS[found.limit[0]]
+    assume(np.isfinite(found.time[0]))
+    more = {"current": limits._replace(amps=1.01 * amps), "voltage": limits._replace(volts=1.01 * volts)}
+    times = {name: float(size(rig(friction), np.array([J]), angle, 5.0, given).time[0]) for name, given in more.items()}
+    if binds in more:
+        assert times[binds] < float(found.time[0])
+        other = "voltage" if binds == "current" else "current"
+        assert times[other] == pytest.approx(float(found.time[0]), rel=1e-9)
+    else:
+        faster = size(rig(friction), np.array([1.01 * J]), angle, 5.0, limits)  # of more momentum at the same top
+        assert float(faster.time[0]) < float(found.time[0])
+
+
+@pytest.mark.parametrize("J", [1.24e-4, 8e-5])
+def test_the_plant_does_it_in_the_time_of_the_budget(J: float) -> None:
+    limits, angle = Limits(20.0, 3.0, TOP), np.radians(25.0)
+    budget = float(size(rig(0.01, J), np.array([J]), angle, 5.0, limits).time[0])
+    assert slew(rig(0.01, J), angle, limits).time == pytest.approx(budget, rel=0.01)
+
+
+def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(InputError, match="seconds 0"):
+        size(rig(0.01), np.array([1e-4]), 1.0, 0.0, Limits(10.0))
+    never = size(rig(0.1), np.array([1e-4]), 1.0, 5.0, Limits(20.0, 3.0, TOP))
+    assert np.isinf(never.time[0]) and LIMITS[never.limit[0]] == "current"

@@ -1,0 +1,60 @@
+"""Tuning: the slope through stick and slip, and a minimum that a search over a grid does not undercut."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from rwjax.control.closed_loop import Clockwork, Controller, posed
+from rwjax.control.linear import linearised, transfer
+from rwjax.control.tuning import LEAST, _slopes, loop_margins, loss, tune
+from rwjax.errors import InputError
+from tests.systems import platform, reaction
+
+REFERENCE, CLOCK = np.full(300, 0.3), Clockwork()
+RIG = platform()
+
+
+def of(kp: float, kd: float, ki: float = 0.0) -> float:
+    structure, theta, sign = posed(RIG)
+    return float(
+        loss(structure, theta, CLOCK, _arrays(Controller(kp, ki, kd, 0.02, limit=5.0)), jnp.asarray(REFERENCE), sign)
+    )
+
+
+def _arrays(controller: Controller) -> Controller:
+    return Controller(*(jnp.asarray(float(v)) for v in controller))
+
+
+def test_the_slope_is_that_of_the_loss() -> None:
+    structure, theta, sign = posed(RIG)
+    gains = np.array([6.0, 0.7, 2.5])
+    start = _arrays(Controller(*gains[[0, 1]], kd=2.5, smooth=0.02, limit=5.0))
+    value, slope = _slopes(structure, theta, CLOCK, start, jnp.asarray(REFERENCE), sign, jnp.log(gains), jnp.eye(3))
+    assert float(value) == pytest.approx(of(6.0, 2.5, 0.7))
+    for k in range(3):
+        step = np.exp(1e-5 * np.eye(3)[k])
+        ends = [of(kp, kd, ki) for kp, ki, kd in (gains * step, gains / step)]
+        assert float(slope[k]) == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-3)
+
+
+def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
+    start = Controller(2.0, kd=0.5, smooth=0.02, limit=5.0)
+    found = tune(RIG, start, REFERENCE, CLOCK)
+    assert found.loss[1] < 0.2 * found.loss[0]
+    plant = transfer(linearised(RIG))
+    grid = [(kp, kd) for kp in np.geomspace(1.0, 60.0, 14) for kd in np.geomspace(0.3, 20.0, 14)]
+    best = min(of(*pair) for pair in grid if loop_margins(plant, pair[0], 0.0, pair[1]).modulus >= LEAST)
+    assert found.loss[1] <= best * 1.001
+    assert found.margins.modulus >= LEAST * 0.999
+    assert of(found.controller.kp, found.controller.kd) == pytest.approx(found.loss[1])
+
+
+def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
+    stuck = Controller(0.2, kd=0.05, smooth=0.02, limit=5.0)  # 0.06 V; friction holds up to 0.125 V
+    found = tune(RIG, stuck, REFERENCE, CLOCK)
+    assert found.loss[1] < 0.1 * found.loss[0] and found.controller.ki == 0.0
+
+
+def test_an_unstable_start_is_refused() -> None:
+    with pytest.raises(InputError, match="not stable"):
+        tune(reaction(), Controller(50.0, ki=1e4, kd=1.0), REFERENCE, CLOCK)

@@ -1,0 +1,148 @@
+"""The commands for control, as a user calls them."""
+
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax.cli import main
+
+RIG = """kind = "reaction"
+[motor]
+torque_constant = 0.0182
+resistance = 0.83
+[wheel]
+inertia = 1.24e-4
+[axis]
+inertia = 0.0495
+[axis.friction]
+viscous = 0.002
+[effects."axis.stribeck"]
+M_c = 0.01
+M_e = 0.006
+v_s = 0.3
+n = 1.0
+[encoder]
+counts_per_rev = 2048
+"""
+FIT = {"numbers": {"axis.inertia": {"value": 0.0495}}, "covariance_of": ["axis.inertia"], "covariance": [[2.5e-5]]}
+GRID = ("--kp", "20:100:3", "--kd", "2:20:2")
+LIMITS = ("--amps", "3", "--rpm", "4000")
+
+
+class Shell:
+    """Calls a command in a folder with `rig.toml` and `fit.json`."""
+
+    def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str], patch: pytest.MonkeyPatch) -> None:
+        self.folder, self.capsys, self.patch = folder, capsys, patch
+        (folder / "rig.toml").write_text(RIG)
+        (folder / "fit.json").write_text(json.dumps(FIT))
+        patch.chdir(folder)
+
+    def __call__(self, *arguments: str) -> tuple[int, str, str]:
+        self.patch.setattr(sys, "argv", ["rwjax", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = self.capsys.readouterr()
+        return ended.value.code or 0, out, err
+
+
+@pytest.fixture
+def shell(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Shell:
+    return Shell(tmp_path, capsys, monkeypatch)
+
+
+def table(text: str) -> dict[str, list[str]]:
+    rows = list(csv.DictReader(io.StringIO(text)))
+    return {name: [row[name] for row in rows] for name in rows[0]}
+
+
+def test_region_stands_beside_what_an_effect_and_a_fit_leave_of_it(shell: Shell) -> None:
+    code, out, err = shell("region", "rig.toml", "--without", "axis.stribeck", "--fit", "fit.json", "--plants", "50")
+    assert code == 0, err
+    found = {name: np.array(values, float) for name, values in table(out).items()}
+    assert list(found) == ["kp", "kd", "stable", "without_axis.stribeck", "share_of_plants"]
+    assert np.sum(found["without_axis.stribeck"] > found["stable"]) > 5  # falling friction costs gains
+    assert np.all((found["share_of_plants"] < 1.0) >= (found["stable"] == 0.0)) or np.any(
+        found["share_of_plants"] < 1.0
+    )
+    assert "without axis.stribeck" in err and "for all 50 plants" in err
+
+
+def test_sweep_writes_maps_and_answers_in_json(shell: Shell) -> None:
+    code, out, err = shell("sweep", "rig.toml", *GRID, "--seconds", "4", "--ki", "20", "-o", "maps.csv", "--json")
+    assert code == 0, err
+    answer, found = json.loads(out), table((shell.folder / "maps.csv").read_text())
+    assert answer["schema"] == "rwjax.sweep/1" and np.shape(answer["overshoot"]) == (3, 2)
+    assert np.ravel(answer["error_rad"]) == pytest.approx(np.array(found["error_rad"], float), rel=1e-8)
+    assert [v is None for v in np.ravel(answer["settling_s"])] == [v == "inf" for v in found["settling_s"]]
+    assert (shell.folder / "maps.png").read_bytes().startswith(b"\x89PNG") and "settle within 2 %" in err
+
+
+def test_slew_and_dump_write_their_courses(shell: Shell) -> None:
+    code, out, err = shell("slew", "rig.toml", "--angle", "20", *LIMITS)
+    assert code == 0, err
+    assert float(table(out)["yaw_rad"][-1]) == pytest.approx(np.radians(20.0), rel=1e-3) and "short" in err
+    code, out, err = shell("dump", "rig.toml", "--spin", "4000", "--json", "-o", "dump.csv")
+    assert code == 0, err
+    answer = json.loads(out)
+    assert answer["bound_s"] < answer["least_time_s"] < 1.1 * answer["bound_s"] and answer["moved_deg"] < 1e-3
+    assert (shell.folder / "dump.png").exists()
+
+
+def test_size_names_the_lightest_ring_that_does_it(shell: Shell) -> None:
+    code, out, err = shell(
+        "size", "rig.toml", "--angle", "30", "--seconds", "3", "--amps", "3", "-o", "size.csv", "--json"
+    )
+    assert code == 0, err
+    found, answer = table((shell.folder / "size.csv").read_text()), json.loads(out)
+    does = np.array(found["time_s"], float) <= 3.0
+    lightest = np.min(np.array(found["mass_kg"], float)[does])
+    assert f"{1e3 * lightest:.3g} g" in err and set(found["limit"]) <= {"current", "voltage", "wheel rate", "friction"}
+    assert answer["needs"]["torque_N_m"] > 0.016  # breakaway
+    assert "none of these rings" in shell("size", "rig.toml", "--angle", "300", "--seconds", "1", "--json")[2]
+
+
+def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
+    options = ("--fit", "fit.json", "--plants", "20", "--seconds", "4", "--ki", "5", "--forward", "0.5")
+    code, out, err = shell("tune", "rig.toml", *options, "--json")
+    assert code == 0, err
+    answer = json.loads(out)
+    assert answer["plants"] == 20 and answer["robust"]["modulus"] >= answer["tuned"]["modulus"] > 0.499
+    assert abs(answer["tuned"]["error"]) < abs(answer["robust"]["error"])
+    assert shell("tune", "rig.toml", *options)[1].startswith("robust: kp ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("region", "--without", "axis.strbeck"),
+            "rig.toml: --without axis.strbeck: the rig file holds no such effect; nearest",
+        ),
+        (("region", "--fit", "rig.toml"), "rig.toml: is not what `rwjax fit RIG LOG… --json` prints"),
+        (("sweep", "--kp", "1:2"), "--kp 1:2: has to be FROM:TO:COUNT"),
+        (("sweep", "--step", "0"), "--step 0: has to be a number other than 0"),
+        (("sweep", "--late", "1"), "--late 1: has to lie between 0 and the period of 0.01 s"),
+        (("sweep", "--smooth", "-1"), "--smooth: must not be negative"),
+        (("sweep", "--seconds", "0"), "--seconds 0: has to hold 10 to 1000000 samples"),
+        (("sweep", "--volts", "nan"), "--volts nan: has to be a finite number"),
+        (("sweep", "--kp", "1:2:2000", "--kd", "1:2:2000"), "--kp 1:2:2000 --kd 1:2:2000: 4000000 pairs"),
+        (("tune", "--forward", "2"), "--forward 2.0: has to lie between 0 and 1"),
+        (("tune", "--least", "1"), "--least 1: has to lie between 0 and 1"),
+        (("slew", "--angle", "0"), "rig.toml: angle 0 rad: has to be a number other than 0"),
+        (("slew", "--angle", "10", "--amps", "0"), "--amps 0: has to be positive"),
+        (("dump", "--spin", "0"), "rig.toml: wheel at 0 rad/s"),
+        (("size", "--angle", "10", "--seconds", "0"), "--seconds 0: has to be positive"),
+        (("size", "--angle", "10", "--seconds", "1", "--inner", "1"), "--inner 1: has to lie between 0"),
+        (("size", "--angle", "10", "--seconds", "1", "--radius", "0:1:3"), "--radius: has to be positive"),
+    ],
+)
+def test_bad_input_ends_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:
+    command, *options = arguments
+    code, out, err = shell(command, "rig.toml", *options)
+    assert code == 2 and out == "" and err.startswith(f"rwjax: {message}".replace("2.0", "2")) and err.count("\n") == 1
