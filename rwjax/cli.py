@@ -14,6 +14,7 @@ import typer
 from typer.exceptions import Abort, TyperException
 
 from rwjax.errors import InputError
+from rwjax.link import cli as link
 
 if TYPE_CHECKING:
     import numpy as np
@@ -303,6 +304,9 @@ def region(
         late = without_lateness(believed)
         notes += [f"left out: {', '.join(late)}, which no transfer function holds"] if late else []
         print("\n".join(notes), file=sys.stderr)
+
+
+link.add_to(app)
 
 
 def main() -> None:

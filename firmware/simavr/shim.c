@@ -6,7 +6,8 @@
    - external interrupts in level mode poll on every cycle, even when masked
    - a watchdog reset wipes timers and pin levels of the simulation: they are set up again
    - an interrupt's entry costs nothing: the cycles of the silicon are added
-   Not worked around: OCR1x is not double buffered. The firmware writes it after the pulse has ended, when that is the same. */
+   - OCR1x is not double buffered: a longer width, written after the pulse has ended, begins a second pulse in the same
+     period, which the silicon cannot. It is left out; a width written while the pulse lasts still shows. */
 #include <simavr/avr_adc.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
@@ -23,6 +24,7 @@
 #include <string.h>
 
 #define PINS 8
+#define PERIOD_SHORTEST 400 /* Hz */
 #define ADC_INPUTS 8
 #define DEPTH 32 /* of nested interrupts */
 
@@ -36,7 +38,6 @@ struct entry { uint64_t enter, leave; uint32_t vector; };
 struct sim {
     avr_t *avr;
     void (*core_reset)(avr_t *);
-    uint64_t until;
     uint32_t entry_cycles, byte_cycles;
     int stop, reset_seen, resets;
     uint8_t level[PINS], driven[PINS];
@@ -87,6 +88,8 @@ static void on_pulse(avr_irq_t *irq, uint32_t value, void *p) {
     uint32_t k = irq->irq - TIMER_IRQ_OUT_COMP;
     uint8_t up = value & 0xff;
     if (k > 1 || up == s->high[k])
+        return;
+    if (up && s->rise[k] && s->avr->cycle < s->rise[k] + s->avr->frequency / PERIOD_SHORTEST)
         return;
     s->high[k] = up;
     if (up)
@@ -141,9 +144,9 @@ static avr_cycle_count_t on_line(avr_t *avr, avr_cycle_count_t when, void *p) { 
 }
 
 static avr_cycle_count_t on_stop(avr_t *avr, avr_cycle_count_t when, void *p) {
-    (void)avr, (void)when;
+    (void)avr;
     ((struct sim *)p)->stop = 1;
-    return 0;
+    return when + 1; /* until cancelled: else a sleeping core would go on to the timer after this one at once */
 }
 
 static void at(struct sim *s, uint64_t cycle, avr_cycle_timer_t call) {
@@ -245,7 +248,6 @@ void sim_send(struct sim *s, size_t n, const uint8_t *bytes) {
 
 int sim_run(struct sim *s, uint64_t until) { /* nonzero: the core has crashed or is done */
     s->stop = 0;
-    s->until = until;
     if (s->avr->cycle >= until)
         return 0;
     at(s, until, on_stop);
@@ -262,6 +264,7 @@ int sim_run(struct sim *s, uint64_t until) { /* nonzero: the core has crashed or
             at(s, until, on_stop);
         }
     }
+    avr_cycle_timer_cancel(s->avr, on_stop, s);
     return 0;
 }
 
