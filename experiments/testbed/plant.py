@@ -16,6 +16,8 @@ from firmware.simavr.avr import F_CPU
 
 LINES = 1024  # of both encoders
 NEUTRAL_US, VOLTS_PER_US = 1500.0, 0.02
+ESC_CLOCK_US = 0.5
+"""To which the ESC measures a pulse."""
 PER_RAD = 4 * LINES / (2 * np.pi)  # states of an encoder
 SEEN = np.array([PSI, W, LOST, THETA, OMEGA])
 
@@ -53,7 +55,8 @@ class Testbed:
 
     def advance(self, start: int, end: int, width_us: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
         """See `firmware.simavr.bench.Plant`."""
-        u = VOLTS_PER_US * (width_us[0] - NEUTRAL_US) if width_us[0] else 0.0
+        width = ESC_CLOCK_US * round(width_us[0] / ESC_CLOCK_US)
+        u = VOLTS_PER_US * (width - NEUTRAL_US) if width else 0.0
         t, length = start / F_CPU * self.pace, (end - start) / F_CPU * self.pace
         rows = _move(self.x, u, t, length, self.p)
         axis = encoder(self.truth, rows[:, 0], rows[:, 1], rows[:, 2], self.p)[0]

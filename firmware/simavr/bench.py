@@ -12,8 +12,9 @@ from numba import njit
 from firmware.simavr.avr import F_CPU, PIN_A, Avr
 
 STEP = F_CPU // 1000  # cycles between two exchanges; an edge is placed at its own cycle
-ESC_CYCLES = F_CPU // 500
-"""An ESC acts on a pulse when the longest one it accepts would have ended, 2 ms after its start."""
+ESC_CYCLES = 3 * F_CPU // 1000
+"""An ESC acts on a pulse 3 ms after its start: the longest one lasts 2 ms, its own loop another. A `STEP` must not be longer
+than the difference, or a pulse would be seen too late."""
 LEVEL_A, LEVEL_B = np.array([0, 1, 1, 0], np.uint8), np.array([0, 0, 1, 1], np.uint8)
 
 
@@ -67,11 +68,12 @@ class Bench:
         self.avr, self.plant = avr, plant
         self.widths = (0.0, 0.0)  # us, that the ESCs act on; 0: none yet
         self.angles = np.zeros(2)  # of the encoders, states
+        self._moved = avr.cycle  # up to which the plant has been moved: the board stops a few cycles later
         self._coming: deque[tuple[int, int, float]] = deque()  # cycle, output, width
 
     def run(self, until: int) -> None:
         """Moves board and plant to a cycle."""
-        while (start := self.avr.cycle) < until:
+        while (start := self._moved) < until:
             end = min(until, start + STEP)
             if self._coming:
                 end = min(end, max(self._coming[0][0], start + 1))
@@ -79,9 +81,10 @@ class Bench:
             self.angles = angles[-1]
             self.avr.edges(*edges(cycles, angles, PIN_A[self.avr.mcu]))
             self.avr.run(end)
+            self._moved = end
             late = ESC_CYCLES + round(self.plant.late * F_CPU)
             self._coming.extend((p.rise + late, p.output, p.width_us) for p in self.avr.pulses())
-            while self._coming and self._coming[0][0] <= self.avr.cycle:
+            while self._coming and self._coming[0][0] <= end:
                 _, output, width = self._coming.popleft()
                 self.widths = (width, self.widths[1]) if output == 0 else (self.widths[0], width)
 

@@ -6,6 +6,7 @@
    - external interrupts in level mode poll on every cycle, even when masked
    - a watchdog reset wipes timers and pin levels of the simulation: they are set up again
    - an interrupt's entry costs nothing: the cycles of the silicon are added
+   - a timer's edges wait for the instruction in progress: they are put where the timer has them
    - OCR1x is not double buffered: a longer width, written after the pulse has ended, begins a second pulse in the same
      period, which the silicon cannot. It is left out; a width written while the pulse lasts still shows. */
 #include <simavr/avr_adc.h>
@@ -25,6 +26,7 @@
 
 #define PINS 8
 #define PERIOD_SHORTEST 400 /* Hz */
+#define LATE 16 /* cycles, most of an edge behind its timer */
 #define ADC_INPUTS 8
 #define DEPTH 32 /* of nested interrupts */
 
@@ -42,6 +44,7 @@ struct sim {
     int stop, reset_seen, resets;
     uint8_t level[PINS], driven[PINS];
     avr_irq_t *pin[PINS];
+    avr_timer_t *timer;
     uint32_t adc[ADC_INPUTS];
     uint64_t rise[2];
     uint8_t high[2];
@@ -83,6 +86,11 @@ static void on_width(avr_irq_t *irq, uint32_t value, void *avr) {
     avr_ioctl(avr, AVR_IOCTL_TIMER_SET_VIRTCLK('1'), &zero);
 }
 
+static uint64_t on_time(struct sim *s, uint64_t due) {
+    uint64_t now = s->avr->cycle;
+    return due <= now && now - due <= LATE ? due : now;
+}
+
 static void on_pulse(avr_irq_t *irq, uint32_t value, void *p) {
     struct sim *s = p;
     uint32_t k = irq->irq - TIMER_IRQ_OUT_COMP;
@@ -92,10 +100,13 @@ static void on_pulse(avr_irq_t *irq, uint32_t value, void *p) {
     if (up && s->rise[k] && s->avr->cycle < s->rise[k] + s->avr->frequency / PERIOD_SHORTEST)
         return;
     s->high[k] = up;
-    if (up)
-        s->rise[k] = s->avr->cycle;
-    else
-        PUSH(s->pulses, (struct pulse){s->rise[k], (uint32_t)(s->avr->cycle - s->rise[k]), k});
+    uint64_t base = s->timer->tov_base;
+    if (up) {
+        s->rise[k] = on_time(s, base);
+    } else {
+        uint64_t fall = on_time(s, base + s->timer->comp[k].comp_cycles);
+        PUSH(s->pulses, (struct pulse){s->rise[k], (uint32_t)(fall - s->rise[k]), k});
+    }
 }
 
 static void on_byte(avr_irq_t *irq, uint32_t value, void *p) {
@@ -197,7 +208,7 @@ struct sim *sim_new(const char *elf, const char *mcu, uint32_t hz, uint32_t entr
     for (avr_io_t *io = avr->io_port; io; io = io->next) {
         if (strcmp(io->kind, "timer") || ((avr_timer_t *)io)->name != '1')
             continue;
-        avr_timer_t *timer = (avr_timer_t *)io;
+        avr_timer_t *timer = s->timer = (avr_timer_t *)io;
         timer->wgm_op[14] = (avr_timer_wgm_t)AVR_TIMER_WGM_ICFASTPWM();
         for (int k = 0; k < 2; k++)
             avr_irq_register_notify(avr_iomem_getirq(avr, timer->comp[k].r_ocr, "ocr", AVR_IOMEM_IRQ_ALL), on_width, avr);
