@@ -49,7 +49,7 @@ static volatile uint16_t edges[2] = {(uint16_t)FIRST_COUNT, (uint16_t)FIRST_COUN
 static volatile struct {
     uint32_t tick;
     uint16_t edges[2], in_force[2];
-    uint8_t missed;
+    uint8_t missed; /* ticks so far that the loop did not take */
 } latest = {.tick = FIRST_TICK - 1UL};
 
 static uint8_t wanted = _BV(TICKED) | _BV(BYTES); /* events for which the loop wakes */
@@ -123,9 +123,26 @@ ISR(TIMER1_OVF_vect, ISR_NOBLOCK) {
     EVENTS |= _BV(TICKED);
 }
 
-ISR(RECEIVED_vect) {
-    UCSR0B &= (uint8_t)~_BV(RXCIE0); /* once it cannot come again, let the encoders in */
-    sei();
+/* An interrupt of the line that cannot come again until `body` allows it, and lets the encoders in after 24 cycles. */
+#define LINE(vector, enable, body)                                                                                    \
+    void body(void) __attribute__((signal, used));                                                                    \
+    ISR(vector, ISR_NAKED) {                                                                                          \
+        __asm__ volatile("push r24\n\t"                                                                               \
+                         "in r24, __SREG__\n\t"                                                                       \
+                         "push r24\n\t"                                                                               \
+                         "lds r24, %[control]\n\t"                                                                    \
+                         "andi r24, %[mask]\n\t"                                                                      \
+                         "sts %[control], r24\n\t"                                                                    \
+                         "pop r24\n\t"                                                                                \
+                         "out __SREG__, r24\n\t"                                                                      \
+                         "pop r24\n\t"                                                                                \
+                         "sei\n\t"                                                                                    \
+                         "jmp " #body ::[control] "n"(_SFR_MEM_ADDR(UCSR0B)),                                         \
+                         [mask] "M"(0xFF & ~_BV(enable)));                                                            \
+    }                                                                                                                 \
+    void body(void)
+
+LINE(RECEIVED_vect, RXCIE0, __vector_received) {
     if (UCSR0A & _BV(DOR0) && overruns < 255)
         overruns++;
     uint8_t byte = UDR0, head = (uint8_t)((in_head + 1) % sizeof in);
@@ -136,19 +153,15 @@ ISR(RECEIVED_vect) {
         overruns++;
     }
     EVENTS |= _BV(BYTES);
-    cli();
-    UCSR0B |= _BV(RXCIE0);
+    ATOMIC_BLOCK(ATOMIC_FORCEON) { UCSR0B |= _BV(RXCIE0); }
 }
 
-ISR(EMPTY_vect) {
-    UCSR0B &= (uint8_t)~_BV(UDRIE0);
-    sei();
+LINE(EMPTY_vect, UDRIE0, __vector_empty) {
     uint8_t tail = out_tail;
     UDR0 = out[tail];
     out_tail = ++tail;
-    cli();
     if (tail != out_head)
-        UCSR0B |= _BV(UDRIE0);
+        ATOMIC_BLOCK(ATOMIC_FORCEON) { UCSR0B |= _BV(UDRIE0); }
 }
 
 void board_first(void) __attribute__((naked, used, section(".init3")));
@@ -225,20 +238,28 @@ void board_widths(const uint16_t width[2]) {
 
 uint8_t board_tick(struct readings *now) {
     static int32_t count[2] = {FIRST_COUNT, FIRST_COUNT};
+    static uint32_t before = FIRST_TICK - 1UL;
+    static uint8_t missed;
+    uint16_t edge[2];
     if (!(EVENTS & _BV(TICKED)))
         return 0;
-    ATOMIC_BLOCK(ATOMIC_FORCEON) {
-        EVENTS &= (uint8_t)~_BV(TICKED);
-        now->missed = latest.missed;
-        latest.missed = 0;
+    EVENTS &= (uint8_t)~_BV(TICKED);
+    do { /* the encoders are not to wait for this copy: it is made again where a tick came in between */
         now->tick = latest.tick;
-        now->in_force[0] = latest.in_force[0];
-        now->in_force[1] = latest.in_force[1];
-        now->count[0] = latest.edges[0];
-        now->count[1] = latest.edges[1];
-    }
+        now->missed = latest.missed;
+        for (uint8_t k = 0; k < 2; k++) {
+            now->in_force[k] = latest.in_force[k];
+            edge[k] = latest.edges[k];
+        }
+    } while (now->tick != latest.tick);
+    if (now->tick == before)
+        return 0; /* it was copied the time before, just as it came */
+    before = now->tick;
+    uint8_t all = now->missed;
+    now->missed = (uint8_t)(all - missed);
+    missed = all;
     for (uint8_t k = 0; k < 2; k++)
-        now->count[k] = count[k] = decode_widen(count[k], (uint16_t)now->count[k]);
+        now->count[k] = count[k] = decode_widen(count[k], edge[k]);
     now->battery = (uint16_t)(ADC * BATTERY_FULL / 1024);
     ADCSRA |= _BV(ADSC);
     now->dropped = dropped;

@@ -22,11 +22,11 @@
 #define BATTERY_TICKS TICKS(100) /* this long below it */
 #define BATTERY_FULL 18000L      /* mV at 5 V on the ADC pin: divider 18:5 */
 
-/* Counts (both edges of A) in a turn, and most of them in a tick: 60 % of the rate up to which none is lost
-   (docs/firmware.md); above it: fault. 760 in 10 ms are 2227 rpm of 1024 lines. */
+/* Counts (both edges of A) in a turn, and most of them in a tick: 70 % of the rate up to which none is lost while both
+   encoders turn as fast (docs/firmware.md); above it: fault. 630 in 10 ms are 1846 rpm of 1024 lines. */
 #define COUNTS_PER_REV_1 2048
 #define COUNTS_PER_REV_2 2048
-#define MOST_COUNTS 760
+#define MOST_COUNTS 630
 
 /* Where counters begin; tests start them just before they wrap around. */
 #ifndef FIRST_TICK

@@ -18,7 +18,7 @@ from tests.firmware import desk
 OVERFLOW = {"atmega328p": 13, "atmega2560": 20}  # vectors of timer 1, data sheets
 LIMITS = {"atmega328p": (32_768, 2_048), "atmega2560": (262_144, 8_192)}  # bytes of flash and RAM
 TCCR0B, TCCR2B = 0x45, 0xB1  # addresses in the data space
-PULSE_ERROR = 0.2  # us: simavr ends a pulse with the instruction during which it ends, three cycles or less
+PULSE_ERROR = 0.01  # us: the timer's own edges, nothing in between
 
 
 def host(elf: Path, first=still, second=still, mcu: str = "atmega328p", **more) -> Host:
@@ -38,7 +38,7 @@ def test_it_compiles_without_warnings_and_fits(mcu: str) -> None:
 def test_no_text_floats_or_heap_are_linked(elf: Path) -> None:
     """The thesis's listing builds `String`s inside an interrupt."""
     names = subprocess.run(["avr-nm", elf], check=True, capture_output=True, text=True).stdout
-    assert "machine_tick" in names
+    assert "__vector_13" in names
     for wrong in ("malloc", "printf", "__addsf3", "__mulsf3", "dtostrf", "_ZN6String"):
         assert wrong not in names
 
@@ -90,11 +90,14 @@ def test_ticks_come_every_10_ms_under_load_and_other_timers_stand_still(elf: Pat
     """The thesis's listing takes timer 0 away from micros(), by which it tells the time; `t` adds up readings of it."""
     h = host(elf, constant(61_803.4), constant(-73_205.1))
     h.bench.avr.watch_interrupts()
-    h.run(300)
-    rows = h.bench.avr.interrupts()
-    begun = rows[rows[:, 2] == OVERFLOW["atmega328p"], 0]
-    assert len(begun) > 290
-    assert np.ptp(begun - CYCLES_PER_TICK * np.arange(len(begun))) <= 96
+    begun = []
+    for _ in range(100):
+        h.run(3)
+        rows = h.bench.avr.interrupts()
+        begun += rows[rows[:, 2] == OVERFLOW["atmega328p"], 0].tolist()
+    late = np.array(begun) - CYCLES_PER_TICK * np.arange(len(begun))
+    assert len(late) >= 299
+    assert np.ptp(late) <= 96  # 6 us: two interrupts that are already running
     assert np.array_equal(np.diff([s.tick for s in h.samples]), np.ones(len(h.samples) - 1))
     assert h.bench.avr.data(TCCR0B) & 7 == h.bench.avr.data(TCCR2B) & 7 == 0
 
@@ -110,7 +113,7 @@ def test_interrupts_are_short(elf: Path) -> None:
     assert max(alone.values()) < 160, alone  # 10 us; a String takes milliseconds
 
 
-RATE = 240_000.0  # states/s of each encoder, 3516 rpm of 1024 lines: docs/firmware.md
+RATE = 180_000.0  # states/s of each encoder, 2637 rpm of 1024 lines: docs/firmware.md
 
 
 @pytest.mark.parametrize("sense", (1.0, -1.0))
@@ -137,7 +140,7 @@ def test_above_the_limit_the_board_goes_to_neutral(elf: Path) -> None:
     h.run(2)
     assert h.latest.pulse_1 == h.latest.pulse_2 == 3000
     moved = np.diff([s.count_2 for s in h.samples])
-    assert moved[:-3].max() <= 760 < moved.max()
+    assert moved[:-3].max() <= 630 < moved.max()
 
 
 def test_silence_of_the_host_ends_in_neutral(elf: Path) -> None:

@@ -162,7 +162,7 @@ class States(RuleBasedStateMachine):
                 assert self.neutral_ticks >= 100  # the ESCs have had their second of neutral
             if before != frames.ARMED and before != frames.ARMING:
                 assert self.machine.state == before  # nothing arms, nor leaves a fault, by itself
-            if before in (frames.ARMING, frames.ARMED) and abs(moved) > 760:
+            if before in (frames.ARMING, frames.ARMED) and abs(moved) > 630:
                 assert self.machine.state == frames.FAULT and self.machine.faults & 2
 
     @invariant()

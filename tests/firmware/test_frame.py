@@ -131,7 +131,7 @@ def test_hello_and_ack_read_as_the_board_wrote_them(c: ctypes.CDLL) -> None:
     hello = frames.message(frames.Frame(*desk.plain(body)))
     assert isinstance(hello, frames.Hello)
     assert hello._replace(firmware=0) == frames.Hello(
-        1, 0, 0x01020304, 8, 0, 0, 100, 2048, 2048, 2000, 3000, 4000, 100, 20, 760, 9000
+        1, 0, 0x01020304, 8, 0, 0, 100, 2048, 2048, 2000, 3000, 4000, 100, 20, 630, 9000
     )
     c.machine_ack(desk.frame(frames.PULSE, 513, b""), 5, body)
     assert frames.message(frames.Frame(*desk.plain(body))) == frames.Ack(513, frames.PULSE, 5)
