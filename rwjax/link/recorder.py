@@ -3,13 +3,14 @@
 import math
 import os
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 import serial
 
-from rwjax.errors import write_text
+from rwjax.errors import LogError, write_text
 from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import LinkError, Session, faults
@@ -54,8 +55,7 @@ def open_port(url: str) -> serial.SerialBase:
     try:
         return serial.serial_for_url(url, baudrate=BAUD)
     except (serial.SerialException, ValueError) as error:
-        reason = str(error).splitlines()[0]
-        raise LinkError(f"{url}: cannot be opened: {reason}; give a serial port such as /dev/ttyACM0") from None
+        raise LinkError(f"{url}: cannot be opened: {_reason(error)}; give a serial port such as /dev/ttyACM0") from None
 
 
 @dataclass(frozen=True)
@@ -80,26 +80,35 @@ def record(
     Beside the log lie its raw stream (`.raw`) and its notes (`.notes`). Raises `LinkError` where nothing could begin.
     """
     check_rig(rig)
-    port = open_port(url)
-    raw, failure = Raw(output.with_suffix(".raw")), None
-    try:
-        started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
-        write_text(raw.path.with_suffix(".notes"), _lines(notes | started), LinkError)
+    failure = None
+    with open_port(url) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
         session = Session(port, raw.write, watch)
         try:
+            started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
+            write_text(raw.path.with_suffix(".notes"), _lines(notes | started), LinkError)
             session.greet()
             act(session)
+        except serial.SerialException as error:
+            failure = LinkError(f"{url}: the port is gone ({_reason(error)}); is the cable plugged in?")
+        except (LinkError, KeyboardInterrupt) as error:
+            failure = error
         finally:
             session.leave()
-    except serial.SerialException as error:
-        failure = LinkError(f"{url}: the port is gone ({str(error).splitlines()[0]}); is the cable plugged in?")
-    except (LinkError, KeyboardInterrupt) as error:
-        failure = error
-    finally:
-        raw.close()
-        port.close()
-    logs, remarks = write_logs(raw.path, rig, output)
+    if raw.path.stat().st_size == 0 and failure:  # nothing has come: nothing stays
+        raw.path.unlink()
+        raw.path.with_suffix(".notes").unlink(missing_ok=True)
+        raise failure
+    try:
+        logs, remarks = write_logs(raw.path, rig, output)
+    except LogError as error:
+        logs, remarks = [], [str(error)]
     return Recorded(logs, remarks, failure)
+
+
+def _reason(error: Exception) -> str:
+    """The system's words where there are any, pyserial's else."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error).splitlines()[0]
 
 
 def _lines(notes: dict[str, str]) -> str:
