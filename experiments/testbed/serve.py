@@ -15,13 +15,16 @@ from firmware.simavr.avr import F_CPU, missing
 from firmware.simavr.bench import Bench
 
 SLICE_S = 0.002  # s between two looks at the line
+MOST = F_CPU // 50
+"""Cycles in one go. On a machine that is too slow, simulated time falls behind; leaps would starve the board of heartbeats."""
 
 
 def serve(on: Bench, master: int, seconds: float | None = None) -> None:
     """Keeps a board's line and a pseudo terminal joined, so long or until interrupted; simulated time is real time."""
     start, from_cycle = time.monotonic(), on.avr.cycle
     while seconds is None or time.monotonic() - start < seconds:
-        on.run(from_cycle + round((time.monotonic() - start) * F_CPU))
+        now = from_cycle + round((time.monotonic() - start) * F_CPU)
+        on.run(min(now, on.avr.cycle + MOST))
         if data := on.avr.receive():
             _, writable, _ = select.select([], [master], [], 0)
             if writable:  # where nobody reads, what does not fit is lost, as on a real line

@@ -19,7 +19,7 @@
 #define SILENCE_TICKS TICKS(200) /* without a valid command: fault */
 #define MOST_MISSED 3            /* ticks missed in a row: fault */
 #define BATTERY_LOWEST 9000      /* mV, a 3S battery at 3 V a cell; a supply below it is a fault */
-#define BATTERY_TICKS TICKS(100) /* this long below it */
+#define BATTERY_TICKS TICKS(500) /* this long below it: a motor that starts draws it down for less */
 #define BATTERY_FULL 18000L      /* mV at 5 V on the ADC pin: divider 18:5 */
 
 /* Counts (both edges of A) in a turn, and most of them in a tick: 70 % of the rate up to which none is lost while both

@@ -1,6 +1,7 @@
 """A host in simulated time: commands, heartbeats, and what the board says. For tests and tables; users have `rwjax.link`."""
 
 import hashlib
+from itertools import pairwise
 
 from firmware.simavr.avr import CYCLES_PER_TICK
 from firmware.simavr.bench import Bench
@@ -27,7 +28,7 @@ class Host:
     @property
     def gaps(self) -> int:
         """Frames that did not arrive."""
-        return sum((b - a - 1) % 2**16 for a, b in zip(self.numbers, self.numbers[1:]))
+        return sum((b - a - 1) % 2**16 for a, b in pairwise(self.numbers))
 
     def listen(self) -> None:
         """Takes what has come by now."""

@@ -30,7 +30,7 @@ class Serial(SerialBase):
     """The host's end of the line."""
 
     def open(self) -> None:
-        self.bench = BENCHES[str(self.portstr)]
+        self.bench = BENCHES[str(self.port)]
         self._waiting = bytearray()
         self.is_open = True
 

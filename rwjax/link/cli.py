@@ -2,10 +2,10 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -77,7 +77,14 @@ def _check(output: Path) -> None:
         raise InputError(f"{output}: exists already; a recording never replaces another, give a new name with -o")
 
 
-def _record(rig: Path, port: str, output: Path, notes: dict[str, str], act: "Callable[[Any, Rig], Any]", quiet: bool) -> None:
+def _record(
+    rig: Path,
+    port: str,
+    output: Path,
+    notes: dict[str, str],
+    act: "Callable[[Rig], Callable[[Session], None]]",
+    quiet: bool,
+) -> None:
     from rwjax.link.recorder import record as run
     from rwjax.rig import read_rig
 
@@ -150,7 +157,7 @@ def monitor(rig: RigFile, port: Port) -> None:
     from rwjax.rig import read_rig
 
     believed = read_rig(rig)
-    with _live(believed, quiet=False) as watch, open_port(port) as line:
+    with _live(believed, quiet=False) as watch, closing(open_port(port)) as line:
         session = Session(line, watch=watch)
         session.greet()
         try:

@@ -79,7 +79,15 @@ class Decoder:
 DISARMED, ARMING, ARMED, FAULT = range(4)
 STATES = ("disarmed", "arming", "armed", "fault")
 FAULTS = {1: "silence of the host", 2: "over the speed limit", 4: "battery low", 8: "ticks missed"}
-RESULTS = ("done", "unknown command", "wrong length", "stale number", "wrong nonce", "out of range", "not in this state")
+RESULTS = (
+    "done",
+    "unknown command",
+    "wrong length",
+    "stale number",
+    "wrong nonce",
+    "out of range",
+    "not in this state",
+)
 EXPERIMENTS = ("coast-down", "square", "triangle", "staircase", "multisine")
 
 ASK, HEARTBEAT, ARM, DISARM, CLEAR, PULSE, HOLD, PLAY = range(1, 9)

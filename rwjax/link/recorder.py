@@ -13,7 +13,7 @@ import serial
 from rwjax.errors import LogError, write_text
 from rwjax.link import frames
 from rwjax.link.frames import Sample
-from rwjax.link.session import LinkError, Session, faults
+from rwjax.link.session import LinkError, Port, Session, faults
 from rwjax.link.stream import check_rig, write_logs
 from rwjax.rig import Rig
 
@@ -50,7 +50,7 @@ class Raw:
         os.close(self._file)
 
 
-def open_port(url: str) -> serial.SerialBase:
+def open_port(url: str) -> Port:
     """The port at a path or URL of pyserial."""
     try:
         return serial.serial_for_url(url, baudrate=BAUD)
@@ -81,7 +81,7 @@ def record(
     """
     check_rig(rig)
     failure = None
-    with open_port(url) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
+    with closing(open_port(url)) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
         session = Session(port, raw.write, watch)
         try:
             started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}

@@ -6,8 +6,9 @@ that blocks ends the heartbeats, and the board goes to neutral by itself.
 """
 
 from collections.abc import Callable
+from typing import Protocol, runtime_checkable
 
-from serial import SerialBase, SerialException
+from serial import SerialException
 
 from rwjax.errors import InputError
 from rwjax.link import frames
@@ -20,6 +21,31 @@ ANSWER_READS = 200  # of one sample or more each
 SAMPLES_PER_HEARTBEAT = 5  # 50 ms; the board waits for 200 ms
 
 
+@runtime_checkable
+class Port(Protocol):
+    """What is needed of pyserial's ports."""
+
+    @property
+    def port(self) -> str | None: ...
+
+    @property
+    def in_waiting(self) -> int: ...
+
+    @property
+    def timeout(self) -> float | None: ...
+
+    @timeout.setter
+    def timeout(self, timeout: float | None, /) -> None: ...
+
+    def read(self, size: int = 1, /) -> bytes: ...
+
+    def write(self, data: bytes, /) -> int | None: ...
+
+    def flush(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
 class LinkError(InputError):
     """The board, the port or the disk does not do what a recording needs."""
 
@@ -29,7 +55,7 @@ class Session:
 
     def __init__(
         self,
-        port: SerialBase,
+        port: Port,
         keep: Callable[[bytes], None] = lambda data: None,
         watch: Callable[["Session", Sample], None] = lambda session, sample: None,
     ) -> None:
@@ -49,7 +75,7 @@ class Session:
         if not data:
             self._silent += 1
             if self.hello and self._silent >= SILENT_READS:
-                raise LinkError(f"{self._port.portstr}: the board is silent for {SILENT_READS * READ_S:g} s; is it on?")
+                raise LinkError(f"{self._port.port}: the board is silent for {SILENT_READS * READ_S:g} s; is it on?")
             return []
         self._silent = 0
         self._keep(data)
@@ -66,7 +92,7 @@ class Session:
     def _heed(self, message: Message) -> None:
         if isinstance(message, Hello):
             if self.hello and message.nonce != self.hello.nonce:
-                raise LinkError(f"{self._port.portstr}: the board has started anew in the middle of the session")
+                raise LinkError(f"{self._port.port}: the board has started anew in the middle of the session")
         elif isinstance(message, Sample):
             self._watch(self, message)
             self._since_heartbeat += 1
@@ -88,12 +114,12 @@ class Session:
             for message in self.read():
                 if isinstance(message, Hello):
                     return self._met(message)
-        raise LinkError(f"{self._port.portstr}: no board of the testbed answers; is this the port, is the firmware on it?")
+        raise LinkError(f"{self._port.port}: no board of the testbed answers; is this the port, is the firmware on it?")
 
     def _met(self, hello: Hello) -> Hello:
         if hello.protocol != 1:
             raise LinkError(
-                f"{self._port.portstr}: the firmware speaks protocol {hello.protocol}, this rwjax 1; update the older"
+                f"{self._port.port}: the firmware speaks protocol {hello.protocol}, this rwjax 1; update the older"
             )
         self.hello, self.lost = hello, 0
         if hello.heard:
@@ -107,9 +133,9 @@ class Session:
             for message in self.read():
                 if isinstance(message, Ack) and message.seq == number and message.command == kind:
                     if message.result:
-                        raise LinkError(f"{self._port.portstr}: the board refuses: {frames.RESULTS[message.result]}")
+                        raise LinkError(f"{self._port.port}: the board refuses: {frames.RESULTS[message.result]}")
                     return
-        raise LinkError(f"{self._port.portstr}: the board does not answer a command")
+        raise LinkError(f"{self._port.port}: the board does not answer a command")
 
     def samples(self) -> list[Sample]:
         """The samples of the next `read` that brings any."""
@@ -122,7 +148,7 @@ class Session:
         hello = self.hello or self.greet()
         sample = self.samples()[-1]
         if sample.state == frames.FAULT:
-            raise LinkError(f"{self._port.portstr}: fault: {faults(sample)}; `rwjax run-experiment --clear` clears it")
+            raise LinkError(f"{self._port.port}: fault: {faults(sample)}; `rwjax run-experiment --clear` clears it")
         if sample.state != frames.DISARMED:
             self.command(frames.DISARM)
         self.command(frames.ARM, hello.nonce)
@@ -132,7 +158,7 @@ class Session:
                 return
             if state == frames.FAULT:
                 break
-        raise LinkError(f"{self._port.portstr}: the board does not arm")
+        raise LinkError(f"{self._port.port}: the board does not arm")
 
     def leave(self) -> None:
         """Disarms if it can; a board that does not hear it goes to neutral by itself."""

@@ -99,7 +99,9 @@ def _stretch(hello: Hello | None, group: list[Sample]) -> list[Stretch]:
 def check_rig(rig: Rig) -> None:
     """`RigError` for a rig file that says nothing about pulses or counts."""
     if rig.pwm is None:
-        raise RigError(f"{rig.name}: no `drive.pwm`; a recording needs `pwm = {{ neutral_us = 1500, volts_per_us = … }}`")
+        raise RigError(
+            f"{rig.name}: no `drive.pwm`; a recording needs `pwm = {{ neutral_us = 1500, volts_per_us = … }}`"
+        )
     if not rig.counts_per_rev:
         raise RigError(f"{rig.name}: no `counts_per_rev`; a recording needs one under [encoder] or [wheel_encoder]")
 
@@ -135,7 +137,9 @@ def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]
     all_found, damaged = read_stream(raw)
     played = [s.only(s.playing) if s.playing.any() else s for s in all_found]
     found = [s for s in played if len(s.tick) >= FEWEST]
-    remarks = [f"{len(all_found) - len(found)} stretches of under {FEWEST} samples are left out"] * (len(found) < len(played))
+    remarks = [f"{len(all_found) - len(found)} stretches of under {FEWEST} samples are left out"] * (
+        len(found) < len(played)
+    )
     remarks += [f"{damaged} damaged frames"] * (damaged > 0)
     paths = []
     for k, stretch in enumerate(found):

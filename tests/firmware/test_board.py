@@ -1,12 +1,13 @@
 """The compiled firmware in simavr: pulses, tick, encoders, line, states."""
 
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from firmware.simavr.avr import CYCLES_PER_TICK, F_CPU, Avr, build
+from firmware.simavr.avr import CYCLES_PER_TICK, Avr, build
 from firmware.simavr.bench import Bench, counts
 from firmware.simavr.host import Host
 from firmware.simavr.spin import Spin, constant, still, swinging
@@ -50,7 +51,10 @@ def test_pulses_are_as_wide_as_commanded_and_never_anything_else(mcu: str) -> No
     h.arm()
     h.bench.avr.pulses()
     seen: list[tuple[int, float]] = []
-    h.bench.run = lambda until, avr=h.bench.avr: (avr.run(until), seen.extend((p.output, p.width_us) for p in avr.pulses()))
+    h.bench.run = lambda until, avr=h.bench.avr: (
+        avr.run(until),
+        seen.extend((p.output, p.width_us) for p in avr.pulses()),
+    )
     wanted = [(2000 + 13 * k, 4000 - 13 * k) for k in range(154)]
     for a, b in wanted:
         h.send(frames.PULSE, a, b)
@@ -244,7 +248,7 @@ def test_the_board_plays_the_law_tick_by_tick(elf: Path, c) -> None:
     h.send(frames.HOLD, 0, 40, 900, -2500, 25)
     h.run(100)
     rows = [(s.count_1, s.pulse_1) for s in h.samples[-90:]]
-    played = [3000 + c.law_width(law, b[0], b[0] - a[0], 1000) for a, b in zip(rows, rows[1:])]
+    played = [3000 + c.law_width(law, b[0], b[0] - a[0], 1000) for a, b in pairwise(rows)]
     assert played[:-1] == [pulse for _, pulse in rows[2:]]  # written after the tick, in force from the next one on
     assert len(set(played)) > 15
 

@@ -181,5 +181,7 @@ test_states = States.TestCase
 def test_a_command_that_comes_twice_or_late_is_refused(c: ctypes.CDLL) -> None:
     machine = desk.Machine()
     c.machine_init(machine, 0)
-    beat = [c.machine_command(machine, desk.frame(frames.HEARTBEAT, seq, b"")) for seq in (65535, 65535, 2, 65535, 1, 3)]
+    beat = [
+        c.machine_command(machine, desk.frame(frames.HEARTBEAT, seq, b"")) for seq in (65535, 65535, 2, 65535, 1, 3)
+    ]
     assert beat == [0, 3, 0, 3, 3, 0]

@@ -1,6 +1,7 @@
 """Frames: the firmware's C against the host's Python, and both against damage."""
 
 import ctypes
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_pieces_of_any_length_give_the_same_frames(stream: bytes, cuts: list[int
     whole = frames.encode(frames.Frame(1, 2, b"abc")) + stream + b"\0" + frames.encode(frames.Frame(3, 4, b"\0\0"))
     ends = [0, *sorted(cut % len(whole) for cut in cuts), len(whole)]
     decoder = frames.Decoder()
-    pieces = [frame for a, b in zip(ends, ends[1:]) for frame in decoder.feed(whole[a:b])]
+    pieces = [frame for a, b in pairwise(ends) for frame in decoder.feed(whole[a:b])]
     assert pieces == list(frames.Decoder().feed(whole))
 
 

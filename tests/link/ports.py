@@ -34,7 +34,7 @@ class Scripted(SerialBase):
     def __init__(self, pieces: list[bytes], end: str = "silence") -> None:
         super().__init__()
         self.pieces, self.end, self.written = list(pieces), end, b""
-        self.portstr = self._port = "scripted"
+        self._port = "scripted"
         self.is_open = True
 
     def open(self) -> None:

@@ -1,5 +1,7 @@
 """Raw streams as logs: every frame that arrived is in them, whatever was lost between."""
 
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +55,7 @@ def test_what_arrived_is_there_and_what_did_not_is_marked(lost: set[int], cut: i
         steps = np.diff(stretch.tick)
         assert steps.max(initial=0) <= 11
         assert [(k, int(steps[k - 1]) - 1) for k, _ in stretch.gaps()] == stretch.gaps()
-    ends = [(a.tick[-1], b.tick[0]) for a, b in zip(found, found[1:])]
+    ends = [(a.tick[-1], b.tick[0]) for a, b in pairwise(found)]
     assert all(b - a > 11 for a, b in ends)
 
 
@@ -107,8 +109,6 @@ def test_only_what_was_played_is_the_log_of_an_experiment(tmp_path: Path) -> Non
 
 
 def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
-    from dataclasses import replace
-
     said = [SAMPLE._replace(tick=k, count_1=k, count_2=9 * k, pulse_2=3100) for k in range(20)]
     (found,), _ = stretches(b"".join(wire(s, k) for k, s in enumerate(said)))
     table = columns(found, replace(RIG, columns={"position": "pos2", "pulse": "pwm_2"}))
@@ -116,7 +116,5 @@ def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
 
 
 def test_a_rig_without_pulses_is_refused(tmp_path: Path) -> None:
-    from dataclasses import replace
-
     with pytest.raises(RigError, match=r"no `drive.pwm`; a recording needs `pwm = \{"):
         write_logs(tmp_path / "run.raw", replace(RIG, pwm=None), tmp_path / "run.csv")
