@@ -15,7 +15,7 @@ static int32_t unit(const struct experiment *e, uint32_t tick) { /* -127 ... 127
         int32_t slope = (int32_t)(508UL * phase / e->period);
         return turned == 0 ? slope : turned < 3 ? 254 - slope : slope - 508;
     }
-    case STAIRCASE: { /* up and down again, every level half a sixteenth of the period... */
+    case STAIRCASE: { /* up in STAIRS steps and down again, all of them equally long */
         uint32_t step = (2UL * STAIRS * phase) / e->period;
         if (step > STAIRS)
             step = 2UL * STAIRS - step;

@@ -6,8 +6,6 @@
 #define SPAN (PULSE_MAX - PULSE_NEUTRAL) /* half us, largest command either way */
 #define LONGEST (3600UL * TICK_HZ)       /* ticks, of an experiment */
 
-_Static_assert(PULSE_NEUTRAL > PULSE_MIN ? PULSE_NEUTRAL - PULSE_MIN == SPAN : 1, "neutral lies in the middle");
-
 static void neutral(struct machine *m) {
     m->width[0] = m->width[1] = PULSE_NEUTRAL;
 }
@@ -179,11 +177,14 @@ static void watch(struct machine *m, const struct readings *now) {
 }
 
 static void drive(struct machine *m) {
-    if (m->mode == HOLDING)
-        m->width[m->output] =
-            (uint16_t)(PULSE_NEUTRAL + law_width(&m->law, m->count[0], m->moved[0], SPAN));
-    else if (m->mode == PLAYING)
-        m->width[m->output] = (uint16_t)(PULSE_NEUTRAL + experiment_width(&m->experiment, m->played++));
+    if (m->mode == WIDTHS)
+        return;
+    int16_t from_neutral = m->mode == HOLDING ? law_width(&m->law, m->count[0], m->moved[0], SPAN)
+                                              : experiment_width(&m->experiment, m->played++);
+    int16_t width = (int16_t)(PULSE_NEUTRAL + from_neutral);
+    if (width < (int16_t)PULSE_MIN) /* an ESC that turns one way has nothing below neutral */
+        width = PULSE_MIN;
+    m->width[m->output] = (uint16_t)width;
 }
 
 void machine_tick(struct machine *m, const struct readings *now, uint8_t first) {

@@ -4,9 +4,12 @@ Needs what `missing()` names. simavr is GPL: the shim is compiled where it is us
 """
 
 import ctypes
-import os
+import fcntl
 import shutil
 import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -44,31 +47,39 @@ class Pulse(NamedTuple):
         return self.cycles * 1e6 / F_CPU
 
 
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One process at a time: tests run side by side."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with open(BUILD / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
 def build(variant: str = "", *flags: str, mcu: str = "atmega328p") -> Path:
     """The ELF of the sketch, compiled with `flags` into a folder named `variant` unless it is there already."""
     folder = BUILD / variant if variant else BUILD
     target = folder / f"rwbed-{mcu}.elf"
     command = ["make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"FLAGS={' '.join(flags)}", target]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    with _alone():
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return target
 
 
 def desk() -> Path:
     """The hardware-free parts as a shared library of this machine."""
-    subprocess.run(["make", "-s", "-C", FIRMWARE, f"BUILD={BUILD}", BUILD / "desk.so"], check=True)
+    with _alone():
+        subprocess.run(["make", "-s", "-C", FIRMWARE, f"BUILD={BUILD}", BUILD / "desk.so"], check=True)
     return BUILD / "desk.so"
 
 
 @cache
 def _shim() -> ctypes.CDLL:
     source, target = Path(__file__).with_name("shim.c"), BUILD / "shim.so"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    if not target.exists() or target.stat().st_mtime < source.stat().st_mtime:
-        new = target.with_suffix(f".{os.getpid()}")
-        subprocess.run(
-            ["gcc", "-O2", "-Wall", "-Wextra", "-shared", "-fPIC", "-o", new, source, "-lsimavr"], check=True
-        )
-        new.replace(target)
+    options = ["-O2", "-Wall", "-Wextra", "-shared", "-fPIC"]
+    with _alone():
+        if not target.exists() or target.stat().st_mtime < source.stat().st_mtime:
+            subprocess.run(["gcc", *options, "-o", target, source, "-lsimavr"], check=True)
     c = ctypes.CDLL(str(target))
     u8, u32, u64, size, pointer = ctypes.c_uint8, ctypes.c_uint32, ctypes.c_uint64, ctypes.c_size_t, ctypes.c_void_p
 
@@ -167,3 +178,7 @@ class Avr:
         """Rows (cycle of entry, cycle of return, vector) since the last call."""
         n = self._c.sim_entries(self._sim, PULSE, self._at, self._more, self._bytes)
         return np.column_stack([self._at[:n], self._more[:n], self._bytes[:n]]).astype(np.int64)
+
+
+if __name__ == "__main__":
+    sys.exit(f"needs the Debian packages {' '.join(packages)}" if (packages := missing()) else 0)
