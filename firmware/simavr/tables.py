@@ -13,6 +13,7 @@ from rwjax.link import frames
 
 BOARDS = ("atmega328p", "atmega2560")
 OVERFLOW = {"atmega328p": 13, "atmega2560": 20}  # vectors of timer 1, data sheets
+RAM = {"atmega328p": (0x100, 0x8FF), "atmega2560": (0x200, 0x21FF)}  # first and last address, data sheets
 LINES = 1024
 RATES = range(20_000, 500_001, 20_000)  # states/s
 ODD = 137.3  # states/s apart: rates that divide the clock keep their phase to the tick, and hide misses
@@ -28,6 +29,17 @@ def sizes(mcu: str) -> tuple[int, int]:
     out = subprocess.run(["avr-size", "-A", build(mcu=mcu)], check=True, capture_output=True, text=True).stdout
     size = {row[0]: int(row[1]) for row in map(str.split, out.splitlines()) if len(row) == 3 and row[1].isdigit()}
     return size[".text"] + size[".data"], size[".data"] + size[".bss"] + size[".noinit"]
+
+
+def stack(mcu: str) -> int:
+    """Deepest stack [bytes] seen in 2 s, armed and playing, both encoders fast: RAM that is no longer 0 below the top."""
+    h = host(mcu, constant(60_000.0 + ODD), constant(-60_000.0))
+    h.arm()
+    h.send(frames.PLAY, 0, 4, 300, 0, 100, 200)
+    h.run(200)
+    first, last = RAM[mcu]
+    free = range(first + sizes(mcu)[1], last + 1)
+    return last + 1 - next(address for address in free if h.bench.avr.data(address))
 
 
 def jitter(mcu: str, rate: float) -> float:
@@ -94,6 +106,7 @@ def main() -> None:
     of = {mcu: sizes(mcu) for mcu in BOARDS}
     row("flash", [f"{of[mcu][0]} bytes" for mcu in BOARDS])
     row("RAM besides the stack", [f"{of[mcu][1]} bytes" for mcu in BOARDS])
+    row("stack, deepest seen", [f"{stack(mcu)} bytes" for mcu in BOARDS])
     row("pulse error, largest", [f"{pulse_error(mcu):.4f} us" for mcu in BOARDS])
     for rate in (0, 20_000, 100_000, 200_000):
         rpm = 60.0 * rate / (4 * LINES)
