@@ -1,11 +1,11 @@
-# make demo | test | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | firmware-test | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test lint bench lock clean python
+.PHONY: demo test firmware-test lint bench lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -13,6 +13,12 @@ demo: $(READY)
 
 test: $(READY)
 	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 $(ARGS)
+
+# The firmware for both boards, and its tests in the simulator; installs nothing: says which Debian packages are missing.
+firmware-test: $(READY)
+	@$(BIN)/python -m firmware.simavr.avr
+	@$(MAKE) -s -C firmware
+	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 tests/firmware tests/link $(ARGS)
 
 lint: $(READY)
 	@$(BIN)/ruff check .
@@ -44,7 +50,7 @@ python:
 lock: | python
 	@$(PYTHON) -m venv build/lock
 	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --extra dev --extra experiments \
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --extra dev --extra experiments --extra link \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
 

@@ -16,6 +16,7 @@ from typer.exceptions import Abort, TyperException
 from rwjax import cli_control
 from rwjax.cli_options import Json, Quiet, RigFile, keep_input
 from rwjax.errors import InputError
+from rwjax.link import cli as link
 
 app = typer.Typer(
     add_completion=False,
@@ -226,6 +227,9 @@ def diagnose(
 
 for command in cli_control.COMMANDS:
     app.command()(command)
+
+
+link.add_to(app)
 
 
 def main() -> None:

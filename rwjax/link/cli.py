@@ -1,0 +1,185 @@
+"""The commands that talk to a board: `rwjax record`, `run-experiment`, `monitor`; and `decode`, for what one left behind."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    from rwjax.link.recorder import Recorded
+    from rwjax.link.session import Session
+    from rwjax.rig import Rig
+
+RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML) with `drive.pwm`", show_default=False)]
+Port = Annotated[str, typer.Argument(metavar="PORT", help="serial port, such as /dev/ttyACM0", show_default=False)]
+Output = Annotated[Path, typer.Option("-o", metavar="LOG.csv", help="the log; beside it .raw and .notes")]
+Role = Annotated[str, typer.Option(help="`validate` keeps the log out of fit and choice")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="no live view")]
+
+
+class Kind(StrEnum):
+    """Experiments that the board plays."""
+
+    COAST_DOWN = "coast-down"
+    SQUARE = "square"
+    TRIANGLE = "triangle"
+    STAIRCASE = "staircase"
+    MULTISINE = "multisine"
+
+
+def add_to(app: typer.Typer) -> None:
+    """Makes these commands known."""
+    app.command()(record)
+    app.command(name="run-experiment")(run_experiment)
+    app.command()(monitor)
+    app.command()(decode)
+
+
+@contextmanager
+def _live(rig: "Rig", quiet: bool) -> Iterator[Callable[..., None]]:
+    """The live view on a terminal, nothing otherwise."""
+    from rich.console import Console
+    from rich.live import Live
+
+    from rwjax.link.monitor import View, table
+
+    console, view = Console(stderr=True), View(rig)
+    if quiet or not console.is_terminal:
+        yield lambda session, sample: None
+        return
+    with Live(get_renderable=lambda: table(view), console=console, refresh_per_second=5):
+        yield view
+
+
+def _needs_pyserial() -> None:
+    try:
+        import serial  # noqa: F401
+    except ImportError:
+        raise InputError("this command talks to a serial port and needs pyserial: pip install 'rwjax[link]'") from None
+
+
+def _notes(role: str) -> dict[str, str]:
+    if role not in ("train", "validate"):
+        raise InputError(f"--role {role}: is unknown; it is `train` or `validate`")
+    return {"role": role}
+
+
+def _check(output: Path) -> None:
+    if output.suffix != ".csv":
+        raise InputError(f"{output}: a log's name ends in .csv")
+    if output.exists():
+        raise InputError(f"{output}: exists already; a recording never replaces another, give a new name with -o")
+
+
+def _record(
+    rig: Path,
+    port: str,
+    output: Path,
+    notes: dict[str, str],
+    act: "Callable[[Rig], Callable[[Session], None]]",
+    quiet: bool,
+) -> None:
+    from rwjax.link.recorder import record as run
+    from rwjax.rig import read_rig
+
+    believed = read_rig(rig)
+    with _live(believed, quiet) as watch:
+        done = run(port, believed, output, notes, act(believed), watch)
+    _report(done, output)
+
+
+def _report(done: "Recorded", output: Path) -> None:
+    """What is on disk now; then raises what ended the recording early."""
+    for path in done.logs:
+        print(path)
+    for remark in done.remarks:
+        print(f"note: {remark}", file=sys.stderr)
+    if isinstance(done.failure, InputError):
+        kept = f"{output.with_suffix('.raw')} holds all that came" + (", the logs what it shows" if done.logs else "")
+        raise InputError(f"{done.failure}; {kept}")
+    if done.failure:
+        raise done.failure
+
+
+def record(
+    rig: RigFile,
+    port: Port,
+    output: Output = Path("run.csv"),
+    seconds: Annotated[float | None, typer.Option(min=0.1, help="until Ctrl-C without it")] = None,
+    role: Role = "train",
+    quiet: Quiet = False,
+) -> None:
+    """Record what the board sends, without arming it."""
+    _needs_pyserial()
+    from rwjax.link.recorder import listen
+
+    _check(output)
+    try:
+        _record(rig, port, output, _notes(role), lambda _: listen(seconds), quiet)
+    except KeyboardInterrupt:  # the usual end
+        pass
+
+
+def run_experiment(
+    rig: RigFile,
+    port: Port,
+    kind: Annotated[Kind, typer.Option(help="what the board plays")],
+    output: Output = Path("run.csv"),
+    volts: Annotated[float, typer.Option(help="amplitude [V]")] = 2.0,
+    offset: Annotated[float, typer.Option(help="added to it [V]")] = 0.0,
+    period: Annotated[float, typer.Option(help="seconds; coast-down: of drive before the wheel runs free")] = 4.0,
+    seconds: Annotated[float, typer.Option(help="length, after 0.6 s of rest")] = 16.0,
+    role: Role = "train",
+    clear: Annotated[bool, typer.Option("--clear", help="clear a latched fault first")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Arm the board, let it play an experiment, record it, disarm. THE RIG MOVES."""
+    _needs_pyserial()
+    from rwjax.link.recorder import Experiment
+
+    _check(output)
+    wanted = Experiment(kind.value, volts, offset, period, seconds)
+    notes = {"experiment": wanted.words(), **_notes(role)}
+    _record(rig, port, output, notes, lambda believed: wanted.play(believed, clear), quiet)
+
+
+def monitor(rig: RigFile, port: Port) -> None:
+    """Show what the board sends, until Ctrl-C."""
+    _needs_pyserial()
+    from rwjax.link.recorder import listen, open_port
+    from rwjax.link.session import Session
+    from rwjax.rig import read_rig
+
+    believed = read_rig(rig)
+    with _live(believed, quiet=False) as watch, closing(open_port(port)) as line:
+        session = Session(line, watch=watch)
+        session.greet()
+        try:
+            listen(None)(session)
+        except KeyboardInterrupt:
+            pass
+
+
+def decode(
+    rig: RigFile,
+    raw: Annotated[Path, typer.Argument(metavar="RAW", help="raw stream of a recording (.raw)", show_default=False)],
+    output: Annotated[Path | None, typer.Option("-o", metavar="LOG.csv", help="beside the stream without it")] = None,
+) -> None:
+    """Logs from a raw stream, such as a recording that was killed has left."""
+    from rwjax.link.stream import write_logs
+    from rwjax.rig import read_rig
+
+    target = output or raw.with_suffix(".csv")
+    _check(target)
+    logs, remarks = write_logs(raw, read_rig(rig), target)
+    if not logs:
+        raise InputError(f"{raw}: holds no stretch of samples; is this a raw stream of the testbed's board?")
+    print(*logs, sep="\n")
+    for remark in remarks:
+        print(f"note: {remark}", file=sys.stderr)

@@ -1,0 +1,179 @@
+"""Recording: every byte on disk as it comes, notes beside it, and whatever happens a log of what was received."""
+
+import math
+import os
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import serial
+
+from rwjax.errors import LogError, write_text
+from rwjax.link import frames
+from rwjax.link.frames import Sample
+from rwjax.link.session import LinkError, Port, Session, faults
+from rwjax.link.stream import check_rig, write_logs
+from rwjax.rig import Rig
+
+BAUD = 250_000
+TICK_HZ = 100
+
+
+class Raw:
+    """A file that takes bytes at once: no buffer of ours between them and the system."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
+        except FileExistsError:
+            raise LinkError(f"{path}: exists already; a recording never replaces another, give a new name") from None
+        except OSError as error:
+            raise LinkError(f"{path}: cannot be written: {error.strerror}; give a path in a writable folder") from None
+
+    def write(self, data: bytes) -> None:
+        """Raises `LinkError` where the disk takes no more."""
+        try:
+            while data:
+                data = data[os.write(self._file, data) :]
+        except OSError as error:
+            raise LinkError(f"{self.path}: {error.strerror}; what came before is kept") from None
+
+    def close(self) -> None:
+        """The bytes survive a power cut from here on."""
+        try:
+            os.fsync(self._file)
+        except OSError:
+            pass  # a pipe or a full disk
+        os.close(self._file)
+
+
+def open_port(url: str) -> Port:
+    """The port at a path or URL of pyserial."""
+    try:
+        return serial.serial_for_url(url, baudrate=BAUD)
+    except (serial.SerialException, ValueError) as error:
+        raise LinkError(f"{url}: cannot be opened: {_reason(error)}; give a serial port such as /dev/ttyACM0") from None
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a recording left on disk, and what ended it early."""
+
+    logs: list[Path]
+    remarks: list[str]
+    failure: LinkError | KeyboardInterrupt | None
+
+
+def record(
+    url: str,
+    rig: Rig,
+    output: Path,
+    notes: dict[str, str],
+    act: Callable[[Session], None],
+    watch: Callable[[Session, Sample], None] = lambda session, sample: None,
+) -> Recorded:
+    """Opens the port, does `act`, and leaves the board disarmed and a log at `output`, however it ends.
+
+    Beside the log lie its raw stream (`.raw`) and its notes (`.notes`). Raises `LinkError` where nothing could begin.
+    """
+    check_rig(rig)
+    failure = None
+    with closing(open_port(url)) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
+        session = Session(port, raw.write, watch)
+        try:
+            started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
+            write_text(raw.path.with_suffix(".notes"), _lines(notes | started), LinkError)
+            session.greet()
+            act(session)
+        except serial.SerialException as error:
+            failure = LinkError(f"{url}: the port is gone ({_reason(error)}); is the cable plugged in?")
+        except (LinkError, KeyboardInterrupt) as error:
+            failure = error
+        finally:
+            session.leave()
+    if raw.path.stat().st_size == 0 and failure:  # nothing has come: nothing stays
+        raw.path.unlink()
+        raw.path.with_suffix(".notes").unlink(missing_ok=True)
+        raise failure
+    try:
+        logs, remarks = write_logs(raw.path, rig, output)
+    except LogError as error:
+        logs, remarks = [], [str(error)]
+    return Recorded(logs, remarks, failure)
+
+
+def _reason(error: Exception) -> str:
+    """The system's words where there are any, pyserial's else."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error).splitlines()[0]
+
+
+def _lines(notes: dict[str, str]) -> str:
+    return "".join(f"{key}: {value}\n" for key, value in notes.items())
+
+
+def listen(seconds: float | None) -> Callable[[Session], None]:
+    """Only takes what comes, for so long or until it is interrupted."""
+
+    left = math.inf if seconds is None else TICK_HZ * seconds
+
+    def act(session: Session) -> None:
+        nonlocal left
+        while left > 0:
+            left -= len(session.samples())
+
+    return act
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment that the board plays: volts and seconds, as the rig file understands them."""
+
+    kind: str  # of `frames.EXPERIMENTS`
+    amplitude: float  # V
+    offset: float  # V
+    period: float  # s; coast-down: of drive before the wheel runs free
+    length: float  # s, after 0.6 s of rest
+
+    def values(self, rig: Rig) -> tuple[int, ...]:
+        """What the command PLAY carries. Raises `LinkError` for what the board cannot play."""
+        assert rig.pwm is not None
+        half_us = [round(2.0 * volts / rig.pwm.volts_per_us) for volts in (self.amplitude, self.offset)]
+        ticks = [round(TICK_HZ * seconds) for seconds in (self.period, self.length)]
+        if abs(half_us[0]) + abs(half_us[1]) > 1000:
+            most = 500.0 * abs(rig.pwm.volts_per_us)
+            raise LinkError(f"{self.amplitude:g} V about {self.offset:g} V: the pulses reach {most:g} V; give less")
+        if not 4 <= ticks[0] < 2**16:
+            raise LinkError(f"a period of {self.period:g} s: has to lie between 0.04 and 655 s")
+        if not 0 < ticks[1] <= 360_000:
+            raise LinkError(f"a length of {self.length:g} s: has to lie between 0.01 and 3600 s")
+        output = int(rig.columns.get("pulse", "pwm_1") == "pwm_2")
+        return output, frames.EXPERIMENTS.index(self.kind), *half_us, *ticks
+
+    def play(self, rig: Rig, clear: bool = False) -> Callable[[Session], None]:
+        """Arms, plays to the end, disarms."""
+        values = self.values(rig)
+
+        def act(session: Session) -> None:
+            if clear and session.samples()[-1].state == frames.FAULT:
+                session.command(frames.CLEAR)
+            session.arm()
+            session.command(frames.PLAY, *values)
+            begun = False
+            while True:
+                for sample in session.samples():
+                    if sample.state != frames.ARMED:
+                        raise LinkError(f"the board has stopped the experiment: {faults(sample)}")
+                    if begun and not sample.playing:
+                        return session.command(frames.DISARM)
+                    begun = begun or bool(sample.playing)
+
+        return act
+
+    def words(self) -> str:
+        """For the notes."""
+        shape = f"{self.kind}, {self.amplitude:g} V about {self.offset:g} V"
+        return f"{shape}, period {self.period:g} s, {self.length:g} s"

@@ -1,0 +1,161 @@
+"""A raw stream as logs: stretches without a long gap or a reset of the board, in the columns of the interface.
+
+A stream that ends anywhere, because the recorder was killed, is read up to its last whole frame.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from rwjax.errors import LogError, RigError, read_text
+from rwjax.link.frames import Decoder, Hello, Sample, message
+from rwjax.log import write_log
+from rwjax.log_sheet import FEWEST
+from rwjax.rig import Rig
+
+MOST_LOST = 10
+"""Samples in a row that may be lost within one log, 0.1 s. The command is unknown meanwhile, so a longer gap ends the log."""
+WRAP = 2**32
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples of one boot of a board in a row. Arrays have shape (n,)."""
+
+    hello: Hello | None  # of the board, where it was heard
+    tick: np.ndarray  # unwrapped
+    count: np.ndarray  # (n, 2), unwrapped
+    pulse: np.ndarray  # (n, 2), half us
+    battery: np.ndarray  # mV
+    playing: np.ndarray
+
+    def gaps(self) -> list[tuple[int, int]]:
+        """For every gap the index of the sample after it, and how many samples are missing."""
+        step = np.diff(self.tick)
+        return [(int(k) + 1, int(step[k]) - 1) for k in np.flatnonzero(step > 1)]
+
+    def only(self, keep: np.ndarray) -> "Stretch":
+        """Part of the samples."""
+        names = ("tick", "count", "pulse", "battery", "playing")
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+
+def read_stream(path: Path) -> tuple[list[Stretch], int]:
+    """The stretches of a raw stream, and how many frames in it are damaged."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read: {error.strerror}; give the path of a raw stream") from None
+    return stretches(data)
+
+
+def stretches(data: bytes) -> tuple[list[Stretch], int]:
+    """The same of bytes. What stands before the first zero may be half a frame and is not called damaged."""
+    decoder = Decoder()
+    first = data.find(b"\0") + 1
+    messages = [message(frame) for frame in decoder.feed(data[:first])]
+    decoder.damaged = 0
+    messages += [message(frame) for frame in decoder.feed(data[first:])]
+    found: list[Stretch] = []
+    hello, group = None, []
+    for said in messages:
+        if isinstance(said, Hello):
+            if hello and said.nonce != hello.nonce:
+                found += _stretch(hello, group)
+                group = []
+            hello = said
+        elif isinstance(said, Sample):
+            if group and not 0 < (said.tick - group[-1].tick) % WRAP <= MOST_LOST + 1:
+                found += _stretch(hello, group)
+                group = []
+            group.append(said)
+    return found + _stretch(hello, group), decoder.damaged
+
+
+def _unwrapped(values: Iterable[int]) -> np.ndarray:
+    """Counters of 32 bits without their wrap-arounds: steps of less than 2^31 either way."""
+    array = np.array(list(values), np.int64)
+    steps = (np.diff(array, axis=0) + WRAP // 2) % WRAP - WRAP // 2
+    return np.concatenate([array[:1], array[:1] + np.cumsum(steps, axis=0)])
+
+
+def _stretch(hello: Hello | None, group: list[Sample]) -> list[Stretch]:
+    if not group:
+        return []
+    return [
+        Stretch(
+            hello,
+            _unwrapped(s.tick for s in group),
+            np.column_stack([_unwrapped(s.count_1 for s in group), _unwrapped(s.count_2 for s in group)]),
+            np.array([(s.pulse_1, s.pulse_2) for s in group]),
+            np.array([s.battery for s in group]),
+            np.array([bool(s.playing) for s in group]),
+        )
+    ]
+
+
+def check_rig(rig: Rig) -> None:
+    """`RigError` for a rig file that says nothing about pulses or counts."""
+    if rig.pwm is None:
+        raise RigError(
+            f"{rig.name}: no `drive.pwm`; a recording needs `pwm = {{ neutral_us = 1500, volts_per_us = … }}`"
+        )
+    if not rig.counts_per_rev:
+        raise RigError(f"{rig.name}: no `counts_per_rev`; a recording needs one under [encoder] or [wheel_encoder]")
+
+
+def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
+    """Columns of the interface: encoder 1 and output 1 belong to the axis unless `[columns]` says otherwise.
+
+    The wheel's encoder is the other one; where there is no axis it takes the axis's place. Time counts from the first
+    sample, in the board's ticks.
+    """
+    assert rig.pwm is not None
+    axis = int(rig.columns.get("position", "pos1") == "pos2")
+    output = int(rig.columns.get("pulse", "pwm_1") == "pwm_2")
+    hertz = stretch.hello.tick_hz if stretch.hello else 100
+    found = {
+        "time_s": (stretch.tick - stretch.tick[0]) / hertz,
+        "voltage_V": np.round((stretch.pulse[:, output] / 2.0 - rig.pwm.neutral_us) * rig.pwm.volts_per_us, 9),
+    }
+    if rig.kind != "wheel" and "axis" in rig.counts_per_rev:
+        found["yaw_counts"] = stretch.count[:, axis]
+    if rig.kind != "platform" and "wheel" in rig.counts_per_rev:
+        found["wheel_counts"] = stretch.count[:, axis if rig.kind == "wheel" else 1 - axis]
+    return found | {"supply_V": stretch.battery / 1000.0}
+
+
+def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
+    """The logs in a raw stream: `output`, or where it falls into several stretches `output-1`, `output-2` …; and remarks.
+
+    Of a stretch in which the board played an experiment, that part. Notes come from the file beside the stream.
+    """
+    check_rig(rig)
+    notes = read_notes(raw.with_suffix(".notes"))
+    all_found, damaged = read_stream(raw)
+    played = [s.only(s.playing) if s.playing.any() else s for s in all_found]
+    found = [s for s in played if len(s.tick) >= FEWEST]
+    remarks = [f"{len(all_found) - len(found)} stretches of under {FEWEST} samples are left out"] * (
+        len(found) < len(played)
+    )
+    remarks += [f"{damaged} damaged frames"] * (damaged > 0)
+    paths = []
+    for k, stretch in enumerate(found):
+        name = output if len(found) == 1 else output.with_stem(f"{output.stem}-{k + 1}")
+        about = notes | {"firmware": f"{stretch.hello.firmware:08x}"} if stretch.hello else notes
+        table = columns(stretch, rig)
+        gaps = [f"{n} samples before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
+        write_log(name, table, about | ({"gap": "; ".join(gaps)} if gaps else {}))
+        remarks += [f"{name.name}: gap of {gap}" for gap in gaps]
+        paths.append(name)
+    return paths, remarks
+
+
+def read_notes(path: Path) -> dict[str, str]:
+    """Notes beside a stream, lines `key: value`; none if there is no such file."""
+    if not path.exists():
+        return {}
+    pairs = (line.partition(":") for line in read_text(path, LogError).splitlines() if ":" in line)
+    return {key.strip(): value.strip() for key, _, value in pairs}

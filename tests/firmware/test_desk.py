@@ -1,0 +1,187 @@
+"""Law, experiments, counts and states of the firmware, compiled for this machine, against independent Python."""
+
+import ctypes
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+
+from firmware.simavr.avr import desk as compiled
+from firmware.wave import TARGET, samples, text
+from rwjax.link import frames
+from tests.boards import need_compiler
+from tests.firmware import desk
+
+INT32, INT16 = st.integers(-(2**31), 2**31 - 1), st.integers(-(2**15), 2**15 - 1)
+NEUTRAL, SPAN, REST = 3000, 1000, 60
+KINDS = ("coast-down", "square", "triangle", "staircase", "multisine")
+
+
+def wrapped(value: int) -> int:
+    return (value + 2**31) % 2**32 - 2**31
+
+
+@given(reference=INT32, count=INT32, moved=INT32, kp=INT16, kd=INT16, breakaway=st.integers(0, SPAN))
+def test_the_law_is_the_pd_law_in_whole_numbers(
+    c: ctypes.CDLL, reference: int, count: int, moved: int, kp: int, kd: int, breakaway: int
+) -> None:
+    error, rate = (int(np.clip(v, -16383, 16383)) for v in (wrapped(reference - count), moved))
+    u = np.clip((kp * error - kd * rate) / 256, -SPAN, SPAN)
+    u = np.trunc(u) + np.sign(np.trunc(u)) * breakaway
+    law = desk.Law(reference, kp, kd, breakaway)
+    assert c.law_width(law, count, moved, SPAN) == np.clip(u, -SPAN, SPAN)
+
+
+def test_one_count_of_speed_is_felt(c: ctypes.CDLL) -> None:
+    """The thesis's listing divides the difference of counts by a whole number larger than it: always 0."""
+    assert c.law_width(desk.Law(0, 0, 256, 0), 0, 1, SPAN) == -1
+    assert c.law_width(desk.Law(0, 0, 256, 0), 0, -1, SPAN) == 1
+
+
+@given(start=INT32, steps=st.lists(INT16, max_size=50))
+def test_counts_are_widened_through_any_wrap(c: ctypes.CDLL, start: int, steps: list[int]) -> None:
+    count, exact = start, start
+    for step in steps:
+        exact += step
+        count = c.decode_widen(count, exact % 2**16)
+        assert count == wrapped(exact)
+
+
+def unit(kind: str, phase: float) -> float:
+    """What an experiment of amplitude 1 plays at a share of its period, exactly."""
+    if kind == "square":
+        return 1.0 if phase < 0.5 else -1.0
+    if kind == "triangle":
+        return float(2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase)))
+    if kind == "staircase":
+        step = int(16 * phase)
+        return -1.0 + (step if step <= 8 else 16 - step) / 4.0
+    return samples()[int(256 * phase)] / 127.0
+
+
+@given(
+    kind=st.integers(1, 4),
+    amplitude=st.integers(-SPAN, SPAN),
+    offset=st.integers(-100, 100),
+    period=st.integers(2, 5000).map(lambda half: 2 * half),
+    ticks=st.integers(0, 20_000),
+)
+def test_experiments_have_their_textbook_shape(
+    c: ctypes.CDLL, kind: int, amplitude: int, offset: int, period: int, ticks: int
+) -> None:
+    experiment = desk.Experiment(kind, amplitude, offset, period, 10_000)
+    played = c.experiment_width(experiment, ticks)
+    if not REST <= ticks < REST + 10_000:
+        assert played == 0
+        return
+    exact = offset + amplitude * unit(KINDS[kind], ((ticks - REST) % period) / period)
+    assert abs(played - exact) <= 2.0 + abs(amplitude) / 127  # a 127th of the amplitude, and one rounding of it
+
+
+@given(amplitude=st.integers(-SPAN, SPAN), drive=st.integers(4, 2**16 - 1))
+def test_a_coast_down_drives_and_lets_go(c: ctypes.CDLL, amplitude: int, drive: int) -> None:
+    experiment = desk.Experiment(0, amplitude, 0, drive, 100_000)
+    edges = [c.experiment_width(experiment, tick) for tick in (REST - 1, REST, REST + drive - 1, REST + drive)]
+    assert edges == [0, amplitude, amplitude, 0]
+
+
+def test_the_wave_is_the_one_that_is_computed() -> None:
+    assert TARGET.read_text() == text()
+    spectrum = np.abs(np.fft.rfft(samples())) / 128
+    tones = (1, 3, 5, 8, 13, 21)
+    assert spectrum[list(tones)] == pytest.approx(np.full(6, spectrum[1]), rel=0.02)  # rounding to 127ths
+    assert np.delete(spectrum, tones).max() < 0.02 * spectrum[1]
+
+
+class States(RuleBasedStateMachine):
+    """Any commands and readings in any order: the outputs move only where they may."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        need_compiler()
+        self.c, self.machine, self.now = desk.load(compiled()), desk.Machine(), desk.Readings()
+        self.nonce = 1234
+        self.c.machine_init(self.machine, self.nonce)
+        self.now.battery, self.number, self.first = 12_000, 0, 1
+        self.silent = self.neutral_ticks = 0  # ticks since a command was accepted; with neutral pulses while arming
+
+    def send(self, kind: int, body: bytes) -> int:
+        self.number = (self.number + 1) % 2**16
+        result = self.c.machine_command(self.machine, desk.frame(kind, self.number, body))
+        self.silent = 0 if result == 0 else self.silent
+        return result
+
+    @rule(right=st.booleans())
+    def arm(self, right: bool) -> None:
+        before = self.machine.state
+        result = self.send(frames.ARM, struct.pack("<I", self.nonce + (not right)))
+        assert (result == 0) == (right and before == frames.DISARMED)
+        self.neutral_ticks = 0 if result == 0 else self.neutral_ticks
+
+    @rule(kind=st.sampled_from((frames.HEARTBEAT, frames.DISARM, frames.CLEAR)))
+    def plain(self, kind: int) -> None:
+        before = self.machine.state
+        self.send(kind, b"")
+        if kind == frames.DISARM:
+            assert self.machine.state == (frames.FAULT if before == frames.FAULT else frames.DISARMED)
+        if kind == frames.CLEAR and before == frames.FAULT:
+            assert self.machine.state == frames.DISARMED and self.machine.faults == 0
+
+    @rule(a=st.integers(0, 2**16 - 1), b=st.integers(1900, 4100))
+    def pulse(self, a: int, b: int) -> None:
+        before = list(self.machine.width)
+        if self.send(frames.PULSE, struct.pack("<HH", a, b)):
+            assert list(self.machine.width) == before  # nothing of a command that is refused
+        else:
+            assert list(self.machine.width) == [a, b]
+
+    @rule(values=st.tuples(st.integers(0, 2), st.integers(0, 5), INT16, INT16, st.integers(0, 99), st.integers(0, 500)))
+    def play(self, values: tuple[int, ...]) -> None:
+        self.send(frames.PLAY, struct.pack("<BBhhHI", *values))
+
+    @rule(body=st.binary(max_size=20), kind=st.integers(0, 255))
+    def anything(self, body: bytes, kind: int) -> None:
+        if kind != frames.ARM:
+            self.send(kind, body)
+
+    @rule(ticks=st.integers(1, 120), moved=st.integers(-800, 800), battery=st.sampled_from((12_000, 12_000, 8_000)))
+    def run(self, ticks: int, moved: int, battery: int) -> None:
+        for _ in range(ticks):
+            before, first = self.machine.state, self.first
+            self.now.tick += 1
+            self.now.count[1] = wrapped(self.now.count[1] + moved)
+            self.now.battery = battery
+            self.c.machine_tick(self.machine, self.now, first)
+            self.first = 0
+            self.silent += 1
+            self.neutral_ticks += 1
+            if before == frames.ARMING and self.machine.state == frames.ARMED:
+                assert self.neutral_ticks >= 100  # the ESCs have had their second of neutral
+            if before != frames.ARMED and before != frames.ARMING:
+                assert self.machine.state == before  # nothing arms, nor leaves a fault, by itself
+            if before in (frames.ARMING, frames.ARMED) and abs(moved) > 630 and not first:
+                assert self.machine.state == frames.FAULT and self.machine.faults & 2
+
+    @invariant()
+    def outputs(self) -> None:
+        if self.machine.state != frames.ARMED:
+            assert list(self.machine.width) == [NEUTRAL, NEUTRAL]
+        else:
+            assert self.silent <= 20
+        assert all(NEUTRAL - SPAN <= width <= NEUTRAL + SPAN for width in self.machine.width)
+        assert (self.machine.state == frames.FAULT) == bool(self.machine.faults)
+
+
+test_states = States.TestCase
+
+
+def test_a_command_that_comes_twice_or_late_is_refused(c: ctypes.CDLL) -> None:
+    machine = desk.Machine()
+    c.machine_init(machine, 0)
+    beat = [
+        c.machine_command(machine, desk.frame(frames.HEARTBEAT, seq, b"")) for seq in (65535, 65535, 2, 65535, 1, 3)
+    ]
+    assert beat == [0, 3, 0, 3, 3, 0]

@@ -1,0 +1,81 @@
+"""Recorders killed with -9 at random moments: `python -m tests.link.killed [N]`; 50 without an argument.
+
+A feeder writes a board's samples to a pseudo terminal, one every 2 ms; a recorder takes them. After the kill every byte
+that was sent is on disk or still in the terminal, except for what one read had just brought. Prints how many kills lost that.
+"""
+
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+import tty
+from pathlib import Path
+
+import serial
+
+from rwjax.link.recorder import Raw
+from rwjax.link.session import LinkError, Session
+from rwjax.link.stream import stretches
+from tests.link.ports import stream
+
+MOST_IN_HAND = 256  # bytes, of one read
+
+
+def killed_once(folder: Path, after: float) -> tuple[int, int]:
+    """Samples on disk after a recorder was killed so many seconds after its first byte, and bytes lost in its hand."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    raw = folder / f"{after:.6f}.raw"
+    if (child := os.fork()) == 0:
+        try:
+            session = Session(serial.Serial(os.ttyname(slave), 250_000), Raw(raw).write)
+            session.greet()
+            while True:
+                session.samples()
+        except LinkError:
+            os._exit(1)
+    sent, pieces = b"", iter(stream(range(100_000)))
+    while not raw.exists():
+        time.sleep(0.001)
+    end = time.monotonic() + 0.05 + after
+    while time.monotonic() < end:
+        piece = next(pieces)
+        os.write(master, piece)
+        sent += piece
+        time.sleep(0.002)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    os.set_blocking(slave, False)
+    try:
+        left = os.read(slave, 65_536)
+    except BlockingIOError:
+        left = b""
+    os.close(master)
+    os.close(slave)
+    kept = raw.read_bytes()
+    lost = len(sent) - len(kept) - len(left)
+    if not sent.startswith(kept) or not 0 <= lost <= MOST_IN_HAND:
+        raise SystemExit(f"after {after} s: {len(kept)} of {len(sent)} bytes on disk, {len(left)} in the terminal")
+    found, damaged = stretches(kept)
+    whole = kept.count(b"\0") - 1  # frames that end on disk, without HELLO
+    if damaged or sum(len(s.tick) for s in found) != max(whole, 0):
+        raise SystemExit(
+            f"after {after} s: {whole} frames on disk, {[len(s.tick) for s in found]} read, {damaged} damaged"
+        )
+    return max(whole, 0), lost
+
+
+def main(arguments: list[str]) -> None:
+    """Kills, checks, prints; status 1 and what was wrong where a byte is missing."""
+    times, rng = int(arguments[0]) if arguments else 50, random.Random(9)
+    with tempfile.TemporaryDirectory() as folder:
+        found = [killed_once(Path(folder), rng.uniform(0.0, 1.0)) for _ in range(times)]
+    lost = sum(n > 0 for _, n in found)
+    print(f"{times} recorders killed: {sum(n for n, _ in found)} samples on disk, every one whole; ", end="")
+    print(f"{lost} lost what a read had just brought, {sum(n for _, n in found)} bytes in all")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

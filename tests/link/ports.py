@@ -1,0 +1,70 @@
+"""A port whose other end is written down beforehand, and frames of a board to write down."""
+
+from serial import SerialBase, SerialException
+
+from rwjax.link import frames
+from rwjax.link.frames import MESSAGES, Frame, Hello, Message, Sample
+
+HELLO = Hello(1, 0xABCDEF01, 7, 1, 0, 0, 100, 2048, 2048, 2000, 3000, 4000, 100, 20, 630, 9000)
+SAMPLE = Sample(0, 0, 0, 3000, 3000, 12_000, frames.DISARMED, 0, 0, 0, 0, 0, 0)
+
+
+def wire(said: Message, seq: int) -> bytes:
+    """A board's frame."""
+    kind = {Hello: 0x81, Sample: 0x82}.get(type(said), 0x83)
+    return frames.encode(Frame(kind, seq % 2**16, MESSAGES[kind][1].pack(*said)))
+
+
+def stream(ticks, hello: Hello = HELLO, first: int = 0) -> list[bytes]:
+    """HELLO and samples at these ticks, with counts of 3 and -5 a tick; numbers are missing where ticks are."""
+    said = [wire(hello, first)]
+    for k, tick in enumerate(ticks):
+        sample = SAMPLE._replace(tick=tick % 2**32, count_1=wrapped(3 * tick), count_2=wrapped(-5 * tick))
+        said.append(wire(sample, first + 1 + tick - ticks[0] if k else first + 1))
+    return said
+
+
+def wrapped(value: int) -> int:
+    return (value + 2**31) % 2**32 - 2**31
+
+
+class Scripted(SerialBase):
+    """Gives one piece a read, then does `end`: "silence" or "unplugged"."""
+
+    def __init__(self, pieces: list[bytes], end: str = "silence") -> None:
+        super().__init__()
+        self.pieces, self.end, self.written = list(pieces), end, b""
+        self._port = "scripted"
+        self.is_open = True
+
+    def open(self) -> None:
+        self.is_open = True
+
+    def close(self) -> None:
+        self.is_open = False
+
+    def _reconfigure_port(self) -> None:
+        pass
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self.pieces[0]) if self.pieces else 0
+
+    def read(self, size: int = 1) -> bytes:
+        if self.pieces:
+            piece = self.pieces.pop(0)
+            if len(piece) > size:
+                self.pieces.insert(0, piece[size:])
+            return piece[:size]
+        if self.end == "unplugged":
+            raise SerialException("device reports readiness to read but returned no data (device disconnected?)")
+        return b""
+
+    def write(self, data: bytes) -> int:
+        if self.end == "unplugged" and not self.pieces:
+            raise SerialException("write failed: [Errno 5] Input/output error")
+        self.written += bytes(data)
+        return len(data)
+
+    def flush(self) -> None:
+        pass

@@ -1,0 +1,93 @@
+"""The commands: what they write, and one line for what they cannot do."""
+
+import builtins
+import sys
+from pathlib import Path
+
+import pytest
+
+from experiments.testbed.campaign import RIG, TRUTH, bench
+from firmware.simavr.protocol_simavr import url
+from rwjax.cli import main
+from tests.boards import need_simavr
+from tests.link.ports import stream
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["rwjax", *map(str, arguments)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    return int(end.value.code or 0)
+
+
+def test_an_experiment_is_played_recorded_and_fitted(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    need_simavr()
+    port, log = url(bench(TRUTH)), tmp_path / "square.csv"
+    asked = ("--kind", "square", "--volts", 2.5, "--period", 2, "--seconds", 4, "--role", "train")
+    assert run(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 0
+    assert capsys.readouterr().out == f"{log}\n"
+    assert "# experiment: square, 2.5 V about 0 V, period 2 s, 4 s" in log.read_text()
+    assert run(monkeypatch, "predict", RIG, log, "-o", tmp_path / "p.csv") == 0  # other commands take it
+    assert run(monkeypatch, "record", RIG, port, "-o", tmp_path / "rest.csv", "--seconds", 0.5) == 0
+    assert len((tmp_path / "rest.csv").read_text().splitlines()) > 50
+    assert run(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 2
+    assert capsys.readouterr().err.startswith(f"rwjax: {log}: exists already; a recording never replaces another")
+
+
+def test_a_raw_stream_becomes_a_log(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    raw = tmp_path / "cut.raw"
+    raw.write_bytes(b"".join(stream([*range(40), *range(44, 90)]))[:-9])
+    assert run(monkeypatch, "decode", RIG, raw) == 0
+    said = capsys.readouterr()
+    assert said.out == f"{tmp_path / 'cut.csv'}\n" and said.err == "note: cut.csv: gap of 4 samples before 0.44 s\n"
+    assert len((tmp_path / "cut.csv").read_text().splitlines()) == 85 + 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ("record", "RIG", "/dev/ttyNOPE", "-o", "OUT.csv"),
+            "/dev/ttyNOPE: cannot be opened: No such file or directory",
+        ),
+        (("record", "RIG", "/dev/ttyNOPE", "-o", "OUT.txt"), "OUT.txt: a log's name ends in .csv"),
+        (("record", "RIG", "loop://", "-o", "OUT.csv", "--role", "test"), "--role test: is unknown; it is `train` or"),
+        (
+            ("run-experiment", "RIG", "loop://", "--kind", "square", "--volts", "12", "-o", "OUT.csv"),
+            "12 V about 0 V: the",
+        ),
+        (("decode", "RIG", "OUT.raw"), "OUT.raw: cannot be read: No such file or directory"),
+        (("monitor", "RIG", "/dev/ttyNOPE"), "/dev/ttyNOPE: cannot be opened: No such file or directory"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    said: str,
+) -> None:
+    full = [a.replace("RIG", str(RIG)).replace("OUT", str(tmp_path / "OUT")) for a in arguments]
+    assert run(monkeypatch, *full) == 2
+    error = capsys.readouterr().err
+    assert error.replace(f"{tmp_path}/", "").startswith(f"rwjax: {said}") and error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_pyserial_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real = builtins.__import__
+
+    def without(name: str, *rest: object, **more: object) -> object:
+        if name == "serial":
+            raise ImportError(name)
+        return real(name, *rest, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert run(monkeypatch, "monitor", RIG, "port") == 2
+    assert capsys.readouterr().err.endswith("needs pyserial: pip install 'rwjax[link]'\n")

@@ -1,0 +1,232 @@
+"""The recorder: what it leaves on disk when all goes well, and when anything does not."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import serial
+from scipy.linalg import expm
+
+from experiments.testbed.campaign import RIG, TRUTH, bench
+from firmware.simavr.avr import F_CPU
+from firmware.simavr.bench import Bench
+from firmware.simavr.protocol_simavr import url
+from rwjax.link import frames, recorder
+from rwjax.link.recorder import Experiment, Raw, listen, record
+from rwjax.link.session import LinkError, Session
+from rwjax.link.stream import stretches
+from rwjax.log import read_log
+from rwjax.rig import read_rig
+from tests.boards import need_simavr
+from tests.link.ports import HELLO, Scripted, stream, wire
+
+SQUARE = Experiment("square", 2.0, 0.0, 1.0, 2.0)
+
+
+@pytest.fixture(scope="module")
+def testbed() -> Bench:
+    need_simavr()
+    return bench(TRUTH)
+
+
+@pytest.fixture
+def scripted(monkeypatch: pytest.MonkeyPatch):
+    """Makes `record` open a scripted port."""
+
+    def use(port: Scripted) -> Scripted:
+        monkeypatch.setattr(recorder, "open_port", lambda _: port)
+        return port
+
+    return use
+
+
+def wheel(volts: np.ndarray, late: float) -> np.ndarray:
+    """The wheel's angle [rad] at 100 Hz under commands that act `late`: the linear motor, solved exactly."""
+    K, R, L, b, J = TRUTH.K, TRUTH.R, TRUTH.L, TRUTH.b, TRUTH.J
+    field = np.zeros((4, 4))  # angle, rate, current, voltage
+    field[:3] = [[0, 1, 0, 0], [0, -b / J, K / J, 0], [0, -K / L, -R / L, 1 / L]]
+    before, after = expm(field * late), expm(field * (0.01 - late))
+    state, angles = np.zeros(4), []
+    for v in volts:
+        angles.append(state[0])
+        state = before @ state
+        state[3] = v
+        state = after @ state
+    return np.array(angles)
+
+
+def test_a_recorded_experiment_is_what_the_motor_did_to_a_count(testbed: Bench, tmp_path: Path) -> None:
+    """From the compiled law of the board through pulses, motor, edges, interrupts, frames and disk to the log."""
+    rig = read_rig(RIG)
+    experiment = Experiment("multisine", 2.2, 0.1, 3.0, 6.0)
+    done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": experiment.words()}, experiment.play(rig))
+    assert done.failure is None and done.remarks == [] and done.logs == [tmp_path / "run.csv"]
+    log = read_log(done.logs[0], rig)
+    assert len(log.time) == 659 and np.ptp(log.command) > 3.5 and (log.command[:60] == 0.0).all()
+    assert log.notes["experiment"] == "multisine, 2.2 V about 0.1 V, period 3 s, 6 s" and log.notes["rig"] == "testbed"
+    assert len(log.notes["firmware"]) == 8 and "date" in log.notes
+    angle = log.outputs["wheel_rad"] - log.outputs["wheel_rad"][0]
+    count = 2 * np.pi / 2048
+    assert (
+        np.abs(angle - wheel(log.command, 0.003)).max() < 1.5 * count
+    )  # half a count at either end, and the tick's 6 us
+
+
+def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -> None:
+    need_simavr()
+    rig = read_rig(RIG)
+    for name in ("a", "b"):
+        record(url(bench(TRUTH)), rig, tmp_path / f"{name}.csv", {}, SQUARE.play(rig))
+    assert (tmp_path / "a.raw").read_bytes() == (tmp_path / "b.raw").read_bytes()
+    assert len((tmp_path / "a.raw").read_bytes()) > 10_000
+
+
+def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
+    need_simavr()
+    rig, on = read_rig(RIG), bench(TRUTH)
+
+    def empty(session: Session, sample: frames.Sample) -> None:
+        if sample.playing and sample.tick % 50 == 0:
+            on.avr.battery(8_000.0)
+
+    done = record(url(on), rig, tmp_path / "run.csv", {}, Experiment("square", 2.0, 0.0, 1.0, 9.0).play(rig), empty)
+    assert str(done.failure) == "the board has stopped the experiment: battery low"
+    assert 90 < len(read_log(done.logs[0], rig).time) < 160  # half a second of it below 9 V
+    on.run(on.avr.cycle + F_CPU // 20)
+    assert on.widths == (1500.0, 1500.0)
+
+
+def test_ctrl_c_disarms_and_keeps_the_log(testbed: Bench, tmp_path: Path) -> None:
+    rig, seen = read_rig(RIG), []
+
+    def impatient(session: Session, sample: frames.Sample) -> None:
+        seen.append(sample)
+        if sample.playing and sum(s.playing for s in seen) == 150:
+            raise KeyboardInterrupt
+
+    done = record(url(testbed), rig, tmp_path / "run.csv", {}, SQUARE.play(rig), impatient)
+    assert isinstance(done.failure, KeyboardInterrupt)
+    assert len(read_log(done.logs[0], rig).time) >= 150
+    testbed.run(testbed.avr.cycle + F_CPU // 20)
+    assert testbed.widths == (1500.0, 1500.0)
+
+
+def test_an_unplugged_cable_keeps_what_came(scripted, tmp_path: Path) -> None:
+    sent = stream(range(200))
+    scripted(Scripted([*sent, wire(HELLO, 0)[:9]], end="unplugged"))
+    done = record("/dev/ttyACM0", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
+    assert str(done.failure).startswith("/dev/ttyACM0: the port is gone (device reports readiness")
+    assert str(done.failure).endswith("is the cable plugged in?")
+    assert (tmp_path / "run.raw").read_bytes() == b"".join(sent) + wire(HELLO, 0)[:9]
+    assert len(read_log(done.logs[0], read_rig(RIG)).time) == 200
+
+
+def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -> None:
+    again = stream(range(50), HELLO._replace(nonce=8))
+    port = scripted(Scripted([*stream(range(100)), *again]))
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
+    assert str(done.failure).endswith("the board has started anew in the middle of the session")
+    kinds = [frame.type for frame in frames.Decoder().feed(port.written)]
+    assert kinds[-1] == frames.DISARM and frames.ARM not in kinds
+
+
+def test_where_nothing_came_nothing_stays(scripted, tmp_path: Path) -> None:
+    scripted(Scripted([]))
+    with pytest.raises(LinkError, match="no board of the testbed answers"):
+        record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_never_replaces_another(scripted, tmp_path: Path) -> None:
+    (tmp_path / "run.raw").write_bytes(b"precious")
+    scripted(Scripted(stream(range(20))))
+    with pytest.raises(LinkError, match="exists already; a recording never replaces another"):
+        record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
+    assert (tmp_path / "run.raw").read_bytes() == b"precious"
+
+
+def test_bytes_are_on_disk_before_the_next_read(tmp_path: Path) -> None:
+    """The thesis's listing closes its log file before the first line is written."""
+    raw = Raw(tmp_path / "run.raw")
+    for k, piece in enumerate(stream(range(20))):
+        raw.write(piece)
+        assert (tmp_path / "run.raw").read_bytes().count(b"\0") == k + 1
+    raw.close()
+
+
+def test_a_full_disk_ends_the_recording_and_keeps_what_fitted(tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk."""
+    code = f"""
+import pathlib, resource, signal
+from rwjax.link import recorder
+from rwjax.rig import read_rig
+from tests.link.ports import Scripted, stream
+port = Scripted(stream(range(400)))
+recorder.open_port = lambda _: port
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+done = recorder.record("port", read_rig({str(RIG)!r}), pathlib.Path({str(tmp_path)!r}) / "run.csv", {{}}, recorder.listen(None))
+print(done.failure, "|", len(port.pieces) > 0, "|", len(done.logs))
+"""
+    assert resource.getrlimit(resource.RLIMIT_FSIZE)[0] == resource.RLIM_INFINITY and signal.SIGXFSZ
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=_paths())
+    assert out.stdout.endswith("File too large; what came before is kept | True | 1\n"), out
+    kept = (tmp_path / "run.raw").read_bytes()
+    (found,), _ = stretches(kept)
+    assert len(kept) == 5000 and len(found.tick) == kept.count(b"\0") - 1
+    assert len(read_log(tmp_path / "run.csv", read_rig(RIG)).time) == len(found.tick)
+
+
+def test_killed_recorders_lose_nothing_that_is_whole() -> None:
+    out = subprocess.run([sys.executable, "-m", "tests.link.killed", "5"], capture_output=True, text=True, env=_paths())
+    assert out.returncode == 0 and out.stdout.startswith("5 recorders killed: "), out
+
+
+def _paths() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+@pytest.mark.parametrize(
+    ("experiment", "said"),
+    [
+        (Experiment("square", 9.0, 2.0, 1.0, 1.0), "9 V about 2 V: the pulses reach 10 V; give less"),
+        (Experiment("square", 1.0, 0.0, 0.01, 1.0), "a period of 0.01 s: has to lie between 0.04 and 655 s"),
+        (Experiment("square", 1.0, 0.0, 1.0, 4000.0), "a length of 4000 s: has to lie between 0.01 and 3600 s"),
+    ],
+)
+def test_experiments_that_the_board_cannot_play_are_refused(experiment: Experiment, said: str) -> None:
+    with pytest.raises(LinkError, match=said):
+        experiment.play(read_rig(RIG))
+
+
+def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:
+    """The one test with the wall's clock in it."""
+    need_simavr()
+    serve = subprocess.Popen(
+        [sys.executable, "-m", "experiments.testbed.serve"], stdout=subprocess.PIPE, text=True, env=_paths()
+    )
+    try:
+        assert serve.stdout
+        port = serve.stdout.readline().strip()
+        rig = read_rig(RIG)
+        done = record(port, rig, tmp_path / "run.csv", {}, Experiment("square", 1.0, 0.0, 1.0, 1.0).play(rig))
+    finally:
+        serve.kill()
+        serve.communicate()
+    assert done.failure is None and done.remarks == []
+    log = read_log(done.logs[0], rig)
+    angle = log.outputs["wheel_rad"] - log.outputs["wheel_rad"][0]
+    assert np.abs(angle - wheel(log.command, 0.003)).max() < 1.5 * 2 * np.pi / 2048
+
+
+def test_a_port_that_is_not_there() -> None:
+    with pytest.raises(
+        LinkError, match="/dev/ttyNOPE: cannot be opened: No such file or directory; give a serial port"
+    ):
+        recorder.open_port("/dev/ttyNOPE")
+    assert issubclass(serial.SerialException, OSError)

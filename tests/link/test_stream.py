@@ -1,0 +1,120 @@
+"""Raw streams as logs: every frame that arrived is in them, whatever was lost between."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rwjax.errors import RigError
+from rwjax.link.stream import columns, stretches, write_logs
+from rwjax.log import read_log
+from rwjax.rig import parse_rig
+from tests.link.ports import HELLO, SAMPLE, stream, wire, wrapped
+
+RIG = parse_rig("""
+kind = "reaction"
+motor = { torque_constant = 0.02, resistance = 1.0 }
+wheel = { inertia = 1e-4 }
+axis = { inertia = 0.05 }
+drive = { pwm = { neutral_us = 1500, volts_per_us = 0.02 } }
+encoder = { counts_per_rev = 2048 }
+wheel_encoder = { counts_per_rev = 1024 }
+""")
+
+
+def test_a_whole_stream_is_one_stretch() -> None:
+    (found,), damaged = stretches(b"".join(stream(range(5, 300))))
+    assert damaged == 0 and found.hello == HELLO and found.gaps() == []
+    assert np.array_equal(found.tick, np.arange(5, 300))
+    assert np.array_equal(found.count, np.outer(np.arange(5, 300), [3, -5]))
+
+
+@given(start=st.integers(0, 2**32 - 1), first=st.integers(0, 2**16 - 1))
+def test_counters_wrap_around_anywhere(start: int, first: int) -> None:
+    ticks = range(start, start + 40)
+    (found,), _ = stretches(b"".join(stream(ticks, first=first)))
+    assert np.array_equal(found.tick - found.tick[0], np.arange(40))
+    assert np.array_equal(found.count - found.count[0], np.outer(np.arange(40), [3, -5]))
+    assert found.count[0, 0] == wrapped(3 * start)
+
+
+@given(lost=st.sets(st.integers(1, 120)), cut=st.integers(0, 30), data=st.data())
+def test_what_arrived_is_there_and_what_did_not_is_marked(lost: set[int], cut: int, data: st.DataObject) -> None:
+    pieces = [piece for k, piece in enumerate(stream(range(122))) if k - 1 not in lost]
+    damaged = data.draw(st.sets(st.integers(1, len(pieces) - 1), max_size=4))
+    kept = [tick for k, tick in enumerate(t for t in range(122) if t not in lost) if k + 1 not in damaged]
+    sent = b"".join(p[:3] + bytes([p[3] ^ 64 or 1]) + p[4:] if k in damaged else p for k, p in enumerate(pieces))
+    found, n = stretches(sent + pieces[-1][:cut])  # and a frame that was being written when the power went
+    assert np.concatenate([s.tick for s in found]).tolist() == kept
+    assert n <= len(damaged)  # a turned bit of COBS may make two frames of it
+    for stretch in found:
+        steps = np.diff(stretch.tick)
+        assert steps.max(initial=0) <= 11
+        assert [(k, int(steps[k - 1]) - 1) for k, _ in stretch.gaps()] == stretch.gaps()
+    ends = [(a.tick[-1], b.tick[0]) for a, b in pairwise(found)]
+    assert all(b - a > 11 for a, b in ends)
+
+
+def test_a_reset_ends_a_stretch() -> None:
+    again = stream(range(30), HELLO._replace(nonce=8))
+    found, _ = stretches(b"".join(stream(range(100, 150)) + again))
+    assert [len(s.tick) for s in found] == [50, 30] and found[1].hello == HELLO._replace(nonce=8)
+    found, _ = stretches(b"".join(stream(range(100, 150)) + again[1:]))  # without its HELLO, the ticks tell
+    assert [len(s.tick) for s in found] == [50, 30]
+
+
+def test_a_stream_that_begins_inside_a_frame_is_not_called_damaged() -> None:
+    whole = b"".join(stream(range(20)))
+    (found,), damaged = stretches(whole[7:])
+    assert damaged == 0 and len(found.tick) == 20 and found.hello is None
+
+
+def test_a_log_holds_the_interfaces_columns_in_its_units(tmp_path: Path) -> None:
+    said = [SAMPLE._replace(tick=k, count_1=2 * k, count_2=-7 * k, pulse_1=3000 + k, battery=11_500) for k in range(50)]
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join([wire(HELLO, 0), *(wire(s, k + 1) for k, s in enumerate(said))]))
+    (tmp_path / "run.notes").write_text("date: today\nrole: validate\n")
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    log = read_log(path, RIG)
+    k = np.arange(50)
+    assert remarks == [] and log.validate and log.notes["date"] == "today" and log.notes["firmware"] == "abcdef01"
+    assert np.array_equal(log.time, k / 100)
+    assert log.command == pytest.approx(0.01 * k, abs=1e-9)  # half a microsecond is 0.01 V
+    # the thesis's listing divides by 2 pi where it has to multiply
+    assert log.outputs["yaw_rad"] == pytest.approx(2 * np.pi * 2 * k / 2048)
+    assert log.outputs["wheel_rad"] == pytest.approx(-2 * np.pi * 7 * k / 1024)
+    assert log.supply == pytest.approx(np.full(50, 11.5))
+
+
+def test_gaps_are_noted_and_long_ones_end_a_log(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream([*range(50), *range(53, 100), *range(140, 200), 230, 231])))
+    paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert [p.name for p in paths] == ["run-1.csv", "run-2.csv"]
+    assert remarks == ["1 stretches of under 10 samples are left out", "run-1.csv: gap of 3 samples before 0.53 s"]
+    log = read_log(paths[0], RIG)
+    assert log.notes["gap"] == "3 samples before 0.53 s" and len(log.time) == 97
+
+
+def test_only_what_was_played_is_the_log_of_an_experiment(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    said = [SAMPLE._replace(tick=k, playing=20 <= k < 60) for k in range(100)]
+    raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
+    (path,), _ = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert len(read_log(path, RIG).time) == 40
+
+
+def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
+    said = [SAMPLE._replace(tick=k, count_1=k, count_2=9 * k, pulse_2=3100) for k in range(20)]
+    (found,), _ = stretches(b"".join(wire(s, k) for k, s in enumerate(said)))
+    table = columns(found, replace(RIG, columns={"position": "pos2", "pulse": "pwm_2"}))
+    assert table["yaw_counts"][1] == 9 and table["wheel_counts"][1] == 1 and table["voltage_V"][0] == 1.0
+
+
+def test_a_rig_without_pulses_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RigError, match=r"no `drive.pwm`; a recording needs `pwm = \{"):
+        write_logs(tmp_path / "run.raw", replace(RIG, pwm=None), tmp_path / "run.csv")
