@@ -25,6 +25,7 @@ GRID = {
     "doubt": (1.5, 1.75, 2.0, 2.5),
     "explained": (0.7, 0.75, 0.8, 0.85, 0.9, 0.95),
     "barely": (0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9),
+    "several": (0.8, 0.9, 0.95, 0.98),
     "at_floor": (1.1, 1.25, 1.5, 2.0),
 }
 PRINTED = 8
@@ -44,7 +45,7 @@ def again(line: dict, limits: Limits) -> dict:
     if "error" in line:
         return line
     g = Gap(line["before"], line["after"], line["floor"], line["closed"], line["ci95"] and tuple(line["ci95"]))
-    return line | {"verdict": verdict(bool(line["effects"]), bool(line["alternatives"]), g, limits)}
+    return line | {"verdict": verdict(len(line["effects"]), bool(line["alternatives"]), g, limits)}
 
 
 def counted(lines: Sequence[dict], alike: Judged, limits: Limits) -> Counted:

@@ -41,6 +41,7 @@ class Limits(NamedTuple):
     explained: share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 %
     interval lies below it does not;
     barely: share of the gap that a named cause closes at the least, however wide its interval;
+    several: the same for several names together: of those tried, right ones closed 0.99 and wrong ones up to 0.90;
     at_floor: error after the effects are added, in floors, that counts as reaching the floor.
     """
 
@@ -48,6 +49,7 @@ class Limits(NamedTuple):
     doubt: float = 1.75
     explained: float = 0.8
     barely: float = 0.75
+    several: float = 0.95
     at_floor: float = 1.25
 
 

@@ -16,20 +16,22 @@ def stands_out(gap: Gap) -> bool:
 
 def judge(choice: Choice, gap: Gap) -> Verdict:
     """One of the four outcomes for the headline signal."""
-    return verdict(bool(choice.best.names), bool(choice.alternatives), gap, VERDICT)
+    return verdict(len(choice.best.names), bool(choice.alternatives), gap, VERDICT)
 
 
-def verdict(named: bool, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
-    """The outcome where the search has `named` something, with or without `rivals`.
+def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
+    """The outcome where the search has found some `names`, with or without `rivals`.
 
     A gap that is surely closed to less than `limits.explained` and still stands above the floor has a cause that the library
-    does not know, or several, and the names that help must not be taken for it.
+    does not know, or several, and the names that help must not be taken for it. Several names together can imitate much: they must
+    close nearly all of it.
     """
     if gap.closed is None or gap.size < limits.nothing:
         return "none"
-    if not named:
+    if not names:
         return "none" if gap.size < limits.doubt else "unknown"
-    short = gap.closed < limits.barely or (gap.ci95 is not None and gap.ci95[1] < limits.explained)
+    least = limits.several if names > 1 else limits.barely
+    short = gap.closed < least or (gap.ci95 is not None and gap.ci95[1] < limits.explained)
     if short and gap.after > limits.at_floor * gap.floor:
         return "unknown"
     return "ambiguous" if rivals else "effect"

@@ -31,6 +31,9 @@ def chosen(*names: str, alternatives: tuple[Explanation, ...] = ()) -> Choice:
         (chosen(), Gap(5.0, 5.0, 1.0, 0.0, (0.0, 0.0)), "unknown"),
         (chosen("axis.coulomb"), Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)), "effect"),
         (chosen("axis.coulomb"), Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6)), "unknown"),
+        (chosen("axis.coulomb"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "effect"),
+        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "unknown"),
+        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 1.2, 1.0, 0.93, (0.9, 0.95)), "effect"),
         # hardly anything is closed: no name, however wide the interval
         (chosen("axis.coulomb"), Gap(5.0, 4.6, 1.0, 0.1, (-1.0, 0.85)), "unknown"),
         (
