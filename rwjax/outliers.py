@@ -82,5 +82,5 @@ def _outside_band(value: np.ndarray, unit: float) -> np.ndarray:
     low, high = np.percentile(value, (1.0, 99.0))
     margin = (high - low) + SIGMAS * unit
     within = (value >= low) & (value <= high)
-    neighbours = np.convolve(within, np.ones(2 * AROUND + 1), mode="same") - within
+    neighbours = np.convolve(within, np.ones(2 * AROUND + 1))[AROUND:-AROUND] - within
     return np.flatnonzero(((value > high + margin) | (value < low - margin)) & (neighbours > AROUND))
