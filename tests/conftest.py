@@ -42,6 +42,6 @@ def examples() -> Path:
 def _folder(variable: str, name: str, words: str) -> Path:
     folder = Path(os.environ.get(variable) or SHARED / name)
     if not folder.is_dir():
-        # logs that others published may not be committed: without them these tests have nothing to say
+        # reason: logs that others published may not be committed, and without them these tests have nothing to say
         pytest.skip(f"{words} not found: set {variable}")
     return folder

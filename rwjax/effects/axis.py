@@ -171,7 +171,7 @@ class DryDrift(AxisDry):
     name: ClassVar[str] = "axis.friction_drift"
     label: ClassVar[str] = "friction that warms up"
     coordinate: ClassVar[str] = "time"
-    d: Scalar = param("1", bounds=(-1.0, jnp.inf), starts=(0.3, 0.3, 0.3), tex="d")
+    d: Scalar = param("1", bounds=(-1.0, jnp.inf), starts=(0.3,), tex="d")
     B: Scalar = param(
         "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", optional=True
     )

@@ -17,9 +17,7 @@ from rwjax.fit.problem import Problem
 from rwjax.simulate import free_runs
 
 LANES = 64
-"""Free runs in one call at most."""
-FEW = 16
-"""Free runs in a call of the smaller program, which takes 0.4 of the time of a full one."""
+"""Free runs in one call."""
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -62,8 +60,7 @@ class _Asked:
 
 def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
     """Readings of some lanes, each a request and the number of the lane in it."""
-    lanes = FEW if len(part) <= FEW else LANES
-    full = [*part, *part[-1:] * (lanes - len(part))]  # the last one again fills the lanes
+    full = [*part, *part[-1:] * (LANES - len(part))]  # the last one again fills the lanes
     row = [divmod(lane, len(asked.wanted.logs)) for asked, lane in full]
     theta = np.stack([asked.wanted.theta[b] for (asked, _), (b, _) in zip(full, row, strict=True)])
     log = np.array([asked.wanted.logs[k] for (asked, _), (_, k) in zip(full, row, strict=True)])

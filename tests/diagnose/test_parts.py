@@ -113,3 +113,21 @@ def test_a_race_moves_no_number_that_its_explanation_leaves_as_the_rig_file_says
     for explanation in (Explanation(), Explanation(("axis.spring",))):
         assert refits(explanation).numbers()["axis.inertia"] == rig.numbers["axis.inertia"]
     assert refits(wrong).numbers()["axis.inertia"] == pytest.approx(1.1 * rig.numbers["axis.inertia"], rel=0.01)
+
+
+def test_a_stop_is_searched_from_every_place_that_differs() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.03")
+    stop = {"high": 0.8, "low": -1e6, "k": 40.0, "d": 1.5}
+    log = true_log(rig, **{"axis.end_stop": stop})
+    refits = Refits.of(rig, [log], [0], lambda text: None)
+    nothing, stopped = Explanation(), Explanation(("axis.end_stop",))
+    refits(nothing)
+    refits.anchor()
+    screened, begun = refits._begun([stopped], nothing)
+    costs = np.array([f.cost for f in begun[stopped]])
+    assert len(costs) < len(screened[stopped].begin)  # what no run reaches may lie anywhere
+    assert np.all(np.diff(costs) > 1e-9 * costs[:-1])
+    refits._done[stopped] = begun[stopped][-1]  # as if a race had left all others behind
+    refits.search(stopped, nothing)
+    found = refits.known(stopped)
+    assert found.cost < 0.05 * costs[0] and found.numbers()["axis.end_stop.high"] == pytest.approx(0.8, abs=0.05)

@@ -19,7 +19,8 @@ def own(k: int) -> float:
     return float(np.sum((WAVE - np.asarray(run.angle)) ** 2) * PERIOD)
 
 
-@pytest.mark.skipif(not c_limit.available(), reason="no gcc")
+# the C program is a peer of the benchmark, not of the library: without a compiler there is nothing to compare with
+@pytest.mark.skipif(not c_limit.available(), reason="the C peer of the benchmark needs gcc")
 def test_c_and_numba_run_the_same_loops() -> None:
     costs = np.array([own(k) for k in PICK])
     p = c_limit.of_rig()
