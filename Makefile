@@ -1,17 +1,21 @@
-# make demo | test | firmware-test | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | test-all | firmware-test | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test firmware-test lint bench lock clean python
+.PHONY: demo test test-all firmware-test lint bench lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
 	@$(BIN)/rwjax diagnose data/demo/rig.toml data/demo/*.csv -o build/demo
 
 test: $(READY)
+	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 -m "not slow" $(ARGS)
+
+# Those too that take long, most of them for compiling: every effect's numbers recovered, every effect's own cases.
+test-all: $(READY)
 	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 $(ARGS)
 
 # The firmware for both boards, and its tests in the simulator; installs nothing: says which Debian packages are missing.

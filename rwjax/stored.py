@@ -21,7 +21,7 @@ from jax import export
 from jax.core import Tracer
 
 DIGEST = 32  # bytes of a check sum before the program
-MOST_PROGRAMS = 40
+MOST_PROGRAMS = 80
 """Programs of one function that a process holds; of more, those not called for longest are dropped and read again. Each
 takes up to 350 memory maps, of which Linux gives a process 65 530."""
 

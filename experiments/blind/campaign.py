@@ -1,7 +1,7 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
-`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N]` skips what the file
-holds already. With a limit the cases are spread evenly over the set.
+`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]` skips
+what the file holds already. With a limit the cases are spread evenly over the set, or over the groups asked for.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 from time import perf_counter
 
 from experiments.blind.cases import KINDS, make_case, write_case
-from experiments.blind.draw import PLANS, appending, cases, read
+from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
 from rwjax import read_logs, read_rig
 from rwjax.diagnose.diagnosis import diagnose
 
@@ -88,8 +88,9 @@ def main() -> None:
     parser.add_argument("-o", dest="path", type=Path, required=True)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--limit", type=int)
+    parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     a = parser.parse_args()
-    run(spread(list(cases(a.name)), a.limit), a.path, a.processes)
+    run(spread([row for row in cases(a.name) if row["group"] in a.group], a.limit), a.path, a.processes)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, EVALUATIONS, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
 
 SETS = Path(__file__).parent / "sets"
+GROUPS = ("single", "outside", "pair", "none")
 TRIES = 8  # seeds of one place in a set
 APART = 2000  # between the seeds of two tries, more than a set has places
 OUTSIDE_FROM = 5.0  # smallest size of a cause outside the list
@@ -62,7 +63,7 @@ class Place:
     """One case to be drawn."""
 
     index: int
-    group: str  # single, outside, pair, none
+    group: str  # one of GROUPS
     kind: str
     effect: str
     wanted: float | None  # size

@@ -22,13 +22,15 @@ from rwjax.plant import Structure
 from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
-HEATS = ((99, 1), (8, 2), (5, 4))
+HEATS = ((99, 1), (16, 2), (8, 4))
 """A race's heats: how many explanations take part, and steps of each. Those go on that would leave least if the next heat
 brought them as far as the last one, in proportion: one that begins far off may be on its way."""
 BEGIN = 4
 """Places at most from which an explanation takes part, those that leave least."""
 SAME = 1e-9
 """Difference in cost below which two places count as one: a stop that nothing reaches may lie anywhere."""
+ARRIVED = 0.01
+"""Share of the parent's cost to which a place has come down to it: from afar, the way back to adding nothing looks steep."""
 LONG = 7
 """Steps from every place where a single explanation is searched thoroughly."""
 LAST = 12
@@ -43,6 +45,8 @@ TOLERANCE = 1e-3
 """Share of the cost below which a step is no gain, in a search."""
 ONLY_STARTS = 2.5
 """Times the mean square of a complete model that the start rule's first states may leave of it."""
+MAYBE = 8
+"""Explanations at most whose misfit may so come from their first states alone, and that are fitted again."""
 MOST_STEPS, LAST_DIGIT = 40, 1e-7
 """The same two of the fit that is reported."""
 FOLD_STEPS = 6
@@ -56,9 +60,11 @@ def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOL
     return (yield from derived(found))
 
 
-def _extrapolated(found: Fit, before: Fit) -> float:
-    """Cost if the next heat, of twice the steps, brings a fit twice as far, in proportion, as the last one."""
-    return found.cost * (found.cost / before.cost) ** 2 if 0.0 < before.cost < np.inf else found.cost
+def promise_of(cost: float, before: float, parent: float) -> float:
+    """Cost if the next heat, of twice the steps, brings a fit twice as far, in proportion, as the last one brought it from
+    `before`; one that began above the parent's cost and has come down to it has gained what it leaves less than the parent."""
+    begun = min(before, parent) if cost <= (1.0 + ARRIVED) * parent else before
+    return cost * min(cost / begun, 1.0) ** 2 if 0.0 < begun < np.inf else cost
 
 
 @dataclass
@@ -222,8 +228,9 @@ class Refits:
             for e in ahead:
                 pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]
                 running[e] = min((f for f, _ in pairs), key=lambda f: f.cost)
-                coming = min(pairs, key=lambda pair: _extrapolated(*pair))
-                promise[e] = _extrapolated(*coming)
+                promised = [promise_of(f.cost, before.cost, self(parent).cost) for f, before in pairs]
+                coming = pairs[int(np.argmin(promised))]
+                promise[e] = min(promised)
                 begun[e] = [running[e]] if coming[0] is running[e] else [running[e], coming[0]]
             self._keep({e: running[e] for e in ahead})
         least = min(self._done[e].cost for e in (parent, *wanted))
@@ -306,7 +313,7 @@ class Refits:
         if complete(together([_carried_on(self._training[best.problem.structure], best, FOLD_STEPS)])[0]):
             self._ruled = False
             maybe = sorted((e for e in self._done if self._done[e].cost <= most), key=lambda e: self._done[e].cost)
-            self._finished |= {*maybe[: HEATS[1][0]]}
+            self._finished |= {*maybe[:MAYBE]}
             every = [*self._finished]
             self._done |= zip(every, together([self._to_the_end(self._done[e]) for e in every]), strict=True)
 

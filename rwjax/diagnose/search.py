@@ -32,6 +32,9 @@ from rwjax.fit.end_to_end import Fit
 
 LEADING, CLOSE_COST = 3, 1.5
 """Explanations at most from which their special cases are fitted, and their cost against the least."""
+SEARCHED = (3, 1, 1)
+"""Explanations that a race left ahead, beside so many names, and that are searched from all of their places where none of
+them suffices."""
 
 
 @dataclass(frozen=True)
@@ -126,23 +129,28 @@ class Search:
             if special:
                 self.refits.race([e], min(special, key=lambda o: self.refits.known(o).cost))
 
+    def _leader(self, explanations: list[Explanation]) -> Explanation:
+        """The explanation with the most evidence, or a special case of it beside which it is not needed."""
+        effective = self.effective(min(explanations, key=lambda e: self.refits.known(e).cost))
+        best = max(explanations, key=lambda e: self.evidence(e, effective))
+        simpler = [e for e in explanations if best.contains(e) and self.gain(best, e) <= NEEDED]
+        return max(simpler, key=lambda e: self.evidence(e, effective), default=best)
+
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
         while len(explanation.names) < MOST_NAMES and self.excess(explanation) > enough:
-            if explanation.names and self.closed(explanation) < HOPEFUL:
+            if self.closed(explanation) < HOPEFUL[len(explanation.names)]:
                 break
             tried = self._extensions(explanation)
             if not tried:
                 break
             self._fit(tried, explanation)
-            effective = self.effective(min(tried, key=lambda e: self.refits.known(e).cost))
-            best = max(tried, key=lambda e: self.evidence(e, effective))
-            simpler = [e for e in tried if best.contains(e) and self.gain(best, e) <= NEEDED]
-            best = max(simpler, key=lambda e: self.evidence(e, effective), default=best)
+            for e in sorted(tried, key=lambda e: self.refits.known(e).cost)[: SEARCHED[len(explanation.names)]]:
+                if self.excess(self._leader(tried)) > enough:
+                    self.refits.search(e, explanation)
+            best = self._leader(tried)
             if not self.worthwhile(best, explanation):
                 break
-            if self.excess(best) > enough:
-                self.refits.search(best, explanation)
             explanation = best
         return explanation
 

@@ -16,7 +16,7 @@ import numpy as np
 from rwjax.fit.problem import Problem
 from rwjax.simulate import free_runs
 
-LANES = 64
+LANES = 32
 """Free runs in one call."""
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 

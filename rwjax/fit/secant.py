@@ -1,7 +1,7 @@
 """Fits by secants: free runs alone, many side by side, with no derivative to be compiled.
 
 A search tries dozens of structures for a few steps each. Compiling exact sensitivities of each takes longer than the
-search; a free run is compiled in a second, and 64 side by side take a third of the time of one after the other. Secants
+search; a free run is compiled in a second, and 32 side by side take a third of the time of one after the other. Secants
 over finite spans also see the valley of a sum of squares that stick and slip fill with creases.
 """
 

@@ -7,7 +7,7 @@ from rwjax import parse_rig
 from rwjax.diagnose.diagnosis import diagnose
 from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.gap import Gap
-from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.refit import Refits, promise_of
 from rwjax.diagnose.remarks import ran_away
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import judge
@@ -113,6 +113,24 @@ def test_a_race_moves_no_number_that_its_explanation_leaves_as_the_rig_file_says
     for explanation in (Explanation(), Explanation(("axis.spring",))):
         assert refits(explanation).numbers()["axis.inertia"] == rig.numbers["axis.inertia"]
     assert refits(wrong).numbers()["axis.inertia"] == pytest.approx(1.1 * rig.numbers["axis.inertia"], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("cost", "before", "promise"),
+    [
+        (50.0, 100.0, 12.5),  # halved, and so twice again
+        (2000.0, 8000.0, 125.0),  # far above its parent's 100, on its way
+        (100.5, 8000.0, 100.5),  # come down to its parent: it adds nothing and promises nothing
+        (80.0, 8000.0, 51.2),  # below it: what it gained on the parent counts
+        (90.0, 80.0, 90.0),
+        (50.0, np.inf, 12.5),
+        (2000.0, np.inf, 2000.0),
+    ],
+)
+def test_what_an_explanation_promises_is_what_it_gains_on_its_parent(
+    cost: float, before: float, promise: float
+) -> None:
+    assert promise_of(cost, before, 100.0) == pytest.approx(promise)
 
 
 def test_a_stop_is_searched_from_every_place_that_differs() -> None:
