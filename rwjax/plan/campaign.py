@@ -1,0 +1,177 @@
+"""The recommended campaign: few runs that together tell most effects apart, as large as a rig's limits allow.
+
+Which runs: each is there for effects that look alike without it (coast-downs, slow triangles through standstill, a
+staircase to the limit, multisines of two sizes, repeats for the noise); squares of another kind than any fitted run
+validate. How large: by simulation of the rig itself, whose file may be wrong, hence below its limits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from rwjax.errors import InputError
+from rwjax.plan.envelope import Envelope
+from rwjax.plan.experiment import REST_S, Experiment
+from rwjax.plan.files import Run
+from rwjax.plan.motion import TAIL_S, motion, peaks
+from rwjax.rig import Rig
+from rwjax.rig_names import SUBSYSTEMS
+
+KEPT = 0.9
+"""Share of a limit that the simulated rig may reach: the true one differs."""
+MARGIN = 1.5
+"""Amplitude over the least one that moves the simulated rig both ways: the true one may stick harder."""
+RESOLVED = 20.0
+"""Counts of the encoder below which nothing counts as moving."""
+BOTH_WAYS = 0.05
+"""Share of its largest rate that a rig has to reach the other way to count as reversing."""
+LEVELS = 12
+"""Amplitudes tried side by side, from the largest down to `SMALLEST` of it; then once more between the best two."""
+SMALLEST = 0.01
+PACES = (1.0, 0.5, 0.25, 0.125)
+"""Shares of a design's period and length: a rig with little travel or a wheel in between moves more under faster commands."""
+LARGE = 0.5
+"""Share of the amplitude which the fastest of them allows that a slower one has to allow to be preferred."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """A run before its size is known. `share`: of the largest amplitude that the limits allow; `offset`: over the amplitude."""
+
+    kind: str
+    share: float
+    period: float  # s
+    length: float  # s
+    why: str
+    tells: tuple[str, ...] = ()  # effects
+    offset: float = 0.0
+    way: float = 1.0
+    repeats: int = 1
+    role: str = "train"
+
+    def at(self, amplitude: float, pace: float = 1.0) -> Experiment:
+        """The experiment of this amplitude [V], as fast as wanted."""
+        offset = round(amplitude * self.offset, 4)
+        return Experiment(
+            self.kind, self.way * amplitude, offset, round(pace * self.period, 2), round(pace * self.length, 2)
+        )
+
+    @property
+    def reverses(self) -> bool:
+        """Whether the rig is to move both ways."""
+        return self.kind != "coast-down" and self.offset == 0.0
+
+
+COASTS = (
+    "axis.viscous",
+    "axis.coulomb",
+    "axis.quadratic_drag",
+    "axis.asymmetric_friction",
+    "wheel.coulomb",
+    "wheel.drag",
+)
+QUICK = ("drive.delay", "drive.lag", "drive.rate_limit", "axis.flexible_coupling", "sensor.delay", "sensor.clock")
+SLOW = ("axis.coulomb", "axis.stribeck", "axis.presliding", "axis.angle_friction", "axis.imbalance", "wheel.cogging")
+LEVEL = ("drive.deadzone", "drive.saturation", "drive.curvature", "drive.asymmetric_gain", "drive.supply_sag")
+DWELL = ("axis.stribeck", "axis.presliding", "axis.backlash", "drive.deadzone")
+
+DESIGNS = {
+    "multisine": Design("multisine", 0.6, 10.0, 20.0, "three times: what is noise", repeats=3),
+    "multisine_fast": Design("multisine", 1.0, 4.0, 12.0, "fast: what lags or swings", QUICK),
+    "multisine_fast_small": Design("multisine", 0.4, 4.0, 12.0, "fast and small: does it scale?", QUICK),
+    "triangle_slow": Design("triangle", 0.5, 16.0, 16.0, "slow: friction, play, ripple", SLOW),
+    "triangle": Design("triangle", 0.5, 8.0, 16.0, "medium: friction over rate", SLOW),
+    "triangle_fast": Design("triangle", 0.5, 4.0, 12.0, "fast: friction over rate", SLOW),
+    "staircase": Design("staircase", 1.0, 16.0, 16.0, "levels to the limit: drive", (*LEVEL, "motor.saturation")),
+    "staircase_small": Design("staircase", 0.25, 16.0, 16.0, "dwell and breakaway", DWELL),
+    "coast_fast": Design("coast-down", 1.0, 4.0, 12.0, "coasting: drag, friction", COASTS),
+    "coast_fast_back": Design("coast-down", 1.0, 4.0, 12.0, "coasting backward", COASTS, way=-1.0),
+    "coast_slow": Design("coast-down", 0.4, 4.0, 12.0, "coasting from less", COASTS),
+    "coast_slow_back": Design("coast-down", 0.4, 4.0, 12.0, "coasting backward from less", COASTS, way=-1.0),
+    "square": Design("square", 0.8, 5.0, 15.0, "validates: a kind of its own", role="validate"),
+    "square_offset": Design("square", 0.6, 3.0, 12.0, "validates: about an offset", offset=0.3, role="validate"),
+}
+SECONDS = REST_S + max(design.length for design in DESIGNS.values()) + TAIL_S
+
+
+def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """The runs for a rig, and remarks on those that its limits leave out.
+
+    Raises `InputError` where nothing that the limits allow moves the simulated rig.
+    """
+    sizes = _sized(rig, within)
+    experiments = [design.at(*size) for design, size in zip(DESIGNS.values(), sizes, strict=True)]
+    reached = peaks(motion(rig, experiments, SECONDS))
+    plays = [e.amplitude != 0.0 and bool(ok) for e, ok in zip(experiments, within.holds(reached), strict=True)]
+    if not any(plays):
+        raise InputError(
+            f"within these limits ({within.volts:g} V at most) no run moves the simulated rig; raise them, or check its numbers"
+        )
+    runs: list[Run] = []
+    for k, (name, design) in enumerate(DESIGNS.items()):
+        tells = tuple(effect for effect in design.tells if rig.kind in SUBSYSTEMS[effect.partition(".")[0]])
+        run = Run(name, experiments[k], design.role, design.why, tells, {y: float(v[k]) for y, v in reached.items()})
+        names = [name] if design.repeats == 1 else [f"{name}_{number + 1}" for number in range(design.repeats)]
+        runs += [replace(run, name=each) for each in names if plays[k]]
+    missing = [name for name, playable in zip(DESIGNS, plays, strict=True) if not playable]
+    remark = f"left out, since within these limits the simulated rig hardly moves: {', '.join(missing)}"
+    return tuple(runs), (remark,) if missing else ()
+
+
+def _sized(rig: Rig, within: Envelope) -> list[tuple[float, float]]:
+    """Amplitude [V] and pace of every design; an amplitude of 0 where the limits leave nothing that moves the rig."""
+    designs = list(DESIGNS.values())
+    top = np.array([within.volts / (1.0 + design.offset) for design in designs])
+    levels = top[:, None] * np.geomspace(SMALLEST, 1.0, LEVELS)
+    largest, least = np.zeros((2, len(PACES), len(designs)))
+    for k, pace in enumerate(PACES):
+        last, moving = _tried(rig, within, levels, [pace] * len(designs))
+        for d in range(len(designs)):
+            still = np.flatnonzero(~moving[d, : last[d]])
+            first = still[-1] + 1 if len(still) else 0  # the least level from which on it moves
+            if first < last[d]:
+                largest[k, d], least[k, d] = levels[d, last[d] - 1], levels[d, first]
+        if within.most.get("yaw_rad", np.inf) == np.inf and largest[k].all():
+            break
+    pace = np.argmax((largest > 0.0) & (largest >= LARGE * largest.max(axis=0)), axis=0)  # the slowest of them
+    largest, least = (x[pace, np.arange(len(designs))] for x in (largest, least))
+    finer = np.linspace(largest, np.minimum(largest * levels[0, 1] / levels[0, 0], top), LEVELS, axis=1)
+    last, _ = _tried(rig, within, finer, [PACES[k] for k in pace])
+    largest = finer[np.arange(len(designs)), np.maximum(last - 1, 0)]
+    share = np.array([design.share for design in designs])
+    amplitude = np.minimum(np.maximum(share * largest, MARGIN * least), largest)
+    return [(_rounded_down(a), PACES[k]) for a, k in zip(amplitude, pace, strict=True)]
+
+
+def _tried(
+    rig: Rig, within: Envelope, levels: Float[np.ndarray, "d a"], paces: Sequence[float]
+) -> tuple[Int[np.ndarray, " d"], Bool[np.ndarray, "d a"]]:
+    """How many amplitudes of every design, counted from the least, stay within the limits; and which of them move the rig."""
+    designs = list(DESIGNS.values())
+    lanes = [design.at(a, pace) for design, row, pace in zip(designs, levels, paces, strict=True) for a in row]
+    moved = motion(rig, lanes, SECONDS)
+    allowed = within.holds(peaks(moved), KEPT).reshape(levels.shape)
+    both = np.repeat([design.reverses for design in designs], levels.shape[1])
+    return np.cumprod(allowed, axis=1).sum(axis=1), moves(rig, moved, both).reshape(levels.shape)
+
+
+def moves(rig: Rig, moved: dict[str, np.ndarray], both_ways: Bool[np.ndarray, " e"]) -> Bool[np.ndarray, " e"]:
+    """Whether each of some simulated runs moves the axis, or the wheel where there is none, so that its encoder shows it."""
+    body, angle, rate = (
+        ("wheel", "wheel_rad", "wheel_rad_s") if rig.kind == "wheel" else ("axis", "yaw_rad", "yaw_rad_s")
+    )
+    counts = rig.counts_per_rev.get(body)
+    resolved = RESOLVED * 2.0 * np.pi / counts if counts else 0.0
+    forth, back = moved[rate].max(axis=1), -moved[rate].min(axis=1)
+    turned = np.minimum(forth, back) > BOTH_WAYS * np.maximum(forth, back)
+    return (np.ptp(moved[angle], axis=1) > resolved) & (turned | ~both_ways)
+
+
+def _rounded_down(value: float) -> float:
+    """To three digits, never up."""
+    if value == 0.0:
+        return 0.0
+    digits = 2 - int(np.floor(np.log10(value)))
+    return float(np.round(np.floor(value * 10.0**digits * (1.0 + 1e-12)) / 10.0**digits, max(digits, 0)))
