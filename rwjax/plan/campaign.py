@@ -7,6 +7,7 @@ validate. How large: by simulation of the rig itself, whose file may be wrong, h
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -27,10 +28,10 @@ RESOLVED = 20.0
 """Counts of the encoder below which nothing counts as moving."""
 BOTH_WAYS = 0.05
 """Share of its largest rate that a rig has to reach the other way to count as reversing."""
-LEVELS = 12
+LEVELS = 8
 """Amplitudes tried side by side, from the largest down to `SMALLEST` of it; then once more between the best two."""
 SMALLEST = 0.01
-PACES = (1.0, 0.5, 0.25, 0.125)
+PACES = (1.0, 0.4, 0.15)
 """Shares of a design's period and length: a rig with little travel or a wheel in between moves more under faster commands."""
 LARGE = 0.5
 """Share of the amplitude which the fastest of them allows that a slower one has to allow to be preferred."""
@@ -61,7 +62,7 @@ class Design:
     @property
     def reverses(self) -> bool:
         """Whether the rig is to move both ways."""
-        return self.kind != "coast-down" and self.offset == 0.0
+        return self.kind != "coast-down"
 
 
 COASTS = (
@@ -101,60 +102,72 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
 
     Raises `InputError` where nothing that the limits allow moves the simulated rig.
     """
-    sizes = _sized(rig, within)
-    experiments = [design.at(*size) for design, size in zip(DESIGNS.values(), sizes, strict=True)]
-    reached = peaks(motion(rig, experiments, SECONDS))
-    plays = [e.amplitude != 0.0 and bool(ok) for e, ok in zip(experiments, within.holds(reached), strict=True)]
-    if not any(plays):
+    amplitude, paces = _sized(rig, within)
+    levels = np.vectorize(_rounded_down)(amplitude[:, None] * np.linspace(LARGE, 1.0, LEVELS))
+    tried = _tried(rig, within, levels, paces)  # once more as it will be played
+    runs: list[Run] = []
+    missing = []
+    for d, (name, design) in enumerate(DESIGNS.items()):
+        size = tried.allowed[d] - 1
+        if size < 0 or amplitude[d] == 0.0:
+            missing.append(name)
+            continue
+        tells = tuple(effect for effect in design.tells if rig.kind in SUBSYSTEMS[effect.partition(".")[0]])
+        reaches = {output: float(values[d, size]) for output, values in tried.peaks.items()}
+        run = Run(name, design.at(levels[d, size], paces[d]), design.role, design.why, tells, reaches)
+        names = [name] if design.repeats == 1 else [f"{name}_{number + 1}" for number in range(design.repeats)]
+        runs += [replace(run, name=each) for each in names]
+    if not runs:
         raise InputError(
             f"within these limits ({within.volts:g} V at most) no run moves the simulated rig; raise them, or check its numbers"
         )
-    runs: list[Run] = []
-    for k, (name, design) in enumerate(DESIGNS.items()):
-        tells = tuple(effect for effect in design.tells if rig.kind in SUBSYSTEMS[effect.partition(".")[0]])
-        run = Run(name, experiments[k], design.role, design.why, tells, {y: float(v[k]) for y, v in reached.items()})
-        names = [name] if design.repeats == 1 else [f"{name}_{number + 1}" for number in range(design.repeats)]
-        runs += [replace(run, name=each) for each in names if plays[k]]
-    missing = [name for name, playable in zip(DESIGNS, plays, strict=True) if not playable]
     remark = f"left out, since within these limits the simulated rig hardly moves: {', '.join(missing)}"
     return tuple(runs), (remark,) if missing else ()
 
 
-def _sized(rig: Rig, within: Envelope) -> list[tuple[float, float]]:
+def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[float]]:
     """Amplitude [V] and pace of every design; an amplitude of 0 where the limits leave nothing that moves the rig."""
     designs = list(DESIGNS.values())
     top = np.array([within.volts / (1.0 + design.offset) for design in designs])
     levels = top[:, None] * np.geomspace(SMALLEST, 1.0, LEVELS)
     largest, least = np.zeros((2, len(PACES), len(designs)))
     for k, pace in enumerate(PACES):
-        last, moving = _tried(rig, within, levels, [pace] * len(designs))
-        for d in range(len(designs)):
-            still = np.flatnonzero(~moving[d, : last[d]])
+        tried = _tried(rig, within, levels, [pace] * len(designs))
+        for d, last in enumerate(tried.allowed):
+            still = np.flatnonzero(~tried.moving[d, :last])
             first = still[-1] + 1 if len(still) else 0  # the least level from which on it moves
-            if first < last[d]:
-                largest[k, d], least[k, d] = levels[d, last[d] - 1], levels[d, first]
+            if first < last:
+                largest[k, d], least[k, d] = levels[d, last - 1], levels[d, first]
         if within.most.get("yaw_rad", np.inf) == np.inf and largest[k].all():
-            break
+            break  # nothing asks for faster commands
     pace = np.argmax((largest > 0.0) & (largest >= LARGE * largest.max(axis=0)), axis=0)  # the slowest of them
+    paces = [PACES[k] for k in pace]
     largest, least = (x[pace, np.arange(len(designs))] for x in (largest, least))
     finer = np.linspace(largest, np.minimum(largest * levels[0, 1] / levels[0, 0], top), LEVELS, axis=1)
-    last, _ = _tried(rig, within, finer, [PACES[k] for k in pace])
-    largest = finer[np.arange(len(designs)), np.maximum(last - 1, 0)]
+    allowed = _tried(rig, within, finer, paces).allowed
+    largest = finer[np.arange(len(designs)), np.maximum(allowed - 1, 0)]
     share = np.array([design.share for design in designs])
-    amplitude = np.minimum(np.maximum(share * largest, MARGIN * least), largest)
-    return [(_rounded_down(a), PACES[k]) for a, k in zip(amplitude, pace, strict=True)]
+    return np.minimum(np.maximum(share * largest, MARGIN * least), largest), paces
 
 
-def _tried(
-    rig: Rig, within: Envelope, levels: Float[np.ndarray, "d a"], paces: Sequence[float]
-) -> tuple[Int[np.ndarray, " d"], Bool[np.ndarray, "d a"]]:
-    """How many amplitudes of every design, counted from the least, stay within the limits; and which of them move the rig."""
+class Tried(NamedTuple):
+    """Designs at several amplitudes each: how many of them, counted from the least, stay within the limits; which of them move
+    the rig; and the peaks of every output."""
+
+    allowed: Int[np.ndarray, " d"]
+    moving: Bool[np.ndarray, "d a"]
+    peaks: dict[str, Float[np.ndarray, "d a"]]
+
+
+def _tried(rig: Rig, within: Envelope, levels: Float[np.ndarray, "d a"], paces: Sequence[float]) -> Tried:
+    """All designs at these amplitudes and paces, side by side."""
     designs = list(DESIGNS.values())
     lanes = [design.at(a, pace) for design, row, pace in zip(designs, levels, paces, strict=True) for a in row]
     moved = motion(rig, lanes, SECONDS)
-    allowed = within.holds(peaks(moved), KEPT).reshape(levels.shape)
+    found = {name: values.reshape(levels.shape) for name, values in peaks(moved).items()}
     both = np.repeat([design.reverses for design in designs], levels.shape[1])
-    return np.cumprod(allowed, axis=1).sum(axis=1), moves(rig, moved, both).reshape(levels.shape)
+    allowed = np.cumprod(within.holds(found, KEPT), axis=1).sum(axis=1)
+    return Tried(allowed, moves(rig, moved, both).reshape(levels.shape), found)
 
 
 def moves(rig: Rig, moved: dict[str, np.ndarray], both_ways: Bool[np.ndarray, " e"]) -> Bool[np.ndarray, " e"]:
