@@ -189,7 +189,8 @@ def diagnose(
     from rwjax.diagnose.diagnosis import diagnose as run
     from rwjax.errors import write_text
     from rwjax.log import read_logs
-    from rwjax.report.html import write_next, write_report
+    from rwjax.plan.files import write_next
+    from rwjax.report.html import write_report
     from rwjax.report.words import text
     from rwjax.rig import read_rig, write_rig
 
@@ -202,7 +203,7 @@ def diagnose(
         write_text(folder / "diagnosis.json", answer + "\n", InputError)
         write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
         report = write_report(result, folder)
-        plan = write_next(result, folder)
+        plan = write_next(folder, result.proposal)
     if as_json:
         print(answer)
     else:

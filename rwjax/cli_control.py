@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli_options import RATE, Json, Quiet, RigFile, axis, keep_input, of_file, positive
+from rwjax.cli_options import RATE, Json, Quiet, RigFile, axis, finite, keep_input, of_file, positive
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,16 +37,10 @@ Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from
 STEPS = 4  # of the plant in a period of the controller
 
 
-def _finite(**options: float) -> None:
-    for name, value in options.items():
-        if not math.isfinite(value):
-            raise InputError(f"--{name} {value}: has to be a finite number")
-
-
 def _limits(volts: float, amps: float, rpm: float) -> "Limits":
     from rwjax.control.open_loop import Limits
 
-    _finite(volts=volts)
+    finite(volts=volts)
     positive(volts=volts, amps=amps, rpm=rpm)
     return Limits(volts, amps, rpm * RATE)
 
@@ -116,7 +110,7 @@ def region(
     from rwjax.report.region import columns, draw_region
     from rwjax.rig import read_rig
 
-    _finite(sigma=sigma, angle=angle)
+    finite(sigma=sigma, angle=angle)
     believed = read_rig(rig)
     gains = axis("--kp", kp), axis("--kd", kd)
     beside: dict[str, np.ndarray] = {}
@@ -158,7 +152,7 @@ def _loop(
     """What a controller's options say, its gains but the integral one left at 0."""
     from rwjax.control.closed_loop import Clockwork, Controller
 
-    _finite(ki=ki, volts=volts, period=period, late=late, smooth=smooth)
+    finite(ki=ki, volts=volts, period=period, late=late, smooth=smooth)
     positive(volts=volts, rpm=rpm, period=period)
     if not 0.0 <= late <= period:
         raise InputError(f"--late {late:g}: has to lie between 0 and the period of {period:g} s")
@@ -179,7 +173,7 @@ Seconds = Annotated[float, typer.Option(help="length of a response [s]")]
 def _reference(step: float, seconds: float, period: float) -> "np.ndarray":
     import numpy as np
 
-    _finite(step=step, seconds=seconds)
+    finite(step=step, seconds=seconds)
     if step == 0.0:
         raise InputError("--step 0: has to be a number other than 0")
     samples = round(seconds / period) if seconds > 0.0 else 0
@@ -252,7 +246,7 @@ def slew(
     from rwjax.report.control import csv, draw_courses, of_course
     from rwjax.rig import read_rig
 
-    _finite(angle=angle, spin=spin)
+    finite(angle=angle, spin=spin)
     believed, limits = read_rig(rig), _limits(volts, amps, rpm)
     with of_file(rig):
         found = run(believed, math.radians(angle), limits, spin * RATE)
@@ -293,7 +287,7 @@ def dump(
     from rwjax.report.control import csv, draw_courses, of_course
     from rwjax.rig import read_rig
 
-    _finite(spin=spin, margin=margin)
+    finite(spin=spin, margin=margin)
     believed, limits = read_rig(rig), _limits(volts, amps, math.inf)
     with of_file(rig):
         found = run(believed, spin * RATE, limits, margin)
@@ -337,7 +331,7 @@ def size(
     from rwjax.rig import read_rig
 
     believed, limits = read_rig(rig), _limits(volts, amps, rpm)
-    _finite(angle=angle, seconds=seconds, density=density)
+    finite(angle=angle, seconds=seconds, density=density)
     positive(density=density, seconds=seconds)
     if not 0.0 <= inner < 1.0:
         raise InputError(f"--inner {inner:g}: has to lie between 0 (a disc) and below 1")
@@ -408,7 +402,7 @@ def tune(
     from rwjax.rig import read_rig
 
     believed = read_rig(rig)
-    _finite(sigma=sigma, dead=dead)
+    finite(sigma=sigma, dead=dead)
     if not 0.0 <= forward <= 1.0:
         raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")
     if not 0.0 < least < 1.0:

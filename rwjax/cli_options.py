@@ -45,6 +45,13 @@ def results(path: Path) -> Iterator[Path]:
         raise
 
 
+def finite(**options: float) -> None:
+    """Raises `InputError` for the first option that is no finite number."""
+    for name, value in options.items():
+        if not math.isfinite(value):
+            raise InputError(f"--{name} {value}: has to be a finite number")
+
+
 def positive(**options: float) -> None:
     """Raises `InputError` for the first option that is not positive."""
     for name, value in options.items():

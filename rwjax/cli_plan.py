@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rwjax.cli_options import RATE, Json, Quiet, RigFile, of_file, positive, results
+from rwjax.cli_options import RATE, Json, Quiet, RigFile, finite, of_file, positive, results
 
 BY_HAND = {
     "platform": "with a known inertia added to the axis (`# add axis.inertia: 0.012` in its log): fixes gain over inertia",
@@ -39,8 +39,10 @@ def plan(
     from rwjax.report.plan import table
     from rwjax.rig import read_rig
 
-    given = {"volts": volts, "amps": amps, "rpm": rpm, "rate": rate, "travel": travel}
-    positive(**{name: value for name, value in given.items() if value is not None})
+    options = {"volts": volts, "amps": amps, "rpm": rpm, "rate": rate, "travel": travel}
+    given = {name: value for name, value in options.items() if value is not None}
+    finite(**given)
+    positive(**given)
     wheel = None if rpm is None else rpm * RATE
     most = {"current_A": amps, "wheel_rad_s": wheel, "yaw_rad_s": rate, "yaw_rad": travel}
     believed = read_rig(rig)

@@ -9,7 +9,7 @@ import numpy as np
 from rwjax.build import rig_with
 from rwjax.diagnose.explanation import Explanation, coordinate_of
 from rwjax.diagnose.gap import Gap, Held, Split, gap, headline, held_out
-from rwjax.diagnose.next_experiment import Proposal, propose
+from rwjax.diagnose.next_experiment import Proposal, Rival, propose
 from rwjax.diagnose.refit import Refits
 from rwjax.diagnose.remarks import ran_away, remarks
 from rwjax.diagnose.search import Choice, Search
@@ -328,7 +328,8 @@ def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], left: dic
     if verdict == "ambiguous" and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")
     if verdict == "ambiguous":
-        return propose(refits, rivals, left)
+        two = [Rival(e.names, refits.problem_of(e), refits(e).theta) for e in rivals[:2]]
+        return propose(refits.rig.name, two, refits.train, left)
     if verdict == "unknown":
         return Proposal(
             "repeat one of these runs three times, so that what never repeats can be told from what is missing"

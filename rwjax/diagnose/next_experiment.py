@@ -1,11 +1,11 @@
 """Next experiment: among commands that the rig can run, the one on which the rivals differ most beside their error."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.diagnose.explanation import Explanation
-from rwjax.diagnose.refit import Refits
+from rwjax.fit.problem import Problem
 from rwjax.plan.campaign import DESIGNS, SECONDS
 from rwjax.plan.envelope import LIMITS, Envelope
 from rwjax.plan.experiment import REST_S, TICK_HZ, Experiment
@@ -30,40 +30,47 @@ class Proposal(NamedTuple):
     plan: Plan | None = None
 
 
+class Rival(NamedTuple):
+    """An explanation as fitted: its names, all logs with its structure, and its numbers."""
+
+    names: tuple[str, ...]
+    problem: Problem
+    theta: np.ndarray
+
+
 def commands(top: float) -> list[Experiment]:
     """Those of the campaign, of several sizes and as fast as one likes, within `top` volts."""
     sizes = [(share, pace) for share in SHARES for pace in PACES]
     return [d.at(share * top / (1.0 + d.offset), pace) for d in DESIGNS.values() for share, pace in sizes]
 
 
-def shown(refits: Refits, rival: Explanation) -> Envelope:
-    """How far the logs have gone: their largest command, and rates, current and travel as the rival has them."""
-    problem = refits.problem_of(rival)
-    runs = predict(problem, refits(rival).theta, with_floor=False)
+def shown(rival: Rival, train: Sequence[int]) -> Envelope:
+    """How far the training logs have gone: their largest command, and rates, current and travel as the rival has them."""
+    runs = predict(rival.problem, rival.theta, with_floor=False)
     moved = [
         {name: y - y[0] if name == "yaw_rad" else y for name, y in runs[k].outputs.items() if name in LIMITS}
-        for k in refits.train
+        for k in train
     ]
     most = {name: max(float(np.max(np.abs(run[name]))) for run in moved) for name in moved[0]}
-    return Envelope(max(float(np.max(np.abs(problem.logs[k].command))) for k in refits.train), most)
+    return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
 
 
-def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -> Proposal:
-    """The command on which the first two rivals differ most, hardly further than the logs have gone, and by how much.
+def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], left: dict[str, float]) -> Proposal:
+    """The command on which two rivals differ most, hardly further than the logs in `train` have gone, and by how much.
 
-    `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a difference below it tells
-    nothing.
+    `rig`: its name, for the plan. `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a
+    difference below it tells nothing.
     """
-    problem, within = refits.problem, shown(refits, rivals[0])
-    outputs = sorted({name for k in refits.train for name in problem.logs[k].outputs})
+    problem, within = rivals[0].problem, shown(rivals[0], train)
+    outputs = sorted({name for k in train for name in problem.logs[k].outputs})
     error = np.array([max(problem.noise[name], left.get(name, 0.0)) for name in outputs])
     experiments = commands(within.volts)
     length = np.array([REST_S + e.length for e in experiments])
     lasts = np.arange(round(TICK_HZ * SECONDS)) < TICK_HZ * length[:, None]  # (e, t)
     runs, holds = [], np.ones(len(experiments), bool)
-    for rival in rivals[:2]:
-        structure = refits.problem_of(rival).structure
-        y = readings(structure, refits(rival).theta, experiments, SECONDS)
+    for rival in rivals:
+        structure = rival.problem.structure
+        y = readings(structure, rival.theta, experiments, SECONDS)
         moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
         holds &= within.holds(peaks(moved), BEYOND)
         runs.append((np.stack([moved[name] for name in outputs], axis=-1) / error, peaks(moved)))
@@ -71,7 +78,7 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
         apart = np.sum((runs[0][0] - runs[1][0]) ** 2, axis=-1)
     telling = np.where(holds, np.sqrt(np.sum(np.where(lasts, apart, 0.0), axis=1) / lasts.sum(axis=1)), 0.0)
     best = int(np.argmax(telling))
-    names = [" + ".join(rival.names) for rival in rivals[:2]]
+    names = [" + ".join(rival.names) for rival in rivals]
     if telling[best] < 1.0:
         return Proposal(
             f"no command within {within.volts:.3g} V, hardly further than these logs have gone, separates {' and '.join(names)}: "
@@ -82,12 +89,12 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
         experiment=experiments[best],
         role="train",
         why=f"separates {names[0]} from {names[1]}",
-        tells=tuple(dict.fromkeys(name for rival in rivals[:2] for name in rival.names)),
+        tells=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
         reaches={name: float(values[best]) for name, values in runs[0][1].items()},
     )
     return Proposal(
         f"run {in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
-        Plan(refits.rig.name, within.known, (run,)),
+        Plan(rig, within.known, (run,)),
     )
 
 

@@ -9,9 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from rwjax.build import structure_of, theta_of
 from rwjax.errors import InputError
 from rwjax.plan.envelope import Envelope
 from rwjax.plan.experiment import REST_S, Experiment
@@ -19,6 +21,7 @@ from rwjax.plan.files import Run
 from rwjax.plan.motion import TAIL_S, motion, peaks
 from rwjax.rig import Rig
 from rwjax.rig_names import SUBSYSTEMS
+from rwjax.simulate import plant_of
 
 KEPT = 0.9
 """Share of a limit that the simulated rig may reach: the true one differs."""
@@ -34,7 +37,7 @@ SMALLEST = 0.01
 PACES = (1.0, 0.4, 0.15)
 """Shares of a design's period and length: a rig with little travel or a wheel in between moves more under faster commands."""
 LARGE = 0.5
-"""Share of the amplitude which the fastest of them allows that a slower one has to allow to be preferred."""
+"""Share of the amplitude which another pace allows that a slower one has to allow to be preferred, where travel is limited."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ class Design:
     @property
     def reverses(self) -> bool:
         """Whether the rig is to move both ways."""
-        return self.kind != "coast-down"
+        return self.kind != "coast-down" and self.offset == 0.0
 
 
 COASTS = (
@@ -92,13 +95,13 @@ DESIGNS = {
     "coast_slow": Design("coast-down", 0.4, 4.0, 12.0, "coasting from less", COASTS),
     "coast_slow_back": Design("coast-down", 0.4, 4.0, 12.0, "coasting backward from less", COASTS, way=-1.0),
     "square": Design("square", 0.8, 5.0, 15.0, "validates: a kind of its own", role="validate"),
-    "square_offset": Design("square", 0.6, 3.0, 12.0, "validates: about an offset", offset=0.3, role="validate"),
+    "square_offset": Design("square", 0.6, 6.0, 12.0, "validates: about an offset", offset=0.15, role="validate"),
 }
 SECONDS = REST_S + max(design.length for design in DESIGNS.values()) + TAIL_S
 
 
 def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, ...]]:
-    """The runs for a rig, and remarks on those that its limits leave out.
+    """The runs for a rig, and remarks on what its limits or its file leave out.
 
     Raises `InputError` where nothing that the limits allow moves the simulated rig.
     """
@@ -121,8 +124,14 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
         raise InputError(
             f"within these limits ({within.volts:g} V at most) no run moves the simulated rig; raise them, or check its numbers"
         )
-    remark = f"left out, since within these limits the simulated rig hardly moves: {', '.join(missing)}"
-    return tuple(runs), (remark,) if missing else ()
+    remarks = [
+        f"left out, since within these limits they hardly move the simulated rig, or one way only: {', '.join(missing)}"
+    ] * bool(missing)
+    if rig.kind != "wheel" and not plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))).bodies():
+        remarks.append(
+            "the rig file holds no dry friction: if the rig sticks, small runs may not move it; plan again from a corrected file"
+        )
+    return tuple(runs), tuple(remarks)
 
 
 def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[float]]:
@@ -131,6 +140,7 @@ def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[fl
     top = np.array([within.volts / (1.0 + design.offset) for design in designs])
     levels = top[:, None] * np.geomspace(SMALLEST, 1.0, LEVELS)
     largest, least = np.zeros((2, len(PACES), len(designs)))
+    short = "yaw_rad" in within.known  # of travel
     for k, pace in enumerate(PACES):
         tried = _tried(rig, within, levels, [pace] * len(designs))
         for d, last in enumerate(tried.allowed):
@@ -138,9 +148,10 @@ def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[fl
             first = still[-1] + 1 if len(still) else 0  # the least level from which on it moves
             if first < last:
                 largest[k, d], least[k, d] = levels[d, last - 1], levels[d, first]
-        if within.most.get("yaw_rad", np.inf) == np.inf and largest[k].all():
+        if not short and largest[k].all():
             break  # nothing asks for faster commands
-    pace = np.argmax((largest > 0.0) & (largest >= LARGE * largest.max(axis=0)), axis=0)  # the slowest of them
+    large = largest >= LARGE * largest.max(axis=0) if short else largest > 0.0
+    pace = np.argmax((largest > 0.0) & large, axis=0)  # the slowest of them
     paces = [PACES[k] for k in pace]
     largest, least = (x[pace, np.arange(len(designs))] for x in (largest, least))
     finer = np.linspace(largest, np.minimum(largest * levels[0, 1] / levels[0, 0], top), LEVELS, axis=1)

@@ -77,6 +77,17 @@ def write_plan(folder: Path, plan: Plan) -> Path:
     return folder / FILE
 
 
+def write_next(folder: Path, plan: Plan | None) -> Path | None:
+    """Writes the plan of a diagnosis's next experiment, where there is one, into `next` in the diagnosis's folder; no plan of
+    an earlier diagnosis stays there."""
+    target = folder / "next"
+    if plan is None:
+        (target / FILE).unlink(missing_ok=True)
+        return None
+    target.mkdir(exist_ok=True)
+    return write_plan(target, plan)
+
+
 def as_document(plan: Plan) -> dict[str, Any]:
     """What the file says, as plain objects."""
     runs = [

@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 
 from rwjax.diagnose.diagnosis import Diagnosis
 from rwjax.errors import InputError, write_text
-from rwjax.plan.files import FILE, write_plan
 from rwjax.report import plots
 from rwjax.report.words import verdict_sentence
 from rwjax.rig import write_rig
@@ -78,17 +77,3 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     path = folder / "report.html"
     write_text(path, page, InputError)
     return path
-
-
-NEXT = "next"
-"""Folder, in that of the report, of the plan of the next experiment."""
-
-
-def write_next(d: Diagnosis, folder: Path) -> Path | None:
-    """Writes the plan of the next experiment into `folder/next`, where there is one; no plan of an earlier diagnosis stays."""
-    target = folder / NEXT
-    if d.proposal is None:
-        (target / FILE).unlink(missing_ok=True)
-        return None
-    target.mkdir(exist_ok=True)
-    return write_plan(target, d.proposal)

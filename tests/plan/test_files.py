@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rwjax import InputError
 from rwjax.plan.experiment import SHAPES, Experiment
-from rwjax.plan.files import ROLES, Plan, Run, read_plan, write_plan
+from rwjax.plan.files import ROLES, Plan, Run, read_plan, write_next, write_plan
 
 NUMBER = st.floats(-1e3, 1e3)
 SECONDS = st.integers(4, 2000).map(lambda ticks: ticks / 100)
@@ -59,6 +59,14 @@ def test_a_plan_by_hand_needs_little(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(GOOD)
     (run,) = read_plan(tmp_path).runs
     assert run == Run("one", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {})
+
+
+def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
+    assert write_next(tmp_path, None) is None and not (tmp_path / "next").exists()
+    plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
+    written = write_next(tmp_path, plan)
+    assert written == tmp_path / "next" / "plan.toml" and read_plan(tmp_path / "next") == plan
+    assert write_next(tmp_path, None) is None and not written.exists()
 
 
 @pytest.mark.parametrize(
