@@ -61,6 +61,14 @@ def test_a_plan_by_hand_needs_little(tmp_path: Path) -> None:
     assert run == Run("one", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {})
 
 
+def test_the_plan_in_the_documentation_can_be_read(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
+    example = text.partition("## Plan\n")[2].partition("```toml\n")[2].partition("```")[0]
+    (tmp_path / "plan.toml").write_text(example)
+    plan = read_plan(tmp_path)
+    assert plan.rig == "testbed" and plan.runs[0].experiment == Experiment("triangle", 3.11, 0.0, 16.0, 16.0)
+
+
 def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
     assert write_next(tmp_path, None) is None and not (tmp_path / "next").exists()
     plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
