@@ -21,13 +21,13 @@ def plan(
     rig: RigFile,
     output: Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the plan")] = Path("plan"),
     volts: Annotated[
-        float | None, typer.Option(help="largest command [V]; has to be given where the rig file has no `drive.pwm`")
+        float | None, typer.Option(help="largest command, V; has to be given where the rig file has no `drive.pwm`")
     ] = None,
-    amps: Annotated[float | None, typer.Option(help="largest current [A]")] = None,
-    rpm: Annotated[float | None, typer.Option(help="largest rate of the wheel [1/min]")] = None,
-    rate: Annotated[float | None, typer.Option(help="largest rate of the axis [rad/s]; a linear one: [m/s]")] = None,
+    amps: Annotated[float | None, typer.Option(help="largest current, A")] = None,
+    rpm: Annotated[float | None, typer.Option(help="largest rate of the wheel, 1/min")] = None,
+    rate: Annotated[float | None, typer.Option(help="largest rate of the axis, rad/s (a linear one: m/s)")] = None,
     travel: Annotated[
-        float | None, typer.Option(help="largest way of the axis from where a run begins [rad]; a linear one: [m]")
+        float | None, typer.Option(help="largest way of the axis from where a run begins, rad (a linear one: m)")
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,

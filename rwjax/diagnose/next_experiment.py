@@ -72,7 +72,7 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], left: dict[
         structure = rival.problem.structure
         y = readings(structure, rival.theta, experiments, SECONDS)
         moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
-        holds &= within.holds(peaks(moved), BEYOND)
+        holds &= within.used(peaks(moved)) <= BEYOND
         runs.append((np.stack([moved[name] for name in outputs], axis=-1) / error, peaks(moved)))
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers holds no limit
         apart = np.sum((runs[0][0] - runs[1][0]) ** 2, axis=-1)

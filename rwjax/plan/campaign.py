@@ -33,7 +33,9 @@ BOTH_WAYS = 0.05
 """Share of its largest rate that a rig has to reach the other way to count as reversing."""
 LEVELS = 8
 """Amplitudes tried side by side, from the largest down to `SMALLEST` of it; then once more between the best two."""
-SMALLEST = 0.01
+SMALLEST = 0.02
+NEAR = np.append(0.0, np.linspace(0.7, 1.06, LEVELS - 1))
+"""Where the largest amplitude is looked for, between an allowed one (0) and that at which a line meets the limits (1)."""
 PACES = (1.0, 0.4, 0.15)
 """Shares of a design's period and length: a rig with little travel or a wheel in between moves more under faster commands."""
 LARGE = 0.5
@@ -139,32 +141,42 @@ def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[fl
     designs = list(DESIGNS.values())
     top = np.array([within.volts / (1.0 + design.offset) for design in designs])
     levels = top[:, None] * np.geomspace(SMALLEST, 1.0, LEVELS)
-    largest, least = np.zeros((2, len(PACES), len(designs)))
+    largest, next_larger, least = np.zeros((3, len(PACES), len(designs)))
     short = "yaw_rad" in within.known  # of travel
     for k, pace in enumerate(PACES):
         tried = _tried(rig, within, levels, [pace] * len(designs))
-        for d, last in enumerate(tried.allowed):
+        for d, last in enumerate(tried.allowed.tolist()):
             still = np.flatnonzero(~tried.moving[d, :last])
             first = still[-1] + 1 if len(still) else 0  # the least level from which on it moves
             if first < last:
                 largest[k, d], least[k, d] = levels[d, last - 1], levels[d, first]
+                next_larger[k, d] = _where_used_up(levels[d], tried.used[d], last)
         if not short and largest[k].all():
             break  # nothing asks for faster commands
     large = largest >= LARGE * largest.max(axis=0) if short else largest > 0.0
     pace = np.argmax((largest > 0.0) & large, axis=0)  # the slowest of them
     paces = [PACES[k] for k in pace]
-    largest, least = (x[pace, np.arange(len(designs))] for x in (largest, least))
-    finer = np.linspace(largest, np.minimum(largest * levels[0, 1] / levels[0, 0], top), LEVELS, axis=1)
+    largest, next_larger, least = (x[pace, np.arange(len(designs))] for x in (largest, next_larger, least))
+    finer = largest[:, None] + (next_larger - largest)[:, None] * NEAR
     allowed = _tried(rig, within, finer, paces).allowed
     largest = finer[np.arange(len(designs)), np.maximum(allowed - 1, 0)]
     share = np.array([design.share for design in designs])
     return np.minimum(np.maximum(share * largest, MARGIN * least), largest), paces
 
 
-class Tried(NamedTuple):
-    """Designs at several amplitudes each: how many of them, counted from the least, stay within the limits; which of them move
-    the rig; and the peaks of every output."""
+def _where_used_up(levels: Float[np.ndarray, " a"], used: Float[np.ndarray, " a"], allowed: int) -> float:
+    """Amplitude at which the limits are used up to `KEPT`, by a line between the last allowed level and the next."""
+    if allowed == len(levels):
+        return float(levels[-1])
+    (low, high), (before, after) = levels[allowed - 1 : allowed + 1], used[allowed - 1 : allowed + 1]
+    return float(low + (high - low) * (KEPT - before) / (after - before)) if np.isfinite(after) else float(low)
 
+
+class Tried(NamedTuple):
+    """Designs at several amplitudes each: the largest share of a limit that is used; how many of the amplitudes, counted from
+    the least, stay within the limits; which of them move the rig; and the peaks of every output."""
+
+    used: Float[np.ndarray, "d a"]
     allowed: Int[np.ndarray, " d"]
     moving: Bool[np.ndarray, "d a"]
     peaks: dict[str, Float[np.ndarray, "d a"]]
@@ -177,8 +189,9 @@ def _tried(rig: Rig, within: Envelope, levels: Float[np.ndarray, "d a"], paces: 
     moved = motion(rig, lanes, SECONDS)
     found = {name: values.reshape(levels.shape) for name, values in peaks(moved).items()}
     both = np.repeat([design.reverses for design in designs], levels.shape[1])
-    allowed = np.cumprod(within.holds(found, KEPT), axis=1).sum(axis=1)
-    return Tried(allowed, moves(rig, moved, both).reshape(levels.shape), found)
+    used = within.used(found)
+    allowed = np.cumprod(used <= KEPT, axis=1).sum(axis=1)
+    return Tried(used, allowed, moves(rig, moved, both).reshape(levels.shape), found)
 
 
 def moves(rig: Rig, moved: dict[str, np.ndarray], both_ways: Bool[np.ndarray, " e"]) -> Bool[np.ndarray, " e"]:

@@ -40,9 +40,9 @@ class Envelope(NamedTuple):
     volts: float
     most: dict[str, float]
 
-    def holds(self, peaks: dict[str, np.ndarray], share: float = 1.0) -> np.ndarray:
-        """Which experiments stay within a share of the limits, by their peaks."""
-        return np.all([peaks[name] <= share * limit for name, limit in self.most.items()], axis=0)
+    def used(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
+        """The largest share of a limit that experiments use, by their peaks."""
+        return np.max([peaks[name] / limit for name, limit in self.most.items()], axis=0)
 
     @property
     def known(self) -> dict[str, float]:
