@@ -13,8 +13,8 @@ from typing import Annotated
 import typer
 from typer.exceptions import Abort, TyperException
 
-from rwjax import cli_control
-from rwjax.cli_options import Json, Quiet, RigFile, keep_input
+from rwjax import cli_control, cli_plan
+from rwjax.cli_options import Json, Quiet, RigFile, keep_input, results
 from rwjax.errors import InputError
 from rwjax.link import cli as link
 
@@ -49,22 +49,6 @@ def _progress(quiet: bool) -> Iterator[Callable[[str], None]]:
         return
     with console.status("reading") as status:
         yield lambda text: status.update(text)
-
-
-@contextmanager
-def _results(path: Path) -> Iterator[Path]:
-    """The folder of the results, made before the work begins; gone again if there are none."""
-    new = not path.exists()
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot make this folder ({error.strerror}); give another with -o") from None
-    try:
-        yield path
-    except InputError:
-        if new and not any(path.iterdir()):
-            path.rmdir()
-        raise
 
 
 @app.command()
@@ -181,7 +165,7 @@ def compare(
 
     believed = read_rig(rig)
     records = read_logs(logs, believed)
-    with _results(output) as folder, _progress(quiet) as progress:
+    with results(output) as folder, _progress(quiet) as progress:
         result = run(believed, records, progress)
         answer, text = json.dumps(result.json(), indent=1, allow_nan=False), table(result)
         write_text(folder / "comparison.json", answer + "\n", InputError)
@@ -205,27 +189,31 @@ def diagnose(
     from rwjax.diagnose.diagnosis import diagnose as run
     from rwjax.errors import write_text
     from rwjax.log import read_logs
+    from rwjax.plan.files import write_next
     from rwjax.report.html import write_report
     from rwjax.report.words import text
     from rwjax.rig import read_rig, write_rig
 
     believed = read_rig(rig)
     records = read_logs(logs, believed)
-    with _results(output) as folder, _progress(quiet) as progress:
+    with results(output) as folder, _progress(quiet) as progress:
         result = run(believed, records, progress)
         progress("writing the report")
         answer = json.dumps(result.json(), indent=1, allow_nan=False)
         write_text(folder / "diagnosis.json", answer + "\n", InputError)
         write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
         report = write_report(result, folder)
+        plan = write_next(folder, result.proposal)
     if as_json:
         print(answer)
     else:
         print("\n".join(text(result)))
+        if plan is not None:
+            print(f"  plan of the next experiment: {plan}")
         print(f"  report: {report}")
 
 
-for command in cli_control.COMMANDS:
+for command in (*cli_control.COMMANDS, cli_plan.plan):
     app.command()(command)
 
 

@@ -3,8 +3,7 @@
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli_options import Json, Quiet, RigFile, axis, keep_input
+from rwjax.cli_options import RATE, Json, Quiet, RigFile, axis, finite, keep_input, of_file, positive
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,36 +34,14 @@ FitFile = Annotated[
     Path | None, typer.Option("--fit", metavar="FIT.json", help="what `rwjax fit RIG LOG… --json` printed for this rig")
 ]
 Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
-RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
 STEPS = 4  # of the plant in a period of the controller
-
-
-@contextmanager
-def _of(path: Path) -> Iterator[None]:
-    """Names the rig file in what is wrong with the rig."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-
-
-def _finite(**options: float) -> None:
-    for name, value in options.items():
-        if not math.isfinite(value):
-            raise InputError(f"--{name} {value}: has to be a finite number")
-
-
-def _positive(**options: float) -> None:
-    for name, value in options.items():
-        if not value > 0.0:
-            raise InputError(f"--{name} {value:g}: has to be positive")
 
 
 def _limits(volts: float, amps: float, rpm: float) -> "Limits":
     from rwjax.control.open_loop import Limits
 
-    _finite(volts=volts)
-    _positive(volts=volts, amps=amps, rpm=rpm)
+    finite(volts=volts)
+    positive(volts=volts, amps=amps, rpm=rpm)
     return Limits(volts, amps, rpm * RATE)
 
 
@@ -133,12 +110,12 @@ def region(
     from rwjax.report.region import columns, draw_region
     from rwjax.rig import read_rig
 
-    _finite(sigma=sigma, angle=angle)
+    finite(sigma=sigma, angle=angle)
     believed = read_rig(rig)
     gains = axis("--kp", kp), axis("--kd", kd)
     beside: dict[str, np.ndarray] = {}
     spread = read_spread(fit) if fit is not None else None
-    with _of(rig):
+    with of_file(rig):
         found = pd_region(believed, *gains, sigma, angle)
         if without is not None:
             beside[f"without {without}"] = pd_region(_without(believed, without), *gains, sigma, angle).stable.astype(
@@ -175,8 +152,8 @@ def _loop(
     """What a controller's options say, its gains but the integral one left at 0."""
     from rwjax.control.closed_loop import Clockwork, Controller
 
-    _finite(ki=ki, volts=volts, period=period, late=late, smooth=smooth)
-    _positive(volts=volts, rpm=rpm, period=period)
+    finite(ki=ki, volts=volts, period=period, late=late, smooth=smooth)
+    positive(volts=volts, rpm=rpm, period=period)
     if not 0.0 <= late <= period:
         raise InputError(f"--late {late:g}: has to lie between 0 and the period of {period:g} s")
     if smooth < 0.0 or ki < 0.0:
@@ -196,7 +173,7 @@ Seconds = Annotated[float, typer.Option(help="length of a response [s]")]
 def _reference(step: float, seconds: float, period: float) -> "np.ndarray":
     import numpy as np
 
-    _finite(step=step, seconds=seconds)
+    finite(step=step, seconds=seconds)
     if step == 0.0:
         raise InputError("--step 0: has to be a number other than 0")
     samples = round(seconds / period) if seconds > 0.0 else 0
@@ -235,7 +212,7 @@ def sweep(
         raise InputError(f"--kp {kp} --kd {kd}: {len(rows) * len(cols)} pairs are more than 1000000; take fewer")
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
-    with _of(rig):
+    with of_file(rig):
         controllers = [controller._replace(kp=p, kd=d) for p in rows for d in cols]
         lanes = run(believed, controllers, reference[None], clockwork)
     found = Response(*(x.reshape(len(rows), len(cols)) for x in lanes))
@@ -269,9 +246,9 @@ def slew(
     from rwjax.report.control import csv, draw_courses, of_course
     from rwjax.rig import read_rig
 
-    _finite(angle=angle, spin=spin)
+    finite(angle=angle, spin=spin)
     believed, limits = read_rig(rig), _limits(volts, amps, rpm)
-    with _of(rig):
+    with of_file(rig):
         found = run(believed, math.radians(angle), limits, spin * RATE)
     ideal, miss = found.ideal, math.degrees(found.miss)
     answer = {
@@ -310,9 +287,9 @@ def dump(
     from rwjax.report.control import csv, draw_courses, of_course
     from rwjax.rig import read_rig
 
-    _finite(spin=spin, margin=margin)
+    finite(spin=spin, margin=margin)
     believed, limits = read_rig(rig), _limits(volts, amps, math.inf)
-    with _of(rig):
+    with of_file(rig):
         found = run(believed, spin * RATE, limits, margin)
     moved = math.degrees(float(np.max(np.abs(np.asarray(found.best.angle)))))
     answer = {
@@ -354,8 +331,8 @@ def size(
     from rwjax.rig import read_rig
 
     believed, limits = read_rig(rig), _limits(volts, amps, rpm)
-    _finite(angle=angle, seconds=seconds, density=density)
-    _positive(density=density, seconds=seconds)
+    finite(angle=angle, seconds=seconds, density=density)
+    positive(density=density, seconds=seconds)
     if not 0.0 <= inner < 1.0:
         raise InputError(f"--inner {inner:g}: has to lie between 0 (a disc) and below 1")
     outer, thick = (
@@ -366,7 +343,7 @@ def size(
             raise InputError(f"{option}: has to be positive [mm]")
     ring = Ring(outer[:, None], inner * outer[:, None], thick[None, :], density)
     mass, inertia = np.asarray(ring.mass), np.asarray(ring.inertia)
-    with _of(rig):
+    with of_file(rig):
         found = run(believed, inertia, abs(math.radians(angle)), seconds, limits)
     columns = of_sizes(ring, found)
     answer = {
@@ -425,7 +402,7 @@ def tune(
     from rwjax.rig import read_rig
 
     believed = read_rig(rig)
-    _finite(sigma=sigma, dead=dead)
+    finite(sigma=sigma, dead=dead)
     if not 0.0 <= forward <= 1.0:
         raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")
     if not 0.0 < least < 1.0:
@@ -434,7 +411,7 @@ def tune(
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     spread = read_spread(fit) if fit is not None else None
-    with _of(rig):
+    with of_file(rig):
         alone = theta_of(believed, structure_of(believed))[None]
         thetas = draw(believed, spread, plants) if spread is not None else alone
         robust = robust_gains(believed, thetas, rows, cols, sigma)

@@ -1,5 +1,8 @@
 """What the arguments of several commands share."""
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +17,46 @@ RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML)", 
 Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
 MOST = 10_000  # values along one axis
+RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
+
+
+@contextmanager
+def of_file(path: Path) -> Iterator[None]:
+    """Names a file in what is wrong with what it says."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+@contextmanager
+def results(path: Path) -> Iterator[Path]:
+    """The folder of the results, made before the work begins; gone again if there are none."""
+    new = not path.exists()
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot make this folder ({error.strerror}); give another with -o") from None
+    try:
+        yield path
+    except InputError:
+        if new and not any(path.iterdir()):
+            path.rmdir()
+        raise
+
+
+def finite(**options: float) -> None:
+    """Raises `InputError` for the first option that is no finite number."""
+    for name, value in options.items():
+        if not math.isfinite(value):
+            raise InputError(f"--{name} {value}: has to be a finite number")
+
+
+def positive(**options: float) -> None:
+    """Raises `InputError` for the first option that is not positive."""
+    for name, value in options.items():
+        if not value > 0.0:
+            raise InputError(f"--{name} {value:g}: has to be positive")
 
 
 def keep_input(output: Path, *inputs: Path) -> None:

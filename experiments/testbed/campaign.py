@@ -7,7 +7,8 @@ from experiments.testbed.plant import Testbed
 from firmware.simavr.avr import F_CPU, Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.link.recorder import Experiment, Recorded, record
+from rwjax.link.recorder import Recorded, play, record
+from rwjax.plan.experiment import Experiment
 from rwjax.rig import Rig, read_rig
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "testbed"
@@ -51,7 +52,7 @@ def campaign(truth: Truth, folder: Path, rig: Rig | None = None) -> list[Path]:
         settle(on)
         notes = {"simulated": "firmware/ in simavr", "experiment": experiment.words()}
         notes |= {"role": "validate"} if name in VALIDATE else {}
-        done: Recorded = record(port, rig, folder / f"{name}.csv", notes, experiment.play(rig))
+        done: Recorded = record(port, rig, folder / f"{name}.csv", notes, play(experiment, rig))
         if done.failure:
             raise done.failure
         logs += done.logs

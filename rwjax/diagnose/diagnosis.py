@@ -9,7 +9,7 @@ import numpy as np
 from rwjax.build import rig_with
 from rwjax.diagnose.explanation import Explanation, coordinate_of
 from rwjax.diagnose.gap import Gap, Held, Split, gap, headline, held_out
-from rwjax.diagnose.next_experiment import propose
+from rwjax.diagnose.next_experiment import Proposal, Rival, propose
 from rwjax.diagnose.refit import Refits
 from rwjax.diagnose.remarks import ran_away, remarks
 from rwjax.diagnose.search import Choice, Search
@@ -20,6 +20,7 @@ from rwjax.fit.end_to_end import Fit
 from rwjax.fit.uncertainty import Uncertainty, uncertainty
 from rwjax.held_out import folds
 from rwjax.log import Log
+from rwjax.plan.files import Plan
 from rwjax.rig import Rig
 
 SCHEMA = "rwjax.diagnosis/1"
@@ -51,7 +52,7 @@ class Ranked:
 class Diagnosis:
     """Everything that the report shows; `json` is what other programs read.
 
-    `waterfall`: the rig as it is, then the named effects one after the other; `beside`: the same for the alternatives.
+    `proposal`: the next experiment as a plan, where it is a command that can be played; `waterfall`: the rig as it is, then the named effects one after the other; `beside`: the same for the alternatives.
     """
 
     rig: Rig
@@ -66,6 +67,7 @@ class Diagnosis:
     gaps: dict[str, Gap]
     held_out: str
     next_experiment: str
+    proposal: Plan | None
     waterfall: tuple[Rung, ...]
     beside: tuple[Rung, ...]
     remarks: tuple[str, ...]
@@ -278,6 +280,12 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     fitted = refits(named)
     spread = uncertainty(fitted)
     coordinate = coordinate_of(named.names[0]) if named.names and verdict != "unknown" else None
+    left = {name: g.after for name, g in gaps.items()}
+    proposed = (
+        Proposal(f"runs in which what {', '.join(lost)} belongs to turns")
+        if lost
+        else _next(refits, verdict, [rival for rival in rivals if rival not in choice.same], left)
+    )
     return Diagnosis(
         rig=rig,
         logs=every,
@@ -290,11 +298,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         signal=signal,
         gaps=gaps,
         held_out=rule,
-        next_experiment=f"runs in which what {', '.join(lost)} belongs to turns"
-        if lost
-        else _next(
-            refits, verdict, [r for r in rivals if r not in choice.same], {name: g.after for name, g in gaps.items()}
-        ),
+        next_experiment=proposed.sentence,
+        proposal=proposed.plan,
         waterfall=(first, *map(rung, steps)),
         beside=tuple(rung(other) for other in others if other not in steps),
         remarks=remarks(rig, every, train, [fitted, *(refits(e) for e in rivals[1:])], spread, lost),
@@ -319,13 +324,16 @@ def _shares(search: Search, choice: Choice) -> dict[str, float]:
     return found
 
 
-def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], left: dict[str, float]) -> str:
+def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], left: dict[str, float]) -> Proposal:
     if verdict == "ambiguous" and len(rivals) < 2:
-        return "none can tell them apart: for this kind of rig they are the same thing"
+        return Proposal("none can tell them apart: for this kind of rig they are the same thing")
     if verdict == "ambiguous":
-        return propose(refits, rivals, left)
+        two = [Rival(e.names, refits.problem_of(e), refits(e).theta) for e in rivals[:2]]
+        return propose(refits.rig.name, two, refits.train, left)
     if verdict == "unknown":
-        return "repeat one of these runs three times, so that what never repeats can be told from what is missing"
+        return Proposal(
+            "repeat one of these runs three times, so that what never repeats can be told from what is missing"
+        )
     if verdict == "effect":
-        return "none needed: no other explanation comes close on these logs"
-    return "none needed: the rig explains these logs down to their floor"
+        return Proposal("none needed: no other explanation comes close on these logs")
+    return Proposal("none needed: the rig explains these logs down to their floor")

@@ -1,76 +1,106 @@
 """Next experiment: among commands that the rig can run, the one on which the rivals differ most beside their error."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
-from rwjax.diagnose.explanation import Explanation
-from rwjax.diagnose.refit import Refits
-from rwjax.fit.problem import pose
-from rwjax.log import Log
-from rwjax.predict import by_sample
-from rwjax.simulate import free_run
+from rwjax.fit.problem import Problem
+from rwjax.plan.campaign import DESIGNS, SECONDS
+from rwjax.plan.envelope import LIMITS, Envelope
+from rwjax.plan.experiment import REST_S, TICK_HZ, Experiment
+from rwjax.plan.files import Plan, Run
+from rwjax.plan.motion import peaks, readings
+from rwjax.predict import predict
 
-LENGTH_S, TICK_S = 20.0, 0.01
-
-
-def commands(top: float) -> dict[str, np.ndarray]:
-    """Commands [V] within `top` volts, 20 s at 100 Hz, each starting at 0, by a sentence that tells how to run it."""
-    t = np.arange(0.0, LENGTH_S, TICK_S)
-    on = t > 0.5
-    period = np.mod(t - 0.5, 8.0) / 8.0
-    triangle = 1.0 - 4.0 * np.abs(np.mod(period + 0.25, 1.0) - 0.5)
-    stairs = np.linspace(0.0, 1.0, 9)[np.minimum((np.mod(t, 10.0) / 10.0 * 9).astype(int), 8)]
-    sweep = np.sin(2.0 * np.pi * (0.1 * t + 0.5 * (4.0 - 0.1) / LENGTH_S * t**2))
-    levels = {
-        f"a slow triangle between -{top:.3g} and {top:.3g} V with a period of 8 s": top * triangle,
-        f"a slow triangle between -{top / 3:.3g} and {top / 3:.3g} V with a period of 8 s": top / 3 * triangle,
-        f"a staircase of 1.1 s steps from 0 to {top:.3g} V and, after 10 s, to -{top:.3g} V": top
-        * stairs
-        * np.where(t < 10.0, 1.0, -1.0),
-        f"{top:.3g} V for 8 s, then 0 V until standstill (coast-down)": np.where(t < 8.5, top, 0.0),
-        f"{top / 2:.3g} V for 8 s, then 0 V until standstill (coast-down)": np.where(t < 8.5, top / 2, 0.0),
-        f"a square wave between -{top:.3g} and {top:.3g} V with a period of 4 s": top * np.sign(np.sin(np.pi / 2 * t)),
-        f"a square wave between 0 and {top:.3g} V with a period of 2 s": np.where(np.mod(t, 2.0) < 1.0, top, 0.0),
-        f"a sine sweep of {0.6 * top:.3g} V from 0.1 to 4 Hz": 0.6 * top * sweep,
-    }
-    return {name: np.where(on, u, 0.0) for name, u in levels.items()}
+SHARES = (1.0, 0.6, 0.35, 0.2)
+"""Of the largest command of the logs."""
+PACES = (1.0, 0.25)
+"""Shares of a design's period and length."""
 
 
-def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -> str:
-    """Sentence that names the most telling command, and by how much the first two rivals differ on it.
+BEYOND = 1.1
+"""How far a run may go, over what the logs show: less would refuse what they themselves reach."""
 
-    `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a difference below it tells
-    nothing.
-    """
-    problem = refits.problem
-    top = float(max(np.max(np.abs(problem.logs[k].command)) for k in refits.train))
-    outputs = sorted({name for k in refits.train for name in problem.logs[k].outputs})
-    plans = commands(top)
-    t = np.arange(0.0, LENGTH_S, TICK_S)
-    logs = [
-        Log(
-            name=name,
-            time=t,
-            command=u,
-            outputs={y: np.zeros_like(t) for y in outputs},
-            resolution={y: 0.0 for y in outputs},
-            notes={},
-            validate=False,
-            supply=None,
-            origin=0.0,
-        )
-        for name, u in plans.items()
+
+class Proposal(NamedTuple):
+    """A sentence that names the next experiment, and a plan of it where it is a command that can be played."""
+
+    sentence: str
+    plan: Plan | None = None
+
+
+class Rival(NamedTuple):
+    """An explanation as fitted: its names, all logs with its structure, and its numbers."""
+
+    names: tuple[str, ...]
+    problem: Problem
+    theta: np.ndarray
+
+
+def commands(top: float) -> list[Experiment]:
+    """Those of the campaign, of several sizes and as fast as one likes, within `top` volts."""
+    sizes = [(share, pace) for share in SHARES for pace in PACES]
+    return [d.at(share * top / (1.0 + d.offset), pace) for d in DESIGNS.values() for share, pace in sizes]
+
+
+def shown(rival: Rival, train: Sequence[int]) -> Envelope:
+    """How far the training logs have gone: their largest command, and rates, current and travel as the rival has them."""
+    runs = predict(rival.problem, rival.theta, with_floor=False)
+    moved = [
+        {name: y - y[0] if name == "yaw_rad" else y for name, y in runs[k].outputs.items() if name in LIMITS}
+        for k in train
     ]
-    error = {name: max(noise, left.get(name, 0.0)) for name, noise in problem.noise.items()}
-    runs = []
-    for rival in rivals[:2]:
-        structure = refits.problem_of(rival).structure
-        plan = pose(structure, logs, error)
-        y, _ = free_run(structure, refits(rival).theta, np.zeros_like(plan.start), plan.batch)
-        weighed = np.asarray(y) * plan.batch.weight
-        runs.append(np.stack([by_sample(plan.batch, k, weighed[k], len(t)) for k in range(len(logs))]))
-    telling = np.sqrt(np.mean((runs[0] - runs[1]) ** 2, axis=(1, 2)) * len(outputs))
+    most = {name: max(float(np.max(np.abs(run[name]))) for run in moved) for name in moved[0]}
+    return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
+
+
+def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], left: dict[str, float]) -> Proposal:
+    """The command on which two rivals differ most, hardly further than the logs in `train` have gone, and by how much.
+
+    `rig`: its name, for the plan. `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a
+    difference below it tells nothing.
+    """
+    problem, within = rivals[0].problem, shown(rivals[0], train)
+    outputs = sorted({name for k in train for name in problem.logs[k].outputs})
+    error = np.array([max(problem.noise[name], left.get(name, 0.0)) for name in outputs])
+    experiments = commands(within.volts)
+    length = np.array([REST_S + e.length for e in experiments])
+    lasts = np.arange(round(TICK_HZ * SECONDS)) < TICK_HZ * length[:, None]  # (e, t)
+    runs, holds = [], np.ones(len(experiments), bool)
+    for rival in rivals:
+        structure = rival.problem.structure
+        y = readings(structure, rival.theta, experiments, SECONDS)
+        moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
+        holds &= within.used(peaks(moved)) <= BEYOND
+        runs.append((np.stack([moved[name] for name in outputs], axis=-1) / error, peaks(moved)))
+    with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers holds no limit
+        apart = np.sum((runs[0][0] - runs[1][0]) ** 2, axis=-1)
+    telling = np.where(holds, np.sqrt(np.sum(np.where(lasts, apart, 0.0), axis=1) / lasts.sum(axis=1)), 0.0)
     best = int(np.argmax(telling))
-    names = " and ".join(" + ".join(r.names) for r in rivals[:2])
+    names = [" + ".join(rival.names) for rival in rivals]
     if telling[best] < 1.0:
-        return f"no command within {top:.3g} V separates {names}: there they are the same thing for this rig"
-    return f"run {logs[best].name}: there {names} differ by {telling[best]:.1f} times the error that is left"
+        return Proposal(
+            f"no command within {within.volts:.3g} V, hardly further than these logs have gone, separates {' and '.join(names)}: "
+            "there they are the same thing for this rig"
+        )
+    run = Run(
+        name="next",
+        experiment=experiments[best],
+        role="train",
+        why=f"separates {names[0]} from {names[1]}",
+        tells=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
+        reaches={name: float(values[best]) for name, values in runs[0][1].items()},
+    )
+    return Proposal(
+        f"run {in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
+        Plan(rig, within.known, (run,)),
+    )
+
+
+def in_words(e: Experiment) -> str:
+    """An experiment as one would tell it."""
+    if e.kind == "coast-down":
+        return f"{e.amplitude:.3g} V for {e.period:g} s, then 0 V until standstill (coast-down)"
+    between = f"between {e.offset - abs(e.amplitude):.3g} and {e.offset + abs(e.amplitude):.3g} V"
+    return f"a {e.kind} {between} with a period of {e.period:g} s for {e.length:g} s"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rwjax.cli_options import of_file, results
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML) wi
 Port = Annotated[str, typer.Argument(metavar="PORT", help="serial port, such as /dev/ttyACM0", show_default=False)]
 Output = Annotated[Path, typer.Option("-o", metavar="LOG.csv", help="the log; beside it .raw and .notes")]
 Role = Annotated[str, typer.Option(help="`validate` keeps the log out of fit and choice")]
+LOGS = Path("logs")
 Quiet = Annotated[bool, typer.Option("--quiet", help="no live view")]
 
 
@@ -78,19 +80,12 @@ def _check(output: Path) -> None:
 
 
 def _record(
-    rig: Path,
-    port: str,
-    output: Path,
-    notes: dict[str, str],
-    act: "Callable[[Rig], Callable[[Session], None]]",
-    quiet: bool,
+    rig: "Rig", port: str, output: Path, notes: dict[str, str], act: "Callable[[Session], None]", quiet: bool
 ) -> None:
     from rwjax.link.recorder import record as run
-    from rwjax.rig import read_rig
 
-    believed = read_rig(rig)
-    with _live(believed, quiet) as watch:
-        done = run(port, believed, output, notes, act(believed), watch)
+    with _live(rig, quiet) as watch:
+        done = run(port, rig, output, notes, act, watch)
     _report(done, output)
 
 
@@ -118,10 +113,11 @@ def record(
     """Record what the board sends, without arming it."""
     _needs_pyserial()
     from rwjax.link.recorder import listen
+    from rwjax.rig import read_rig
 
     _check(output)
     try:
-        _record(rig, port, output, _notes(role), lambda _: listen(seconds), quiet)
+        _record(read_rig(rig), port, output, _notes(role), listen(seconds), quiet)
     except KeyboardInterrupt:  # the usual end
         pass
 
@@ -129,24 +125,65 @@ def record(
 def run_experiment(
     rig: RigFile,
     port: Port,
-    kind: Annotated[Kind, typer.Option(help="what the board plays")],
-    output: Output = Path("run.csv"),
-    volts: Annotated[float, typer.Option(help="amplitude [V]")] = 2.0,
-    offset: Annotated[float, typer.Option(help="added to it [V]")] = 0.0,
-    period: Annotated[float, typer.Option(help="seconds; coast-down: of drive before the wheel runs free")] = 4.0,
-    seconds: Annotated[float, typer.Option(help="length, after 0.6 s of rest")] = 16.0,
-    role: Role = "train",
+    kind: Annotated[Kind | None, typer.Option(help="what the board plays", show_default=False)] = None,
+    plan: Annotated[
+        Path | None, typer.Option(metavar="PLAN", help="plays the runs of a plan instead: its file or folder")
+    ] = None,
+    runs: Annotated[
+        list[str] | None, typer.Option("--run", metavar="NAME", help="only this run of the plan; may be repeated")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", metavar="LOG.csv", help="the log, run.csv by default; of a plan the folder of its logs, logs"
+        ),
+    ] = None,
+    volts: Annotated[float | None, typer.Option(help="amplitude [V]; 2 by default")] = None,
+    offset: Annotated[float | None, typer.Option(help="added to it [V]; 0 by default")] = None,
+    period: Annotated[
+        float | None, typer.Option(help="seconds; coast-down: of drive before the wheel runs free; 4 by default")
+    ] = None,
+    seconds: Annotated[float | None, typer.Option(help="length, after 0.6 s of rest; 16 by default")] = None,
+    role: Annotated[str | None, typer.Option(help="`validate` keeps the log out of fit and choice")] = None,
     clear: Annotated[bool, typer.Option("--clear", help="clear a latched fault first")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Arm the board, let it play an experiment, record it, disarm. THE RIG MOVES."""
+    """Arm the board, let it play an experiment or the runs of a plan, record, disarm. THE RIG MOVES."""
+    if (plan is None) == (kind is None):
+        raise InputError("give either --kind for one experiment or --plan for the runs of a plan")
+    single = {"volts": volts, "offset": offset, "period": period, "seconds": seconds, "role": role}
+    if plan is not None and (given := next((name for name, value in single.items() if value is not None), None)):
+        raise InputError(f"--{given}: belongs to one experiment; a plan says it for each run")
+    if plan is None and runs:
+        raise InputError("--run: belongs to a plan; give one with --plan")
     _needs_pyserial()
-    from rwjax.link.recorder import Experiment
+    from rwjax.link.played import check_speeds, of_plan
+    from rwjax.link.recorder import play
+    from rwjax.plan.experiment import Experiment
+    from rwjax.plan.files import read_plan
+    from rwjax.rig import read_rig
 
-    _check(output)
-    wanted = Experiment(kind.value, volts, offset, period, seconds)
-    notes = {"experiment": wanted.words(), **_notes(role)}
-    _record(rig, port, output, notes, lambda believed: wanted.play(believed, clear), quiet)
+    if plan is not None:
+        wanted = read_plan(plan)
+        with of_file(plan):
+            wanted = wanted.only(runs) if runs else wanted
+        believed = read_rig(rig)
+        with of_file(plan):
+            acts = of_plan(wanted, believed, clear)
+        for run in wanted.runs:
+            _check((output or LOGS) / f"{run.name}.csv")
+        check_speeds(port, wanted, believed)
+        with results(output or LOGS) as folder:
+            for run, act in zip(wanted.runs, acts, strict=True):
+                _record(believed, port, folder / f"{run.name}.csv", run.notes, act, quiet)
+    elif kind is not None:
+        log = output or Path("run.csv")
+        _check(log)
+        asked = ((volts, 2.0), (offset, 0.0), (period, 4.0), (seconds, 16.0))
+        one = Experiment(kind.value, *(default if value is None else value for value, default in asked))
+        believed = read_rig(rig)
+        notes = {"experiment": one.words(), **_notes(role or "train")}
+        _record(believed, port, log, notes, play(one, believed, clear), quiet)
 
 
 def monitor(rig: RigFile, port: Port) -> None:

@@ -9,6 +9,8 @@ from binascii import crc_hqx
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from rwjax.plan.experiment import SHAPES
+
 LONGEST = 55  # bytes on the wire, the zero included; a frame of the board is never longer
 MAX_BODY = 48
 
@@ -88,7 +90,7 @@ RESULTS = (
     "out of range",
     "not in this state",
 )
-EXPERIMENTS = ("coast-down", "square", "triangle", "staircase", "multisine")
+EXPERIMENTS = tuple(SHAPES)
 
 ASK, HEARTBEAT, ARM, DISARM, CLEAR, PULSE, HOLD, PLAY = range(1, 9)
 COMMANDS = {

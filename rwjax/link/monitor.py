@@ -7,8 +7,8 @@ from rich.table import Table
 
 from rwjax.link import frames
 from rwjax.link.frames import Sample
-from rwjax.link.recorder import TICK_HZ
 from rwjax.link.session import Session, faults
+from rwjax.plan.experiment import TICK_HZ
 from rwjax.rig import Rig
 
 RATE_TICKS = 10  # over which a rate is taken: 0.1 s

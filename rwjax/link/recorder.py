@@ -15,10 +15,10 @@ from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import LinkError, Port, Session, faults
 from rwjax.link.stream import check_rig, write_logs
+from rwjax.plan.experiment import TICK_HZ, Experiment
 from rwjax.rig import Rig
 
 BAUD = 250_000
-TICK_HZ = 100
 
 
 class Raw:
@@ -128,52 +128,40 @@ def listen(seconds: float | None) -> Callable[[Session], None]:
     return act
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """An experiment that the board plays: volts and seconds, as the rig file understands them."""
+def to_play(experiment: Experiment, rig: Rig) -> tuple[int, ...]:
+    """What the command PLAY carries. Raises `LinkError` for what the board cannot play."""
+    assert rig.pwm is not None
+    half_us = [round(2.0 * volts / rig.pwm.volts_per_us) for volts in (experiment.amplitude, experiment.offset)]
+    ticks = [round(TICK_HZ * seconds) for seconds in (experiment.period, experiment.length)]
+    if abs(half_us[0]) + abs(half_us[1]) > 1000:
+        most = 500.0 * abs(rig.pwm.volts_per_us)
+        raise LinkError(
+            f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {most:g} V; give less"
+        )
+    if not 4 <= ticks[0] < 2**16:
+        raise LinkError(f"a period of {experiment.period:g} s: has to lie between 0.04 and 655 s")
+    if not 0 < ticks[1] <= 360_000:
+        raise LinkError(f"a length of {experiment.length:g} s: has to lie between 0.01 and 3600 s")
+    output = int(rig.columns.get("pulse", "pwm_1") == "pwm_2")
+    return output, frames.EXPERIMENTS.index(experiment.kind), *half_us, *ticks
 
-    kind: str  # of `frames.EXPERIMENTS`
-    amplitude: float  # V
-    offset: float  # V
-    period: float  # s; coast-down: of drive before the wheel runs free
-    length: float  # s, after 0.6 s of rest
 
-    def values(self, rig: Rig) -> tuple[int, ...]:
-        """What the command PLAY carries. Raises `LinkError` for what the board cannot play."""
-        assert rig.pwm is not None
-        half_us = [round(2.0 * volts / rig.pwm.volts_per_us) for volts in (self.amplitude, self.offset)]
-        ticks = [round(TICK_HZ * seconds) for seconds in (self.period, self.length)]
-        if abs(half_us[0]) + abs(half_us[1]) > 1000:
-            most = 500.0 * abs(rig.pwm.volts_per_us)
-            raise LinkError(f"{self.amplitude:g} V about {self.offset:g} V: the pulses reach {most:g} V; give less")
-        if not 4 <= ticks[0] < 2**16:
-            raise LinkError(f"a period of {self.period:g} s: has to lie between 0.04 and 655 s")
-        if not 0 < ticks[1] <= 360_000:
-            raise LinkError(f"a length of {self.length:g} s: has to lie between 0.01 and 3600 s")
-        output = int(rig.columns.get("pulse", "pwm_1") == "pwm_2")
-        return output, frames.EXPERIMENTS.index(self.kind), *half_us, *ticks
+def play(experiment: Experiment, rig: Rig, clear: bool = False) -> Callable[[Session], None]:
+    """Arms, plays to the end, disarms."""
+    values = to_play(experiment, rig)
 
-    def play(self, rig: Rig, clear: bool = False) -> Callable[[Session], None]:
-        """Arms, plays to the end, disarms."""
-        values = self.values(rig)
+    def act(session: Session) -> None:
+        if clear and session.samples()[-1].state == frames.FAULT:
+            session.command(frames.CLEAR)
+        session.arm()
+        session.command(frames.PLAY, *values)
+        begun = False
+        while True:
+            for sample in session.samples():
+                if sample.state != frames.ARMED:
+                    raise LinkError(f"the board has stopped the experiment: {faults(sample)}")
+                if begun and not sample.playing:
+                    return session.command(frames.DISARM)
+                begun = begun or bool(sample.playing)
 
-        def act(session: Session) -> None:
-            if clear and session.samples()[-1].state == frames.FAULT:
-                session.command(frames.CLEAR)
-            session.arm()
-            session.command(frames.PLAY, *values)
-            begun = False
-            while True:
-                for sample in session.samples():
-                    if sample.state != frames.ARMED:
-                        raise LinkError(f"the board has stopped the experiment: {faults(sample)}")
-                    if begun and not sample.playing:
-                        return session.command(frames.DISARM)
-                    begun = begun or bool(sample.playing)
-
-        return act
-
-    def words(self) -> str:
-        """For the notes."""
-        shape = f"{self.kind}, {self.amplitude:g} V about {self.offset:g} V"
-        return f"{shape}, period {self.period:g} s, {self.length:g} s"
+    return act

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from firmware.simavr.avr import desk as compiled
-from firmware.wave import TARGET, samples, text
+from firmware.wave import TARGET, text
 from rwjax.link import frames
+from rwjax.plan.experiment import wave
 from tests.boards import need_compiler
 from tests.firmware import desk
 
@@ -59,7 +60,7 @@ def unit(kind: str, phase: float) -> float:
     if kind == "staircase":
         step = int(16 * phase)
         return -1.0 + (step if step <= 8 else 16 - step) / 4.0
-    return samples()[int(256 * phase)] / 127.0
+    return wave()[int(256 * phase)] / 127.0
 
 
 @given(
@@ -90,7 +91,7 @@ def test_a_coast_down_drives_and_lets_go(c: ctypes.CDLL, amplitude: int, drive: 
 
 def test_the_wave_is_the_one_that_is_computed() -> None:
     assert TARGET.read_text() == text()
-    spectrum = np.abs(np.fft.rfft(samples())) / 128
+    spectrum = np.abs(np.fft.rfft(wave())) / 128
     tones = (1, 3, 5, 8, 13, 21)
     assert spectrum[list(tones)] == pytest.approx(np.full(6, spectrum[1]), rel=0.02)  # rounding to 127ths
     assert np.delete(spectrum, tones).max() < 0.02 * spectrum[1]

@@ -17,10 +17,11 @@ from firmware.simavr.avr import F_CPU
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
 from rwjax.link import frames, recorder
-from rwjax.link.recorder import Experiment, Raw, listen, record
+from rwjax.link.recorder import Raw, listen, play, record
 from rwjax.link.session import LinkError, Session
 from rwjax.link.stream import stretches
 from rwjax.log import read_log
+from rwjax.plan.experiment import Experiment
 from rwjax.rig import read_rig
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, Scripted, stream, wire
@@ -64,7 +65,7 @@ def test_a_recorded_experiment_is_what_the_motor_did_to_a_count(testbed: Bench, 
     """From the compiled law of the board through pulses, motor, edges, interrupts, frames and disk to the log."""
     rig = read_rig(RIG)
     experiment = Experiment("multisine", 2.2, 0.1, 3.0, 6.0)
-    done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": experiment.words()}, experiment.play(rig))
+    done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": experiment.words()}, play(experiment, rig))
     assert done.failure is None and done.remarks == [] and done.logs == [tmp_path / "run.csv"]
     log = read_log(done.logs[0], rig)
     assert len(log.time) == 659 and np.ptp(log.command) > 3.5 and (log.command[:60] == 0.0).all()
@@ -81,7 +82,7 @@ def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -
     need_simavr()
     rig = read_rig(RIG)
     for name in ("a", "b"):
-        record(url(bench(TRUTH)), rig, tmp_path / f"{name}.csv", {}, SQUARE.play(rig))
+        record(url(bench(TRUTH)), rig, tmp_path / f"{name}.csv", {}, play(SQUARE, rig))
     assert (tmp_path / "a.raw").read_bytes() == (tmp_path / "b.raw").read_bytes()
     assert len((tmp_path / "a.raw").read_bytes()) > 10_000
 
@@ -94,7 +95,7 @@ def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
         if sample.playing and sample.tick % 50 == 0:
             on.avr.battery(8_000.0)
 
-    done = record(url(on), rig, tmp_path / "run.csv", {}, Experiment("square", 2.0, 0.0, 1.0, 9.0).play(rig), empty)
+    done = record(url(on), rig, tmp_path / "run.csv", {}, play(Experiment("square", 2.0, 0.0, 1.0, 9.0), rig), empty)
     assert str(done.failure) == "the board has stopped the experiment: battery low"
     assert 90 < len(read_log(done.logs[0], rig).time) < 160  # half a second of it below 9 V
     on.run(on.avr.cycle + F_CPU // 20)
@@ -109,7 +110,7 @@ def test_ctrl_c_disarms_and_keeps_the_log(testbed: Bench, tmp_path: Path) -> Non
         if sample.playing and sum(s.playing for s in seen) == 150:
             raise KeyboardInterrupt
 
-    done = record(url(testbed), rig, tmp_path / "run.csv", {}, SQUARE.play(rig), impatient)
+    done = record(url(testbed), rig, tmp_path / "run.csv", {}, play(SQUARE, rig), impatient)
     assert isinstance(done.failure, KeyboardInterrupt)
     assert len(read_log(done.logs[0], rig).time) >= 150
     testbed.run(testbed.avr.cycle + F_CPU // 20)
@@ -201,7 +202,7 @@ def _paths() -> dict[str, str]:
 )
 def test_experiments_that_the_board_cannot_play_are_refused(experiment: Experiment, said: str) -> None:
     with pytest.raises(LinkError, match=said):
-        experiment.play(read_rig(RIG))
+        play(experiment, read_rig(RIG))
 
 
 def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:
@@ -214,7 +215,7 @@ def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:
         assert serve.stdout
         port = serve.stdout.readline().strip()
         rig = read_rig(RIG)
-        done = record(port, rig, tmp_path / "run.csv", {}, Experiment("square", 1.0, 0.0, 1.0, 1.0).play(rig))
+        done = record(port, rig, tmp_path / "run.csv", {}, play(Experiment("square", 1.0, 0.0, 1.0, 1.0), rig))
     finally:
         serve.kill()
         serve.communicate()

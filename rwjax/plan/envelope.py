@@ -1,0 +1,72 @@
+"""What a rig may be asked for: the largest command, current, rates and travel that are known."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.errors import InputError
+from rwjax.rig import Rig
+from rwjax.rig_names import MOTORED, TURNING
+
+PULSE_US = 500.0
+"""Largest pulse from neutral, of servos and ESCs [us]."""
+
+
+class Limit(NamedTuple):
+    """What is limited, in words, the option that says it, and the kinds of rig that have it."""
+
+    words: str
+    option: str
+    kinds: tuple[str, ...]
+
+
+LIMITS = {
+    "current_A": Limit("current [A]", "--amps", MOTORED),
+    "wheel_rad_s": Limit("rate of the wheel", "--rpm", MOTORED),
+    "yaw_rad_s": Limit("rate of the axis [rad/s]", "--rate", TURNING),
+    "yaw_rad": Limit("travel of the axis [rad]", "--travel", TURNING),
+}
+"""Outputs that may have a limit."""
+
+
+class Envelope(NamedTuple):
+    """Largest command [V], and the largest size of other outputs in SI (`LIMITS`), infinite where no limit is known.
+
+    `yaw_rad` is the travel from where a run begins, either way.
+    """
+
+    volts: float
+    most: dict[str, float]
+
+    def used(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
+        """The largest share of a limit that experiments use, by their peaks."""
+        return np.max([peaks[name] / limit for name, limit in self.most.items()], axis=0)
+
+    @property
+    def known(self) -> dict[str, float]:
+        """The limits that are known, by column."""
+        return {"voltage_V": self.volts} | {name: limit for name, limit in self.most.items() if math.isfinite(limit)}
+
+
+def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None) -> Envelope:
+    """The envelope of a rig from what is given, `most` by output, and what the rig file knows, whichever is less.
+
+    A rig file knows the command's range from `drive.pwm` and `drive.saturation`, the travel from `axis.end_stop`. Raises
+    `InputError` where nothing limits the command, and for a limit of something that the kind of rig does not have.
+    """
+    most = dict(most or {})
+    if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
+        raise InputError(
+            f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
+        )
+    known = [volts] if volts is not None else []
+    known += [PULSE_US * abs(rig.pwm.volts_per_us)] if rig.pwm is not None else []
+    known += [rig.effects["drive.saturation"]["u_m"]] if "drive.saturation" in rig.effects else []
+    if not known:
+        raise InputError("nothing says how many volts the drive gives; add --volts, such as --volts 12")
+    if "axis.end_stop" in rig.effects:
+        stop = rig.effects["axis.end_stop"]
+        most["yaw_rad"] = min(most.get("yaw_rad", math.inf), max(min(stop["high"], -stop["low"]), 0.0))
+    return Envelope(min(known), {name: most.get(name, math.inf) for name, l in LIMITS.items() if rig.kind in l.kinds})

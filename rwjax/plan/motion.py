@@ -1,0 +1,57 @@
+"""How far experiments move a rig, by simulation: from rest, until some seconds after their end."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from rwjax.build import structure_of, theta_of
+from rwjax.fit.problem import pose
+from rwjax.grid import by_sample
+from rwjax.log import Log
+from rwjax.plan.experiment import TICK_HZ, Experiment
+from rwjax.plant import Structure
+from rwjax.rig import Rig
+from rwjax.simulate import free_run
+
+TAIL_S = 5.0
+"""Simulated after the end of an experiment: what coasts may go on into a stop."""
+
+
+def log_of(experiment: Experiment, name: str, seconds: float, outputs: Collection[str] = ()) -> Log:
+    """The experiment's command as a log of so many seconds, 0 V where it is over; of `outputs` there are only zeros."""
+    _, volts = experiment.command()
+    time = np.arange(round(TICK_HZ * seconds)) / TICK_HZ
+    return Log(
+        name=name,
+        time=time,
+        command=np.pad(volts, (0, max(len(time) - len(volts), 0)))[: len(time)],
+        outputs={y: np.zeros_like(time) for y in outputs},
+        resolution=dict.fromkeys(outputs, 0.0),
+        notes={},
+        validate=False,
+        supply=None,
+        origin=0.0,
+    )
+
+
+def readings(
+    structure: Structure, theta: np.ndarray, experiments: Sequence[Experiment], seconds: float
+) -> Float[np.ndarray, "e t y"]:
+    """Outputs of the rig, in the order of the structure's, at 100 Hz for so many seconds, from rest at angle 0."""
+    logs = [log_of(experiment, experiment.kind, seconds) for experiment in experiments]
+    problem = pose(structure, logs, {})
+    y, _ = free_run(structure, theta, np.zeros_like(problem.start), problem.batch)
+    return np.stack([by_sample(problem.batch, k, np.asarray(y[k]), len(log.time)) for k, log in enumerate(logs)])
+
+
+def motion(rig: Rig, experiments: Sequence[Experiment], seconds: float) -> dict[str, Float[np.ndarray, "e t"]]:
+    """`readings` of a rig by the name of the output."""
+    structure = structure_of(rig)
+    found = readings(structure, theta_of(rig, structure), experiments, seconds)
+    return {name: found[..., k] for k, name in enumerate(structure.outputs)}
+
+
+def peaks(moved: Mapping[str, np.ndarray]) -> dict[str, Float[np.ndarray, " e"]]:
+    """Largest size of every output over time; of an angle that is the travel from where it began."""
+    return {name: np.max(np.abs(y), axis=-1) for name, y in moved.items()}

@@ -1,0 +1,46 @@
+"""A plan as a table for the terminal."""
+
+import io
+import math
+from collections.abc import Callable
+from itertools import groupby
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from rwjax.plan.experiment import Experiment
+from rwjax.plan.files import Plan
+
+RPM = 30.0 / math.pi  # 1/min per rad/s
+SHOWN: dict[str, tuple[str, Callable[[float], str]]] = {
+    "yaw_rad": ("travel\n[rad]", lambda angle: f"{angle:.3g}"),
+    "yaw_rad_s": ("rate\n[rad/s]", lambda rate: f"{rate:.3g}"),
+    "wheel_rad_s": ("wheel\n[1/min]", lambda rate: f"{RPM * rate:.0f}"),
+    "current_A": ("current\n[A]", lambda current: f"{current:.3g}"),
+}
+"""Outputs whose peaks are shown, with head and format."""
+WIDTH = 120
+
+
+def table(plan: Plan) -> str:
+    """Every run with its command, the peaks that it reaches in simulation and what it is for; repeats in one row."""
+    outputs = [name for name in SHOWN if all(name in run.reaches for run in plan.runs)]
+    sheet = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    for head in ("run", "volts\n[V]", "period\n[s]", "length\n[s]", *(SHOWN[name][0] for name in outputs), "for"):
+        sheet.add_column(Text(head), no_wrap=head != "for", justify="left" if head in ("run", "for") else "right")
+    for _, alike in groupby(plan.runs, key=lambda run: (run.experiment, run.role, run.why)):
+        runs = list(alike)
+        e, name = runs[0].experiment, runs[0].name + (f" … {runs[-1].name[-1]}" if len(runs) > 1 else "")
+        peaks = (SHOWN[output][1](runs[0].reaches[output]) for output in outputs)
+        sheet.add_row(Text(name), volts(e), f"{e.period:g}", f"{e.length:g}", *peaks, Text(runs[0].why))
+    out = io.StringIO()
+    Console(file=out, width=WIDTH).print(sheet)
+    return "".join(f"{line.rstrip()}\n" for line in out.getvalue().splitlines() if line.strip())
+
+
+def volts(e: Experiment) -> str:
+    """The size of a command: the level of a coast-down, what it swings by and about of any other."""
+    offset = f" {'+' if e.offset > 0.0 else '-'} {abs(e.offset):.3g}" if e.offset else ""
+    return f"{e.amplitude:.3g}{offset}" if e.kind == "coast-down" else f"±{abs(e.amplitude):.3g}{offset}"

@@ -1,0 +1,56 @@
+"""The next experiment: what is proposed can be played, stays where the logs have been, and tells the rivals apart."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax import read_log
+from rwjax.build import structure_of, theta_of
+from rwjax.diagnose.next_experiment import BEYOND, Rival, propose
+from rwjax.fit.problem import pose
+from rwjax.plan.files import read_plan, write_plan
+from rwjax.predict import predict
+from tests.systems import platform, record
+
+TIME = np.arange(1201) * 0.01
+COMMAND = np.where(TIME > 0.6, 0.9 * np.sign(np.sin(1.7 * TIME)), 0.0)
+LOG = record(TIME, COMMAND)
+RIG = platform("viscous = 0.02")
+
+
+STRUCTURE = structure_of(RIG).with_effects("axis.coulomb", "drive.deadzone")
+
+
+def rival(effect: str, number: str, value: float) -> Rival:
+    """The rig with an effect, on a square wave under which dry friction and a dead zone do nearly the same."""
+    theta = theta_of(RIG, STRUCTURE)
+    theta[STRUCTURE.names.index(f"{effect}.{number}")] = value
+    return Rival((effect,), pose(STRUCTURE, [LOG], {"yaw_rad": 2e-3}), theta)
+
+
+TWO = rival("axis.coulomb", "M_c", 0.04), rival("drive.deadzone", "u_0", 0.1)
+
+
+def test_the_proposed_run_separates_its_rivals(tmp_path: Path) -> None:
+    left = {"yaw_rad": 0.02}
+    sentence, plan = propose("a rig", TWO, [0], left)
+    assert plan is not None
+    (planned,) = read_plan(write_plan(tmp_path, plan)).runs
+    assert planned.experiment == plan.runs[0].experiment and planned.tells == ("axis.coulomb", "drive.deadzone")
+    log = read_log(tmp_path / f"{planned.name}.csv", RIG, outputs_required=False)
+    y = []
+    for each in TWO:  # another way to the same motion: from the file, by `rwjax predict`
+        y.append(predict(pose(each.problem.structure, [log], {}), each.theta, with_floor=False)[0].outputs)
+    apart = np.sqrt(np.mean((y[0]["yaw_rad"] - y[1]["yaw_rad"]) ** 2)) / left["yaw_rad"]
+    said = re.search(r"axis.coulomb and drive.deadzone differ by ([\d.]+) times the error that is left", sentence)
+    assert said and apart > 1.0 and apart == pytest.approx(float(said[1]), rel=0.02, abs=0.06)
+    assert np.abs(log.command).max() <= 0.9 and np.abs(y[0]["yaw_rad_s"]).max() <= BEYOND * plan.limits["yaw_rad_s"]
+
+
+def test_where_no_run_separates_them_that_is_said() -> None:
+    sentence, plan = propose("a rig", TWO, [0], {"yaw_rad": 1e3})
+    assert plan is None and sentence.startswith(
+        "no command within 0.9 V, hardly further than these logs have gone, separates"
+    )

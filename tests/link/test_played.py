@@ -1,0 +1,112 @@
+"""A plan played on the board, and what is refused before anything is armed."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.testbed.campaign import RIG, TRUTH, bench
+from firmware.simavr.protocol_simavr import url
+from rwjax.link import frames, played, recorder
+from rwjax.link.recorder import play
+from rwjax.link.session import LinkError, Session
+from rwjax.log import read_log
+from rwjax.plan.experiment import Experiment
+from rwjax.plan.files import Plan, Run, write_plan
+from rwjax.rig import read_rig
+from tests.boards import need_simavr
+from tests.link.ports import SAMPLE, Scripted, stream, wire
+from tests.link.test_cli import run
+
+ONE = Run("coast", Experiment("coast-down", 2.0, 0.0, 1.0, 3.0), "train", "coasting", (), {"wheel_rad_s": 100.0})
+TWO = Run("square", Experiment("square", 1.5, 0.2, 1.0, 2.0), "validate", "a kind of its own", (), {})
+PLAN = Plan("testbed", {"voltage_V": 10.0}, (ONE, TWO))
+
+
+def test_every_run_of_a_plan_becomes_a_log_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    need_simavr()
+    (tmp_path / "plan").mkdir()
+    write_plan(tmp_path / "plan", PLAN)
+    port, logs, rig = url(bench(TRUTH)), tmp_path / "logs", read_rig(RIG)
+    assert run(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs) == 0
+    assert capsys.readouterr().out == f"{logs / 'coast.csv'}\n{logs / 'square.csv'}\n"
+    for planned in PLAN.runs:
+        log = read_log(logs / f"{planned.name}.csv", rig)
+        assert log.validate == (planned.role == "validate") and log.notes["why"] == planned.why
+        assert log.notes["experiment"] == planned.experiment.words() and log.notes["run"] == planned.name
+        began, volts = int(np.flatnonzero(log.command)[0]), planned.experiment.command()[1][60:-1]
+        end = min(began + len(volts), len(log.command))
+        assert began in (60, 61) and end - began >= len(volts) - 2  # a pulse is in force from the next tick on
+        assert np.abs(log.command[began:end] - volts[: end - began]).max() < 0.03  # rounded to 0.01 V and 127ths
+        first = log.outputs["wheel_rad"][:50]
+        assert np.ptp(first) == 0.0  # begins at rest, whatever was played before
+    assert run(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs) == 2
+    assert capsys.readouterr().err.startswith(f"rwjax: {logs / 'coast.csv'}: exists already")
+
+
+@pytest.mark.parametrize(
+    ("planned", "options", "said"),
+    [
+        (replace(PLAN, rig="other"), (), "PLAN: made for the rig `other`, and this is `testbed`; make a plan for it"),
+        (
+            replace(PLAN, runs=(ONE, replace(TWO, experiment=Experiment("square", 9.0, 2.0, 1.0, 2.0)))),
+            (),
+            "PLAN: run `square`: 9 V about 2 V: the pulses reach 10 V; give less",
+        ),
+        (
+            replace(PLAN, runs=(ONE, replace(TWO, experiment=Experiment("square", 1.0, 0.0, 700.0, 2.0)))),
+            (),
+            "PLAN: run `square`: a period of 700 s: has to lie between 0.04 and 655 s",
+        ),
+        (
+            replace(
+                PLAN, runs=(replace(TWO, reaches={"yaw_rad_s": 1.0}), replace(ONE, reaches={"wheel_rad_s": 250.0}))
+            ),
+            (),
+            "run `coast`: the wheel reaches 250 rad/s, and the board stops at 193.3 rad/s; "
+            "make a plan with `rwjax plan --rpm 1846`",
+        ),
+        (PLAN, ("--run", "squares"), "PLAN: the plan holds no run `squares`; the nearest is `square`"),
+        (PLAN, ("--volts", "2"), "--volts: belongs to one experiment; a plan says it for each run"),
+        (PLAN, ("--kind", "square"), "give either --kind for one experiment or --plan for the runs of a plan"),
+    ],
+)
+def test_what_cannot_be_played_is_said_before_anything_is_armed(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    planned: Plan,
+    options: tuple[str, ...],
+    said: str,
+) -> None:
+    port, folder = Scripted(stream(range(200))), tmp_path / "plan"
+    monkeypatch.setattr(recorder, "open_port", lambda _: port)
+    monkeypatch.setattr(played, "open_port", lambda _: port)
+    folder.mkdir()
+    write_plan(folder, planned)
+    logs = tmp_path / "logs"
+    assert run(monkeypatch, "run-experiment", RIG, "port", "--plan", folder, "-o", logs, *options) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("rwjax: " + said.replace("PLAN", str(folder))) and error.count("\n") == 1
+    assert not logs.exists()
+    assert frames.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
+
+
+def test_a_run_waits_until_nothing_has_counted_for_a_second() -> None:
+    moving = [wire(SAMPLE._replace(tick=k, count_1=k), k + 1) for k in range(50)]
+    still = [wire(SAMPLE._replace(tick=50 + k, count_1=50), 51 + k) for k in range(120)]
+    port = Scripted([*stream(range(1))[:1], *moving, *still])
+    session = Session(port)
+    played.settle(session)
+    assert len(port.pieces) == 120 - 1 - played.STILL_TICKS
+
+
+def test_of_plan_refuses_what_play_refuses() -> None:
+    rig, long = read_rig(RIG), Experiment("square", 1.0, 0.0, 1.0, 4000.0)
+    with pytest.raises(LinkError, match="a length of 4000 s"):
+        play(long, rig)
+    with pytest.raises(LinkError, match="run `coast`: a length of 4000 s"):
+        played.of_plan(replace(PLAN, runs=(replace(ONE, experiment=long),)), rig)

@@ -1,0 +1,120 @@
+"""The recommended campaign: within the limits, through all regimes, and one line where that cannot be."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rwjax import InputError, read_log, read_rig
+from rwjax.build import structure_of, theta_of
+from rwjax.fit.problem import pose
+from rwjax.log import Log
+from rwjax.plan.campaign import DESIGNS, KEPT, recommend
+from rwjax.plan.envelope import LIMITS, Envelope, envelope
+from rwjax.plan.files import Plan, write_plan
+from rwjax.predict import predict
+from rwjax.rig import Rig
+from tests.systems import platform, reaction, wheel
+
+DEMO = Path(__file__).parents[2] / "data" / "demo" / "rig.toml"
+TESTBED = Path(__file__).parents[2] / "data" / "testbed" / "rig.toml"
+RIGS = {
+    "wheel": wheel(),
+    "platform": platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.2"),
+    "reaction": reaction("viscous = 0.0026\ncoulomb = 0.004"),
+}
+
+
+def longer(log: Log) -> Log:
+    """The same with nothing until 25 s, when all is at rest: logs of one length are simulated by one program."""
+    time = np.arange(2500) * 0.01
+    return replace(log, time=time, command=np.pad(log.command, (0, len(time) - len(log.command))))
+
+
+def played(rig: Rig, within: Envelope, folder: Path) -> dict[str, tuple[Log, dict[str, np.ndarray]]]:
+    """What the rig does under the commands that the plan's files hold, by the way of `rwjax predict`."""
+    runs, _ = recommend(rig, within)
+    write_plan(folder, Plan(rig.name, within.known, runs))
+    logs = [longer(read_log(folder / f"{run.name}.csv", rig, outputs_required=False)) for run in runs]
+    structure = structure_of(rig)
+    found = predict(pose(structure, logs, {}), theta_of(rig, structure), with_floor=False)
+    return {run.name: (log, p.outputs) for run, log, p in zip(runs, logs, found, strict=True)}
+
+
+@pytest.mark.parametrize("kind", RIGS)
+@given(data=st.data())
+@settings(max_examples=2, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+def test_a_plan_uses_a_rig_and_stays_within_its_limits(kind: str, data: st.DataObject, tmp_path: Path) -> None:
+    factor = st.floats(0.4, 2.5)
+    rig = RIGS[kind].with_values({name: v * data.draw(factor, name) for name, v in RIGS[kind].numbers.items()})
+    usual = {"current_A": 4.0, "wheel_rad_s": 200.0, "yaw_rad_s": 3.0, "yaw_rad": 20.0}
+    most = {name: v * data.draw(factor, name) for name, v in usual.items() if kind in LIMITS[name].kinds}
+    within = envelope(rig, 10.0 * data.draw(factor, "volts"), most)
+    used = dict.fromkeys(within.known, 0.0)
+    for log, outputs in played(rig, within, tmp_path).values():
+        peaks = {"voltage_V": log.command, **{name: outputs[name] for name in most}}
+        for name, values in peaks.items():
+            used[name] = max(used[name], float(np.max(np.abs(values))) / within.known[name])
+    assert max(used.values()) <= 1.0 + 1e-9, used
+    assert max(used.values()) > 0.7, used  # something binds
+
+
+@pytest.mark.parametrize("kind", ["platform", "reaction"])
+def test_every_regime_is_visited(kind: str, tmp_path: Path) -> None:
+    rig = RIGS[kind]
+    runs = played(rig, envelope(rig, 6.0, {"yaw_rad_s": 2.0}), tmp_path)
+    top = max(np.abs(outputs["yaw_rad_s"]).max() for _, outputs in runs.values())
+    for name, (log, outputs) in runs.items():
+        w, on = outputs["yaw_rad_s"], log.command != 0.0
+        slides, forward, backward = w != 0.0, w > 0.02 * top, w < -0.02 * top
+        broke = np.flatnonzero(~slides[:-1] & slides[1:])
+        if name.startswith(("triangle", "staircase", "multisine", "square")):
+            assert len(broke) >= 1 and forward.any() and backward.any(), name  # breaks away, reverses
+        if name == "staircase_small":  # sticks under a command, and leaves that both ways
+            stuck = np.mean(~slides[on])
+            assert 0.1 < stuck < 0.97, stuck
+            after = [np.sign(w[k + 1]) for k in broke if on[k]]
+            assert {-1.0, 1.0} <= {*after}
+        if name.startswith("coast"):
+            coasting = ~on & slides
+            assert coasting.sum() * 0.01 > 0.2 and w[-1] == 0.0, name  # until standstill
+    assert np.abs(runs["coast_fast"][1]["yaw_rad_s"]).max() > 0.5 * top
+    assert np.sign(runs["coast_fast"][1]["yaw_rad"][-1]) == -np.sign(runs["coast_fast_back"][1]["yaw_rad"][-1])
+
+
+def test_little_travel_makes_runs_faster_not_still(tmp_path: Path) -> None:
+    """A slide of 95 kg with 0.2 m of way."""
+    slide = {"drive.gain": 35.0, "axis.inertia": 95.0, "axis.friction.viscous": 200.0, "axis.friction.coulomb": 20.0}
+    rig = RIGS["platform"].with_values(slide | {"axis.friction.static": 25.0})
+    runs, remarks = recommend(rig, envelope(rig, 10.0, {"yaw_rad": 0.2}))
+    assert len(runs) >= len(DESIGNS) and not remarks
+    for run in runs:
+        assert 0.0 < run.reaches["yaw_rad"] <= 0.2, run.name
+        design = DESIGNS[run.name.removesuffix("_1").removesuffix("_2").removesuffix("_3")]
+        assert run.experiment.period <= design.period
+    assert max(run.reaches["yaw_rad"] for run in runs) > 0.6 * KEPT * 0.2
+    assert any(run.experiment.period < 0.5 * DESIGNS["square"].period for run in runs if run.name == "square")
+
+
+def test_what_the_rig_file_knows_is_a_limit() -> None:
+    testbed = read_rig(TESTBED)
+    assert envelope(testbed).volts == 10.0 and envelope(testbed, 4.0).volts == 4.0
+    stop = {"high": 1.5, "low": -0.8, "k": 40.0, "d": 0.1}
+    limited = replace(testbed, effects={"axis.end_stop": stop, "drive.saturation": {"u_m": 6.0, "n": 5000.0}})
+    assert envelope(limited).known == {"voltage_V": 6.0, "yaw_rad": 0.8}
+    assert envelope(limited, most={"yaw_rad": 0.5}).most["yaw_rad"] == 0.5
+
+
+def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
+    demo = read_rig(DEMO)
+    with pytest.raises(
+        InputError, match="nothing says how many volts the drive gives; add --volts, such as --volts 12"
+    ):
+        envelope(demo)
+    with pytest.raises(InputError, match="--rpm: a `platform` rig has no rate of the wheel; leave the option out"):
+        envelope(demo, 10.0, {"wheel_rad_s": 100.0})
+    with pytest.raises(InputError, match=r"within these limits \(0.1 V at most\) no run moves the simulated rig"):
+        recommend(RIGS["platform"], envelope(RIGS["platform"], 0.1))
