@@ -9,7 +9,7 @@ from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.effects import BY_NAME
 from rwjax.effects.ports import Coupling
 from rwjax.fit.coordinates import Coordinates, coordinates
-from rwjax.fit.scales import scales, sizes_of
+from rwjax.fit.scales import scales_for, sizes_of
 from rwjax.log import Log
 from rwjax.param import parameters
 from rwjax.plant import Structure
@@ -153,7 +153,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
     bounds = bounds_of(rig, structure)
     free = free_names(rig, explanation)
     size = sizes_of(rig, structure, theta, logs)
-    sizes = scales(rig, logs)
+    sizes = scales_for(rig, logs)
     options: dict[int, tuple[float, ...]] = {}
     for number in explanation.numbers:
         k = names.index(number)
@@ -163,7 +163,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
             if effect in explanation.effects and names[k] in free:
-                options[k] = p.begin(sizes)
+                options[k] = p.begin(sizes(effect))
     count = max((len(values) for values in options.values()), default=1)
     starts = []
     for j in range(count):

@@ -86,9 +86,9 @@ def _record(
     quiet: bool,
 ) -> None:
     from rwjax.link.recorder import record as run
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     with _live(believed, quiet) as watch:
         done = run(port, believed, output, notes, act(believed), watch)
     _report(done, output)
@@ -154,9 +154,9 @@ def monitor(rig: RigFile, port: Port) -> None:
     _needs_pyserial()
     from rwjax.link.recorder import listen, open_port
     from rwjax.link.session import Session
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     with _live(believed, quiet=False) as watch, closing(open_port(port)) as line:
         session = Session(line, watch=watch)
         session.greet()
@@ -173,11 +173,11 @@ def decode(
 ) -> None:
     """Logs from a raw stream, such as a recording that was killed has left."""
     from rwjax.link.stream import write_logs
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     target = output or raw.with_suffix(".csv")
     _check(target)
-    logs, remarks = write_logs(raw, read_rig(rig), target)
+    logs, remarks = write_logs(raw, read_one_axis_rig(rig), target)
     if not logs:
         raise InputError(f"{raw}: holds no stretch of samples; is this a raw stream of the testbed's board?")
     print(*logs, sep="\n")
