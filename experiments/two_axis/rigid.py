@@ -113,7 +113,12 @@ def lopsided(tilts: bool = True) -> Testbed:
     return Testbed(frame, body, wheels, (2.4e-4, 1.24e-4), (0.003, 0.002), tilts)
 
 
-NAMES = {"yaw": ("psi_1", "w_1"), "pitch": ("psi_2", "w_2"), "wheel_1": ("theta_1", "Omega_1"), "wheel_2": ("theta_2", "Omega_2")}
+NAMES = {
+    "yaw": ("psi_1", "w_1"),
+    "pitch": ("psi_2", "w_2"),
+    "wheel_1": ("theta_1", "Omega_1"),
+    "wheel_2": ("theta_2", "Omega_2"),
+}
 
 
 def simulate(bed: Testbed, start: dict[str, float], u: np.ndarray, every: float, step: float) -> dict[str, np.ndarray]:

@@ -82,6 +82,8 @@ class Diagnosis:
             return self.effects[0].removeprefix("parameter.").split(".")[0]
         if self.verdict == "none" or self.where is None:
             return None
+        if self.rig.kind == "two_axis":
+            return "pitch" if self.where.coordinate.startswith("pitch") else "yaw"
         by_coordinate = {
             "voltage": "drive",
             "current": "motor",

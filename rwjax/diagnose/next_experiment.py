@@ -1,10 +1,12 @@
 """Next experiment: among commands that the rig can run, the one on which the rivals differ most beside their error."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.refit import Refits
-from rwjax.fit.problem import pose
+from rwjax.fit.problem import Problem, pose
 from rwjax.log import Log
 from rwjax.predict import by_sample
 from rwjax.simulate import free_run
@@ -35,6 +37,23 @@ def commands(top: float) -> dict[str, np.ndarray]:
     return {name: np.where(on, u, 0.0) for name, u in levels.items()}
 
 
+def plans_for(problem: Problem, train: Sequence[int]) -> dict[str, np.ndarray]:
+    """Commands within what the logs hold; of a two-axis rig on one motor alone, and on one while the other sweeps."""
+    top = np.max([np.max(np.abs(problem.logs[k].command), axis=0) for k in train], axis=0)
+    if top.ndim == 0:
+        return commands(float(top))
+    found: dict[str, np.ndarray] = {}
+    for one, other in ((0, 1), (1, 0)):
+        sweep, u = list(commands(float(top[other])).items())[-1]
+        for name, v in commands(float(top[one])).items():
+            alone, both = np.zeros((len(v), 2)), np.zeros((len(v), 2))
+            alone[:, one] = both[:, one] = v
+            both[:, other] = u
+            found[f"motor {one + 1} with {name}"] = alone
+            found[f"motor {one + 1} with {name} and motor {other + 1} with {sweep}"] = both
+    return found
+
+
 def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -> str:
     """Sentence that names the most telling command, and by how much the first two rivals differ on it.
 
@@ -42,9 +61,8 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
     nothing.
     """
     problem = refits.problem
-    top = float(max(np.max(np.abs(problem.logs[k].command)) for k in refits.train))
     outputs = sorted({name for k in refits.train for name in problem.logs[k].outputs})
-    plans = commands(top)
+    plans = plans_for(problem, refits.train)
     t = np.arange(0.0, LENGTH_S, TICK_S)
     logs = [
         Log(
@@ -72,5 +90,6 @@ def propose(refits: Refits, rivals: list[Explanation], left: dict[str, float]) -
     best = int(np.argmax(telling))
     names = " and ".join(" + ".join(r.names) for r in rivals[:2])
     if telling[best] < 1.0:
+        top = max(float(np.max(np.abs(u))) for u in plans.values())
         return f"no command within {top:.3g} V separates {names}: there they are the same thing for this rig"
     return f"run {logs[best].name}: there {names} differ by {telling[best]:.1f} times the error that is left"

@@ -76,8 +76,9 @@ def register(effect: type[Effect]) -> None:
     """
     if BY_NAME.get(effect.name, effect) is not effect:
         raise ValueError(f"an effect `{effect.name}` is there already; give {effect.__name__} another name")
-    if effect.name.partition(".")[0] not in SUBSYSTEMS:
-        raise ValueError(f"`{effect.name}` has to begin with one of {', '.join(f'`{s}.`' for s in SUBSYSTEMS)}")
+    parts = [part for part, kinds in SUBSYSTEMS.items() if kinds != TWO_AXIS]
+    if effect.name.partition(".")[0] not in parts:
+        raise ValueError(f"`{effect.name}` has to begin with one of {', '.join(f'`{s}.`' for s in parts)}")
     if missing := sorted(getattr(effect, "__abstractmethods__", ())):
         raise ValueError(f"{effect.__name__} lacks {', '.join(missing)}; an effect defines all methods of its port")
     BY_NAME[effect.name] = effect

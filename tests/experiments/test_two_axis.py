@@ -23,4 +23,6 @@ def test_the_motion_is_that_of_rigid_bodies_in_mujoco(tilts: bool) -> None:
     assert np.ptp(exact["psi_2"]) > 0.5 and np.ptp(exact["psi_1"]) > 1.0
     print(error)
     assert np.max(error[1]) < 1e-3
-    assert np.all(np.log2(np.array(error[0]) / np.array(error[1])) > 1.8), error  # only the step's own second order is left
+    assert np.all(np.log2(np.array(error[0]) / np.array(error[1])) > 1.8), (
+        error
+    )  # only the step's own second order is left
