@@ -46,7 +46,8 @@ class Tilt(Effect):
 class Gyroscopic(Tilt):
     r"""Gyroscopic coupling: wheel 1 leans by $s\theta$ at a pitch of $\theta$, its momentum $H$ then turns with the bodies:
     $s\sin(s\theta)\,H\,\dot\theta$ on yaw and $-s\sin(s\theta)\,H\,\dot\psi$ on pitch, and the motor's torque on yaw falls by
-    $\cos(s\theta)$ (`rwjax.two_axis`). $s = 1$: the pitch body carries the wheel; $s = 0$: the yaw body does.
+    $\cos(s\theta)$ (`rwjax.two_axis`). $s = 1$: the pitch body carries the wheel; $s = 0$: the yaw body does. All of it begins with
+    $s^2$, so a fit of $s$ has to begin beside 0.
     """
 
     name: ClassVar[str] = "wheel_1.gyroscopic"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco", reason="the independent rigid bodies need the extra `mujoco`")
+pytest.importorskip("mujoco", reason="the independent rigid bodies need the extra `rigid`")
 
 from experiments.two_axis.rigid import lopsided, simulate
 from tests.two_axes import motion
