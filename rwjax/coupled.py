@@ -43,7 +43,7 @@ def with_coupled_friction(
     G, levels = _among(columns, bodies), _levels(plant, t, x, u)
     ahead, back = (jnp.stack(each) for each in zip(*levels, strict=True))
     w, free = (jnp.stack([of[at[body]] for body in bodies]) for of in (start, rates))
-    resting = held = w == 0.0
+    resting = held = (w == 0.0) & (ahead + back > 0.0)
     f = jnp.where(w > 0.0, ahead, jnp.where(w < 0.0, -back, 0.0))
     alone = bound = f
     for change in range(len(dry) + 1):

@@ -195,7 +195,7 @@ def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
         name = held[name]
         total = rig.values[name] + float(value)
         sign = NUMBERS[name].sign if name in NUMBERS else "any"
-        if not SIGNS[sign](total) or (name == "motor.inductance" and rig.values[name] == 0.0):
+        if not SIGNS[sign](total) or (name.endswith(".inductance") and rig.values[name] == 0.0):
             raise LogError(f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}")
         found[name] = float(value)
     return found

@@ -219,8 +219,8 @@ def per_run(leaves: dict[str, Any], free: tuple[str, ...], values: dict[str, flo
     listed = names(leaves, "fit.per_run", values, kind)
     if fixed := next((name for name in listed if name not in free), None):
         raise RigError(f"`fit.per_run` names `{fixed}`, which is not estimated; name it in `fit.free` too")
-    if "motor.inductance" in listed and values["motor.inductance"] == 0.0:
-        raise RigError("`fit.per_run` names `motor.inductance`, which is 0 and left out; give it a starting value")
+    if absent := next((name for name in listed if name.endswith(".inductance") and values[name] == 0.0), None):
+        raise RigError(f"`fit.per_run` names `{absent}`, which is 0 and left out; give it a starting value")
     return listed
 
 

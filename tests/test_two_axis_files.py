@@ -18,6 +18,7 @@ from rwjax.fit.problem import pose
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.half import half_log, half_rig
 from rwjax.log import write_log
+from rwjax.predict import predict_log
 from rwjax.rig import Rig
 from rwjax.simulate import commands, plant_of
 from tests.systems import record
@@ -156,6 +157,18 @@ def test_the_yaw_encoder_may_read_a_part_of_pitch_and_both_may_be_late() -> None
     assert float(y["yaw_rad_s"]) == pytest.approx(float(late["w_1"] + 0.1 * late["w_2"]))
     assert float(y["pitch_rad"]) == pytest.approx(1.5 * float(late["psi_2"]))
     assert float(y["wheel_2_rad_s"]) == pytest.approx(float(now["Omega_2"]))
+
+
+def test_a_late_run_is_the_same_run_later() -> None:
+    rig = read_rig(DATA / "rig.toml")
+    log = replace(read_log(DATA / "square.csv", rig).cut(0, 300), outputs={})
+    y = predict_log(rig, log)
+    late = predict_log(with_effects(rig, sensor__delay={"tau": 0.02}, sensor_1__misalignment={"e": 0.1}), log)
+    for name in ("pitch_rad", "pitch_rad_s"):
+        np.testing.assert_allclose(late[name][2:], y[name][:-2], atol=1e-12)
+    np.testing.assert_allclose(late["yaw_rad"][2:], (y["yaw_rad"] + 0.1 * y["pitch_rad"])[:-2], atol=1e-12)
+    np.testing.assert_array_equal(late["wheel_1_rad_s"], y["wheel_1_rad_s"])  # other sensors read at once
+    assert np.ptp(y["pitch_rad"]) > 0.1
 
 
 def test_the_fit_finds_the_numbers_and_the_tilt() -> None:
