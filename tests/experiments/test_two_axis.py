@@ -21,8 +21,7 @@ def test_the_motion_is_that_of_rigid_bodies_in_mujoco(tilts: bool) -> None:
         found = motion(bed.rig(), start, u, 0.02 / k, k)
         error.append([np.max(np.abs(found[name] - exact[name])) / np.ptp(exact[name]) for name in exact])
     assert np.ptp(exact["psi_2"]) > 0.5 and np.ptp(exact["psi_1"]) > 1.0
-    print(error)
-    assert np.max(error[1]) < 1e-3
+    assert np.max(error[1]) < 1e-4  # of the range; the step's own error is a tenth of it
     assert np.all(np.log2(np.array(error[0]) / np.array(error[1])) > 1.8), (
         error
     )  # only the step's own second order is left
