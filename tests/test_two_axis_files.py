@@ -177,11 +177,11 @@ def test_the_fit_finds_the_numbers_and_the_tilt() -> None:
     truth = rig.values | {"wheel_1.gyroscopic.s": 1.0}
     rig = with_effects(rig, wheel_1__gyroscopic={"s": 0.5}).with_values({"yaw.inertia": 0.06, "pitch.inertia": 0.018})
     rig = replace(rig, free=(*rig.free, "wheel_1.gyroscopic.s"))
-    found = fit_rig(rig, [read_log(DATA / f"{name}.csv", rig) for name in ("square", "sines")])
+    found = fit_rig(rig, [read_log(DATA / f"{name}.csv", rig).cut(0, 350) for name in ("square", "sines")])
     assert not found.notes, found.notes
     for name in rig.free:
         assert abs(found.rig.values[name] - truth[name]) < 4.0 * found.rig.standard_error[name], name
-    assert found.rig.standard_error["wheel_1.gyroscopic.s"] < 0.01
+    assert found.rig.standard_error["wheel_1.gyroscopic.s"] < 0.02
 
 
 def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
