@@ -141,9 +141,9 @@ def _push(plant: Plant, x: State, t: float, u: float, modes: list[float]) -> np.
 @cache
 def _body_rates(structure) -> tuple[int, ...]:
     """Index of each body's rate in the state."""
-    from rwjax.simulate import plant_of
+    from rwjax.simulate import one_axis_plant_of
 
-    return tuple(body.rate for body, _ in plant_of(structure, jnp.ones(len(structure.names))).bodies())
+    return tuple(body.rate for body, _ in one_axis_plant_of(structure, jnp.ones(len(structure.names))).bodies())
 
 
 def _forces(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[State, list[Scalar], list[Scalar]]:

@@ -10,18 +10,21 @@ from rwjax.plant import Structure
 from rwjax.rig import Rig
 from rwjax.rig_names import NUMBERS
 
-ABSENT_IS_ZERO = {"wheel": ("motor.friction",), "reaction": ("motor.friction",), "platform": ()}
+ABSENT_IS_ZERO = {
+    "wheel": ("motor.friction",),
+    "reaction": ("motor.friction",),
+    "platform": (),
+    "two_axis": ("motor_1.friction", "motor_2.friction"),
+}
 EVERYTHING = (-np.inf, np.inf)
 
 
 def structure_of(rig: Rig) -> Structure:
     """What has to be compiled for this rig; an inductance of 0 and absent friction terms are left out."""
     names = {*rig.numbers, *ABSENT_IS_ZERO[rig.kind]}
-    inductive = rig.numbers.get("motor.inductance", 0.0) > 0.0
-    if not inductive:
-        names.discard("motor.inductance")
-    if "axis.gravity.torque" in names:
-        names.add("axis.gravity.angle")
+    names -= {name for name, value in rig.numbers.items() if name.endswith(".inductance") and not value > 0.0}
+    inductive = "motor.inductance" in names
+    names |= {name.replace("torque", "angle") for name in names if name.endswith(".gravity.torque")}
     numbers = tuple(name for name in NUMBERS if name in names)
     return Structure(rig.kind, numbers, inductive, ()).with_effects(*rig.effects)
 
@@ -39,8 +42,8 @@ def bounds_of(rig: Rig, structure: Structure) -> np.ndarray:
     found = {}
     for name in structure.numbers:
         sign = NUMBERS[name].sign
-        nonnegative = sign == "zero or positive" or name == "axis.friction.viscous"
-        low = 1e-12 if sign == "positive" or name == "motor.inductance" else 0.0 if nonnegative else -np.inf
+        nonnegative = sign == "zero or positive" or name.endswith(".friction.viscous")
+        low = 1e-12 if sign == "positive" or name.endswith(".inductance") else 0.0 if nonnegative else -np.inf
         found[name] = (min(low, rig.numbers.get(name, low)), np.inf)
     for effect in structure.effects:
         found |= {f"{effect}.{name}": p.bounds for name, p in parameters(BY_NAME[effect]).items()}

@@ -68,15 +68,17 @@ def fit(
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
     from rwjax.errors import write_text
     from rwjax.log import read_logs
-    from rwjax.rig import read_rig, write_rig
+    from rwjax.rig import write_rig
 
     if method is FitMethod.TWO_STAGE:
         from rwjax.methods.two_stage import two_stage as identify
+        from rwjax.rig import read_one_axis_rig as read_rig
 
         if bootstrap:
             raise InputError("--bootstrap: the two-stage method always makes its own; leave the option out")
     else:
         from rwjax.fit.rig_fit import fit_rig
+        from rwjax.rig import read_rig
 
         if 0 < bootstrap < FEWEST_DRAWS:
             raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
@@ -161,9 +163,9 @@ def compare(
     from rwjax.errors import write_text
     from rwjax.log import read_logs
     from rwjax.report.comparison import table, write_figure
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     records = read_logs(logs, believed)
     with results(output) as folder, _progress(quiet) as progress:
         result = run(believed, records, progress)

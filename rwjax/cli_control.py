@@ -108,10 +108,10 @@ def region(
     from rwjax.control.robust import draw, read_spread
     from rwjax.report.control import csv
     from rwjax.report.region import columns, draw_region
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     finite(sigma=sigma, angle=angle)
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     gains = axis("--kp", kp), axis("--kd", kd)
     beside: dict[str, np.ndarray] = {}
     spread = read_spread(fit) if fit is not None else None
@@ -204,9 +204,9 @@ def sweep(
     from rwjax.control.response import Response
     from rwjax.control.sweep import sweep as run
     from rwjax.report.control import MAPS, csv, draw_maps, of_responses
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     rows, cols = axis("--kp", kp), axis("--kd", kd)
     if len(rows) * len(cols) > 1_000_000:
         raise InputError(f"--kp {kp} --kd {kd}: {len(rows) * len(cols)} pairs are more than 1000000; take fewer")
@@ -244,10 +244,10 @@ def slew(
 
     from rwjax.control.slew import slew as run
     from rwjax.report.control import csv, draw_courses, of_course
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     finite(angle=angle, spin=spin)
-    believed, limits = read_rig(rig), _limits(volts, amps, rpm)
+    believed, limits = read_one_axis_rig(rig), _limits(volts, amps, rpm)
     with of_file(rig):
         found = run(believed, math.radians(angle), limits, spin * RATE)
     ideal, miss = found.ideal, math.degrees(found.miss)
@@ -285,10 +285,10 @@ def dump(
 
     from rwjax.control.dumping import dump as run
     from rwjax.report.control import csv, draw_courses, of_course
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     finite(spin=spin, margin=margin)
-    believed, limits = read_rig(rig), _limits(volts, amps, math.inf)
+    believed, limits = read_one_axis_rig(rig), _limits(volts, amps, math.inf)
     with of_file(rig):
         found = run(believed, spin * RATE, limits, margin)
     moved = math.degrees(float(np.max(np.abs(np.asarray(found.best.angle)))))
@@ -328,9 +328,9 @@ def size(
     from rwjax.control.sizing import LIMITS, Ring
     from rwjax.control.sizing import size as run
     from rwjax.report.control import csv, draw_sizes, of_sizes
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed, limits = read_rig(rig), _limits(volts, amps, rpm)
+    believed, limits = read_one_axis_rig(rig), _limits(volts, amps, rpm)
     finite(angle=angle, seconds=seconds, density=density)
     positive(density=density, seconds=seconds)
     if not 0.0 <= inner < 1.0:
@@ -399,9 +399,9 @@ def tune(
     from rwjax.control.response import step_response
     from rwjax.control.robust import draw, read_spread, robust_gains
     from rwjax.control.tuning import tune as run
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     finite(sigma=sigma, dead=dead)
     if not 0.0 <= forward <= 1.0:
         raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")

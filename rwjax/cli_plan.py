@@ -37,7 +37,7 @@ def plan(
     from rwjax.plan.envelope import LIMITS, envelope
     from rwjax.plan.files import Plan, as_document, write_plan
     from rwjax.report.plan import table
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     options = {"volts": volts, "amps": amps, "rpm": rpm, "rate": rate, "travel": travel}
     given = {name: value for name, value in options.items() if value is not None}
@@ -45,7 +45,7 @@ def plan(
     positive(**given)
     wheel = None if rpm is None else rpm * RATE
     most = {"current_A": amps, "wheel_rad_s": wheel, "yaw_rad_s": rate, "yaw_rad": travel}
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     with of_file(rig):
         within = envelope(believed, volts, {name: value for name, value in most.items() if value is not None})
         runs, remarks = recommend(believed, within)

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError
-from rwjax.log import Log
+from rwjax.log import Log, after
 from rwjax.plant import Structure
+from rwjax.rig_names import is_angle
 
 LONGEST_STEP = 5e-3
 """Longest time step [s]; the sampling interval is divided until its parts are no longer than this. Where angles alone
@@ -36,7 +37,7 @@ class Batch(NamedTuple):
     """
 
     t_command: np.ndarray  # l k+1
-    u_command: np.ndarray  # l k
+    u_command: np.ndarray  # l k; of rigs with several commands l k c
     held: np.ndarray  # l g; sample of the command held at every grid point, from `EARLIEST` before the log on
     crowd: np.ndarray  # samples between two grid points at most; only its length matters
     h: np.ndarray  # l
@@ -110,7 +111,7 @@ def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
 
 def _grid_of(log: Log, refine: int) -> tuple[float, int]:
     dt = float(np.median(np.diff(log.time)))
-    if log.outputs and {*log.outputs} <= {"yaw_rad", "wheel_rad"}:
+    if log.outputs and all(map(is_angle, log.outputs)):
         dt *= max(1, int(LONGEST_STEP / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
     h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
     span = log.time[-1] - log.time[0]
@@ -158,7 +159,7 @@ def lay_out(
     samples = _padded(max(len(log.time) + len(before) for log, (before, _) in zip(logs, recent, strict=True)))
     L = len(logs)
     t_command = np.zeros((L, samples + 1))
-    u_command = np.zeros((L, samples))
+    u_command = np.zeros((L, samples, *logs[0].command.shape[1:]))
     step = np.zeros((L, samples), int)
     part = np.zeros((L, samples))
     for k, (log, (h, steps)) in enumerate(zip(logs, grids, strict=True)):
@@ -168,7 +169,7 @@ def lay_out(
         held = np.append(recent[k][0], t)
         t_command[k, : len(held)] = held
         t_command[k, len(held) :] = np.linspace(end, 2.0 * end, samples + 1 - len(held))
-        u_command[k] = np.pad(np.append(recent[k][1], log.command), (0, samples - len(held)), mode="edge")
+        u_command[k] = after(recent[k][1], log.command)[np.minimum(np.arange(samples), len(held) - 1)]
         position = np.minimum(t / h, steps)
         nearest = np.round(position)
         position = np.where(np.abs(position - nearest) < 1e-6, nearest, position)

@@ -14,7 +14,17 @@ from rwjax.errors import LogError, nearest, write_text
 from rwjax.log_sheet import FEWEST, Sheet, check_finite, is_number, numbers, read_sheet
 from rwjax.outliers import outliers
 from rwjax.rig import Rig
-from rwjax.rig_names import MOTORED, NUMBERS, SIGNS, THESIS_COLUMNS, TURNING
+from rwjax.rig_names import (
+    MOTORED,
+    NUMBERS,
+    SIGNS,
+    THESIS_COLUMNS,
+    TURNING,
+    TWO_AXIS,
+    encoder_section,
+    half_column,
+    is_angle,
+)
 
 LARGEST = 1e12  # of a reading, in whatever unit
 SLOWEST = 2.0  # s between samples: a motor and an axis do not wait that long
@@ -26,24 +36,44 @@ class Column(NamedTuple):
 
     output: str  # its name in `Log.outputs`, in SI
     kinds: tuple[str, ...]  # kinds of rig that have it
-    encoder: str | None = None  # counts of this encoder, "axis" or "wheel"
+    encoder: str | None = None  # counts of this encoder, of `rig_names.ENCODERS`
 
 
 COLUMNS = {
-    "yaw_counts": Column("yaw_rad", TURNING, encoder="axis"),
-    "yaw_rad": Column("yaw_rad", TURNING),
+    "yaw_counts": Column("yaw_rad", TURNING + TWO_AXIS, encoder="axis"),
+    "yaw_rad": Column("yaw_rad", TURNING + TWO_AXIS),
     "position_m": Column("yaw_rad", ("platform",)),
-    "yaw_rad_s": Column("yaw_rad_s", TURNING),
+    "yaw_rad_s": Column("yaw_rad_s", TURNING + TWO_AXIS),
     "wheel_counts": Column("wheel_rad", MOTORED, encoder="wheel"),
     "wheel_rad_s": Column("wheel_rad_s", MOTORED),
     "current_A": Column("current_A", MOTORED),
 }
-INPUTS = ("time_s", "voltage_V", "supply_V")
+COLUMNS |= {
+    "pitch_counts": Column("pitch_rad", TWO_AXIS, encoder="pitch"),
+    "pitch_rad": Column("pitch_rad", TWO_AXIS),
+    "pitch_rad_s": Column("pitch_rad_s", TWO_AXIS),
+    **{
+        half_column(name, k): Column(
+            half_column(COLUMNS[name].output, k), TWO_AXIS, f"wheel_{k + 1}" if name == "wheel_counts" else None
+        )
+        for k in range(2)
+        for name in ("wheel_counts", "wheel_rad_s", "current_A")
+    },
+}
+COMMANDS = {"two_axis": ("voltage_1_V", "voltage_2_V")}
+"""Columns of the command by kind; every other kind has one, `voltage_V`."""
+INPUTS = ("time_s", "voltage_V", *COMMANDS["two_axis"], "supply_V")
+
+
+def commands_of(kind: str) -> tuple[str, ...]:
+    """The columns of the command, which every log of this kind of rig needs."""
+    return COMMANDS.get(kind, ("voltage_V",))
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """One run of the rig, or a stretch of it. Arrays have shape (n,); the input is held between samples."""
+    """One run of the rig, or a stretch of it. Arrays have shape (n,), the command of a two-axis rig (n, 2); the input is held
+    between samples."""
 
     name: str  # the file name, as shown to users
     time: np.ndarray  # s, as in the file, strictly increasing
@@ -80,9 +110,14 @@ class Log:
             left_out=_within(self.left_out, self.time[first], self.time[last - 1]),
             earlier=(
                 np.append(self.earlier[0], self.time[:first]),
-                np.append(self.earlier[1], self.command[:first]),
+                after(self.earlier[1], self.command[:first]),
             ),
         )
+
+
+def after(before: np.ndarray, command: np.ndarray) -> np.ndarray:
+    """Samples of a command `(n, …)` with those before them."""
+    return np.concatenate([before.reshape(len(before), *command.shape[1:]), command])
 
 
 def _within(times: dict[str, np.ndarray], first: float, last: float) -> dict[str, np.ndarray]:
@@ -118,11 +153,10 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
         raise sheet.error(None, f"no measured output; a `{rig.kind}` rig needs at least one of {valid}")
     step = {name: _step(sheet, name, y, rig) for name, y in outputs.items()}
     canonical = {name: COLUMNS[name].output for name in COLUMNS if name in outputs}
-    time, command = series["time_s"], series["voltage_V"]
+    time, commands = series["time_s"], [series[name] for name in commands_of(rig.kind)]
+    command = commands[0] if len(commands) == 1 else np.stack(commands, axis=1)
     readings = {new: outputs[old] * (step[old] or 1.0) for old, new in canonical.items()}
-    wrong = {
-        name: outliers(time, y, None if name in ("yaw_rad", "wheel_rad") else command) for name, y in readings.items()
-    }
+    wrong = {name: outliers(time, y, None if is_angle(name) else command) for name, y in readings.items()}
     return Log(
         name=Path(path).name,
         time=time,
@@ -161,7 +195,7 @@ def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
         name = held[name]
         total = rig.values[name] + float(value)
         sign = NUMBERS[name].sign if name in NUMBERS else "any"
-        if not SIGNS[sign](total) or (name == "motor.inductance" and rig.values[name] == 0.0):
+        if not SIGNS[sign](total) or (name.endswith(".inductance") and rig.values[name] == 0.0):
             raise LogError(f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}")
         found[name] = float(value)
     return found
@@ -187,6 +221,9 @@ def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
 
 def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     """A log of the thesis's layout as columns of the interface."""
+    if rig.kind in TWO_AXIS:
+        needed = f"`time_s`, {', '.join(f'`{name}`' for name in commands_of(rig.kind))} and readings"
+        raise sheet.error(None, f"a log of the thesis's layout holds one axis; a `{rig.kind}` rig needs {needed}")
     for key, right in (("position", '"pos1" or "pos2"'), ("pulse", '"pwm_1" or "pwm_2"')):
         if key not in rig.columns:
             raise sheet.error(None, f"the thesis layout needs [columns] {key} = {right} in the rig file")
@@ -204,15 +241,16 @@ def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
 
 def _check_header(sheet: Sheet, rig: Rig) -> None:
     found = ", ".join(f"`{name}`" for name in sheet.names)
-    for name in ("time_s", "voltage_V"):
+    inputs = ("time_s", *commands_of(rig.kind))
+    for name in inputs:
         if name not in sheet.names:
             near = nearest(name, sheet.names)
             raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}, nearest `{near}`")
-    valid = [*INPUTS, *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
+    valid = [*inputs, "supply_V", *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
     held: dict[str, str] = {}
     for name in sheet.names:
         output = COLUMNS[name].output if name in COLUMNS else name
-        if name in COLUMNS and name not in valid:
+        if (name in COLUMNS or name in INPUTS) and name not in valid:
             raise sheet.error(None, f"a `{rig.kind}` rig has no `{name}`; its columns are {', '.join(valid)}")
         if name not in valid:
             raise sheet.error(None, f"unknown column `{name}`; the nearest valid one is `{nearest(name, valid)}`")
@@ -233,7 +271,7 @@ def _step(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> float:
     if encoder is None:
         return 0.0
     if encoder not in rig.counts_per_rev:
-        section = {"axis": "encoder", "wheel": "wheel_encoder"}[encoder]
+        section = encoder_section(encoder, rig.kind)
         raise sheet.error(None, f"`{name}` needs [{section}] counts_per_rev = … in the rig file")
     if len(bad := np.flatnonzero(np.isfinite(readings) & (readings != np.rint(readings)))):
         row = int(bad[0])

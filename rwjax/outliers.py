@@ -54,7 +54,7 @@ def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None)
 
 
 def _answers(command: np.ndarray) -> np.ndarray:
-    changed = np.append(False, np.diff(command) != 0.0)
+    changed = np.append(False, np.diff(command.reshape(len(command), -1), axis=0).any(axis=1))
     return np.convolve(changed, np.ones(ANSWER + 1))[: len(changed)] > 0.5
 
 

@@ -18,6 +18,7 @@ from rwjax.fit.start_rule import start_covariance
 from rwjax.grid import by_sample
 from rwjax.log import Log
 from rwjax.rig import Rig
+from rwjax.rig_names import is_angle
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:
             continue
         for name in set.intersection(*(set(logs[k].outputs) for k in members)):
             runs = np.stack([logs[k].outputs[name] for k in members])
-            if name in ("yaw_rad", "wheel_rad"):
+            if is_angle(name):
                 runs = runs - runs[:, :1]  # the angle at which a run begins is free
             variance = np.nanvar(runs, axis=0, ddof=1)
             for k in members:

@@ -13,14 +13,14 @@ import tomlkit
 
 from rwjax import rig_read as read
 from rwjax.errors import RigError, read_text
-from rwjax.rig_names import COEFFICIENTS, NUMBERS, POLYNOMIAL
+from rwjax.rig_names import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, TWO_AXIS, encoder_section
 
 
 @dataclass(frozen=True)
 class Rig:
     """A rig file, checked. Every value is in SI; names are dotted, as in `fit.free`."""
 
-    kind: str  # "wheel", "platform" or "reaction"
+    kind: str  # "wheel", "platform", "reaction" or "two_axis"
     name: str
     numbers: dict[str, float]  # the plant numbers that the file holds, of `rig_names.NUMBERS`
     free: tuple[str, ...] = ()  # the names, of `values`, that a fit estimates
@@ -29,7 +29,7 @@ class Rig:
     per_run: tuple[str, ...] = ()  # the names, of `free`, of which every log has a value of its own
     standard_error: dict[str, float] = field(default_factory=dict)  # inf: the logs say nothing about it
     effects: dict[str, dict[str, float]] = field(default_factory=dict)  # effect name -> its parameters
-    counts_per_rev: dict[str, float] = field(default_factory=dict)  # of the encoders "axis", "wheel"
+    counts_per_rev: dict[str, float] = field(default_factory=dict)  # of the encoders, by `rig_names.ENCODERS`
     pwm: read.Pwm | None = None
     columns: dict[str, str] = field(default_factory=dict)  # "position", "pulse" -> column of the thesis layout
 
@@ -50,6 +50,22 @@ class Rig:
 def read_rig(path: str | os.PathLike[str]) -> Rig:
     """The rig that a TOML file describes. Raises `RigError` (file, key, what would be right)."""
     return parse_rig(read_text(path, RigError), path)
+
+
+def read_one_axis_rig(path: str | os.PathLike[str]) -> Rig:
+    """`read_rig` for what knows one command and one axis. Raises `RigError` for a rig with two axes, too."""
+    rig = read_rig(path)
+    try:
+        return with_one_axis(rig)
+    except RigError as error:
+        raise RigError(f"{path}: {error}") from None
+
+
+def with_one_axis(rig: Rig) -> Rig:
+    """The rig itself. Raises `RigError` if it has two axes."""
+    if rig.kind in TWO_AXIS:
+        raise RigError(f"kind `{rig.kind}` has two axes, and this is for one; describe that axis by a `reaction` rig")
+    return rig
 
 
 def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
@@ -102,8 +118,9 @@ ORDER = (
     "wheel",
     "drive",
     "axis",
-    "encoder",
-    "wheel_encoder",
+    *(own for half in HALVES for own in half.values()),
+    "gimbal",
+    *ENCODERS,
     "columns",
     "fit",
     "effects",
@@ -141,7 +158,7 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
         yield ("drive", "pwm"), pwm, "us, V/us"
     for who, counts in rig.counts_per_rev.items():
         whole = int(counts) if counts.is_integer() else counts
-        yield ({"axis": "encoder", "wheel": "wheel_encoder"}[who], "counts_per_rev"), whole, "edges per turn"
+        yield (encoder_section(who, rig.kind), "counts_per_rev"), whole, "edges per turn"
     for key, column in rig.columns.items():
         yield ("columns", key), column, ""
     if rig.free:

@@ -3,12 +3,53 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-KINDS = ("wheel", "platform", "reaction")
+ONE_AXIS, TWO_AXIS = ("wheel", "platform", "reaction"), ("two_axis",)
+KINDS = ONE_AXIS + TWO_AXIS
 MOTORED, TURNING = (
     ("wheel", "reaction"),
     ("platform", "reaction"),
 )  # kinds with a motor and wheel; with an axis
-SUBSYSTEMS = {"motor": MOTORED, "wheel": MOTORED, "axis": TURNING, "drive": KINDS, "sensor": KINDS}
+SUBSYSTEMS = {"motor": MOTORED, "wheel": MOTORED, "axis": TURNING, "drive": ONE_AXIS, "sensor": KINDS}
+HALVES = (
+    {"axis": "yaw", "wheel": "wheel_1", "motor": "motor_1", "drive": "drive_1", "sensor": "sensor_1"},
+    {"axis": "pitch", "wheel": "wheel_2", "motor": "motor_2", "drive": "drive_2", "sensor": "sensor_2"},
+)
+"""Parts of a two-axis rig, each axis with its wheel, by the names that they have in a `reaction` rig."""
+SUBSYSTEMS |= {part: TWO_AXIS for half in HALVES for part in half.values()}
+HALF_COLUMNS = {
+    "yaw": ("yaw", "pitch"),
+    **{word: (f"{word}_1", f"{word}_2") for word in ("wheel", "current", "voltage")},
+}
+"""First word of a column of either half, by its first word in a log of a `reaction` rig."""
+
+
+def on_half(name: str, half: int) -> str:
+    """The name that a part of a `reaction` rig has on this half of a two-axis rig: `yaw.inertia` for `axis.inertia`."""
+    part, dot, rest = name.partition(".")
+    return f"{HALVES[half][part]}{dot}{rest}"
+
+
+def of_half(name: str) -> tuple[int, str] | None:
+    """Half and name in a `reaction` rig of what belongs to one half of a two-axis rig."""
+    part, dot, rest = name.partition(".")
+    for k, parts in enumerate(HALVES):
+        for base, own in parts.items():
+            if own == part:
+                return k, f"{base}{dot}{rest}"
+    return None
+
+
+def half_column(name: str, half: int) -> str:
+    """The name that a column of a `reaction` rig's log has on this half: `pitch_rad` for `yaw_rad`."""
+    word, _, rest = name.partition("_")
+    return f"{HALF_COLUMNS[word][half]}_{rest}"
+
+
+def is_angle(output: str) -> bool:
+    """Whether an output is an angle, where a run begins at any, and not a rate or a current."""
+    return output.endswith("_rad")
+
+
 THESIS_COLUMNS = ("t", "pos1", "pos2", "speed2", "pwm_1", "pwm_2")
 
 SIGNS: dict[str, Callable[[float], bool]] = {
@@ -51,15 +92,43 @@ NUMBERS = {
     "axis.gravity.torque": Number("m g l", "N m", "any", TURNING),
     "axis.gravity.angle": Number("angle", "rad", "any", TURNING),
 }
+_LEVEL = ("axis.gravity.torque", "axis.gravity.angle")  # yaw turns about the vertical
+NUMBERS |= {
+    on_half(name, k): Number(f"{n.symbol}_{k + 1}", n.unit, n.sign, TWO_AXIS, n.required)
+    for k in range(2)
+    for name, n in NUMBERS.items()
+    if "reaction" in n.kinds and name not in COEFFICIENTS and (k == 1 or name not in _LEVEL)
+}
+NUMBERS |= {
+    "gimbal.difference": Number("I_xx - I_zz", "kg m2", "any", TWO_AXIS),
+    "gimbal.product_xy": Number("I_xy", "kg m2", "any", TWO_AXIS),
+    "gimbal.product_xz": Number("I_xz", "kg m2", "any", TWO_AXIS),
+    "gimbal.product_yz": Number("I_yz", "kg m2", "any", TWO_AXIS),
+}
+ENCODERS = {
+    "encoder": ("axis", TURNING),
+    "wheel_encoder": ("wheel", MOTORED),
+    "yaw_encoder": ("axis", TWO_AXIS),
+    "pitch_encoder": ("pitch", TWO_AXIS),
+    "wheel_1_encoder": ("wheel_1", TWO_AXIS),
+    "wheel_2_encoder": ("wheel_2", TWO_AXIS),
+}
+"""Sections of the rig file that describe an encoder: what it sits on, and the kinds that have it."""
+
+
+def encoder_section(who: str, kind: str) -> str:
+    """Section of the rig file for the encoder of the part `who`."""
+    return next(section for section, (on, kinds) in ENCODERS.items() if on == who and kind in kinds)
+
+
 SETTINGS = {
     "name": KINDS,
     POLYNOMIAL: TURNING,
-    "drive.pwm.neutral_us": KINDS,
-    "drive.pwm.volts_per_us": KINDS,
-    "encoder.counts_per_rev": TURNING,
-    "wheel_encoder.counts_per_rev": MOTORED,
-    "columns.position": KINDS,
-    "columns.pulse": KINDS,
+    "drive.pwm.neutral_us": ONE_AXIS,
+    "drive.pwm.volts_per_us": ONE_AXIS,
+    **{f"{section}.counts_per_rev": kinds for section, (_, kinds) in ENCODERS.items()},
+    "columns.position": ONE_AXIS,
+    "columns.pulse": ONE_AXIS,
     "fit.free": KINDS,
     "fit.per_run": KINDS,
 }

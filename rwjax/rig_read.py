@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Collection, Iterator
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rwjax.errors import RigError, nearest
-from rwjax.rig_names import COEFFICIENTS, KEYS, KINDS, NUMBERS, POLYNOMIAL, SIGNS, SUBSYSTEMS, THESIS_CHOICES
+from rwjax.rig_names import COEFFICIENTS, ENCODERS, KEYS, KINDS, NUMBERS, POLYNOMIAL, SIGNS, THESIS_CHOICES
 
 if TYPE_CHECKING:
     from rwjax.param import Parameter
@@ -72,7 +73,7 @@ def kind(leaves: dict[str, Any]) -> str:
     found = leaves.pop("kind", None)
     if found not in KINDS:
         said = "no `kind`" if found is None else f"`kind` is {found!r}"
-        raise RigError(f'{said}; write kind = "wheel", "platform" or "reaction"')
+        raise RigError(f'{said}; write kind = "wheel", "platform", "reaction" or "two_axis"')
     return found
 
 
@@ -99,28 +100,48 @@ def _check_together(numbers: dict[str, float], kind: str) -> None:
             section, _, key = name.rpartition(".")
             missing = f"no `{name}` ({n.symbol}, {n.unit}), which a `{kind}` rig needs"
             raise RigError(f"{missing}; write {key} = … under [{section}]")
-    for name, other in (
-        ("axis.friction.static", "axis.friction.stribeck_velocity"),
-        ("axis.friction.stribeck_velocity", "axis.friction.static"),
-        ("axis.gravity.angle", "axis.gravity.torque"),
+    for axis, (key, needed) in product(
+        ("axis", "yaw", "pitch"),
+        (
+            ("friction.static", "friction.stribeck_velocity"),
+            ("friction.stribeck_velocity", "friction.static"),
+            ("gravity.angle", "gravity.torque"),
+        ),
     ):
+        name, other = f"{axis}.{key}", f"{axis}.{needed}"
         if name in numbers and other not in numbers:
             raise RigError(f"`{name}` means nothing without `{other}`; give both, or neither")
+    if kind == "two_axis":
+        _check_inertia(numbers)
 
 
-def effect_parameters() -> "dict[str, dict[str, Parameter]]":
-    """The parameters of every known effect. Imports JAX: called only where a file needs it."""
-    from rwjax.effects import BY_NAME
+def _check_inertia(numbers: dict[str, float]) -> None:
+    """`RigError` where a two-axis rig could turn and lose energy by it."""
+    D, xy, xz, yz = (numbers.get(f"gimbal.{n}", 0.0) for n in ("difference", "product_xy", "product_xz", "product_yz"))
+    for degrees in range(-180, 181):
+        s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+        A, P = numbers["yaw.inertia"] + D * s * s + 2.0 * xz * s * c, xy * s - yz * c
+        if A <= 0.0 or A * numbers["pitch.inertia"] <= P * P:
+            raise RigError(
+                f"`[gimbal]` is too large for `yaw.inertia` and `pitch.inertia`: at a pitch of {degrees} deg the rig would "
+                "have no positive inertia; no body has such a tensor, so make its numbers smaller"
+            )
+
+
+def effect_parameters(kind: str | None = None) -> "dict[str, dict[str, Parameter]]":
+    """The parameters of every known effect, or of those that a kind may have. Imports JAX: called only where a file
+    needs it."""
+    from rwjax.effects import BY_NAME, of_kind
     from rwjax.param import parameters
 
-    return {effect.name: parameters(effect) for effect in BY_NAME.values()}
+    return {name: parameters(effect) for name, effect in (of_kind(kind) if kind else BY_NAME).items()}
 
 
 def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:
     """The effects of the file: name -> parameters, neither unknown nor missing."""
     if not leaves:
         return {}
-    known = {name: p for name, p in effect_parameters().items() if kind in SUBSYSTEMS[name.partition(".")[0]]}
+    known = effect_parameters(kind)
     given: dict[str, dict[str, float]] = {}
     for key, value in leaves.items():
         name, _, parameter = (key, "", "") if value == {} else key.rpartition(".")
@@ -163,9 +184,9 @@ def pwm(leaves: dict[str, Any]) -> Pwm | None:
 
 
 def counts_per_rev(leaves: dict[str, Any]) -> dict[str, float]:
-    """Counted edges per turn of the encoders "axis" and "wheel", where given."""
-    keys = {"axis": "encoder.counts_per_rev", "wheel": "wheel_encoder.counts_per_rev"}
-    return {who: _number(key, leaves[key], "positive") for who, key in keys.items() if key in leaves}
+    """Counted edges per turn of each encoder by what it sits on, where given."""
+    keys = {f"{section}.counts_per_rev": who for section, (who, _) in ENCODERS.items()}
+    return {who: _number(key, leaves[key], "positive") for key, who in keys.items() if key in leaves}
 
 
 def columns(leaves: dict[str, Any]) -> dict[str, str]:
@@ -198,8 +219,8 @@ def per_run(leaves: dict[str, Any], free: tuple[str, ...], values: dict[str, flo
     listed = names(leaves, "fit.per_run", values, kind)
     if fixed := next((name for name in listed if name not in free), None):
         raise RigError(f"`fit.per_run` names `{fixed}`, which is not estimated; name it in `fit.free` too")
-    if "motor.inductance" in listed and values["motor.inductance"] == 0.0:
-        raise RigError("`fit.per_run` names `motor.inductance`, which is 0 and left out; give it a starting value")
+    if absent := next((name for name in listed if name.endswith(".inductance") and values[name] == 0.0), None):
+        raise RigError(f"`fit.per_run` names `{absent}`, which is 0 and left out; give it a starting value")
     return listed
 
 

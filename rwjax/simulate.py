@@ -11,9 +11,11 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from rwjax.grid import Batch
-from rwjax.plant import Plant, Structure, assemble
+from rwjax.plant import Plant, Structure, one_axis
+from rwjax.plants import AnyPlant, assemble
 from rwjax.step import propagator, step, with_friction
 from rwjax.stored import stored
+from rwjax.two_axis import TwoAxis
 from rwjax.types import Scalar
 
 
@@ -35,19 +37,34 @@ class Evaluation(NamedTuple):
     defect: Float[Any, "l w n"]
 
 
-def plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
+def plant_of(structure: Structure, theta: Float[Array, " p"]) -> AnyPlant:
     """Plant with the numbers of the parameter vector, in the order of `structure.names`."""
     return assemble(structure, {name: theta[k] for k, name in enumerate(structure.names)})
 
 
-def _plant_of_run(structure: Structure, theta: Float[Array, " t"], run: Batch) -> Plant:
+def one_axis_plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
+    """`plant_of` for a rig with one axis or none."""
+    return one_axis(structure, {name: theta[k] for k, name in enumerate(structure.names)})
+
+
+def _plant_of_run(structure: Structure, theta: Float[Array, " t"], run: Batch) -> AnyPlant:
     """Plant with the numbers of one log: its own entries of `theta`, and what is known to be added to them."""
     return plant_of(structure, theta[jnp.asarray(run.which)] + jnp.asarray(run.plus))
 
 
-def commands(plant: Plant, run: Batch) -> tuple[Float[Array, " s"], Float[Array, "w q"]]:
+def commands(plant: AnyPlant, run: Batch) -> tuple[Float[Array, "s *channels"], Float[Array, "w q *channels"]]:
     """Mean of the acting command over every grid step of one log and its last window's overlap, and the command at every
-    reading [V].
+    reading [V]."""
+    if not isinstance(plant, TwoAxis):
+        return _acting(plant, run, plant.pace())
+    channels = (run._replace(u_command=run.u_command[:, k]) for k in range(2))
+    found = [_acting(half, one, plant.pace()) for half, one in zip(plant.halves, channels, strict=True)]
+    steps, readings = (jnp.stack(each, axis=-1) for each in zip(*found, strict=True))
+    return steps, readings
+
+
+def _acting(plant: Plant, run: Batch, pace: Scalar | float) -> tuple[Float[Array, " s"], Float[Array, "w q"]]:
+    """`commands` of one channel.
 
     A delay shifts them in time, continuously: a reading sees the mean from its own time to the next sample or over one
     grid step, whichever is shorter.
@@ -75,7 +92,7 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, " s"], Float[Array,
         return until(late, jnp.clip(jnp.floor(late / h).astype(int), -early, held.shape[0] - early - 1), True)
 
     grid = jnp.arange(W * m + len(run.late_index) + 1)
-    steps = plant.follow(jnp.diff(acting(h * grid.astype(float), grid, False)) / h, h * plant.pace())
+    steps = plant.follow(jnp.diff(acting(h * grid.astype(float), grid, False)) / h, h * pace)
     point = (m * jnp.arange(W)[:, None] + slot_step).ravel()
     sample = h * (point.astype(float) + jnp.asarray(run.slot_part).ravel())
     width = jnp.minimum(h, jnp.min(jnp.diff(t)))
@@ -95,7 +112,7 @@ def _each_log(one, batch: Batch, *of_log: Array):
     )
 
 
-def _window(plant: Plant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: Float[Array, " m"]):
+def _window(plant: AnyPlant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: Float[Array, "m *channels"]):
     """States at the grid points of one window, as a tuple of arrays of length m + 1."""
 
     def body(carry, u_k):
@@ -107,15 +124,13 @@ def _window(plant: Plant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: F
     return tuple(jnp.concatenate([s, e[None]]) for s, e in zip(states, end, strict=True))
 
 
-def _turning(plant: Plant) -> list[tuple[int, int]]:
+def _turning(plant: AnyPlant) -> list[tuple[int, int]]:
     """Indices of each angle and its rate among the states."""
     names = plant.structure.states
-    return [
-        (names.index(angle), names.index(rate)) for angle, rate in (("psi", "w"), ("theta", "Omega")) if angle in names
-    ]
+    return [(names.index(angle), names.index(rate)) for angle, rate, *_ in plant.structure.turning]
 
 
-def _between(plant: Plant, h: Scalar, states, step, part) -> tuple:
+def _between(plant: AnyPlant, h: Scalar, states, step, part) -> tuple:
     """States at a part of these grid steps."""
     left, right = tuple(s[step] for s in states), tuple(s[step + 1] for s in states)
     x = [a + part * (b - a) for a, b in zip(left, right, strict=True)]
@@ -124,7 +139,7 @@ def _between(plant: Plant, h: Scalar, states, step, part) -> tuple:
     return tuple(x)
 
 
-def _earlier(plant: Plant, h: Scalar, states, step, part, age: Scalar) -> tuple:
+def _earlier(plant: AnyPlant, h: Scalar, states, step, part, age: Scalar) -> tuple:
     """States a time `age` before a part of these grid steps; before the first grid point every angle goes at its rate there."""
     position = part - age / h
     whole = jnp.floor(position)
@@ -136,7 +151,7 @@ def _earlier(plant: Plant, h: Scalar, states, step, part, age: Scalar) -> tuple:
     return tuple(x)
 
 
-def _readings(plant: Plant, h: Scalar, t0: Scalar, states, u, slot_step, slot_part) -> Float[Array, "q y"]:
+def _readings(plant: AnyPlant, h: Scalar, t0: Scalar, states, u, slot_step, slot_part) -> Float[Array, "q y"]:
     """Outputs at the reading slots, interpolated between the grid points of `states`; `u` (q,) the command there."""
     x, age = _between(plant, h, states, slot_step, slot_part), plant.age()
     seen = x if age is None else _earlier(plant, h, states, slot_step, slot_part, age)
@@ -174,12 +189,12 @@ def rates_along(
     theta: Float[Array, " p"],
     t: Float[Array, " t"],
     states: Float[Array, "t n"],
-    command: Float[Array, " t"],
+    command: Float[Array, "t *channels"],
 ) -> Float[Array, "t n"]:
     """Rates of all states, dry friction included, along a given motion; a body at speed 0 feels what would hold it."""
     plant = plant_of(structure, theta)
 
-    def one(t: Scalar, x: Float[Array, " n"], u: Scalar) -> Float[Array, " n"]:
+    def one(t: Scalar, x: Float[Array, " n"], u: Float[Array, "*channels"]) -> Float[Array, " n"]:
         state = tuple(x[k] for k in range(len(structure.states)))
         return jnp.stack(with_friction(plant, t, state, plant.act(u), state)[0])
 
@@ -249,7 +264,7 @@ def free_runs(
     return [_each_log(lambda run, x0, theta: _first(structure, theta, run, x0, windows), batch, start, theta)]
 
 
-def _one_by_one(plant: Plant, run: Batch):
+def _one_by_one(plant: AnyPlant, run: Batch):
     """What goes through a window, from its first state and its inputs, to its end; and the inputs of all windows."""
     h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
     p = propagator(plant, h)
@@ -264,10 +279,10 @@ def _one_by_one(plant: Plant, run: Batch):
         return jnp.stack([s[-1] for s in states]), (y, x)
 
     slots = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
-    return window, (jnp.arange(W, dtype=float), steps.reshape(W, m), at_reading, *slots)
+    return window, (jnp.arange(W, dtype=float), steps.reshape(W, m, *steps.shape[1:]), at_reading, *slots)
 
 
-def _late(plant: Plant, run: Batch, x0: Float[Array, " n"]):
+def _late(plant: AnyPlant, run: Batch, x0: Float[Array, " n"]):
     """Readings of one log, each of which may show another window, and the states at its windows' starts."""
     h, t0 = jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
     steps, at_reading = commands(plant, run)
@@ -275,7 +290,7 @@ def _late(plant: Plant, run: Batch, x0: Float[Array, " n"]):
     W, m = slot_step.shape[0], run.step_index.shape[0]
     states = _window(plant, propagator(plant, h), h, t0, x0, steps)
     at = (m * jnp.arange(W)[:, None] + slot_step).ravel()
-    y = _readings(plant, h, t0, states, at_reading.ravel(), at, slot_part.ravel())
+    y = _readings(plant, h, t0, states, at_reading.reshape(at.size, *at_reading.shape[2:]), at, slot_part.ravel())
     return y.reshape(W, -1, y.shape[-1]), jnp.stack([s[: W * m : m] for s in states], axis=-1)
 
 

@@ -19,9 +19,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from rwjax.plant import Body, Plant, State, Structure, assemble, friction_level
+from rwjax.coupled import stop_or_turn_together, with_coupled_friction
+from rwjax.plant import Body, Plant, State, Structure, friction_level
+from rwjax.plants import AnyPlant, assemble
+from rwjax.stick import stopped
+from rwjax.two_axis import TwoAxis
 from rwjax.types import Scalar
 
+Command = Float[Array, "*channels"]
+"""What acts on a plant: one voltage, or one for each axis of a rig with two."""
 TAYLOR_TERMS = 10
 SQUARINGS = 10  # h*|A| up to 2**10 / 4, e.g. an electrical time constant of 20 us in steps of 5 ms
 
@@ -35,7 +41,7 @@ class Propagator(NamedTuple):
     phi2: Float[Array, "n n"]
 
 
-def propagator(plant: Plant, h: Scalar) -> Propagator:
+def propagator(plant: AnyPlant, h: Scalar) -> Propagator:
     r"""$e^{hA}$, $h\varphi_1(hA)$ and $h\varphi_2(hA)$ by scaling and doubling."""
     n = len(plant.structure.states)
     A = _smooth_jacobian(plant)
@@ -57,12 +63,13 @@ def propagator(plant: Plant, h: Scalar) -> Propagator:
     return Propagator(A, E, h * phi1, h * phi2)
 
 
-def _smooth_jacobian(plant: Plant) -> Float[Array, "n n"]:
+def _smooth_jacobian(plant: AnyPlant) -> Float[Array, "n n"]:
     n = len(plant.structure.states)
     zero = jnp.zeros(())
+    no_command = jnp.zeros(2) if isinstance(plant, TwoAxis) else zero
 
     def smooth(x: Float[Array, " n"]) -> Float[Array, " n"]:
-        return jnp.stack(plant.field(zero, tuple(x[k] for k in range(n)), zero))
+        return jnp.stack(plant.field(zero, tuple(x[k] for k in range(n)), no_command))
 
     return jax.jacfwd(smooth)(jnp.zeros(n))
 
@@ -92,12 +99,14 @@ def _minus(x: State, y: State) -> State:
 
 
 def with_friction(
-    plant: Plant, t: Scalar, x: State, u: Scalar, start: State
+    plant: AnyPlant, t: Scalar, x: State, u: Command, start: State
 ) -> tuple[State, list[tuple[Scalar, Scalar]]]:
     """Rates of the state with dry friction, and for each body the torque free of its friction and the excess over it.
 
     The direction of sliding is that of `start`, the state at the beginning of the step.
     """
+    if isinstance(plant, TwoAxis):
+        return with_coupled_friction(plant, t, x, u, start)
     rates = plant.field(t, x, u)
     motion = plant.motion(t, x, u)
     torques = []
@@ -125,39 +134,17 @@ def _stop_or_turn(
     torques: list,
 ) -> State:
     """Mend the end of a step for a body that rested or whose speed changed sign."""
-    (free0, excess0), (free1, excess1) = torques
-    w0, w1, angle0 = x[body.rate], x1[body.rate], x[body.angle]
     rest = plant.motion(t, tuple(jnp.zeros_like(v) if k == body.rate else v for k, v in enumerate(x)), u)
-    forward, backward = friction_level(effects, rest, 1.0), friction_level(effects, rest, -1.0)
-    crossed = (w0 * w1 < 0.0) & (forward + backward > 0.0)
-    # speed over the step: w0 + swift s + bend s^2, with s from 0 to 1; `share` is where it is zero
-    swift = h * rate0
-    bend = w1 - w0 - swift
-    turn = jnp.where(crossed, swift**2 - 4.0 * bend * w0, 1.0)
-    share = jnp.where(crossed, 2.0 * w0 / jnp.where(crossed, jnp.sign(w0) * jnp.sqrt(turn) - swift, 1.0), 0.0)
-    free = free0 + share * (free1 - free0)
-    middle = 0.5 * (free + free1)
-    slides = (free > forward) | (free < -backward)
-    net = jnp.where(slides, middle - jnp.clip(middle, -backward, forward), 0.0)
-    left = (1.0 - share) * h
-    turned = left * net / body.inertia
-    rested = (w0 == 0.0) & (excess0 == 0.0) & (forward + backward > 0.0)
-    stuck = rested & (excess1 == 0.0)
-    breaking = rested & (excess1 != 0.0)  # part of the step is over when the torque reaches breakaway
-    spare = jnp.where(excess1 > 0.0, forward - free0, backward + free0)  # the level, too, may change within the step
-    late = spare / jnp.where(breaking, spare + jnp.abs(excess1), 1.0)
-    end = jnp.where(stuck, 0.0, jnp.where(breaking, (1.0 - late) * w1, jnp.where(crossed, turned, w1)))
-    until = share * h * (w0 + share * (swift / 2.0 + share * bend / 3.0))
-    through = angle0 + until + 0.5 * left * turned
-    away = angle0 + (1.0 - late) * h * end / 3.0
-    angle = jnp.where(stuck, angle0, jnp.where(breaking, away, jnp.where(crossed, through, x1[body.angle])))
-    impulse = (end - w1) / body.reaction[body.rate]
+    levels = friction_level(effects, rest, 1.0), friction_level(effects, rest, -1.0)
+    rates, angles = (x[body.rate], x1[body.rate]), (x[body.angle], x1[body.angle])
+    end, angle, _ = stopped(rates, angles, rate0, h, body.inertia, levels, torques)
+    impulse = (end - x1[body.rate]) / body.reaction[body.rate]
     mended = [v + c * impulse for v, c in zip(x1, body.reaction, strict=True)]
     mended[body.rate], mended[body.angle] = end, angle
     return tuple(mended)
 
 
-def step(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar) -> State:
+def step(plant: AnyPlant, p: Propagator, t: Scalar, x: State, u: Command, h: Scalar) -> State:
     """State after one step of length `h` [s] under the mean command `u` [V] of the step."""
     return _mended(plant, p, t, x, u, h, x, len(x))
 
@@ -169,7 +156,9 @@ def sliding_step(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h:
     return _mended(plant, p, t, x, u, h, (*x[:w], way, *x[w + 1 :]), w)
 
 
-def _mended(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar, start: State, slides: int) -> State:
+def _mended(
+    plant: AnyPlant, p: Propagator, t: Scalar, x: State, u: Command, h: Scalar, start: State, slides: int
+) -> State:
     """A step in the directions of sliding of `start`; bodies stop or turn, but for the one whose rate is at index `slides`."""
     direct, reached = _couplings(plant.structure)
     rates0, torques0 = with_friction(plant, t, x, u, start)
@@ -178,6 +167,9 @@ def _mended(plant: Plant, p: Propagator, t: Scalar, x: State, u: Scalar, h: Scal
     rates1, torques1 = with_friction(plant, t + h, a, u, start)
     n1 = _minus(rates1, _times(p.A, a, direct))
     x1 = _add(a, _times(p.phi2, _minus(n1, n0), reached))
+    if isinstance(plant, TwoAxis):
+        x1 = stop_or_turn_together(plant, t, x, x1, u, h, rates0, list(zip(torques0, torques1, strict=True)))
+        return plant.within_limits(plant.deflected(x, x1, h))
     for k, (body, effects) in enumerate(plant.bodies()):
         if body.rate != slides:
             x1 = _stop_or_turn(plant, body, effects, t, x, x1, u, h, rates0[body.rate], [torques0[k], torques1[k]])

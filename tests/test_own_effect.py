@@ -10,7 +10,7 @@ import pytest
 from rwjax import parse_rig, write_rig
 from rwjax.build import structure_of
 from rwjax.diagnose.explanation import candidates
-from rwjax.effects import BY_NAME, EFFECTS, register
+from rwjax.effects import BY_NAME, EFFECTS, ON_TWO_AXES, register
 from rwjax.effects.ports import AxisDry, Motion
 from rwjax.param import param
 from rwjax.types import Scalar
@@ -99,7 +99,7 @@ def test_what_cannot_be_registered(dwell: str) -> None:
         register(Elsewhere)
     with pytest.raises(ValueError, match="lacks level"):
         register(Half)
-    assert {*BY_NAME.values()} == {*EFFECTS, Dwell}
+    assert {*BY_NAME.values()} == {*EFFECTS, *ON_TWO_AXES, Dwell}
 
 
 def test_its_programs_are_not_kept_on_disk(dwell: str) -> None:

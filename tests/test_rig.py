@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rwjax.errors import InputError, RigError
 from rwjax.rig import Rig, parse_rig, read_rig, write_rig
-from rwjax.rig_names import COEFFICIENTS, KINDS, NUMBERS
+from rwjax.rig_names import COEFFICIENTS, ENCODERS, KINDS, NUMBERS
 from rwjax.rig_read import Pwm, effect_parameters
 
 MOTOR = "[motor]\ntorque_constant = 0.0182\nresistance = 0.83\n"
@@ -83,8 +83,8 @@ FREE = PLATFORM + "[fit]\nfree = "
 MALFORMED = [
     ("kind = wheel", "rig.toml:1: not valid TOML: Invalid value"),
     ("a = 1\n[motor\n", "rig.toml:2: not valid TOML"),
-    ("name = 'x'", 'no `kind`; write kind = "wheel", "platform" or "reaction"'),
-    ("kind = 'car'", '`kind` is \'car\'; write kind = "wheel", "platform" or "reaction"'),
+    ("name = 'x'", 'no `kind`; write kind = "wheel", "platform", "reaction" or "two_axis"'),
+    ("kind = 'car'", '`kind` is \'car\'; write kind = "wheel", "platform", "reaction" or "two_axis"'),
     ("kind = 'platform'\nname = 3", '`name` is 3; it has to be a text in quotes, "3"'),
     (WHEEL + "[motr]", "unknown key `motr`; the nearest valid one is `motor."),
     (WHEEL + "inerta = 1", "unknown key `wheel.inerta`; the nearest valid one is `wheel.inertia`"),
@@ -215,28 +215,30 @@ def test_reading_without_effects_is_light(monkeypatch):
 
 
 positive = st.floats(1e-12, 1e12)
+COLUMNS = st.fixed_dictionaries({}, optional={"position": st.just("pos1"), "pulse": st.just("pwm_2")})
 
 
 @st.composite
 def rigs(draw: st.DrawFn) -> Rig:
     kind = draw(st.sampled_from(KINDS))
-    names = [name for name, n in NUMBERS.items() if kind in n.kinds]
+    two = kind == "two_axis"
+    names = [name for name, n in NUMBERS.items() if kind in n.kinds and not name.startswith("gimbal.")]
     required = {name for name in names if NUMBERS[name].required}
-    absent = {"axis.friction.static", "axis.friction.stribeck_velocity", "axis.gravity.angle"}
+    absent = {n for n in names if n.endswith((".static", ".stribeck_velocity", ".gravity.angle"))}
     absent |= set(COEFFICIENTS if draw(st.booleans()) else [n for n in names if "friction.v" in n or "coul" in n])
     chosen = [n for n in names if n in required or n in COEFFICIENTS or draw(st.booleans())]
     numbers = {name: draw(positive) for name in chosen if name not in absent}
-    known = {e: p for e, p in effect_parameters().items() if e.startswith("drive.") and p}
+    known = {e: p for e, p in effect_parameters().items() if e.startswith("drive_1." if two else "drive.") and p}
     effects = draw(st.lists(st.sampled_from(sorted(known)), unique=True, max_size=2))
-    encoders = [who for who, kinds in (("axis", KINDS[1:]), ("wheel", KINDS[::2])) if kind in kinds]
+    encoders = [who for who, kinds in ENCODERS.values() if kind in kinds]
     rig = Rig(
         kind=kind,
         name=draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=8)),
         numbers=numbers,
         effects={effect: {p: draw(positive) for p in known[effect]} for effect in effects},
         counts_per_rev={who: draw(positive) for who in encoders if draw(st.booleans())},
-        pwm=draw(st.none() | st.builds(Pwm, positive, positive)),
-        columns=draw(st.fixed_dictionaries({}, optional={"position": st.just("pos1"), "pulse": st.just("pwm_2")})),
+        pwm=None if two else draw(st.none() | st.builds(Pwm, positive, positive)),
+        columns={} if two else draw(COLUMNS),
     )
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))
     errors = {name: draw(st.floats(0.0)) for name in free}

@@ -19,7 +19,7 @@ from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
-from rwjax.simulate import plant_of
+from rwjax.simulate import one_axis_plant_of
 from rwjax.step import propagator, step
 from rwjax.types import Scalar
 
@@ -81,7 +81,7 @@ def closed_loop(
     Maps of the command (dead zone, saturation and the like) act as they do in a log. Delays, lags and rate limits are not in it:
     `Clockwork.late` stands for them.
     """
-    plant, states = plant_of(structure, theta), structure.states
+    plant, states = one_axis_plant_of(structure, theta), structure.states
     h = jnp.asarray(clockwork.period / clockwork.steps)
     p, c = propagator(plant, h), controller
     spins = states.index("Omega") if "Omega" in states else None
@@ -178,7 +178,7 @@ def breakaway(rig: Rig) -> float:
     """
     linearised(rig)
     structure, theta = structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))
-    plant, zero = plant_of(structure, theta), jnp.zeros(())
+    plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
     levels = [
         friction_level(dry, rest, 1.0) for body, dry in plant.bodies() if body.rate == structure.states.index("w")

@@ -16,8 +16,8 @@ from rwjax.effects.drive import DriveLag
 from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
-from rwjax.rig import Rig
-from rwjax.simulate import plant_of
+from rwjax.rig import Rig, with_one_axis
+from rwjax.simulate import one_axis_plant_of
 from rwjax.types import Scalar
 
 SLIDING = 1e-6
@@ -65,6 +65,7 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
     drive does to small commands (dead zone, offset) counts as fed forward, too; its lag stays.
     Raises `InputError` for a rig without an axis and for one whose command does not turn it.
     """
+    with_one_axis(rig)
     if rig.kind == "wheel":
         raise InputError("kind `wheel`: there is no axis to hold at an angle; take a `platform` or `reaction` rig")
     structure = structure_of(rig)
@@ -83,7 +84,7 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
 @partial(jnp.vectorize, excluded=(0, 2), signature="(p)->(n,n),(n),(n),()")
 def _matrices(structure: Structure, theta: Float[Array, " p"], angle: Scalar) -> tuple[Array, ...]:
     """Derivatives of the rates by state and command and of the encoder's angle by state, and the delays."""
-    plant, zero = plant_of(structure, theta), jnp.zeros(())
+    plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = jnp.zeros(len(structure.states)).at[structure.states.index("psi")].set(angle)
 
     def rates(x: Array, u: Array) -> Array:

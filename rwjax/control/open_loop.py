@@ -19,7 +19,7 @@ from rwjax.control.closed_loop import without_lags
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
-from rwjax.simulate import plant_of
+from rwjax.simulate import one_axis_plant_of
 from rwjax.step import propagator, sliding_step, step, with_friction
 from rwjax.types import Scalar
 
@@ -81,7 +81,7 @@ def _course(
     way: Scalar,
 ) -> Course:
     """`course` of an axis that slides `way` from the step `stick` on."""
-    plant = plant_of(structure, theta)
+    plant = one_axis_plant_of(structure, theta)
     h = jnp.asarray(duration) / len(commands)
     p = propagator(plant, h)
 

@@ -22,6 +22,7 @@ from rwjax.held_out import folds
 from rwjax.log import Log
 from rwjax.plan.files import Plan
 from rwjax.rig import Rig
+from rwjax.rig_names import TWO_AXIS
 
 SCHEMA = "rwjax.diagnosis/1"
 MOST_RIVALS = 4  # explanations told apart by the next experiment, the best one among them
@@ -84,6 +85,8 @@ class Diagnosis:
             return self.effects[0].removeprefix("parameter.").split(".")[0]
         if self.verdict == "none" or self.where is None:
             return None
+        if self.rig.kind == "two_axis":
+            return "pitch" if self.where.coordinate.startswith("pitch") else "yaw"
         by_coordinate = {
             "voltage": "drive",
             "current": "motor",
@@ -327,6 +330,8 @@ def _shares(search: Search, choice: Choice) -> dict[str, float]:
 def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], left: dict[str, float]) -> Proposal:
     if verdict == "ambiguous" and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")
+    if verdict == "ambiguous" and refits.rig.kind in TWO_AXIS:
+        return Proposal("one motor at a time, then both at once, with slow triangles, steps and coast-downs of each")
     if verdict == "ambiguous":
         two = [Rival(e.names, refits.problem_of(e), refits(e).theta) for e in rivals[:2]]
         return propose(refits.rig.name, two, refits.train, left)

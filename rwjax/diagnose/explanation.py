@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.build import bounds_of, structure_of, theta_of
-from rwjax.effects import BY_NAME
+from rwjax.effects import BY_NAME, of_kind
 from rwjax.effects.ports import Coupling
 from rwjax.fit.coordinates import Coordinates, coordinates
-from rwjax.fit.scales import scales, sizes_of
+from rwjax.fit.scales import scales_for, sizes_of
 from rwjax.log import Log
 from rwjax.param import parameters
 from rwjax.plant import Structure
 from rwjax.rig import Rig
-from rwjax.rig_names import NUMBERS
+from rwjax.rig_names import HALVES, NUMBERS, of_half, on_half
 
 WRONG_BY = 4.0
 """A fixed number of the rig file is taken to be wrong by at most this factor."""
@@ -27,6 +27,33 @@ LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
     "axis.spring": ("axis.bias_torque",),
 }
 """Effects of which another is a special case or a limit."""
+
+
+def on_one_axis(name: str) -> str:
+    """The name that an effect or number of one half of a two-axis rig has on a rig with one axis; any other as it is."""
+    found = of_half(name)
+    return name if found is None else found[1]
+
+
+def beside(name: str, other: str) -> str:
+    """The effect or number `other` of a rig with one axis, on the half to which `name` belongs."""
+    found = of_half(name)
+    return other if found is None else on_half(other, found[0])
+
+
+def models_dry(rig: Rig, name: str) -> bool:
+    """Whether the rig file models dry friction of the axis that `name` belongs to."""
+    return any(beside(name, number) in rig.numbers for number in DRY_IN_RIG)
+
+
+def brings_level(name: str) -> bool:
+    """Whether an effect brings a Coulomb level of its own where nothing else models dry friction."""
+    return on_one_axis(name) in CONTAINS_COULOMB
+
+
+def levels_beside(name: str) -> set[str]:
+    """The effects that bring a Coulomb level to the axis that `name` belongs to."""
+    return {beside(name, other) for other in CONTAINS_COULOMB}
 
 
 NUMBER_COORDINATE = {
@@ -46,7 +73,9 @@ NUMBER_COORDINATE = {
 def coordinate_of(name: str) -> str:
     """What the part called `name` is a function of, in the words of `diagnosis.json`."""
     if name.startswith("parameter."):
-        return NUMBER_COORDINATE.get(name.removeprefix("parameter."), "yaw_rate")
+        number = name.removeprefix("parameter.")
+        coordinate = NUMBER_COORDINATE.get(on_one_axis(number), "pitch" if number.startswith("gimbal.") else "yaw_rate")
+        return coordinate.replace("yaw", "pitch") if number.startswith("pitch.") else coordinate
     return BY_NAME[name].coordinate
 
 
@@ -84,7 +113,8 @@ class Explanation:
 
     def contains(self, other: "Explanation") -> bool:
         """Whether `other` is a special case of this explanation."""
-        own = {*self.names} | {limit for name in self.names for limit in LIMITS.get(name, ())}
+        limits = {beside(name, limit) for name in self.names for limit in LIMITS.get(on_one_axis(name), ())}
+        own = {*self.names} | limits
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 
@@ -97,7 +127,8 @@ def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
     explanations and rigs."""
     own = structure_of(rig)
     if own.has_axis:
-        own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *OF_ANY_AXIS}))
+        of_axes = {on_half(name, k) for name in OF_ANY_AXIS for k in range(len(HALVES))} if own.halves else OF_ANY_AXIS
+        own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *of_axes}))
     groups = {BY_NAME[name].group for name in explanation.effects}
     alike = (name for name in Explanation(candidates(rig)).effects if BY_NAME[name].group in groups)
     return own.with_effects(*alike, *explanation.effects)
@@ -106,39 +137,39 @@ def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
 def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
     """Numbers that a fit of this explanation estimates: the rig's free ones and those of the explanation."""
     free = [*rig.free, *explanation.numbers]
-    has_level = any(name in rig.numbers for name in DRY_IN_RIG) or "axis.coulomb" in (
-        *explanation.effects,
-        *rig.effects,
-    )
+    held = {*explanation.effects, *rig.effects}
+    given: set[str] = set()  # axes, by their plain dry friction, to which an effect before has brought a level
     for effect in (name for name in BY_NAME if name in explanation.effects):
+        plain = beside(effect, "axis.coulomb")
         for name in parameters(BY_NAME[effect]):
-            if name == "M_c" and effect in CONTAINS_COULOMB:
-                if has_level:
+            if name == "M_c" and brings_level(effect):
+                if models_dry(rig, effect) or plain in held | given:
                     continue
-                has_level = True
+                given.add(plain)
             free.append(f"{effect}.{name}")
     return tuple(free)
 
 
 def levels(wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
     """Coulomb levels among the `wanted` numbers, each with the one among the `known` that is the same thing."""
-    names = [f"{effect}.M_c" for effect in ("axis.coulomb", *CONTAINS_COULOMB)]
-    same = next((name for name in names if name in known), None)
-    return [(name, same) for name in names if name in wanted and same is not None]
+    one_axis = [f"{effect}.M_c" for effect in ("axis.coulomb", *CONTAINS_COULOMB)]
+    found = []
+    for names in (one_axis, *([on_half(name, k) for name in one_axis] for k in range(len(HALVES)))):
+        same = next((name for name in names if name in known), None)
+        found += [(name, same) for name in names if name in wanted and same is not None]
+    return found
 
 
 def candidates(rig: Rig) -> tuple[str, ...]:
     """Every single name that might explain a gap of this rig, in the order of the library."""
     structure = structure_of(rig)
-    kinds = {"axis": structure.has_axis, "wheel": structure.has_wheel, "motor": structure.has_wheel}
     modelled = {"axis.viscous": ("axis.friction.viscous", "axis.friction.b2"), "axis.coulomb": DRY_IN_RIG}
     modelled["axis.stribeck"] = ("axis.friction.static",)
     found = [
         name
-        for name in BY_NAME
-        if kinds.get(name.split(".")[0], True)
-        and name not in rig.effects
-        and not any(number in rig.numbers for number in modelled.get(name, ()))
+        for name in of_kind(rig.kind)
+        if name not in rig.effects
+        and not any(beside(name, number) in rig.numbers for number in modelled.get(on_one_axis(name), ()))
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     fixed = [name for name in structure.numbers if name not in rig.free and rig.numbers.get(name, 0.0) != 0.0]
@@ -153,7 +184,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
     bounds = bounds_of(rig, structure)
     free = free_names(rig, explanation)
     size = sizes_of(rig, structure, theta, logs)
-    sizes = scales(rig, logs)
+    sizes = scales_for(rig, logs)
     options: dict[int, tuple[float, ...]] = {}
     for number in explanation.numbers:
         k = names.index(number)
@@ -163,7 +194,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
             if effect in explanation.effects and names[k] in free:
-                options[k] = p.begin(sizes)
+                options[k] = p.begin(sizes(effect))
     count = max((len(values) for values in options.values()), default=1)
     starts = []
     for j in range(count):

@@ -24,7 +24,7 @@ from rwjax.effects import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisTorque, MotorTorque, WheelDry, WheelTorque
 from rwjax.fit.end_to_end import Fit
 from rwjax.log import Log
-from rwjax.simulate import plant_of
+from rwjax.simulate import one_axis_plant_of
 
 LEVEL = 0.01  # chance of each side to be named though it lacks nothing
 HALF = 16  # draws that weigh the residuals, and as many more that make the null
@@ -225,7 +225,9 @@ class _Equations:
             own = draws(fitted, log, i, "current_A", 2 * HALF, rng)
             current = np.concatenate([i[:, None], i[:, None], clean["current_A"][:, None], own], axis=1)
         structure = fitted.problem.structure
-        dry = {structure.states[body.rate] for body, _ in plant_of(structure, jnp.asarray(fitted.theta)).bodies()}
+        dry = {
+            structure.states[body.rate] for body, _ in one_axis_plant_of(structure, jnp.asarray(fitted.theta)).bodies()
+        }
         creeps: dict[str, np.ndarray] = {}
         for state, read in (("w", yaw), ("Omega", wheel)):
             speed = read.rate[:, [0, 2]]

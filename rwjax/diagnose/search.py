@@ -11,7 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.diagnose.evidence import effective_samples, log_evidence, residuals, sums
-from rwjax.diagnose.explanation import CONTAINS_COULOMB, DRY_IN_RIG, Explanation, candidates, free_names
+from rwjax.diagnose.explanation import (
+    Explanation,
+    beside,
+    brings_level,
+    candidates,
+    free_names,
+    levels_beside,
+    models_dry,
+    on_one_axis,
+)
 from rwjax.diagnose.refit import Refits
 from rwjax.diagnose.thresholds import (
     CLOSE,
@@ -29,6 +38,7 @@ from rwjax.diagnose.thresholds import (
     WORTH_BESIDES,
 )
 from rwjax.fit.end_to_end import Fit
+from rwjax.rig_names import HALVES, on_half
 
 LEADING, CLOSE_COST = 3, 1.5
 """Explanations at most from which their special cases are fitted, and their cost against the least."""
@@ -110,9 +120,9 @@ class Search:
         found = []
         for name in self.names:
             if name not in explanation.names and not (
-                name == "axis.coulomb" and {*explanation.names} & {*CONTAINS_COULOMB}
+                on_one_axis(name) == "axis.coulomb" and {*explanation.names} & levels_beside(name)
             ):
-                rest = explanation.without("axis.coulomb") if name in CONTAINS_COULOMB else explanation
+                rest = explanation.without(beside(name, "axis.coulomb")) if brings_level(name) else explanation
                 found.append(rest.plus(name))
         return found
 
@@ -168,13 +178,13 @@ class Search:
     def _exchanged(self, explanation: Explanation) -> list[Explanation]:
         """Sets with one member exchanged; a member that brings a Coulomb level, also for that level and another."""
         found = []
-        dry = any(name in self.rig.numbers for name in DRY_IN_RIG)
         for member in explanation.names:
+            plain = beside(member, "axis.coulomb")
             rest = explanation.without(member)
             bare = [rest.plus(name) for name in self.names if name not in explanation.names]
             found += bare
-            if member in CONTAINS_COULOMB and not dry and "axis.coulomb" in self.names:
-                found += [e.plus("axis.coulomb") for e in bare if not {*e.names} & {*CONTAINS_COULOMB}]
+            if brings_level(member) and not models_dry(self.rig, member) and plain in self.names:
+                found += [e.plus(plain) for e in bare if not {*e.names} & levels_beside(member)]
         return [e for e in dict.fromkeys(found) if e != explanation]
 
     def as_good(self, one: Explanation, other: Explanation) -> bool:
@@ -187,12 +197,16 @@ class Search:
         """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
         platform, names = self.rig.kind == "platform", {*best.names, *self.rig.effects}
         groups = [["axis.asymmetric_friction", "axis.bias_torque"]]
+        if self.rig.kind == "two_axis":
+            groups = [[on_half(name, k) for name in group] for group in groups for k in range(len(HALVES))]
         if platform and "drive.deadzone" not in names:
             groups[0].append("drive.bias")
         if platform:
             groups.append(["drive.delay", "sensor.delay"])
-        elif "parameter.motor.resistance" in best.names:
-            groups.append(["parameter.motor.resistance", "drive.supply_sag"])  # a source's resistance lies in series
+        for number in (n for n in best.numbers if on_one_axis(n) == "motor.resistance"):
+            groups.append(
+                [f"parameter.{number}", beside(number, "drive.supply_sag")]
+            )  # a source's resistance lies in series
         found = []
         for group in groups:
             same = [name for name in group if name in self.names]
@@ -203,13 +217,13 @@ class Search:
 
     def _instead(self, best: Explanation, member: str, name: str) -> Explanation | None:
         """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
-        other = best.without(member).plus(name)
-        if any(number in self.rig.numbers for number in DRY_IN_RIG):
+        other, plain = best.without(member).plus(name), beside(member, "axis.coulomb")
+        if models_dry(self.rig, member):
             return other
-        if member in CONTAINS_COULOMB:
-            return other if name in CONTAINS_COULOMB else other.plus("axis.coulomb")
-        if name in CONTAINS_COULOMB:
-            return other.without("axis.coulomb") if "axis.coulomb" in best.names else None
+        if brings_level(member):
+            return other if brings_level(name) else other.plus(plain)
+        if brings_level(name):
+            return other.without(plain) if plain in best.names else None
         return other
 
     def nothing(self) -> Choice:

@@ -146,12 +146,14 @@ def locate(
     """Missing torque of the rig as it is, laid over the coordinate of which it is a function.
 
     `shares`: what the best law in each coordinate explains; `coordinate` is set where an effect is named; `deep`: regimes,
-    bands and momentum besides. None where no coordinate that was logged explains anything.
+    bands and momentum besides. None where no coordinate that was logged explains anything. Of a two-axis rig, whose axes push
+    one another, no missing torque is read off: only the shares are told.
     """
     every, clean = fitted.problem.logs, simulated(fitted)
     count = DRAWS if deep else 0
     body = "wheel" if fitted.problem.structure.kind == "wheel" else "yaw"
-    read = {k: r for k in logs if (r := read_body(fitted, k, every[k], body, clean[k], count)) is not None}
+    told = () if fitted.problem.structure.halves else logs
+    read = {k: r for k in told if (r := read_body(fitted, k, every[k], body, clean[k], count)) is not None}
     found = [m for k, r in read.items() if (m := missing_torque(fitted, k, every[k], clean[k], r)) is not None]
     logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
     ordered = sorted((name for name in shares), key=lambda name: -shares[name])

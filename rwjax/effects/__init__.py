@@ -1,9 +1,9 @@
 """Effects that a rig may have beside its base equations; the order of tables, reports and docs."""
 
-from rwjax.effects import axis, drive, motor, sensor, wheel
+from rwjax.effects import axis, drive, motor, sensor, two_axis, wheel
 from rwjax.effects.ports import Effect as Effect
 from rwjax.param import parameters
-from rwjax.rig_names import SUBSYSTEMS
+from rwjax.rig_names import SUBSYSTEMS, TWO_AXIS
 
 EFFECTS: tuple[type[Effect], ...] = (
     axis.Viscous,
@@ -43,8 +43,23 @@ EFFECTS: tuple[type[Effect], ...] = (
     sensor.MissedCounts,
     sensor.LoggerClock,
 )
-BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in EFFECTS}
+ON_TWO_AXES: tuple[type[Effect], ...] = (
+    *two_axis.on_each_half(EFFECTS),
+    two_axis.Gyroscopic,
+    two_axis.Misalignment,
+)
+"""What a two-axis rig has: the effects above on each of its halves, and what only it can have."""
+BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in (*EFFECTS, *ON_TWO_AXES)}
 """Every effect that rig files, fits and the diagnosis know, those registered from outside the library last."""
+
+
+def of_kind(kind: str) -> dict[str, type[Effect]]:
+    """The effects that a kind of rig may have, in their order."""
+    if kind in TWO_AXIS:
+        return {name: e for name, e in BY_NAME.items() if e in ON_TWO_AXES or issubclass(e, two_axis.OF_THE_LOG)}
+    return {
+        name: e for name, e in BY_NAME.items() if e not in ON_TWO_AXES and kind in SUBSYSTEMS[name.partition(".")[0]]
+    }
 
 
 def plain(number: str) -> float | None:
@@ -61,8 +76,9 @@ def register(effect: type[Effect]) -> None:
     """
     if BY_NAME.get(effect.name, effect) is not effect:
         raise ValueError(f"an effect `{effect.name}` is there already; give {effect.__name__} another name")
-    if effect.name.partition(".")[0] not in SUBSYSTEMS:
-        raise ValueError(f"`{effect.name}` has to begin with one of {', '.join(f'`{s}.`' for s in SUBSYSTEMS)}")
+    parts = [part for part, kinds in SUBSYSTEMS.items() if kinds != TWO_AXIS]
+    if effect.name.partition(".")[0] not in parts:
+        raise ValueError(f"`{effect.name}` has to begin with one of {', '.join(f'`{s}.`' for s in parts)}")
     if missing := sorted(getattr(effect, "__abstractmethods__", ())):
         raise ValueError(f"{effect.__name__} lacks {', '.join(missing)}; an effect defines all methods of its port")
     BY_NAME[effect.name] = effect

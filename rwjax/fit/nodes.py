@@ -18,12 +18,9 @@ def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
         t = log.time - log.time[0]
         centre = np.clip(np.searchsorted(t, at), HALF_WIDTH, max(len(t) - 1 - HALF_WIDTH, HALF_WIDTH))
         index = np.clip(centre[:, None] + np.arange(-HALF_WIDTH, HALF_WIDTH + 1), 0, len(t) - 1)
-        for angle, rate, angle_name, rate_name in (
-            ("psi", "w", "yaw_rad", "yaw_rad_s"),
-            ("theta", "Omega", "wheel_rad", "wheel_rad_s"),
-        ):
+        for angle, rate, angle_name, rate_name in problem.structure.turning:
             for name, entries in ((angle_name, (angle, rate)), (rate_name, (rate,))):
-                if name not in log.outputs or entries[0] not in states:
+                if name not in log.outputs:
                     continue
                 seen = np.isfinite(log.outputs[name][index])
                 fitted = seen.sum(axis=1) >= 5

@@ -10,6 +10,7 @@ from rwjax import noise as noise_of
 from rwjax.grid import Batch, lay_out
 from rwjax.log import Log
 from rwjax.plant import Structure
+from rwjax.rig_names import is_angle
 
 START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""
@@ -113,12 +114,12 @@ def starts_at_rest(log: Log) -> bool:
     if np.max(np.abs(log.command[early])) > NO_COMMAND:
         return False
     for name, value in log.outputs.items():
-        if name == "current_A":
+        if name.startswith("current"):
             continue
         y = value[early & np.isfinite(value)]
         if len(y) < 3:
             continue
-        if name in ("yaw_rad", "wheel_rad"):
+        if is_angle(name):
             _, slope, error = _line(log, name)
             moved = float(np.ptp(y)) > 1.5 * log.resolution.get(name, 0.0)
             if moved and abs(slope) > 3.5 * error:
@@ -135,12 +136,7 @@ def starts_at_rest(log: Log) -> bool:
 def _first_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray, np.ndarray]:
     """First state as the readings suggest it, and which entries stay unknown."""
     guess, free = dict.fromkeys(structure.states, 0.0), dict.fromkeys(structure.states, False)
-    for angle, rate, angle_name, rate_name in (
-        ("psi", "w", "yaw_rad", "yaw_rad_s"),
-        ("theta", "Omega", "wheel_rad", "wheel_rad_s"),
-    ):
-        if angle not in guess:
-            continue
+    for angle, rate, angle_name, rate_name in structure.turning:
         early = _early(log)
         if angle_name in log.outputs:
             value, slope, _ = _line(log, angle_name)
@@ -153,9 +149,10 @@ def _first_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray
             guess[rate] = _line(log, rate_name)[0]
         free[rate] = not rest
         guess[rate] = 0.0 if rest else guess[rate]
-    if "i" in guess and not rest:
-        guess["i"] = _line(log, "current_A")[0] if "current_A" in log.outputs else 0.0
-        free["i"] = True
+    for i, name in structure.currents:
+        if not rest:
+            guess[i] = _line(log, name)[0] if name in log.outputs else 0.0
+            free[i] = True
     return np.array(list(guess.values())), np.array(list(free.values()))
 
 

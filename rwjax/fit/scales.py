@@ -1,14 +1,16 @@
 """Typical sizes of commands, torques and rates in a set of logs: the units in which an unknown number is searched."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from rwjax.effects import BY_NAME
+from rwjax.half import half_log, half_rig
 from rwjax.log import Log
 from rwjax.param import parameters
 from rwjax.plant import Structure
 from rwjax.rig import Rig
+from rwjax.rig_names import HALVES, of_half
 
 
 def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
@@ -55,14 +57,31 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
     }
 
 
+def scales_for(rig: Rig, logs: Sequence[Log]) -> Callable[[str], dict[str, float]]:
+    """`scales` for a number or an effect by its name: of a two-axis rig those of the half that it belongs to, of pitch where it
+    belongs to neither."""
+    if rig.kind != "two_axis":
+        whole = scales(rig, logs)
+        return lambda name: whole
+    of = [scales(half_rig(rig, k), [half_log(log, k) for log in logs]) for k in range(len(HALVES))]
+
+    def sizes(name: str) -> dict[str, float]:
+        found = of_half(name)
+        return of[1 if found is None else found[0]]
+
+    return sizes
+
+
 def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[Log]) -> np.ndarray:
     """Size of every number `(p,)`: its own, or a tenth of what is typical of its kind where that is larger."""
-    typical = scales(rig, logs)
+    sizes = scales_for(rig, logs)
     size = np.abs(theta)
     for k, name in enumerate(structure.names):
+        typical = sizes(name)
         if k < len(structure.numbers):
             least = typical["torque"] if name.endswith(("coulomb", "static", "b3", "torque")) else 0.0
-            least = typical["torque_per_rate"] if name == "axis.friction.viscous" else least
+            least = typical["torque_per_rate"] if name.endswith(".friction.viscous") else least
+            least = typical["inertial"] if name.startswith("gimbal.") else least
         else:
             effect, _, parameter = name.rpartition(".")
             least = abs(typical[parameters(BY_NAME[effect])[parameter].scale])

@@ -113,11 +113,11 @@ def record(
     """Record what the board sends, without arming it."""
     _needs_pyserial()
     from rwjax.link.recorder import listen
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     _check(output)
     try:
-        _record(read_rig(rig), port, output, _notes(role), listen(seconds), quiet)
+        _record(read_one_axis_rig(rig), port, output, _notes(role), listen(seconds), quiet)
     except KeyboardInterrupt:  # the usual end
         pass
 
@@ -161,13 +161,13 @@ def run_experiment(
     from rwjax.link.recorder import play
     from rwjax.plan.experiment import Experiment
     from rwjax.plan.files import read_plan
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     if plan is not None:
         wanted = read_plan(plan)
         with of_file(plan):
             wanted = wanted.only(runs) if runs else wanted
-        believed = read_rig(rig)
+        believed = read_one_axis_rig(rig)
         with of_file(plan):
             acts = of_plan(wanted, believed, clear)
         for run in wanted.runs:
@@ -181,7 +181,7 @@ def run_experiment(
         _check(log)
         asked = ((volts, 2.0), (offset, 0.0), (period, 4.0), (seconds, 16.0))
         one = Experiment(kind.value, *(default if value is None else value for value, default in asked))
-        believed = read_rig(rig)
+        believed = read_one_axis_rig(rig)
         notes = {"experiment": one.words(), **_notes(role or "train")}
         _record(believed, port, log, notes, play(one, believed, clear), quiet)
 
@@ -191,9 +191,9 @@ def monitor(rig: RigFile, port: Port) -> None:
     _needs_pyserial()
     from rwjax.link.recorder import listen, open_port
     from rwjax.link.session import Session
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
-    believed = read_rig(rig)
+    believed = read_one_axis_rig(rig)
     with _live(believed, quiet=False) as watch, closing(open_port(port)) as line:
         session = Session(line, watch=watch)
         session.greet()
@@ -210,11 +210,11 @@ def decode(
 ) -> None:
     """Logs from a raw stream, such as a recording that was killed has left."""
     from rwjax.link.stream import write_logs
-    from rwjax.rig import read_rig
+    from rwjax.rig import read_one_axis_rig
 
     target = output or raw.with_suffix(".csv")
     _check(target)
-    logs, remarks = write_logs(raw, read_rig(rig), target)
+    logs, remarks = write_logs(raw, read_one_axis_rig(rig), target)
     if not logs:
         raise InputError(f"{raw}: holds no stretch of samples; is this a raw stream of the testbed's board?")
     print(*logs, sep="\n")

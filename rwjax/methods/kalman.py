@@ -24,7 +24,7 @@ from rwjax.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.plant import Structure
 from rwjax.rig import Rig
-from rwjax.simulate import plant_of
+from rwjax.simulate import one_axis_plant_of
 from rwjax.step import propagator, step
 
 ROUNDS = 4
@@ -47,7 +47,7 @@ class _Runs(NamedTuple):
 
 def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     """Negative log likelihood of one log's innovations."""
-    plant = plant_of(structure, theta + run.plus)
+    plant = one_axis_plant_of(structure, theta + run.plus)
     p = propagator(plant, run.h)
     n = len(structure.states)
     rates = jnp.array([1.0 if name in ("w", "Omega") else 0.0 for name in structure.states])

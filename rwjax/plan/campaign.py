@@ -21,7 +21,7 @@ from rwjax.plan.files import Run
 from rwjax.plan.motion import TAIL_S, motion, peaks
 from rwjax.rig import Rig
 from rwjax.rig_names import SUBSYSTEMS
-from rwjax.simulate import plant_of
+from rwjax.simulate import one_axis_plant_of
 
 KEPT = 0.9
 """Share of a limit that the simulated rig may reach: the true one differs."""
@@ -129,7 +129,10 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
     remarks = [
         f"left out, since within these limits they hardly move the simulated rig, or one way only: {', '.join(missing)}"
     ] * bool(missing)
-    if rig.kind != "wheel" and not plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))).bodies():
+    if (
+        rig.kind != "wheel"
+        and not one_axis_plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))).bodies()
+    ):
         remarks.append(
             "the rig file holds no dry friction: if the rig sticks, small runs may not move it; plan again from a corrected file"
         )

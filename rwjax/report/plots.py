@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 
 from rwjax.diagnose.diagnosis import Diagnosis
 from rwjax.effects import BY_NAME
+from rwjax.rig_names import half_column
 
 MEASURED, BEFORE, AFTER, FLOOR = "#222222", "#c1440e", "#1b6ca8", "#8a8a8a"
 AXIS_LABEL = {
@@ -21,7 +22,19 @@ AXIS_LABEL = {
     "voltage": "command u [V]",
     "time": "time t [s]",
 }
-UNIT = {"yaw_rad": "rad", "yaw_rad_s": "rad/s", "wheel_rad": "rad", "wheel_rad_s": "rad/s", "current_A": "A"}
+AXIS_LABEL |= {
+    "pitch_rad": "pitch θ [rad]",
+    "pitch_rad_s": "pitch rate θ' [rad/s]",
+    "pitch": "pitch θ [rad]",
+    "pitch_rate": "pitch rate θ' [rad/s]",
+    **{
+        half_column(y, k): f"{k + 1}: {AXIS_LABEL[y]}"
+        for y in ("wheel_rad", "wheel_rad_s", "current_A")
+        for k in range(2)
+    },
+}
+ENDS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
+UNIT = {name: unit for name in AXIS_LABEL for end, unit in ENDS.items() if name.endswith(end)}
 
 
 def spoken(name: str) -> str:

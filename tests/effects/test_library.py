@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax.build import structure_of, theta_of
-from rwjax.effects import BY_NAME, EFFECTS, axis, drive, motor, ports, sensor, wheel
+from rwjax.effects import BY_NAME, EFFECTS, ON_TWO_AXES, axis, drive, motor, ports, sensor, wheel
 from rwjax.effects.axis import Gravity, PolynomialFriction
 from rwjax.effects.ports import AxisDry, AxisElastic, Effect, WheelDry
 from rwjax.fit.problem import pose
@@ -60,7 +60,8 @@ def test_every_effect_is_in_the_library(module: ModuleType) -> None:
 
 
 def test_names_are_unique_and_begin_with_the_place_of_their_port() -> None:
-    assert len(BY_NAME) == len(EFFECTS) == len({effect.label for effect in EFFECTS})
+    every = (*EFFECTS, *ON_TWO_AXES)
+    assert len(BY_NAME) == len(every) == len({effect.label for effect in every})
     for effect in EFFECTS:
         ports = [place for port, place in PORTS.items() if issubclass(effect, port)]
         assert len(ports) == 1 and effect.name.split(".")[0] == ports[0], effect.name

@@ -1,0 +1,73 @@
+"""Effects on a rig with two axes: those of one axis on each half, and what only the two together can have."""
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import ClassVar
+
+from rwjax.effects.ports import Clock, Coupling, Effect, EncoderDelay
+from rwjax.param import param
+from rwjax.rig_names import HALVES, on_half
+from rwjax.types import Scalar
+
+OF_THE_LOG = (EncoderDelay, Clock)
+"""Ports that belong to the logger: a rig with two axes has one of them, under its own name."""
+NOT_HERE = (*OF_THE_LOG, Coupling)
+"""Ports that no half has; nothing lies between a wheel's motor and the body that carries it."""
+
+
+def on_each_half(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
+    """The same effects on yaw and its wheel, then on pitch and its wheel: `yaw.stribeck`, `wheel_2.coulomb`."""
+    every = [effect for effect in effects if not issubclass(effect, NOT_HERE)]
+    return [_placed(effect, half) for half in range(len(HALVES)) for effect in every]
+
+
+def _placed(effect: type[Effect], half: int) -> type[Effect]:
+    """An effect under its name on one half. A plant holds the effect itself: this says where it sits."""
+    name = on_half(effect.name, half)
+    part = name.partition(".")[0]
+    coordinate = effect.coordinate
+    if half == 1:
+        coordinate = {"yaw": "pitch", "yaw_rate": "pitch_rate"}.get(coordinate, coordinate)
+    said = {"name": name, "label": f"{effect.label} ({part.replace('_', ' ')})", "coordinate": coordinate}
+    said |= {"group": f"{effect.group} {half + 1}", "__doc__": effect.__doc__, "__module__": __name__}
+    return type(f"{effect.__name__}{half + 1}", (effect,), said)
+
+
+class Tilt(Effect):
+    """How far the axis of wheel 1 leans where the pitch body tilts."""
+
+    group: ClassVar[str] = "two axes"
+
+    @abstractmethod
+    def share(self) -> Scalar:
+        """Share of the pitch by which it leans."""
+
+
+class Gyroscopic(Tilt):
+    r"""Gyroscopic coupling: wheel 1 leans by $s\theta$ at a pitch of $\theta$, its momentum $H$ then turns with the bodies:
+    $s\sin(s\theta)\,H\,\dot\theta$ on yaw and $-s\sin(s\theta)\,H\,\dot\psi$ on pitch, and the motor's torque on yaw falls by
+    $\cos(s\theta)$ (`rwjax.two_axis`). $s = 1$: the pitch body carries the wheel; $s = 0$: the yaw body does. All of it begins with
+    $s^2$, so a fit of $s$ has to begin beside 0.
+    """
+
+    name: ClassVar[str] = "wheel_1.gyroscopic"
+    label: ClassVar[str] = "gyroscopic coupling by a wheel 1 that tilts with the pitch"
+    coordinate: ClassVar[str] = "pitch"
+    s: Scalar = param("1", bounds=(0.0, 2.0), starts=(1.0, 0.3), tex="s")
+
+    def share(self) -> Scalar:
+        return self.s
+
+
+class Misalignment(Effect):
+    r"""Misaligned encoder of the yaw axis: it reads a part of the pitch, $y = \psi + e\,\theta$."""
+
+    name: ClassVar[str] = "sensor_1.misalignment"
+    group: ClassVar[str] = "sensor 1"
+    label: ClassVar[str] = "yaw encoder that reads a part of the pitch"
+    coordinate: ClassVar[str] = "pitch"
+    e: Scalar = param("1", bounds=(-0.9, 0.9), starts=(0.03, -0.03), tex="e")
+
+    def read(self, yaw: Scalar, pitch: Scalar) -> Scalar:
+        """What the encoder of the yaw axis makes of both angles, or of both rates."""
+        return yaw + self.e * pitch

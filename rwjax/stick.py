@@ -1,0 +1,56 @@
+"""The end of a step of one body with dry friction that rested or whose speed changed sign."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool
+
+from rwjax.types import Scalar
+
+
+class Stop(NamedTuple):
+    """Speed and angle of a body at the end of a step, and whether its speed is not what the smooth step made of it."""
+
+    rate: Scalar
+    angle: Scalar
+    mended: Bool[Array, ""]
+
+
+def stopped(
+    rates: tuple[Scalar, Scalar],
+    angles: tuple[Scalar, Scalar],
+    rate0: Scalar,
+    h: Scalar,
+    inertia: Scalar,
+    levels: tuple[Scalar, Scalar],
+    torques: list | tuple,
+) -> Stop:
+    """Where a body stands and how fast it turns after a step of length `h` [s] that began and, without this, ended with
+    `rates` and `angles`. `rate0`: acceleration at the start; `inertia`: of the body alone; `levels`: friction forward and
+    backward at rest; `torques`: at both stages of the step, the torque but for its friction and what it exceeds that by."""
+    (w0, w1), (angle0, angle1) = rates, angles
+    (free0, excess0), (free1, excess1) = torques
+    forward, backward = levels
+    crossed = (w0 * w1 < 0.0) & (forward + backward > 0.0)
+    # speed over the step: w0 + swift s + bend s^2, with s from 0 to 1; `share` is where it is zero
+    swift = h * rate0
+    bend = w1 - w0 - swift
+    turn = jnp.where(crossed, swift**2 - 4.0 * bend * w0, 1.0)
+    share = jnp.where(crossed, 2.0 * w0 / jnp.where(crossed, jnp.sign(w0) * jnp.sqrt(turn) - swift, 1.0), 0.0)
+    free = free0 + share * (free1 - free0)
+    middle = 0.5 * (free + free1)
+    slides = (free > forward) | (free < -backward)
+    net = jnp.where(slides, middle - jnp.clip(middle, -backward, forward), 0.0)
+    left = (1.0 - share) * h
+    turned = left * net / inertia
+    rested = (w0 == 0.0) & (excess0 == 0.0) & (forward + backward > 0.0)
+    stuck = rested & (excess1 == 0.0)
+    breaking = rested & (excess1 != 0.0)  # part of the step is over when the torque reaches breakaway
+    spare = jnp.where(excess1 > 0.0, forward - free0, backward + free0)  # the level, too, may change within the step
+    late = spare / jnp.where(breaking, spare + jnp.abs(excess1), 1.0)
+    end = jnp.where(stuck, 0.0, jnp.where(breaking, (1.0 - late) * w1, jnp.where(crossed, turned, w1)))
+    until = share * h * (w0 + share * (swift / 2.0 + share * bend / 3.0))
+    through = angle0 + until + 0.5 * left * turned
+    away = angle0 + (1.0 - late) * h * end / 3.0
+    angle = jnp.where(stuck, angle0, jnp.where(breaking, away, jnp.where(crossed, through, angle1)))
+    return Stop(end, angle, crossed | rested)
