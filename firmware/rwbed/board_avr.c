@@ -182,12 +182,13 @@ uint32_t board_boots(void) {
 }
 
 void board_init(void) {
-    OCR1A = OCR1B = PULSE_NEUTRAL - 1;
+    OCR1A = OCR1B = PULSE_NEUTRAL - 1; /* in mode 0, where they are not buffered */
+    TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM11);
+    TCCR1B = _BV(WGM13) | _BV(WGM12); /* mode 14, standing still: ICR1 can be written in a mode that ends at it, no other */
     ICR1 = TICK_LENGTH - 1;
     DDRB |= PULSE_PINS;
-    TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM11);
     TIMSK1 = _BV(TOIE1) | _BV(OCIE1A) | _BV(OCIE1B);
-    TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11); /* mode 14, clock / 8 */
+    TCCR1B |= _BV(CS11); /* clock / 8 */
 
     EICRA = _BV(ISC00) | _BV(ISC10); /* any edge */
     EIMSK = _BV(INT0) | _BV(INT1);
