@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli_options import of_file, results
+from rwjax.cli_options import finite, of_file, results
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -73,10 +73,11 @@ def _notes(role: str) -> dict[str, str]:
 
 
 def _check(output: Path) -> None:
+    from rwjax.link.stream import refuse_existing
+
     if output.suffix != ".csv":
         raise InputError(f"{output}: a log's name ends in .csv")
-    if output.exists():
-        raise InputError(f"{output}: exists already; a recording never replaces another, give a new name with -o")
+    refuse_existing(output)
 
 
 def _record(
@@ -95,9 +96,15 @@ def _report(done: "Recorded", output: Path) -> None:
         print(path)
     for remark in done.remarks:
         print(f"note: {remark}", file=sys.stderr)
+    raw = output.with_suffix(".raw")
     if isinstance(done.failure, InputError):
-        kept = f"{output.with_suffix('.raw')} holds all that came" + (", the logs what it shows" if done.logs else "")
-        raise InputError(f"{done.failure}; {kept}")
+        raise InputError(
+            f"{done.failure}; {raw} holds all that came" + (", the logs what it shows" if done.logs else "")
+        )
+    if isinstance(done.failure, Exception):
+        raise done.failure
+    if not done.logs:
+        raise InputError(f"{output}: no log; {raw} holds all that came")
     if done.failure:
         raise done.failure
 
@@ -111,6 +118,8 @@ def record(
     quiet: Quiet = False,
 ) -> None:
     """Record what the board sends, without arming it."""
+    if seconds is not None:
+        finite(seconds=seconds)
     _needs_pyserial()
     from rwjax.link.recorder import listen
     from rwjax.rig import read_rig
@@ -154,6 +163,7 @@ def run_experiment(
     single = {"volts": volts, "offset": offset, "period": period, "seconds": seconds, "role": role}
     if plan is not None and (given := next((name for name, value in single.items() if value is not None), None)):
         raise InputError(f"--{given}: belongs to one experiment; a plan says it for each run")
+    finite(**{name: value for name, value in single.items() if isinstance(value, float)})
     if plan is None and runs:
         raise InputError("--run: belongs to a plan; give one with --plan")
     _needs_pyserial()
@@ -212,11 +222,14 @@ def decode(
     from rwjax.link.stream import write_logs
     from rwjax.rig import read_rig
 
+    if raw.is_dir():
+        raise InputError(f"{raw}: is a folder; give the path of a raw stream")
     target = output or raw.with_suffix(".csv")
     _check(target)
     logs, remarks = write_logs(raw, read_rig(rig), target)
     if not logs:
-        raise InputError(f"{raw}: holds no stretch of samples; is this a raw stream of the testbed's board?")
+        why = "; ".join(remarks) or "is this a raw stream of the testbed's board?"
+        raise InputError(f"{raw}: holds no stretch of samples for a log; {why}")
     print(*logs, sep="\n")
     for remark in remarks:
         print(f"note: {remark}", file=sys.stderr)

@@ -9,8 +9,11 @@ import pytest
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.protocol_simavr import url
 from rwjax.cli import main
+from rwjax.link import recorder
 from tests.boards import need_simavr
-from tests.link.ports import stream
+from tests.link.ports import Scripted, stream
+
+BARE = RIG.parents[1] / "demo" / "rig.toml"  # says nothing about pulses
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
@@ -47,6 +50,23 @@ def test_a_raw_stream_becomes_a_log(
     assert len((tmp_path / "cut.csv").read_text().splitlines()) == 85 + 3
 
 
+def test_a_recording_without_a_log_is_no_success(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(recorder, "open_port", lambda _: Scripted(stream([*range(5), *range(100, 105)])))
+    log = tmp_path / "run.csv"
+    assert run(monkeypatch, "record", RIG, "port", "-o", log, "--seconds", 0.1) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and said.err == (
+        "note: 2 stretches of under 10 samples are left out\n"
+        f"rwjax: {log}: no log; {tmp_path / 'run.raw'} holds all that came\n"
+    )
+    assert run(monkeypatch, "decode", RIG, tmp_path / "run.raw") == 2
+    assert capsys.readouterr().err.endswith(
+        "holds no stretch of samples for a log; 2 stretches of under 10 samples are left out\n"
+    )
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -60,6 +80,16 @@ def test_a_raw_stream_becomes_a_log(
             ("run-experiment", "RIG", "loop://", "--kind", "square", "--volts", "12", "-o", "OUT.csv"),
             "12 V about 0 V: the",
         ),
+        (
+            ("run-experiment", "BARE", "loop://", "--kind", "square", "-o", "OUT.csv"),
+            "thesis platform: no `drive.pwm`; a recording needs",
+        ),
+        (
+            ("run-experiment", "RIG", "loop://", "--kind", "square", "--volts", "nan", "-o", "OUT.csv"),
+            "--volts nan: has to be a finite number",
+        ),
+        (("record", "RIG", "loop://", "-o", "OUT.csv", "--seconds", "inf"), "--seconds inf: has to be a finite number"),
+        (("decode", "RIG", "."), ".: is a folder; give the path of a raw stream"),
         (("decode", "RIG", "OUT.raw"), "OUT.raw: cannot be read: No such file or directory"),
         (("monitor", "RIG", "/dev/ttyNOPE"), "/dev/ttyNOPE: cannot be opened: No such file or directory"),
     ],
@@ -71,7 +101,7 @@ def test_bad_input_is_one_line_and_status_2(
     arguments: tuple[str, ...],
     said: str,
 ) -> None:
-    full = [a.replace("RIG", str(RIG)).replace("OUT", str(tmp_path / "OUT")) for a in arguments]
+    full = [{"RIG": RIG, "BARE": BARE}.get(a, a.replace("OUT", str(tmp_path / "OUT"))) for a in arguments]
     assert run(monkeypatch, *full) == 2
     error = capsys.readouterr().err
     assert error.replace(f"{tmp_path}/", "").startswith(f"rwjax: {said}") and error.count("\n") == 1
