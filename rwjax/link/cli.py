@@ -13,7 +13,6 @@ from rwjax.cli_options import finite, of_file, results
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
-    from rwjax.link.recorder import Recorded
     from rwjax.link.session import Session
     from rwjax.rig import Rig
 
@@ -82,16 +81,12 @@ def _check(output: Path) -> None:
 
 def _record(
     rig: "Rig", port: str, output: Path, notes: dict[str, str], act: "Callable[[Session], None]", quiet: bool
-) -> None:
+) -> KeyboardInterrupt | None:
+    """Records, and says what is on disk now; raises what ended the recording early, but for Ctrl-C."""
     from rwjax.link.recorder import record as run
 
     with _live(rig, quiet) as watch:
         done = run(port, rig, output, notes, act, watch)
-    _report(done, output)
-
-
-def _report(done: "Recorded", output: Path) -> None:
-    """What is on disk now; then raises what ended the recording early."""
     for path in done.logs:
         print(path)
     for remark in done.remarks:
@@ -105,8 +100,7 @@ def _report(done: "Recorded", output: Path) -> None:
         raise done.failure
     if not done.logs:
         raise InputError(f"{output}: no log; {raw} holds all that came")
-    if done.failure:
-        raise done.failure
+    return done.failure
 
 
 def record(
@@ -125,10 +119,7 @@ def record(
     from rwjax.rig import read_rig
 
     _check(output)
-    try:
-        _record(read_rig(rig), port, output, _notes(role), listen(seconds), quiet)
-    except KeyboardInterrupt:  # the usual end
-        pass
+    _record(read_rig(rig), port, output, _notes(role), listen(seconds), quiet)  # Ctrl-C is its usual end
 
 
 def run_experiment(
@@ -168,7 +159,7 @@ def run_experiment(
         raise InputError("--run: belongs to a plan; give one with --plan")
     _needs_pyserial()
     from rwjax.link.played import check_speeds, of_plan
-    from rwjax.link.recorder import play
+    from rwjax.link.recorder import check_new, play
     from rwjax.plan.experiment import Experiment
     from rwjax.plan.files import read_plan
     from rwjax.rig import read_rig
@@ -181,11 +172,12 @@ def run_experiment(
         with of_file(plan):
             acts = of_plan(wanted, believed, clear)
         for run in wanted.runs:
-            _check((output or LOGS) / f"{run.name}.csv")
+            check_new((output or LOGS) / f"{run.name}.csv")
         check_speeds(port, wanted, believed)
         with results(output or LOGS) as folder:
             for run, act in zip(wanted.runs, acts, strict=True):
-                _record(believed, port, folder / f"{run.name}.csv", run.notes, act, quiet)
+                if stopped := _record(believed, port, folder / f"{run.name}.csv", run.notes, act, quiet):
+                    raise stopped
     elif kind is not None:
         log = output or Path("run.csv")
         _check(log)
@@ -193,7 +185,8 @@ def run_experiment(
         one = Experiment(kind.value, *(default if value is None else value for value, default in asked))
         believed = read_rig(rig)
         notes = {"experiment": one.words(), **_notes(role or "train")}
-        _record(believed, port, log, notes, play(one, believed, clear), quiet)
+        if stopped := _record(believed, port, log, notes, play(one, believed, clear), quiet):
+            raise stopped
 
 
 def monitor(rig: RigFile, port: Port) -> None:

@@ -1,4 +1,4 @@
-"""Recording: every byte on disk as it comes, notes beside it, and whatever happens a log of what was received."""
+"""Recording: every byte handed to the system as it comes, notes beside it, and whatever happens a log of what was received."""
 
 import errno
 import math
@@ -86,6 +86,11 @@ def _uninterrupted() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+def check_new(output: Path) -> None:
+    """`LogError` where a recording at `output` would meet a file of another one."""
+    refuse_existing(output, numbered(output, 1), output.with_suffix(".raw"), output.with_suffix(".notes"))
+
+
 def record(
     url: str,
     rig: Rig,
@@ -100,7 +105,7 @@ def record(
     then nothing stays.
     """
     check_rig(rig)
-    refuse_existing(output, numbered(output, 1), output.with_suffix(".notes"))
+    check_new(output)
     failure, begun = None, False
     with closing(open_port(url)) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
         session = Session(port, raw.write, watch)

@@ -9,7 +9,7 @@ import pytest
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.protocol_simavr import url
 from rwjax.cli import main
-from rwjax.link import recorder
+from rwjax.link import cli, recorder
 from tests.boards import need_simavr
 from tests.link.ports import Scripted, stream
 
@@ -65,6 +65,30 @@ def test_a_recording_without_a_log_is_no_success(
     assert capsys.readouterr().err.endswith(
         "holds no stretch of samples for a log; 2 stretches of under 10 samples are left out\n"
     )
+
+
+class Interrupted(Scripted):
+    """Ctrl-C once everything has been read."""
+
+    def read(self, size: int = 1) -> bytes:
+        if not self.pieces:
+            raise KeyboardInterrupt
+        return super().read(size)
+
+
+def test_ctrl_c_is_the_usual_end_of_a_recording_that_has_begun(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "run.csv"
+    for pieces in ([], stream(range(50))):
+        monkeypatch.setattr(recorder, "open_port", lambda _, pieces=pieces: Interrupted(pieces))
+        if not pieces:
+            with pytest.raises(KeyboardInterrupt):
+                cli.record(RIG, "port", log)
+            assert list(tmp_path.iterdir()) == []
+        else:
+            cli.record(RIG, "port", log)
+            assert capsys.readouterr().out == f"{log}\n"
 
 
 @pytest.mark.parametrize(

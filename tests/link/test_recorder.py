@@ -205,7 +205,7 @@ def test_a_port_belongs_to_one_program() -> None:
     os.close(slave)
 
 
-def test_bytes_are_on_disk_before_the_next_read(tmp_path: Path) -> None:
+def test_bytes_are_handed_over_before_the_next_read(tmp_path: Path) -> None:
     """The thesis's listing closes its log file before the first line is written."""
     raw = Raw(tmp_path / "run.raw")
     for k, piece in enumerate(stream(range(20))):
