@@ -1,6 +1,8 @@
 """The commands: what they write, and one line for what they cannot do."""
 
 import builtins
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -145,3 +147,17 @@ def test_without_pyserial_it_says_what_to_install(
     monkeypatch.setattr(builtins, "__import__", without)
     assert run(monkeypatch, "monitor", RIG, "port") == 2
     assert capsys.readouterr().err.endswith("needs pyserial: pip install 'rwjax[link]'\n")
+
+
+def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:
+    code = """
+from rwjax import cli
+def app(**options):
+    print("run.csv")
+    raise KeyboardInterrupt
+cli.app = app
+cli.main()
+"""
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=paths)
+    assert (out.stdout, out.stderr, out.returncode) == ("run.csv\n", "rwjax: interrupted\n", 130)
