@@ -158,6 +158,6 @@ def app(**options):
 cli.app = app
 cli.main()
 """
-    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": ""}
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=paths)
     assert (out.stdout, out.stderr, out.returncode) == ("run.csv\n", "rwjax: interrupted\n", 130)
