@@ -236,5 +236,6 @@ def main() -> None:
         sys.exit(error.exit_code)
     except (KeyboardInterrupt, Abort):
         print("rwjax: interrupted", file=sys.stderr)
+        sys.stdout.flush()
         sys.stderr.flush()
         os._exit(130)  # threads may be inside compiled code, which must not be torn down under them

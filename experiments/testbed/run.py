@@ -38,15 +38,19 @@ def run(case: str) -> dict[str, Any]:
 
 
 def judged(case: str, found: dict[str, Any]) -> str:
-    """How the answer compares with what is missing."""
-    right, named = expected(case), set(found["effects"])
-    if named == right:
-        return "named" if found["verdict"] != "ambiguous" else "named, with rivals"
-    if any(set(other) == right for other in found["alternatives"]):
-        return "among the rivals"
+    """How the answer compares with what is missing. `unknown` names nothing, whatever it says that helps."""
+    right, named, verdict = expected(case), set(found["effects"]), found["verdict"]
+    if verdict == "unknown" or (verdict == "none" and right):
+        return "not named" if right else "wrong"
+    if verdict == "ambiguous":
+        options = [named, *map(set, found["alternatives"])]
+        if right in options:
+            return "named, with rivals" if named == right else "among the rivals"
+    elif named == right:
+        return "named"
     if right and right < named:
         return "named, and more"
-    return "partly" if named & right else "wrong" if named else "not named"
+    return "partly" if named & right else "wrong"
 
 
 def row(case: str, found: dict[str, Any]) -> str:
@@ -56,7 +60,8 @@ def row(case: str, found: dict[str, Any]) -> str:
     closed = "-" if gap["closed"] is None else f"{100 * gap['closed']:.0f} %"
     seconds = f"{found['record_s']:.0f} + {found['diagnose_s']:.0f} s"
     rivals = f" (or {', '.join(also)})" if also else ""
-    return f"| {case} | {judged(case, found)} | {found['verdict']}: {named}{rivals} | {closed} | {seconds} |"
+    helps = " help" if found["verdict"] == "unknown" and found["effects"] else ""
+    return f"| {case} | {judged(case, found)} | {found['verdict']}: {named}{helps}{rivals} | {closed} | {seconds} |"
 
 
 def main(cases: list[str]) -> None:

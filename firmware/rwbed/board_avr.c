@@ -49,7 +49,6 @@ static volatile uint16_t edges[2] = {(uint16_t)FIRST_COUNT, (uint16_t)FIRST_COUN
 static volatile struct {
     uint32_t tick;
     uint16_t edges[2], in_force[2];
-    uint8_t missed; /* ticks so far that the loop did not take */
 } latest = {.tick = FIRST_TICK - 1UL};
 
 static uint8_t wanted = _BV(TICKED) | _BV(BYTES); /* events for which the loop wakes */
@@ -116,8 +115,6 @@ ISR(TIMER1_OVF_vect, ISR_NOBLOCK) {
     latest.in_force[0] = OCR1A + 1;
     latest.in_force[1] = OCR1B + 1;
     latest.tick++;
-    if (EVENTS & _BV(TICKED))
-        latest.missed++;
     EVENTS &= (uint8_t)~_BV(ENDED_1);
     EVENTS &= (uint8_t)~_BV(ENDED_2);
     EVENTS |= _BV(TICKED);
@@ -182,12 +179,13 @@ uint32_t board_boots(void) {
 }
 
 void board_init(void) {
-    OCR1A = OCR1B = PULSE_NEUTRAL - 1;
+    OCR1A = OCR1B = PULSE_NEUTRAL - 1; /* in mode 0, where they are not buffered */
+    TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM11);
+    TCCR1B = _BV(WGM13) | _BV(WGM12); /* mode 14, standing still: ICR1 can be written in a mode that ends at it, no other */
     ICR1 = TICK_LENGTH - 1;
     DDRB |= PULSE_PINS;
-    TCCR1A = _BV(COM1A1) | _BV(COM1B1) | _BV(WGM11);
     TIMSK1 = _BV(TOIE1) | _BV(OCIE1A) | _BV(OCIE1B);
-    TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11); /* mode 14, clock / 8 */
+    TCCR1B |= _BV(CS11); /* clock / 8 */
 
     EICRA = _BV(ISC00) | _BV(ISC10); /* any edge */
     EIMSK = _BV(INT0) | _BV(INT1);
@@ -239,14 +237,12 @@ void board_widths(const uint16_t width[2]) {
 uint8_t board_tick(struct readings *now) {
     static int32_t count[2] = {FIRST_COUNT, FIRST_COUNT};
     static uint32_t before = FIRST_TICK - 1UL;
-    static uint8_t missed;
     uint16_t edge[2];
     if (!(EVENTS & _BV(TICKED)))
         return 0;
     EVENTS &= (uint8_t)~_BV(TICKED);
     do { /* the encoders are not to wait for this copy: it is made again where a tick came in between */
         now->tick = latest.tick;
-        now->missed = latest.missed;
         for (uint8_t k = 0; k < 2; k++) {
             now->in_force[k] = latest.in_force[k];
             edge[k] = latest.edges[k];
@@ -254,13 +250,11 @@ uint8_t board_tick(struct readings *now) {
     } while (now->tick != latest.tick);
     if (now->tick == before)
         return 0; /* it was copied the time before, just as it came */
+    now->missed = (uint8_t)(now->tick - before - 1); /* the watchdog bites before there are 256 */
     before = now->tick;
-    uint8_t all = now->missed;
-    now->missed = (uint8_t)(all - missed);
-    missed = all;
     for (uint8_t k = 0; k < 2; k++)
         now->count[k] = count[k] = decode_widen(count[k], edge[k]);
-    now->battery = (uint16_t)(ADC * BATTERY_FULL / 1024);
+    now->battery = (uint16_t)(ADC * BATTERY_FULL / 1024); /* converted when the tick before was taken */
     ADCSRA |= _BV(ADSC);
     now->dropped = dropped;
     now->overruns = overruns;

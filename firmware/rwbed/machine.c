@@ -196,7 +196,7 @@ void machine_tick(struct machine *m, const struct readings *now, uint8_t first) 
     if (m->state == ARMING || m->state == ARMED)
         watch(m, now);
     if (m->state == ARMING && ++m->waited >= ARM_TICKS)
-        enter(m, ARMED);
+        m->state = ARMED; /* silence and a low battery go on counting */
     if (m->state == ARMED)
         drive(m);
 }

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+from zlib import crc32
 
 import numpy as np
 
@@ -57,8 +58,8 @@ def _alone() -> Iterator[None]:
 
 
 def build(variant: str = "", *flags: str, mcu: str = "atmega328p") -> Path:
-    """The ELF of the sketch, compiled with `flags` into a folder named `variant` unless it is there already."""
-    folder = BUILD / variant if variant else BUILD
+    """The ELF of the sketch, compiled with `flags` unless it is there already; folders are named by `variant` and flags."""
+    folder = BUILD / f"{variant}-{crc32(' '.join(flags).encode()):08x}" if flags else BUILD
     target = folder / f"rwbed-{mcu}.elf"
     command = ["make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"FLAGS={' '.join(flags)}", target]
     with _alone():

@@ -1,7 +1,7 @@
 """An hour of armed streaming in simavr, all counters begun just before their wrap-arounds: `python -m firmware.simavr.hour [S]`.
 
 Both encoders turn, a heartbeat goes out every 50 ms, the commands' numbers and the frames' wrap around many times. Prints what was
-lost and whether times and counts are right; status 1 if anything is not. About a minute.
+lost and whether times and counts are right; status 1 if anything is not. About six minutes.
 """
 
 import sys

@@ -3,6 +3,7 @@
    What is worked around here, in simavr 1.6 (never in the firmware):
    - timer 1's mode 14 has the wrong kind on the 328P: a new width would never show (upstream issue 579)
    - a write that changes only the high byte of OCR1x is dropped: every write forces a new look at the registers
+   - ICR1 can be written in any mode: a write without WGM13 is dropped, as the silicon does
    - external interrupts in level mode poll on every cycle, even when masked
    - a watchdog reset wipes timers and pin levels of the simulation: they are set up again
    - an interrupt's entry costs nothing: the cycles of the silicon are added
@@ -84,6 +85,13 @@ static void on_width(avr_irq_t *irq, uint32_t value, void *avr) {
     uint8_t zero = 0;
     (void)irq, (void)value;
     avr_ioctl(avr, AVR_IOCTL_TIMER_SET_VIRTCLK('1'), &zero);
+}
+
+static void on_top(avr_irq_t *irq, uint32_t value, void *p) {
+    struct sim *s = p;
+    (void)irq, (void)value;
+    if (!avr_regbit_get(s->avr, s->timer->wgm[3]))
+        s->avr->data[s->timer->r_icr] = s->avr->data[s->timer->r_icrh] = 0;
 }
 
 static uint64_t on_time(struct sim *s, uint64_t due) {
@@ -209,6 +217,7 @@ struct sim *sim_new(const char *elf, const char *mcu, uint32_t hz, uint32_t entr
         if (strcmp(io->kind, "timer") || ((avr_timer_t *)io)->name != '1')
             continue;
         avr_timer_t *timer = s->timer = (avr_timer_t *)io;
+        avr_irq_register_notify(avr_iomem_getirq(avr, timer->r_icr, "icr", AVR_IOMEM_IRQ_ALL), on_top, s);
         timer->wgm_op[14] = (avr_timer_wgm_t)AVR_TIMER_WGM_ICFASTPWM();
         for (int k = 0; k < 2; k++)
             avr_irq_register_notify(avr_iomem_getirq(avr, timer->comp[k].r_ocr, "ocr", AVR_IOMEM_IRQ_ALL), on_width, avr);

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli_options import of_file, results
+from rwjax.cli_options import finite, of_file, results
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
-    from rwjax.link.recorder import Recorded
     from rwjax.link.session import Session
     from rwjax.rig import Rig
 
@@ -73,33 +72,35 @@ def _notes(role: str) -> dict[str, str]:
 
 
 def _check(output: Path) -> None:
+    from rwjax.link.stream import refuse_existing
+
     if output.suffix != ".csv":
         raise InputError(f"{output}: a log's name ends in .csv")
-    if output.exists():
-        raise InputError(f"{output}: exists already; a recording never replaces another, give a new name with -o")
+    refuse_existing(output)
 
 
 def _record(
     rig: "Rig", port: str, output: Path, notes: dict[str, str], act: "Callable[[Session], None]", quiet: bool
-) -> None:
+) -> KeyboardInterrupt | None:
+    """Records, and says what is on disk now; raises what ended the recording early, but for Ctrl-C."""
     from rwjax.link.recorder import record as run
 
     with _live(rig, quiet) as watch:
         done = run(port, rig, output, notes, act, watch)
-    _report(done, output)
-
-
-def _report(done: "Recorded", output: Path) -> None:
-    """What is on disk now; then raises what ended the recording early."""
     for path in done.logs:
         print(path)
     for remark in done.remarks:
         print(f"note: {remark}", file=sys.stderr)
+    raw = output.with_suffix(".raw")
     if isinstance(done.failure, InputError):
-        kept = f"{output.with_suffix('.raw')} holds all that came" + (", the logs what it shows" if done.logs else "")
-        raise InputError(f"{done.failure}; {kept}")
-    if done.failure:
+        raise InputError(
+            f"{done.failure}; {raw} holds all that came" + (", the logs what it shows" if done.logs else "")
+        )
+    if isinstance(done.failure, Exception):
         raise done.failure
+    if not done.logs:
+        raise InputError(f"{output}: no log; {raw} holds all that came")
+    return done.failure
 
 
 def record(
@@ -111,15 +112,14 @@ def record(
     quiet: Quiet = False,
 ) -> None:
     """Record what the board sends, without arming it."""
+    if seconds is not None:
+        finite(seconds=seconds)
     _needs_pyserial()
     from rwjax.link.recorder import listen
     from rwjax.rig import read_one_axis_rig
 
     _check(output)
-    try:
-        _record(read_one_axis_rig(rig), port, output, _notes(role), listen(seconds), quiet)
-    except KeyboardInterrupt:  # the usual end
-        pass
+    _record(read_one_axis_rig(rig), port, output, _notes(role), listen(seconds), quiet)  # Ctrl-C is its usual end
 
 
 def run_experiment(
@@ -154,11 +154,12 @@ def run_experiment(
     single = {"volts": volts, "offset": offset, "period": period, "seconds": seconds, "role": role}
     if plan is not None and (given := next((name for name, value in single.items() if value is not None), None)):
         raise InputError(f"--{given}: belongs to one experiment; a plan says it for each run")
+    finite(**{name: value for name, value in single.items() if isinstance(value, float)})
     if plan is None and runs:
         raise InputError("--run: belongs to a plan; give one with --plan")
     _needs_pyserial()
     from rwjax.link.played import check_speeds, of_plan
-    from rwjax.link.recorder import play
+    from rwjax.link.recorder import check_new, play
     from rwjax.plan.experiment import Experiment
     from rwjax.plan.files import read_plan
     from rwjax.rig import read_one_axis_rig
@@ -171,11 +172,12 @@ def run_experiment(
         with of_file(plan):
             acts = of_plan(wanted, believed, clear)
         for run in wanted.runs:
-            _check((output or LOGS) / f"{run.name}.csv")
+            check_new((output or LOGS) / f"{run.name}.csv")
         check_speeds(port, wanted, believed)
         with results(output or LOGS) as folder:
             for run, act in zip(wanted.runs, acts, strict=True):
-                _record(believed, port, folder / f"{run.name}.csv", run.notes, act, quiet)
+                if stopped := _record(believed, port, folder / f"{run.name}.csv", run.notes, act, quiet):
+                    raise stopped
     elif kind is not None:
         log = output or Path("run.csv")
         _check(log)
@@ -183,7 +185,8 @@ def run_experiment(
         one = Experiment(kind.value, *(default if value is None else value for value, default in asked))
         believed = read_one_axis_rig(rig)
         notes = {"experiment": one.words(), **_notes(role or "train")}
-        _record(believed, port, log, notes, play(one, believed, clear), quiet)
+        if stopped := _record(believed, port, log, notes, play(one, believed, clear), quiet):
+            raise stopped
 
 
 def monitor(rig: RigFile, port: Port) -> None:
@@ -212,11 +215,14 @@ def decode(
     from rwjax.link.stream import write_logs
     from rwjax.rig import read_one_axis_rig
 
+    if raw.is_dir():
+        raise InputError(f"{raw}: is a folder; give the path of a raw stream")
     target = output or raw.with_suffix(".csv")
     _check(target)
     logs, remarks = write_logs(raw, read_one_axis_rig(rig), target)
     if not logs:
-        raise InputError(f"{raw}: holds no stretch of samples; is this a raw stream of the testbed's board?")
+        why = "; ".join(remarks) or "is this a raw stream of the testbed's board?"
+        raise InputError(f"{raw}: holds no stretch of samples for a log; {why}")
     print(*logs, sep="\n")
     for remark in remarks:
         print(f"note: {remark}", file=sys.stderr)

@@ -168,4 +168,8 @@ MESSAGES = {
 def message(frame: Frame) -> Message | None:
     """What a board's frame says; None for one that this version does not know."""
     kind, body = MESSAGES.get(frame.type, (None, None))
-    return kind(*body.unpack(frame.body)) if kind and body and len(frame.body) == body.size else None
+    said = kind(*body.unpack(frame.body)) if kind and body and len(frame.body) == body.size else None
+    unknown = (isinstance(said, Sample) and said.state >= len(STATES)) or (
+        isinstance(said, Ack) and said.result >= len(RESULTS)
+    )
+    return None if unknown else said

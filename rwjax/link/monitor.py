@@ -8,6 +8,7 @@ from rich.table import Table
 from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import Session, faults
+from rwjax.link.stream import channels
 from rwjax.plan.experiment import TICK_HZ
 from rwjax.rig import Rig
 
@@ -49,13 +50,11 @@ class View:
         """Command [V]."""
         if self.latest is None or self.rig.pwm is None:
             return None
-        half_us = self.latest.pulse_2 if self.rig.columns.get("pulse") == "pwm_2" else self.latest.pulse_1
+        half_us = (self.latest.pulse_1, self.latest.pulse_2)[channels(self.rig).output]
         return (half_us / 2.0 - self.rig.pwm.neutral_us) * self.rig.pwm.volts_per_us
 
     def _count(self, who: str, sample: Sample) -> int:
-        axis = sample.count_2 if self.rig.columns.get("position") == "pos2" else sample.count_1
-        other = sample.count_1 if self.rig.columns.get("position") == "pos2" else sample.count_2
-        return axis if who == "axis" or self.rig.kind == "wheel" else other
+        return (sample.count_1, sample.count_2)[channels(self.rig).encoders.get(who, 0)]
 
     def _radians(self, who: str, counts: int) -> float | None:
         per_rev = self.rig.counts_per_rev.get(who)
@@ -73,7 +72,7 @@ def table(view: View) -> Table:
     drawn.add_row("time", f"{sample.tick / TICK_HZ:10.2f} s")
     drawn.add_row("command", _said(view.volts(), "V"))
     for who, angle, rate in (("axis", "yaw", "yaw rate"), ("wheel", "wheel angle", "wheel rate")):
-        if who in view.rig.counts_per_rev:
+        if who in channels(view.rig).encoders:
             drawn.add_row(angle, _said(view.angle(who), "rad"))
             drawn.add_row(rate, _said(view.rate(who), "rad/s"))
     drawn.add_row("battery", _said(sample.battery / 1000.0, "V"))

@@ -1,24 +1,28 @@
-"""Recording: every byte on disk as it comes, notes beside it, and whatever happens a log of what was received."""
+"""Recording: every byte handed to the system as it comes, notes beside it, and whatever happens a log of what was received."""
 
+import errno
 import math
 import os
-from collections.abc import Callable
-from contextlib import closing
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 import serial
 
-from rwjax.errors import LogError, write_text
+from rwjax.errors import InputError, write_text
 from rwjax.link import frames
 from rwjax.link.frames import Sample
-from rwjax.link.session import LinkError, Port, Session, faults
-from rwjax.link.stream import check_rig, write_logs
+from rwjax.link.session import LinkError, Port, Session, faults, reason
+from rwjax.link.stream import channels, check_board, check_rig, numbered, refuse_existing, write_logs
 from rwjax.plan.experiment import TICK_HZ, Experiment
 from rwjax.rig import Rig
 
 BAUD = 250_000
+PULSE_MAX_US = 2000.0
 
 
 class Raw:
@@ -51,11 +55,13 @@ class Raw:
 
 
 def open_port(url: str) -> Port:
-    """The port at a path or URL of pyserial."""
+    """The port at a path or URL of pyserial, for this program alone."""
     try:
-        return serial.serial_for_url(url, baudrate=BAUD)
+        return serial.serial_for_url(url, baudrate=BAUD, exclusive=True)
     except (serial.SerialException, ValueError) as error:
-        raise LinkError(f"{url}: cannot be opened: {_reason(error)}; give a serial port such as /dev/ttyACM0") from None
+        if getattr(error, "errno", None) == errno.EWOULDBLOCK:
+            raise LinkError(f"{url}: another program talks to this port; end it first") from None
+        raise LinkError(f"{url}: cannot be opened: {reason(error)}; give a serial port such as /dev/ttyACM0") from None
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,25 @@ class Recorded:
 
     logs: list[Path]
     remarks: list[str]
-    failure: LinkError | KeyboardInterrupt | None
+    failure: Exception | KeyboardInterrupt | None
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Ctrl-C does nothing meanwhile: whoever presses it twice gets the log too. It always reaches the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def check_new(output: Path) -> None:
+    """`LogError` where a recording at `output` would meet a file of another one."""
+    refuse_existing(output, numbered(output, 1), output.with_suffix(".raw"), output.with_suffix(".notes"))
 
 
 def record(
@@ -77,38 +101,35 @@ def record(
 ) -> Recorded:
     """Opens the port, does `act`, and leaves the board disarmed and a log at `output`, however it ends.
 
-    Beside the log lie its raw stream (`.raw`) and its notes (`.notes`). Raises `LinkError` where nothing could begin.
+    Beside the log lie its raw stream (`.raw`) and its notes (`.notes`). Raises `InputError` where nothing could begin:
+    then nothing stays.
     """
     check_rig(rig)
-    failure = None
+    check_new(output)
+    failure, begun = None, False
     with closing(open_port(url)) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
         session = Session(port, raw.write, watch)
         try:
             started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
             write_text(raw.path.with_suffix(".notes"), _lines(notes | started), LinkError)
-            session.greet()
+            check_board(session.greet(), rig)
+            begun = True
             act(session)
-        except serial.SerialException as error:
-            failure = LinkError(f"{url}: the port is gone ({_reason(error)}); is the cable plugged in?")
-        except (LinkError, KeyboardInterrupt) as error:
+        except (Exception, KeyboardInterrupt) as error:  # whatever it is: raised by the caller, after the log
             failure = error
         finally:
-            session.leave()
-    if raw.path.stat().st_size == 0 and failure:  # nothing has come: nothing stays
+            with _uninterrupted():
+                session.leave()
+    if failure and not begun:
         raw.path.unlink()
         raw.path.with_suffix(".notes").unlink(missing_ok=True)
         raise failure
-    try:
-        logs, remarks = write_logs(raw.path, rig, output)
-    except LogError as error:
-        logs, remarks = [], [str(error)]
+    with _uninterrupted():
+        try:
+            logs, remarks = write_logs(raw.path, rig, output)
+        except InputError as error:
+            logs, remarks = [], [str(error)]
     return Recorded(logs, remarks, failure)
-
-
-def _reason(error: Exception) -> str:
-    """The system's words where there are any, pyserial's else."""
-    number = getattr(error, "errno", None)
-    return os.strerror(number) if number else str(error).splitlines()[0]
 
 
 def _lines(notes: dict[str, str]) -> str:
@@ -130,11 +151,13 @@ def listen(seconds: float | None) -> Callable[[Session], None]:
 
 def to_play(experiment: Experiment, rig: Rig) -> tuple[int, ...]:
     """What the command PLAY carries. Raises `LinkError` for what the board cannot play."""
+    check_rig(rig)
     assert rig.pwm is not None
-    half_us = [round(2.0 * volts / rig.pwm.volts_per_us) for volts in (experiment.amplitude, experiment.offset)]
-    ticks = [round(TICK_HZ * seconds) for seconds in (experiment.period, experiment.length)]
-    if abs(half_us[0]) + abs(half_us[1]) > 1000:
-        most = 500.0 * abs(rig.pwm.volts_per_us)
+    span = 2.0 * (PULSE_MAX_US - rig.pwm.neutral_us)
+    half_us = [_whole(2.0 * volts / rig.pwm.volts_per_us) for volts in (experiment.amplitude, experiment.offset)]
+    ticks = [_whole(TICK_HZ * seconds) for seconds in (experiment.period, experiment.length)]
+    if abs(half_us[0]) + abs(half_us[1]) > span:
+        most = span / 2.0 * abs(rig.pwm.volts_per_us)
         raise LinkError(
             f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {most:g} V; give less"
         )
@@ -142,8 +165,12 @@ def to_play(experiment: Experiment, rig: Rig) -> tuple[int, ...]:
         raise LinkError(f"a period of {experiment.period:g} s: has to lie between 0.04 and 655 s")
     if not 0 < ticks[1] <= 360_000:
         raise LinkError(f"a length of {experiment.length:g} s: has to lie between 0.01 and 3600 s")
-    output = int(rig.columns.get("pulse", "pwm_1") == "pwm_2")
-    return output, frames.EXPERIMENTS.index(experiment.kind), *half_us, *ticks
+    return channels(rig).output, frames.EXPERIMENTS.index(experiment.kind), *half_us, *ticks
+
+
+def _whole(value: float) -> int:
+    """The nearest whole number; of what no command holds, or is no number, one that is refused."""
+    return round(value) if abs(value) < 2**31 else 2**31
 
 
 def play(experiment: Experiment, rig: Rig, clear: bool = False) -> Callable[[Session], None]:

@@ -6,6 +6,7 @@ A stream that ends anywhere, because the recorder was killed, is read up to its 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,11 +14,13 @@ from rwjax.errors import LogError, RigError, read_text
 from rwjax.link.frames import Decoder, Hello, Sample, message
 from rwjax.log import write_log
 from rwjax.log_sheet import FEWEST
+from rwjax.plan.experiment import TICK_HZ
 from rwjax.rig import Rig
 
 MOST_LOST = 10
 """Samples in a row that may be lost within one log, 0.1 s. The command is unknown meanwhile, so a longer gap ends the log."""
 WRAP = 2**32
+COLUMNS = {"axis": "yaw_counts", "wheel": "wheel_counts"}
 
 
 @dataclass(frozen=True)
@@ -106,51 +109,99 @@ def check_rig(rig: Rig) -> None:
         raise RigError(f"{rig.name}: no `counts_per_rev`; a recording needs one under [encoder] or [wheel_encoder]")
 
 
-def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
-    """Columns of the interface: encoder 1 and output 1 belong to the axis unless `[columns]` says otherwise.
+class Channels(NamedTuple):
+    """Which of a board's two, 0 or 1, belongs to what."""
 
-    The wheel's encoder is the other one; where there is no axis it takes the axis's place. Time counts from the first
-    sample, in the board's ticks.
+    output: int
+    encoders: dict[str, int]
+    """Of "axis" and "wheel", those that the rig has and counts."""
+
+
+def channels(rig: Rig) -> Channels:
+    """Encoder 1 and output 1 belong to the axis unless `[columns]` says otherwise.
+
+    The wheel's encoder is the other one; where there is no axis it takes the axis's place.
     """
-    assert rig.pwm is not None
     axis = int(rig.columns.get("position", "pos1") == "pos2")
-    output = int(rig.columns.get("pulse", "pwm_1") == "pwm_2")
-    hertz = stretch.hello.tick_hz if stretch.hello else 100
-    found = {
+    of = {"axis": axis, "wheel": axis if rig.kind == "wheel" else 1 - axis}
+    absent = {"wheel": "axis", "platform": "wheel"}.get(rig.kind)
+    encoders = {who: k for who, k in of.items() if who in rig.counts_per_rev and who != absent}
+    return Channels(int(rig.columns.get("pulse", "pwm_1") == "pwm_2"), encoders)
+
+
+def check_board(hello: Hello, rig: Rig) -> list[str]:
+    """Remarks where a board counts otherwise than the rig file says; `RigError` where its pulses mean other volts."""
+    check_rig(rig)
+    assert rig.pwm is not None
+    if hello.pulse_neutral != 2.0 * rig.pwm.neutral_us:
+        raise RigError(
+            f"{rig.name}: `neutral_us` is {rig.pwm.neutral_us:g}, and the board's neutral pulse lasts "
+            f"{hello.pulse_neutral / 2:g} us; correct the rig file or PULSE_NEUTRAL in the firmware's config.h"
+        )
+    told = hello.counts_per_rev_1, hello.counts_per_rev_2
+    return [
+        f"the firmware's config.h has {told[k]} counts a turn for the encoder of the {who}, the rig file "
+        f"{rig.counts_per_rev[who]:g}, which is used"
+        for who, k in channels(rig).encoders.items()
+        if told[k] != rig.counts_per_rev[who]
+    ]
+
+
+def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
+    """Columns of the interface, by `channels`. Time counts from the first sample, in the board's ticks."""
+    assert rig.pwm is not None
+    output, encoders = channels(rig)
+    hertz = stretch.hello.tick_hz if stretch.hello else TICK_HZ
+    return {
         "time_s": (stretch.tick - stretch.tick[0]) / hertz,
         "voltage_V": np.round((stretch.pulse[:, output] / 2.0 - rig.pwm.neutral_us) * rig.pwm.volts_per_us, 9),
+        **{COLUMNS[who]: stretch.count[:, k] for who, k in encoders.items()},
+        "supply_V": stretch.battery / 1000.0,
     }
-    if rig.kind != "wheel" and "axis" in rig.counts_per_rev:
-        found["yaw_counts"] = stretch.count[:, axis]
-    if rig.kind != "platform" and "wheel" in rig.counts_per_rev:
-        found["wheel_counts"] = stretch.count[:, axis if rig.kind == "wheel" else 1 - axis]
-    return found | {"supply_V": stretch.battery / 1000.0}
+
+
+def refuse_existing(*paths: Path) -> None:
+    """`LogError` for the first that is there already."""
+    for path in paths:
+        if path.exists():
+            raise LogError(f"{path}: exists already; a recording never replaces another, give a new name with -o")
 
 
 def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
     """The logs in a raw stream: `output`, or where it falls into several stretches `output-1`, `output-2` …; and remarks.
 
-    Of a stretch in which the board played an experiment, that part. Notes come from the file beside the stream.
+    Of an experiment, the part that was played. Notes come from the file beside the stream. Raises `LogError` where one of
+    the logs is there already, and `RigError` where the board was set up for another rig; then none is written.
     """
     check_rig(rig)
     notes = read_notes(raw.with_suffix(".notes"))
     all_found, damaged = read_stream(raw)
+    hellos = dict.fromkeys(s.hello for s in all_found if s.hello)
+    remarks = list(dict.fromkeys(remark for hello in hellos for remark in check_board(hello, rig)))
     played = [s.only(s.playing) if s.playing.any() else s for s in all_found]
+    if "experiment" in notes:
+        played = [s for s in played if s.playing.any()]
+        if idle := len(all_found) - len(played):
+            remarks.append(f"{idle} stretches in which nothing was played are left out")
     found = [s for s in played if len(s.tick) >= FEWEST]
-    remarks = [f"{len(all_found) - len(found)} stretches of under {FEWEST} samples are left out"] * (
-        len(found) < len(played)
-    )
-    remarks += [f"{damaged} damaged frames"] * (damaged > 0)
-    paths = []
-    for k, stretch in enumerate(found):
-        name = output if len(found) == 1 else output.with_stem(f"{output.stem}-{k + 1}")
+    if short := len(played) - len(found):
+        remarks.append(f"{short} stretches of under {FEWEST} samples are left out")
+    if damaged:
+        remarks.append(f"{damaged} damaged frames")
+    names = [output] if len(found) == 1 else [numbered(output, k + 1) for k in range(len(found))]
+    refuse_existing(*names)
+    for name, stretch in zip(names, found, strict=True):
         about = notes | {"firmware": f"{stretch.hello.firmware:08x}"} if stretch.hello else notes
         table = columns(stretch, rig)
         gaps = [f"{n} samples before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
         write_log(name, table, about | ({"gap": "; ".join(gaps)} if gaps else {}))
         remarks += [f"{name.name}: gap of {gap}" for gap in gaps]
-        paths.append(name)
-    return paths, remarks
+    return names, remarks
+
+
+def numbered(output: Path, k: int) -> Path:
+    """The name of the k-th of several logs."""
+    return output.with_stem(f"{output.stem}-{k}")
 
 
 def read_notes(path: Path) -> dict[str, str]:

@@ -36,6 +36,12 @@ def test_it_compiles_without_warnings_and_fits(mcu: str) -> None:
     assert size[".data"] + size[".bss"] + size[".noinit"] < ram / 2  # the rest is stack
 
 
+def test_a_variant_is_compiled_anew_for_other_flags() -> None:
+    need_simavr()
+    one, other = (build("test", f"-DFIRST_SEQ={seq}") for seq in (1, 2))
+    assert one.read_bytes() != other.read_bytes()
+
+
 def test_no_text_floats_or_heap_are_linked(elf: Path) -> None:
     """The thesis's listing builds `String`s inside an interrupt."""
     names = subprocess.run(["avr-nm", elf], check=True, capture_output=True, text=True).stdout
@@ -126,8 +132,10 @@ def test_no_count_is_lost_at_the_documented_speed(elf: Path, sense: float) -> No
     assert h.latest.missed == 0
 
 
-def test_no_count_is_lost_in_reversals(elf: Path) -> None:
-    h = host(elf, swinging(60_000.0, 0.037, 0.9), swinging(45_000.0, 0.0531, 0.9))
+@pytest.mark.parametrize("mcu", LIMITS)
+def test_no_count_is_lost_in_reversals(mcu: str) -> None:
+    need_simavr()
+    h = host(build(mcu=mcu), swinging(60_000.0, 0.037, 0.9), swinging(45_000.0, 0.0531, 0.9), mcu)
     h.run(100)
     assert [h.latest.count_1, h.latest.count_2] == counts(h.bench.angles).tolist()
 
@@ -145,8 +153,10 @@ def test_above_the_limit_the_board_goes_to_neutral(elf: Path) -> None:
     assert moved[:-3].max() <= 630 < moved.max()
 
 
-def test_silence_of_the_host_ends_in_neutral(elf: Path) -> None:
-    h = host(elf)
+@pytest.mark.parametrize("mcu", LIMITS)
+def test_silence_of_the_host_ends_in_neutral(mcu: str) -> None:
+    need_simavr()
+    h = host(build(mcu=mcu), mcu=mcu)
     h.arm()
     h.send(frames.PULSE, 3500, 2500)
     h.run(1, beat=0)
@@ -180,9 +190,10 @@ def test_damaged_commands_do_not_arm(elf: Path) -> None:
     assert h.latest.state == frames.ARMING
 
 
-def test_a_hang_resets_the_board_and_what_lies_in_a_buffer_does_not_arm_it() -> None:
+@pytest.mark.parametrize("mcu", LIMITS)
+def test_a_hang_resets_the_board_and_what_lies_in_a_buffer_does_not_arm_it(mcu: str) -> None:
     need_simavr()
-    h = host(build("hang", "-DHANG_ON_CLEAR"))
+    h = host(build("hang", "-DHANG_ON_CLEAR", mcu=mcu), mcu=mcu)
     h.arm()
     h.send(frames.PULSE, 3600, 3000)
     h.run(3)
@@ -215,9 +226,11 @@ def test_at_the_thesiss_rate_of_the_line_most_samples_are_lost() -> None:
     assert h.latest.dropped == pytest.approx(h.gaps, abs=8)  # the board counts them itself
 
 
+@pytest.mark.parametrize("mcu", LIMITS)
 @pytest.mark.parametrize("millivolts", (9_500, 12_000, 16_800))
-def test_the_battery_is_read(elf: Path, millivolts: int) -> None:
-    h = host(elf, battery_mV=millivolts)
+def test_the_battery_is_read(mcu: str, millivolts: int) -> None:
+    need_simavr()
+    h = host(build(mcu=mcu), mcu=mcu, battery_mV=millivolts)
     h.run(5)
     assert h.latest.battery == pytest.approx(millivolts, abs=2 * 18_000 / 1024)
 
@@ -251,8 +264,10 @@ def test_the_board_plays_the_law_tick_by_tick(elf: Path, c) -> None:
     assert len(set(played)) > 15
 
 
-def test_the_board_plays_an_experiment_tick_by_tick(elf: Path, c) -> None:
-    h = host(elf)
+@pytest.mark.parametrize("mcu", LIMITS)
+def test_the_board_plays_an_experiment_tick_by_tick(mcu: str, c) -> None:
+    need_simavr()
+    h = host(build(mcu=mcu), mcu=mcu)
     h.arm()
     h.send(frames.PLAY, 1, 4, 300, -20, 128, 256)
     h.run(350)

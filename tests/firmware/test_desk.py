@@ -2,12 +2,13 @@
 
 import ctypes
 import struct
+from functools import cache
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from firmware.simavr.avr import desk as compiled
 from firmware.wave import TARGET, text
@@ -97,13 +98,19 @@ def test_the_wave_is_the_one_that_is_computed() -> None:
     assert np.delete(spectrum, tones).max() < 0.02 * spectrum[1]
 
 
+@cache
+def library() -> ctypes.CDLL:
+    """As the fixture `c`, for a state machine, which takes none."""
+    return desk.load(compiled())
+
+
 class States(RuleBasedStateMachine):
     """Any commands and readings in any order: the outputs move only where they may."""
 
     def __init__(self) -> None:
         super().__init__()
         need_compiler()
-        self.c, self.machine, self.now = desk.load(compiled()), desk.Machine(), desk.Readings()
+        self.c, self.machine, self.now = library(), desk.Machine(), desk.Readings()
         self.nonce = 1234
         self.c.machine_init(self.machine, self.nonce)
         self.now.battery, self.number, self.first = 12_000, 0, 1
@@ -122,6 +129,17 @@ class States(RuleBasedStateMachine):
         assert (result == 0) == (right and before == frames.DISARMED)
         self.neutral_ticks = 0 if result == 0 else self.neutral_ticks
 
+    @precondition(lambda self: self.machine.state == frames.DISARMED)
+    @rule()
+    def all_the_way(self) -> None:
+        """A second of heartbeats; without it nothing here would ever be armed."""
+        self.arm(True)
+        for _ in range(10):
+            assert self.machine.state == frames.ARMING
+            self.plain(frames.HEARTBEAT)
+            self.run(10, 0, 0, 12_000)
+        assert self.machine.state == frames.ARMED
+
     @rule(kind=st.sampled_from((frames.HEARTBEAT, frames.DISARM, frames.CLEAR)))
     def plain(self, kind: int) -> None:
         before = self.machine.state
@@ -131,13 +149,19 @@ class States(RuleBasedStateMachine):
         if kind == frames.CLEAR and before == frames.FAULT:
             assert self.machine.state == frames.DISARMED and self.machine.faults == 0
 
-    @rule(a=st.integers(0, 2**16 - 1), b=st.integers(1900, 4100))
+    @rule(a=st.integers(1900, 4100), b=st.integers(1900, 4100))
     def pulse(self, a: int, b: int) -> None:
         before = list(self.machine.width)
-        if self.send(frames.PULSE, struct.pack("<HH", a, b)):
-            assert list(self.machine.width) == before  # nothing of a command that is refused
-        else:
-            assert list(self.machine.width) == [a, b]
+        legal = all(NEUTRAL - SPAN <= width <= NEUTRAL + SPAN for width in (a, b))
+        result = self.send(frames.PULSE, struct.pack("<HH", a, b))
+        assert result == (5 if not legal else 0 if self.machine.state == frames.ARMED else 6)
+        assert list(self.machine.width) == ([a, b] if result == 0 else before)  # nothing of a command that is refused
+
+    @rule(values=st.tuples(st.integers(0, 2), INT32, INT16, INT16, st.integers(0, 1100)))
+    def hold(self, values: tuple[int, ...]) -> None:
+        legal = values[0] < 2 and values[4] <= SPAN
+        result = self.send(frames.HOLD, struct.pack("<BihhH", *values))
+        assert result == (5 if not legal else 0 if self.machine.state == frames.ARMED else 6)
 
     @rule(values=st.tuples(st.integers(0, 2), st.integers(0, 5), INT16, INT16, st.integers(0, 99), st.integers(0, 500)))
     def play(self, values: tuple[int, ...]) -> None:
@@ -148,14 +172,20 @@ class States(RuleBasedStateMachine):
         if kind != frames.ARM:
             self.send(kind, body)
 
-    @rule(ticks=st.integers(1, 120), moved=st.integers(-800, 800), battery=st.sampled_from((12_000, 12_000, 8_000)))
-    def run(self, ticks: int, moved: int, battery: int) -> None:
+    @rule(
+        ticks=st.one_of(st.integers(1, 20), st.integers(1, 120)),
+        first=st.integers(-640, 640),
+        second=st.integers(-640, 640),
+        battery=st.sampled_from((12_000, 12_000, 8_000)),
+    )
+    def run(self, ticks: int, first: int, second: int, battery: int) -> None:
         for _ in range(ticks):
-            before, first = self.machine.state, self.first
+            before, boot = self.machine.state, self.first
             self.now.tick += 1
-            self.now.count[1] = wrapped(self.now.count[1] + moved)
+            for k, moved in enumerate((first, second)):
+                self.now.count[k] = wrapped(self.now.count[k] + moved)
             self.now.battery = battery
-            self.c.machine_tick(self.machine, self.now, first)
+            self.c.machine_tick(self.machine, self.now, boot)
             self.first = 0
             self.silent += 1
             self.neutral_ticks += 1
@@ -163,7 +193,7 @@ class States(RuleBasedStateMachine):
                 assert self.neutral_ticks >= 100  # the ESCs have had their second of neutral
             if before != frames.ARMED and before != frames.ARMING:
                 assert self.machine.state == before  # nothing arms, nor leaves a fault, by itself
-            if before in (frames.ARMING, frames.ARMED) and abs(moved) > 630 and not first:
+            if before in (frames.ARMING, frames.ARMED) and max(abs(first), abs(second)) > 630 and not boot:
                 assert self.machine.state == frames.FAULT and self.machine.faults & 2
 
     @invariant()
@@ -186,3 +216,40 @@ def test_a_command_that_comes_twice_or_late_is_refused(c: ctypes.CDLL) -> None:
         c.machine_command(machine, desk.frame(frames.HEARTBEAT, seq, b"")) for seq in (65535, 65535, 2, 65535, 1, 3)
     ]
     assert beat == [0, 3, 0, 3, 3, 0]
+
+
+@pytest.fixture
+def armed(c: ctypes.CDLL) -> desk.Machine:
+    """A machine after a second of neutral pulses, at count 0."""
+    machine, now = desk.Machine(), desk.Readings(battery=12_000)
+    c.machine_init(machine, 0)
+    assert c.machine_command(machine, desk.frame(frames.ARM, 1, bytes(4))) == 0
+    for k in range(100):
+        assert c.machine_command(machine, desk.frame(frames.HEARTBEAT, k + 2, b"")) == 0
+        c.machine_tick(machine, now, k == 0)
+    assert machine.state == frames.ARMED
+    return machine
+
+
+@pytest.mark.parametrize("sense", (1, -1))
+@pytest.mark.parametrize("encoder", (0, 1))
+@pytest.mark.parametrize(
+    ("counts", "missed", "faults"),
+    [
+        (630, 0, 0),
+        (631, 0, 2),
+        (0, 2, 0),
+        (0, 3, 8),
+        (2 * 630, 1, 0),  # in two ticks, one of which nobody answered
+        (2 * 631, 1, 2),
+        (4 * 631, 3, 2 | 8),
+    ],
+)
+def test_an_armed_board_faults_at_its_limits_and_not_below(
+    c: ctypes.CDLL, armed: desk.Machine, encoder: int, sense: int, counts: int, missed: int, faults: int
+) -> None:
+    now = desk.Readings(tick=200, battery=12_000, missed=missed)
+    now.count[encoder] = sense * counts
+    c.machine_tick(armed, now, 0)
+    assert armed.faults == faults and armed.state == (frames.FAULT if faults else frames.ARMED)
+    assert armed.missed == missed and armed.moved[encoder] == sense * (counts // (missed + 1))

@@ -1,5 +1,8 @@
 """A port whose other end is written down beforehand, and frames of a board to write down."""
 
+import errno
+import termios
+
 from serial import SerialBase, SerialException
 
 from rwjax.link import frames
@@ -29,7 +32,7 @@ def wrapped(value: int) -> int:
 
 
 class Scripted(SerialBase):
-    """Gives one piece a read, then does `end`: "silence" or "unplugged"."""
+    """Gives one piece a read, then does `end`: "silence", or what pyserial does at a cable that is out: "unplugged", "gone"."""
 
     def __init__(self, pieces: list[bytes], end: str = "silence") -> None:
         super().__init__()
@@ -48,6 +51,8 @@ class Scripted(SerialBase):
 
     @property
     def in_waiting(self) -> int:
+        if self.end == "gone" and not self.pieces:
+            raise OSError(errno.EIO, "Input/output error")
         return len(self.pieces[0]) if self.pieces else 0
 
     def read(self, size: int = 1) -> bytes:
@@ -67,4 +72,5 @@ class Scripted(SerialBase):
         return len(data)
 
     def flush(self) -> None:
-        pass
+        if self.end == "gone" and not self.pieces:
+            raise termios.error(errno.EIO, "Input/output error")

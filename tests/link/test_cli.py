@@ -1,6 +1,8 @@
 """The commands: what they write, and one line for what they cannot do."""
 
 import builtins
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,8 +11,11 @@ import pytest
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.protocol_simavr import url
 from rwjax.cli import main
+from rwjax.link import cli, recorder
 from tests.boards import need_simavr
-from tests.link.ports import stream
+from tests.link.ports import Scripted, stream
+
+BARE = RIG.parents[1] / "demo" / "rig.toml"  # says nothing about pulses
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
@@ -47,6 +52,47 @@ def test_a_raw_stream_becomes_a_log(
     assert len((tmp_path / "cut.csv").read_text().splitlines()) == 85 + 3
 
 
+def test_a_recording_without_a_log_is_no_success(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(recorder, "open_port", lambda _: Scripted(stream([*range(5), *range(100, 105)])))
+    log = tmp_path / "run.csv"
+    assert run(monkeypatch, "record", RIG, "port", "-o", log, "--seconds", 0.1) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and said.err == (
+        "note: 2 stretches of under 10 samples are left out\n"
+        f"rwjax: {log}: no log; {tmp_path / 'run.raw'} holds all that came\n"
+    )
+    assert run(monkeypatch, "decode", RIG, tmp_path / "run.raw") == 2
+    assert capsys.readouterr().err.endswith(
+        "holds no stretch of samples for a log; 2 stretches of under 10 samples are left out\n"
+    )
+
+
+class Interrupted(Scripted):
+    """Ctrl-C once everything has been read."""
+
+    def read(self, size: int = 1) -> bytes:
+        if not self.pieces:
+            raise KeyboardInterrupt
+        return super().read(size)
+
+
+def test_ctrl_c_is_the_usual_end_of_a_recording_that_has_begun(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "run.csv"
+    for pieces in ([], stream(range(50))):
+        monkeypatch.setattr(recorder, "open_port", lambda _, pieces=pieces: Interrupted(pieces))
+        if not pieces:
+            with pytest.raises(KeyboardInterrupt):
+                cli.record(RIG, "port", log)
+            assert list(tmp_path.iterdir()) == []
+        else:
+            cli.record(RIG, "port", log)
+            assert capsys.readouterr().out == f"{log}\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -60,6 +106,16 @@ def test_a_raw_stream_becomes_a_log(
             ("run-experiment", "RIG", "loop://", "--kind", "square", "--volts", "12", "-o", "OUT.csv"),
             "12 V about 0 V: the",
         ),
+        (
+            ("run-experiment", "BARE", "loop://", "--kind", "square", "-o", "OUT.csv"),
+            "thesis platform: no `drive.pwm`; a recording needs",
+        ),
+        (
+            ("run-experiment", "RIG", "loop://", "--kind", "square", "--volts", "nan", "-o", "OUT.csv"),
+            "--volts nan: has to be a finite number",
+        ),
+        (("record", "RIG", "loop://", "-o", "OUT.csv", "--seconds", "inf"), "--seconds inf: has to be a finite number"),
+        (("decode", "RIG", "."), ".: is a folder; give the path of a raw stream"),
         (("decode", "RIG", "OUT.raw"), "OUT.raw: cannot be read: No such file or directory"),
         (("monitor", "RIG", "/dev/ttyNOPE"), "/dev/ttyNOPE: cannot be opened: No such file or directory"),
     ],
@@ -71,7 +127,7 @@ def test_bad_input_is_one_line_and_status_2(
     arguments: tuple[str, ...],
     said: str,
 ) -> None:
-    full = [a.replace("RIG", str(RIG)).replace("OUT", str(tmp_path / "OUT")) for a in arguments]
+    full = [{"RIG": RIG, "BARE": BARE}.get(a, a.replace("OUT", str(tmp_path / "OUT"))) for a in arguments]
     assert run(monkeypatch, *full) == 2
     error = capsys.readouterr().err
     assert error.replace(f"{tmp_path}/", "").startswith(f"rwjax: {said}") and error.count("\n") == 1
@@ -91,3 +147,17 @@ def test_without_pyserial_it_says_what_to_install(
     monkeypatch.setattr(builtins, "__import__", without)
     assert run(monkeypatch, "monitor", RIG, "port") == 2
     assert capsys.readouterr().err.endswith("needs pyserial: pip install 'rwjax[link]'\n")
+
+
+def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:
+    code = """
+from rwjax import cli
+def app(**options):
+    print("run.csv")
+    raise KeyboardInterrupt
+cli.app = app
+cli.main()
+"""
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": ""}
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=paths)
+    assert (out.stdout, out.stderr, out.returncode) == ("run.csv\n", "rwjax: interrupted\n", 130)

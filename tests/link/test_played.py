@@ -104,6 +104,21 @@ def test_a_run_waits_until_nothing_has_counted_for_a_second() -> None:
     assert len(port.pieces) == 120 - 1 - played.STILL_TICKS
 
 
+def test_a_leftover_of_any_run_is_met_before_the_first_is_played(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port, logs = Scripted(stream(range(200))), tmp_path / "logs"
+    monkeypatch.setattr(recorder, "open_port", lambda _: port)
+    monkeypatch.setattr(played, "open_port", lambda _: port)
+    (tmp_path / "plan").mkdir()
+    write_plan(tmp_path / "plan", PLAN)
+    logs.mkdir()
+    (logs / "square.raw").write_bytes(b"precious")
+    assert run(monkeypatch, "run-experiment", RIG, "port", "--plan", tmp_path / "plan", "-o", logs) == 2
+    assert capsys.readouterr().err.startswith(f"rwjax: {logs / 'square.raw'}: exists already")
+    assert port.written == b""
+
+
 def test_of_plan_refuses_what_play_refuses() -> None:
     rig, long = read_rig(RIG), Experiment("square", 1.0, 0.0, 1.0, 4000.0)
     with pytest.raises(LinkError, match="a length of 4000 s"):

@@ -1,10 +1,13 @@
 """The recorder: what it leaves on disk when all goes well, and when anything does not."""
 
+import math
 import os
 import resource
 import signal
 import subprocess
 import sys
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +19,14 @@ from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.avr import F_CPU
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
+from rwjax.errors import InputError
 from rwjax.link import frames, recorder
-from rwjax.link.recorder import Raw, listen, play, record
+from rwjax.link.recorder import Raw, listen, play, record, to_play
 from rwjax.link.session import LinkError, Session
-from rwjax.link.stream import stretches
+from rwjax.link.stream import stretches, write_logs
 from rwjax.log import read_log
 from rwjax.plan.experiment import Experiment
-from rwjax.rig import read_rig
+from rwjax.rig import Rig, read_rig
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, Scripted, stream, wire
 
@@ -117,14 +121,45 @@ def test_ctrl_c_disarms_and_keeps_the_log(testbed: Bench, tmp_path: Path) -> Non
     assert testbed.widths == (1500.0, 1500.0)
 
 
-def test_an_unplugged_cable_keeps_what_came(scripted, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("end", "said"), [("unplugged", "device reports readiness"), ("gone", "Input/output error); is the cable")]
+)
+def test_an_unplugged_cable_keeps_what_came(scripted, tmp_path: Path, end: str, said: str) -> None:
     sent = stream(range(200))
-    scripted(Scripted([*sent, wire(HELLO, 0)[:9]], end="unplugged"))
-    done = record("/dev/ttyACM0", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
-    assert str(done.failure).startswith("/dev/ttyACM0: the port is gone (device reports readiness")
+    scripted(Scripted([*sent, wire(HELLO, 0)[:9]], end))
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
+    assert str(done.failure).startswith(f"scripted: the port is gone ({said}")
     assert str(done.failure).endswith("is the cable plugged in?")
     assert (tmp_path / "run.raw").read_bytes() == b"".join(sent) + wire(HELLO, 0)[:9]
     assert len(read_log(done.logs[0], read_rig(RIG)).time) == 200
+
+
+def test_whatever_ends_a_recording_comes_after_its_log(scripted, tmp_path: Path) -> None:
+    def broken(session: Session, sample: frames.Sample) -> None:
+        if sample.tick == 50:
+            raise ZeroDivisionError
+
+    scripted(Scripted(stream(range(200))))
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None), broken)
+    assert isinstance(done.failure, ZeroDivisionError) and done.logs == [tmp_path / "run.csv"]
+    assert len(read_log(done.logs[0], read_rig(RIG)).time) == 51
+
+
+def test_a_second_ctrl_c_does_not_cost_the_log(scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def impatient(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
+        signal.raise_signal(signal.SIGINT)
+        return write_logs(raw, rig, output)
+
+    def interrupted(session: Session, sample: frames.Sample) -> None:
+        if sample.tick == 50:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(recorder, "write_logs", impatient)
+    scripted(Scripted(stream(range(99))))
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None), interrupted)
+    assert isinstance(done.failure, KeyboardInterrupt) and done.logs == [tmp_path / "run.csv"]
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)  # heard again
 
 
 def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -> None:
@@ -143,15 +178,34 @@ def test_where_nothing_came_nothing_stays(scripted, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_recording_never_replaces_another(scripted, tmp_path: Path) -> None:
-    (tmp_path / "run.raw").write_bytes(b"precious")
+@pytest.mark.parametrize("name", ("run.raw", "run.notes", "run.csv", "run-1.csv"))
+def test_a_recording_never_replaces_another(scripted, tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"precious")
     scripted(Scripted(stream(range(20))))
-    with pytest.raises(LinkError, match="exists already; a recording never replaces another"):
+    with pytest.raises(InputError, match=f"{name}: exists already; a recording never replaces another"):
         record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
-    assert (tmp_path / "run.raw").read_bytes() == b"precious"
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"precious"]
 
 
-def test_bytes_are_on_disk_before_the_next_read(tmp_path: Path) -> None:
+def test_a_board_set_up_for_another_rig_is_refused_before_anything_is_sent(scripted, tmp_path: Path) -> None:
+    port = scripted(Scripted(stream(range(200), HELLO._replace(pulse_neutral=2000))))
+    said = r"testbed: `neutral_us` is 1500, and the board's neutral pulse lasts 1000 us; correct the rig file or"
+    with pytest.raises(InputError, match=said):
+        record("port", read_rig(RIG), tmp_path / "run.csv", {}, play(SQUARE, read_rig(RIG)))
+    kinds = {frame.type for frame in frames.Decoder().feed(port.written)}
+    assert kinds == {frames.ASK, frames.DISARM} and list(tmp_path.iterdir()) == []
+
+
+def test_a_port_belongs_to_one_program() -> None:
+    master, slave = os.openpty()
+    with closing(recorder.open_port(os.ttyname(slave))):
+        with pytest.raises(LinkError, match="another program talks to this port; end it first"):
+            recorder.open_port(os.ttyname(slave))
+    os.close(master)
+    os.close(slave)
+
+
+def test_bytes_are_handed_over_before_the_next_read(tmp_path: Path) -> None:
     """The thesis's listing closes its log file before the first line is written."""
     raw = Raw(tmp_path / "run.raw")
     for k, piece in enumerate(stream(range(20))):
@@ -165,7 +219,7 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_fitted(tmp_path: Path) ->
     code = f"""
 import pathlib, resource, signal
 from rwjax.link import recorder
-from rwjax.rig import read_rig
+from rwjax.rig import Rig, read_rig
 from tests.link.ports import Scripted, stream
 port = Scripted(stream(range(400)))
 recorder.open_port = lambda _: port
@@ -196,6 +250,9 @@ def _paths() -> dict[str, str]:
     ("experiment", "said"),
     [
         (Experiment("square", 9.0, 2.0, 1.0, 1.0), "9 V about 2 V: the pulses reach 10 V; give less"),
+        (Experiment("square", math.nan, 0.0, 1.0, 1.0), "nan V about 0 V: the pulses reach 10 V; give less"),
+        (Experiment("square", 1e308, 0.0, 1.0, 1.0), "the pulses reach 10 V; give less"),
+        (Experiment("square", 1.0, 0.0, math.inf, 1.0), "a period of inf s: has to lie between 0.04 and 655 s"),
         (Experiment("square", 1.0, 0.0, 0.01, 1.0), "a period of 0.01 s: has to lie between 0.04 and 655 s"),
         (Experiment("square", 1.0, 0.0, 1.0, 4000.0), "a length of 4000 s: has to lie between 0.01 and 3600 s"),
     ],
@@ -203,6 +260,15 @@ def _paths() -> dict[str, str]:
 def test_experiments_that_the_board_cannot_play_are_refused(experiment: Experiment, said: str) -> None:
     with pytest.raises(LinkError, match=said):
         play(experiment, read_rig(RIG))
+
+
+def test_an_esc_that_turns_one_way_has_the_whole_span() -> None:
+    rig = read_rig(RIG)
+    assert rig.pwm
+    one_way = replace(rig, pwm=rig.pwm._replace(neutral_us=1000.0))
+    assert to_play(Experiment("square", 9.0, 10.0, 1.0, 1.0), one_way)[2:4] == (900, 1000)
+    with pytest.raises(LinkError, match="the pulses reach 20 V"):
+        to_play(Experiment("square", 11.0, 10.0, 1.0, 1.0), one_way)
 
 
 def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:

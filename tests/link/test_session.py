@@ -8,6 +8,7 @@ from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
 from firmware.simavr.spin import Spin, still
 from rwjax.link import frames
+from rwjax.link.frames import Ack
 from rwjax.link.session import LinkError, Session, faults
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire
@@ -117,15 +118,73 @@ def test_every_byte_is_kept_before_it_is_understood() -> None:
     assert b"".join(kept) == b"".join(pieces[:4])
 
 
-def test_heartbeats_only_while_the_board_is_armed() -> None:
-    beats = {}
-    for state in (frames.DISARMED, frames.ARMED):
-        pieces = [wire(HELLO, 0), *(wire(SAMPLE._replace(tick=k, state=state), k + 1) for k in range(50))]
-        port = Scripted(pieces)
+def test_heartbeats_only_from_the_session_that_armed() -> None:
+    """Whoever only listens must not keep the ESCs driven for a host that has died."""
+
+    def beats(arms: bool, state: int) -> int:
+        pieces = [
+            wire(HELLO, 0),
+            wire(SAMPLE, 1),
+            wire(Ack(2, frames.ARM, 0), 2),
+            wire(SAMPLE._replace(state=state), 3),
+        ]
+        port = Scripted([*pieces, *(wire(SAMPLE._replace(tick=k, state=state), k + 3) for k in range(1, 50))])
         session = Session(port)
         session.greet()
-        for _ in range(50):
-            session.samples()
-        sent = list(frames.Decoder().feed(port.written))
-        beats[state] = sum(frame.type == frames.HEARTBEAT for frame in sent)
-    assert beats == {frames.DISARMED: 0, frames.ARMED: 10}
+        if arms:
+            session.arm()
+        while port.pieces:
+            session.read()
+        session.leave()
+        return sum(frame.type == frames.HEARTBEAT for frame in frames.Decoder().feed(port.written))
+
+    assert beats(False, frames.ARMED) == beats(False, frames.DISARMED) == 0
+    assert beats(True, frames.ARMED) == 10
+
+
+def test_a_passive_host_does_not_keep_a_board_armed(bench: Bench) -> None:
+    connected(bench).arm()
+    passive = connected(bench)
+    for _ in range(40):
+        last = passive.samples()[-1]
+    assert last.state == frames.FAULT and faults(last) == "silence of the host"
+
+
+@pytest.mark.parametrize("size", (1, 7, 5000))
+def test_waiting_does_not_depend_on_the_size_of_reads(size: int) -> None:
+    samples = [wire(SAMPLE._replace(tick=k), k) for k in range(300)]
+    whole = b"".join([*samples[:4], wire(HELLO, 4), *samples[5:150], wire(Ack(2, frames.PULSE, 0), 150)])
+    session = Session(Scripted([whole[k : k + size] for k in range(0, len(whole), size)]))
+    session.greet()
+    if size < 5000:
+        session.command(frames.PULSE, 3000, 3000)
+
+
+def test_a_line_that_never_says_anything_sensible_ends_the_wait() -> None:
+    for before in ([], stream(range(3))):
+        session = Session(Scripted([*before, *[b"t;pos1;pos2;speed2\r\n\0"] * 10_000]))
+        with pytest.raises(LinkError, match=r"no board of the testbed answers; is this the port"):
+            session.greet()
+            while True:
+                session.samples()
+
+
+def test_a_fault_while_arming_is_named() -> None:
+    fault = SAMPLE._replace(state=frames.FAULT, faults=4)
+    session = Session(Scripted([*stream(range(1)), wire(Ack(2, frames.ARM, 0), 2), wire(fault, 3)]))
+    session.greet()
+    with pytest.raises(LinkError, match="scripted: the board does not arm: battery low"):
+        session.arm()
+
+
+def test_answers_of_a_newer_firmware_are_passed_over() -> None:
+    odd = [wire(SAMPLE._replace(state=4), 1), wire(Ack(2, frames.PULSE, 7), 2), wire(Ack(2, frames.PULSE, 4), 3)]
+    session = Session(Scripted([wire(HELLO, 0), *odd]))
+    session.greet()
+    with pytest.raises(LinkError, match="the board refuses: wrong nonce"):
+        session.command(frames.PULSE, 3000, 3000)
+
+
+def test_another_tick_is_refused() -> None:
+    with pytest.raises(LinkError, match="the firmware ticks at 200 Hz, this rwjax at 100 Hz"):
+        Session(Scripted([wire(HELLO._replace(tick_hz=200), 0)])).greet()

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.errors import RigError
-from rwjax.link.stream import columns, stretches, write_logs
+from rwjax.errors import LogError, RigError
+from rwjax.link.stream import channels, columns, stretches, write_logs
 from rwjax.log import read_log
 from rwjax.rig import parse_rig
 from tests.link.ports import HELLO, SAMPLE, stream, wire, wrapped
@@ -24,6 +24,7 @@ drive = { pwm = { neutral_us = 1500, volts_per_us = 0.02 } }
 encoder = { counts_per_rev = 2048 }
 wheel_encoder = { counts_per_rev = 1024 }
 """)
+LIKE_RIG = HELLO._replace(counts_per_rev_2=1024)
 
 
 def test_a_whole_stream_is_one_stretch() -> None:
@@ -76,7 +77,7 @@ def test_a_stream_that_begins_inside_a_frame_is_not_called_damaged() -> None:
 def test_a_log_holds_the_interfaces_columns_in_its_units(tmp_path: Path) -> None:
     said = [SAMPLE._replace(tick=k, count_1=2 * k, count_2=-7 * k, pulse_1=3000 + k, battery=11_500) for k in range(50)]
     raw = tmp_path / "run.raw"
-    raw.write_bytes(b"".join([wire(HELLO, 0), *(wire(s, k + 1) for k, s in enumerate(said))]))
+    raw.write_bytes(b"".join([wire(LIKE_RIG, 0), *(wire(s, k + 1) for k, s in enumerate(said))]))
     (tmp_path / "run.notes").write_text("date: today\nrole: validate\n")
     (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
     log = read_log(path, RIG)
@@ -92,7 +93,7 @@ def test_a_log_holds_the_interfaces_columns_in_its_units(tmp_path: Path) -> None
 
 def test_gaps_are_noted_and_long_ones_end_a_log(tmp_path: Path) -> None:
     raw = tmp_path / "run.raw"
-    raw.write_bytes(b"".join(stream([*range(50), *range(53, 100), *range(140, 200), 230, 231])))
+    raw.write_bytes(b"".join(stream([*range(50), *range(53, 100), *range(140, 200), 230, 231], LIKE_RIG)))
     paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
     assert [p.name for p in paths] == ["run-1.csv", "run-2.csv"]
     assert remarks == ["1 stretches of under 10 samples are left out", "run-1.csv: gap of 3 samples before 0.53 s"]
@@ -118,3 +119,55 @@ def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
 def test_a_rig_without_pulses_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RigError, match=r"no `drive.pwm`; a recording needs `pwm = \{"):
         write_logs(tmp_path / "run.raw", replace(RIG, pwm=None), tmp_path / "run.csv")
+
+
+def test_nothing_is_the_log_of_an_experiment_that_was_not_played(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream(range(100), LIKE_RIG)))
+    (tmp_path / "run.notes").write_text("experiment: square\n")
+    assert write_logs(raw, RIG, tmp_path / "run.csv") == (
+        [],
+        ["1 stretches in which nothing was played are left out"],
+    )
+    said = [SAMPLE._replace(tick=k, playing=k >= 140) for k in (*range(100), *range(130, 200))]
+    raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert len(read_log(path, RIG).time) == 60 and len(remarks) == 1
+
+
+def test_no_log_is_written_where_one_of_them_is_there_already(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream([*range(50), *range(100, 150)], LIKE_RIG)))
+    (tmp_path / "run-2.csv").write_text("precious")
+    with pytest.raises(LogError, match="run-2.csv: exists already; a recording never replaces another"):
+        write_logs(raw, RIG, tmp_path / "run.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run-2.csv", "run.raw"]
+    assert (tmp_path / "run-2.csv").read_text() == "precious"
+
+
+def test_a_board_that_disagrees_with_the_rig_file_is_told(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream(range(50))))
+    _, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert remarks == [
+        "the firmware's config.h has 2048 counts a turn for the encoder of the wheel, the rig file 1024, which is used"
+    ]
+    raw.write_bytes(b"".join(stream(range(50), LIKE_RIG._replace(pulse_neutral=2000))))
+    with pytest.raises(RigError, match="`neutral_us` is 1500, and the board's neutral pulse lasts 1000 us"):
+        write_logs(raw, RIG, tmp_path / "other.csv")
+
+
+@pytest.mark.parametrize(
+    ("kind", "named", "output", "encoders"),
+    [
+        ("reaction", {}, 0, {"axis": 0, "wheel": 1}),
+        ("reaction", {"position": "pos2", "pulse": "pwm_2"}, 1, {"axis": 1, "wheel": 0}),
+        ("wheel", {}, 0, {"wheel": 0}),
+        ("wheel", {"position": "pos2"}, 0, {"wheel": 1}),
+        ("platform", {"position": "pos2"}, 0, {"axis": 1}),
+    ],
+)
+def test_every_kind_of_rig_has_its_channels(
+    kind: str, named: dict[str, str], output: int, encoders: dict[str, int]
+) -> None:
+    assert channels(replace(RIG, kind=kind, columns=named)) == (output, encoders)
