@@ -126,7 +126,7 @@ def region(
     """PD gains of RIG's axis that put every pole of the closed loop left of -sigma."""
     import numpy as np
 
-    from rwjax.control.linear import linearised, transfer, without_lateness
+    from rwjax.control.linear import linearised, taken_as, transfer, without_lateness
     from rwjax.control.region import pd_region, share_of_plants
     from rwjax.control.robust import draw, read_spread
     from rwjax.report.control import csv
@@ -166,7 +166,7 @@ def region(
     notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
     late = without_lateness(believed)
     notes += [f"left out: {', '.join(late)}, which no transfer function holds"] if late else []
-    _say(quiet, *notes)
+    _say(quiet, *notes, *taken_as(believed))
 
 
 def _loop(
