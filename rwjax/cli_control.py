@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli_options import Json, Quiet, RigFile, axis, keep_input
+from rwjax.cli_options import Json, Quiet, RigFile, axis, keep_input, span
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ FitFile = Annotated[
 ]
 Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
 RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
-STEPS = 4  # of the plant in a period of the controller
+STEPS, LONGEST = 4, 2.5e-3  # of the plant in a period of the controller: at least so many, none longer [s]
 
 
 @contextmanager
@@ -181,7 +181,8 @@ def _loop(
         raise InputError(f"--late {late:g}: has to lie between 0 and the period of {period:g} s")
     if smooth < 0.0 or ki < 0.0:
         raise InputError(f"--{'smooth' if smooth < 0.0 else 'ki'}: must not be negative")
-    clockwork = Clockwork(period, STEPS, round(STEPS * late / period), int(rig.counts_per_rev.get("axis", 0)))
+    steps = max(STEPS, math.ceil(period / LONGEST - 1e-9))
+    clockwork = Clockwork(period, steps, steps * late / period, int(rig.counts_per_rev.get("axis", 0)))
     return Controller(0.0, ki=ki, smooth=smooth, limit=volts, spin=rpm * RATE), clockwork
 
 
@@ -421,6 +422,7 @@ def tune(
     from rwjax.control.closed_loop import breakaway, run_rig
     from rwjax.control.response import step_response
     from rwjax.control.robust import draw, read_spread, robust_gains
+    from rwjax.control.tuning import share_stable
     from rwjax.control.tuning import tune as run
     from rwjax.rig import read_rig
 
@@ -430,14 +432,18 @@ def tune(
         raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")
     if not 0.0 < least < 1.0:
         raise InputError(f"--least {least:g}: has to lie between 0 and 1")
-    rows, cols = (axis(option, f"{text}:2", "0:100") for option, text in (("--kp", kp), ("--kd", kd)))
+    rows, cols = span("--kp", kp), span("--kd", kd)
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     spread = read_spread(fit) if fit is not None else None
     with _of(rig):
         alone = theta_of(believed, structure_of(believed))[None]
         thetas = draw(believed, spread, plants) if spread is not None else alone
-        robust = robust_gains(believed, thetas, rows, cols, sigma)
+        robust = robust_gains(believed, thetas, rows, cols, sigma, clockwork, smooth)
+        if robust.kp == robust.kd == 0.0:
+            raise InputError(
+                f"no gain is needed for a sigma of {sigma:g} 1/s; there is none to tune, ask for a larger --sigma"
+            )
         controller = controller._replace(
             kp=robust.kp, kd=robust.kd, forward=forward * breakaway(believed), dead=math.radians(dead)
         )
@@ -447,9 +453,11 @@ def tune(
             seen = step_response(run_rig(believed, law, reference, clockwork), reference[-1], period, volts)
             gains = {key: float(getattr(law, key)) for key in ("kp", "ki", "kd")}
             shown[name] = gains | {key: _plain(np.asarray(value)) for key, value in seen._asdict().items()}
-    shown["robust"]["modulus"], shown["tuned"]["modulus"] = robust.modulus, tuned.margins.modulus
+        holds = share_stable(believed, thetas, clockwork, tuned.controller)
+    shown["robust"]["modulus"], shown["tuned"]["modulus"] = robust.modulus, tuned.modulus
     if as_json:
-        print(json.dumps({"schema": "rwjax.tune/1", "plants": len(thetas), **shown}, allow_nan=False))
+        answer = {"schema": "rwjax.tune/1", "plants": len(thetas), "stable_with_tuned": holds, **shown}
+        print(json.dumps(answer, allow_nan=False))
         return
     for name, found in shown.items():
         settles = "does not settle" if found["settling"] is None else f"settles in {found['settling']:.3g} s"
@@ -458,10 +466,14 @@ def tune(
             f"{found['modulus']:.2f}; {settles}, overshoot {100.0 * found['overshoot']:.2g} %, stays "
             f"{math.degrees(abs(found['error'])):.2g}° off"
         )
-    _say(
-        quiet,
-        f"robust: the largest worst-case margin over {len(thetas)} plants; tuned: a step of {step:g}° on the rig as given",
-    )
+    notes = [
+        f"robust: the largest worst-case margin over {len(thetas)} plants; tuned: a step of {step:g}° on the rig as given"
+    ]
+    if len(thetas) > 1:
+        notes.append(f"with the tuned gains {100.0 * holds:.4g} % of these plants are stable")
+    if tuned.least < least:
+        notes.append(f"margin kept: {tuned.least:.2f}; the robust gains have no {least:g}")
+    _say(quiet, *notes)
 
 
 COMMANDS = (region, sweep, tune, slew, dump, size)

@@ -132,7 +132,19 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
         (("sweep", "--seconds", "0"), "--seconds 0: has to hold 10 to 1000000 samples"),
         (("sweep", "--volts", "nan"), "--volts nan: has to be a finite number"),
         (("sweep", "--kp", "1:2:2000", "--kd", "1:2:2000"), "--kp 1:2:2000 --kd 1:2:2000: 4000000 pairs"),
-        (("tune", "--forward", "2"), "--forward 2.0: has to lie between 0 and 1"),
+        (("tune", "--forward", "2"), "--forward 2: has to lie between 0 and 1"),
+        (("tune", "--kp", "0:100:101"), "--kp 0:100:101: has to be FROM:TO, from 0 or more"),
+        (
+            (
+                "tune",
+                "--kd=-10:10",
+            ),
+            "--kd -10:10: has to be FROM:TO, from 0 or more",
+        ),
+        (
+            ("tune", "--sigma", "-1", "--kp", "0:1e-9", "--kd", "0:1e-9"),
+            "rig.toml: no gain is needed for a sigma of -1 1/s",
+        ),
         (("tune", "--least", "1"), "--least 1: has to lie between 0 and 1"),
         (("slew", "--angle", "0"), "rig.toml: angle 0 rad: has to be a number other than 0"),
         (("slew", "--angle", "10", "--amps", "0"), "--amps 0: has to be positive"),
@@ -145,4 +157,4 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
 def test_bad_input_ends_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:
     command, *options = arguments
     code, out, err = shell(command, "rig.toml", *options)
-    assert code == 2 and out == "" and err.startswith(f"rwjax: {message}".replace("2.0", "2")) and err.count("\n") == 1
+    assert code == 2 and out == "" and err.startswith(f"rwjax: {message}") and err.count("\n") == 1

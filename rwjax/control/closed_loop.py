@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import linearised, transfer
@@ -47,13 +47,18 @@ class Controller(NamedTuple):
 
 
 class Clockwork(NamedTuple):
-    """`period` [s] of the controller; steps of the plant in it; of these, those before a new command acts; `counts` per turn
-    of the encoder, 0 where it reads the angle itself."""
+    """`period` [s] of the controller; `steps` of the plant in it; of these, those before a new command acts, `late`, a part of
+    one too; `counts` per turn of the encoder, 0 where it reads the angle itself."""
 
     period: float = 0.01
     steps: int = 4
-    late: int = 0
+    late: float = 0.0
     counts: int = 0
+
+    @property
+    def lateness(self) -> float:
+        """Time from a reading to its command [s]."""
+        return self.late * self.period / self.steps
 
 
 class Run(NamedTuple):
@@ -110,11 +115,12 @@ def closed_loop(
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
         acts = plant.act(old), plant.act(new)
 
-        def within(carry: tuple, k: Int[Array, ""]) -> tuple[tuple, None]:  # unrolled it would take four times as long
+        def within(carry: tuple, k: Scalar) -> tuple[tuple, None]:  # unrolled it would take four times as long
             t, x = carry
-            return (t + h, step(plant, p, t, x, jnp.where(k < clockwork.late, *acts), h)), None
+            old = jnp.clip(clockwork.late - k, 0.0, 1.0)  # share of the step in which the command before acts
+            return (t + h, step(plant, p, t, x, old * acts[0] + (1.0 - old) * acts[1], h)), None
 
-        (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(clockwork.steps))
+        (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(float(clockwork.steps)))
         return (t, x, error, slope, integral, new), at
 
     first = tuple(start[k] for k in range(len(states)))

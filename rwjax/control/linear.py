@@ -53,6 +53,10 @@ class Transfer(NamedTuple):
         """Numerator of the plant whose command turns forward (…, m): with it positive gains restore."""
         return self.num * np.sign(self.num[..., :1])
 
+    def each(self) -> "list[Transfer]":
+        """Many plants one by one."""
+        return [Transfer(num, den, self.hidden) for num, den in zip(self.num, self.den, strict=True)]
+
 
 def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | None = None) -> Linear:
     """The rig at rest at an `angle` [rad], no current flowing; or one plant for each row of `thetas`, parameter vectors of its

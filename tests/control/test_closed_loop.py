@@ -18,8 +18,8 @@ TESTBED = parse_rig(
 STEP = np.full(800, 0.3)
 
 
-@pytest.mark.parametrize("late", [0, 1, 4])
-def test_without_friction_the_loop_is_its_recursion(late: int) -> None:
+@pytest.mark.parametrize("late", [0.0, 1.0, 1.5, 4.0])
+def test_without_friction_the_loop_is_its_recursion(late: float) -> None:
     clock, kp, kd, ki, smooth = Clockwork(late=late), 3.0, 2.0, 0.5, 0.02
     run = run_rig(FREE, Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
     h, x, v, before, slope, integral, old = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0
@@ -29,7 +29,8 @@ def test_without_friction_the_loop_is_its_recursion(late: int) -> None:
         slope = (smooth * slope + error - before) / (smooth + h)
         u = kp * error + ki * integral + kd * slope
         integral, before = integral + h * error, error
-        for command, time in ((old, late * h / 4.0), (u, (4 - late) * h / 4.0)):
+        for old_share in np.clip(late - np.arange(4), 0.0, 1.0):
+            command, time = old_share * old + (1.0 - old_share) * u, h / 4.0
             x, v = x + v * time + 2.0 * command * time**2, v + 4.0 * command * time
         old = u
 
