@@ -108,12 +108,12 @@ def test_size_names_the_lightest_ring_that_does_it(shell: Shell) -> None:
 
 
 def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
-    options = ("--fit", "fit.json", "--plants", "20", "--seconds", "4", "--ki", "5", "--forward", "0.5")
+    options = ("--fit", "fit.json", "--plants", "20", "--seconds", "4", "--ki", "5", "--sigma", "2", "--forward", "0.5")
     code, out, err = shell("tune", "rig.toml", *options, "--json")
     assert code == 0, err
     answer = json.loads(out)
     assert answer["plants"] == 20 and answer["robust"]["modulus"] >= answer["tuned"]["modulus"] > 0.499
-    assert abs(answer["tuned"]["error"]) < abs(answer["robust"]["error"])
+    assert abs(answer["tuned"]["error"]) < abs(answer["robust"]["error"]) and answer["stable_with_tuned"] == 1.0
     assert shell("tune", "rig.toml", *options)[1].startswith("robust: kp ")
 
 
