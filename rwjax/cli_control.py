@@ -35,6 +35,7 @@ FitFile = Annotated[
     Path | None, typer.Option("--fit", metavar="FIT.json", help="what `rwjax fit RIG LOG… --json` printed for this rig")
 ]
 Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
+PAIRS = 1_000_000
 RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
 STEPS, LONGEST = 4, 2.5e-3  # of the plant in a period of the controller: at least so many, none longer [s]
 
@@ -60,6 +61,15 @@ def _positive(**options: float) -> None:
             raise InputError(f"--{name} {value:g}: has to be positive")
 
 
+def _pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.ndarray]":
+    """The values of two options, at most `PAIRS` of both."""
+    first, second = (axis(f"--{name}", text, example) for name, text in options.items())
+    if len(first) * len(second) > PAIRS:
+        given = " ".join(f"--{name} {text}" for name, text in options.items())
+        raise InputError(f"{given}: {len(first) * len(second)} pairs are more than {PAIRS}; take fewer")
+    return first, second
+
+
 def _limits(volts: float, amps: float, rpm: float) -> "Limits":
     from rwjax.control.open_loop import Limits
 
@@ -69,16 +79,27 @@ def _limits(volts: float, amps: float, rpm: float) -> "Limits":
 
 
 def _write(
-    rig: Path, output: Path | None, text: str, figure: "Callable[[], Figure]", answer: dict, as_json: bool
+    inputs: tuple[Path, ...],
+    output: Path | None,
+    text: str,
+    figure: "Callable[[], Figure]",
+    answer: dict,
+    as_json: bool,
 ) -> None:
-    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted."""
+    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted. A device gets the table alone."""
     from rwjax.errors import write_text
     from rwjax.report.control import write_png
 
     if output is not None:
-        keep_input(output, rig)
+        if output.suffix.lower() == ".png":
+            raise InputError(
+                f"-o {output}: is the table's path, the figure is written beside it; take one that ends with .csv"
+            )
+        keep_input(output, *inputs)
         write_text(output, text, InputError)
-        write_png(figure(), output.with_suffix(".png"))
+        if output.is_file():
+            keep_input(output.with_suffix(".png"), *inputs)
+            write_png(figure(), output.with_suffix(".png"))
     if as_json:
         print(json.dumps(answer, allow_nan=False))
     elif output is None:
@@ -135,7 +156,7 @@ def region(
 
     _finite(sigma=sigma, angle=angle)
     believed = read_rig(rig)
-    gains = axis("--kp", kp), axis("--kd", kd)
+    gains = _pairs(kp=kp, kd=kd)
     beside: dict[str, np.ndarray] = {}
     spread = read_spread(fit) if fit is not None else None
     with _of(rig):
@@ -157,7 +178,8 @@ def region(
         "left_out": list(found.plant.hidden),
         **{name.replace(" ", "_"): value.tolist() for name, value in beside.items()},
     }
-    _write(rig, output, csv(columns(found, beside)), lambda: draw_region(found, beside), answer, as_json)
+    inputs = (rig,) if fit is None else (rig, fit)
+    _write(inputs, output, csv(columns(found, beside)), lambda: draw_region(found, beside), answer, as_json)
     notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs put every pole left of -{sigma:g} 1/s"]
     for name, value in beside.items():
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
@@ -231,9 +253,7 @@ def sweep(
     from rwjax.rig import read_rig
 
     believed = read_rig(rig)
-    rows, cols = axis("--kp", kp), axis("--kd", kd)
-    if len(rows) * len(cols) > 1_000_000:
-        raise InputError(f"--kp {kp} --kd {kd}: {len(rows) * len(cols)} pairs are more than 1000000; take fewer")
+    rows, cols = _pairs(kp=kp, kd=kd)
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     with _of(rig):
@@ -243,7 +263,7 @@ def sweep(
     maps = {name: _plain(np.asarray(getattr(found, field))) for name, (field, _, _) in MAPS.items()}
     answer = {"schema": "rwjax.sweep/1", "kp": rows.tolist(), "kd": cols.tolist(), **maps}
     figure = partial(draw_maps, rows, cols, found, f"responses to {step:g}°, limit {volts:g} V")
-    _write(rig, output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
+    _write((rig,), output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
     settles = np.isfinite(found.settling)
     notes = [f"{int(settles.sum())} of {settles.size} gain pairs settle within 2 % of the step"]
     if settles.any():
@@ -285,7 +305,7 @@ def slew(
     figure = partial(
         draw_courses, {"fastest on the plant": found.best, "ideal on-off law": found.followed}, f"{angle:g}° slew"
     )
-    _write(rig, output, csv(of_course(found.best)), figure, answer, as_json)
+    _write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     _say(
         quiet,
         f"ideal on-off law: {ideal.time:.3f} s ({ideal.ramp:.3f} up, {ideal.hold:.3f} held, {ideal.ramp:.3f} down), wheel to "
@@ -324,7 +344,7 @@ def dump(
         **{name: np.asarray(value).tolist() for name, value in of_course(found.best).items()},
     }
     figure = partial(draw_courses, {f"from {spin:g} 1/min": found.best}, "the wheel stops, the axis does not move")
-    _write(rig, output, csv(of_course(found.best)), figure, answer, as_json)
+    _write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     _say(
         quiet,
         f"{found.time:.3f} s; no command does it in less than {found.bound:.3f} s; the axis moves by {moved:.2g}°",
@@ -359,9 +379,7 @@ def size(
     _positive(density=density, seconds=seconds)
     if not 0.0 <= inner < 1.0:
         raise InputError(f"--inner {inner:g}: has to lie between 0 (a disc) and below 1")
-    outer, thick = (
-        1e-3 * axis(*given) for given in (("--radius", radius, "20:50:61"), ("--thickness", thickness, "1:10:61"))
-    )
+    outer, thick = (1e-3 * values for values in _pairs("20:50:61", radius=radius, thickness=thickness))
     for option, values in (("--radius", outer), ("--thickness", thick)):
         if values.min() <= 0.0:
             raise InputError(f"{option}: has to be positive [mm]")
@@ -377,7 +395,7 @@ def size(
         **{name: v.tolist() if name == "limit" else _plain(v) for name, v in columns.items()},
     }
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
-    _write(rig, output, csv(columns), figure, answer, as_json)
+    _write((rig,), output, csv(columns), figure, answer, as_json)
     notes = [
         f"needed without a hold: {found.needs_momentum:.3g} N m s and {found.needs_torque:.3g} N m; the motor has "
         f"{found.torque:.3g} N m at the wheel's top rate"
