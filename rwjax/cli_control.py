@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli_options import RATE, Json, Quiet, RigFile, axis, finite, keep_input, of_file, positive
+from rwjax.cli_options import RATE, Json, Quiet, RigFile, axis, finite, keep_input, of_file, positive, span
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,7 +34,17 @@ FitFile = Annotated[
     Path | None, typer.Option("--fit", metavar="FIT.json", help="what `rwjax fit RIG LOG… --json` printed for this rig")
 ]
 Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
-STEPS = 4  # of the plant in a period of the controller
+PAIRS = 1_000_000
+STEPS, LONGEST = 4, 2.5e-3  # of the plant in a period of the controller: at least so many, none longer [s]
+
+
+def _pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.ndarray]":
+    """The values of two options, at most `PAIRS` of both."""
+    first, second = (axis(f"--{name}", text, example) for name, text in options.items())
+    if len(first) * len(second) > PAIRS:
+        given = " ".join(f"--{name} {text}" for name, text in options.items())
+        raise InputError(f"{given}: {len(first) * len(second)} pairs are more than {PAIRS}; take fewer")
+    return first, second
 
 
 def _limits(volts: float, amps: float, rpm: float) -> "Limits":
@@ -46,16 +56,27 @@ def _limits(volts: float, amps: float, rpm: float) -> "Limits":
 
 
 def _write(
-    rig: Path, output: Path | None, text: str, figure: "Callable[[], Figure]", answer: dict, as_json: bool
+    inputs: tuple[Path, ...],
+    output: Path | None,
+    text: str,
+    figure: "Callable[[], Figure]",
+    answer: dict,
+    as_json: bool,
 ) -> None:
-    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted."""
+    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted. A device gets the table alone."""
     from rwjax.errors import write_text
     from rwjax.report.control import write_png
 
     if output is not None:
-        keep_input(output, rig)
+        if output.suffix.lower() == ".png":
+            raise InputError(
+                f"-o {output}: is the table's path, the figure is written beside it; take one that ends with .csv"
+            )
+        keep_input(output, *inputs)
         write_text(output, text, InputError)
-        write_png(figure(), output.with_suffix(".png"))
+        if output.is_file():
+            keep_input(output.with_suffix(".png"), *inputs)
+            write_png(figure(), output.with_suffix(".png"))
     if as_json:
         print(json.dumps(answer, allow_nan=False))
     elif output is None:
@@ -103,7 +124,7 @@ def region(
     """PD gains of RIG's axis that put every pole of the closed loop left of -sigma."""
     import numpy as np
 
-    from rwjax.control.linear import linearised, transfer, without_lateness
+    from rwjax.control.linear import linearised, taken_as, transfer, without_lateness
     from rwjax.control.region import pd_region, share_of_plants
     from rwjax.control.robust import draw, read_spread
     from rwjax.report.control import csv
@@ -112,7 +133,7 @@ def region(
 
     finite(sigma=sigma, angle=angle)
     believed = read_one_axis_rig(rig)
-    gains = axis("--kp", kp), axis("--kd", kd)
+    gains = _pairs(kp=kp, kd=kd)
     beside: dict[str, np.ndarray] = {}
     spread = read_spread(fit) if fit is not None else None
     with of_file(rig):
@@ -134,7 +155,8 @@ def region(
         "left_out": list(found.plant.hidden),
         **{name.replace(" ", "_"): value.tolist() for name, value in beside.items()},
     }
-    _write(rig, output, csv(columns(found, beside)), lambda: draw_region(found, beside), answer, as_json)
+    inputs = (rig,) if fit is None else (rig, fit)
+    _write(inputs, output, csv(columns(found, beside)), lambda: draw_region(found, beside), answer, as_json)
     notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs put every pole left of -{sigma:g} 1/s"]
     for name, value in beside.items():
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
@@ -143,7 +165,7 @@ def region(
     notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
     late = without_lateness(believed)
     notes += [f"left out: {', '.join(late)}, which no transfer function holds"] if late else []
-    _say(quiet, *notes)
+    _say(quiet, *notes, *taken_as(believed))
 
 
 def _loop(
@@ -158,7 +180,8 @@ def _loop(
         raise InputError(f"--late {late:g}: has to lie between 0 and the period of {period:g} s")
     if smooth < 0.0 or ki < 0.0:
         raise InputError(f"--{'smooth' if smooth < 0.0 else 'ki'}: must not be negative")
-    clockwork = Clockwork(period, STEPS, round(STEPS * late / period), int(rig.counts_per_rev.get("axis", 0)))
+    steps = max(STEPS, math.ceil(period / LONGEST - 1e-9))
+    clockwork = Clockwork(period, steps, steps * late / period, int(rig.counts_per_rev.get("axis", 0)))
     return Controller(0.0, ki=ki, smooth=smooth, limit=volts, spin=rpm * RATE), clockwork
 
 
@@ -207,9 +230,7 @@ def sweep(
     from rwjax.rig import read_one_axis_rig
 
     believed = read_one_axis_rig(rig)
-    rows, cols = axis("--kp", kp), axis("--kd", kd)
-    if len(rows) * len(cols) > 1_000_000:
-        raise InputError(f"--kp {kp} --kd {kd}: {len(rows) * len(cols)} pairs are more than 1000000; take fewer")
+    rows, cols = _pairs(kp=kp, kd=kd)
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     with of_file(rig):
@@ -219,7 +240,7 @@ def sweep(
     maps = {name: _plain(np.asarray(getattr(found, field))) for name, (field, _, _) in MAPS.items()}
     answer = {"schema": "rwjax.sweep/1", "kp": rows.tolist(), "kd": cols.tolist(), **maps}
     figure = partial(draw_maps, rows, cols, found, f"responses to {step:g}°, limit {volts:g} V")
-    _write(rig, output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
+    _write((rig,), output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
     settles = np.isfinite(found.settling)
     notes = [f"{int(settles.sum())} of {settles.size} gain pairs settle within 2 % of the step"]
     if settles.any():
@@ -261,7 +282,7 @@ def slew(
     figure = partial(
         draw_courses, {"fastest on the plant": found.best, "ideal on-off law": found.followed}, f"{angle:g}° slew"
     )
-    _write(rig, output, csv(of_course(found.best)), figure, answer, as_json)
+    _write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     _say(
         quiet,
         f"ideal on-off law: {ideal.time:.3f} s ({ideal.ramp:.3f} up, {ideal.hold:.3f} held, {ideal.ramp:.3f} down), wheel to "
@@ -300,7 +321,7 @@ def dump(
         **{name: np.asarray(value).tolist() for name, value in of_course(found.best).items()},
     }
     figure = partial(draw_courses, {f"from {spin:g} 1/min": found.best}, "the wheel stops, the axis does not move")
-    _write(rig, output, csv(of_course(found.best)), figure, answer, as_json)
+    _write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     _say(
         quiet,
         f"{found.time:.3f} s; no command does it in less than {found.bound:.3f} s; the axis moves by {moved:.2g}°",
@@ -335,9 +356,7 @@ def size(
     positive(density=density, seconds=seconds)
     if not 0.0 <= inner < 1.0:
         raise InputError(f"--inner {inner:g}: has to lie between 0 (a disc) and below 1")
-    outer, thick = (
-        1e-3 * axis(*given) for given in (("--radius", radius, "20:50:61"), ("--thickness", thickness, "1:10:61"))
-    )
+    outer, thick = (1e-3 * values for values in _pairs("20:50:61", radius=radius, thickness=thickness))
     for option, values in (("--radius", outer), ("--thickness", thick)):
         if values.min() <= 0.0:
             raise InputError(f"{option}: has to be positive [mm]")
@@ -353,7 +372,7 @@ def size(
         **{name: v.tolist() if name == "limit" else _plain(v) for name, v in columns.items()},
     }
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
-    _write(rig, output, csv(columns), figure, answer, as_json)
+    _write((rig,), output, csv(columns), figure, answer, as_json)
     notes = [
         f"needed without a hold: {found.needs_momentum:.3g} N m s and {found.needs_torque:.3g} N m; the motor has "
         f"{found.torque:.3g} N m at the wheel's top rate"
@@ -398,6 +417,7 @@ def tune(
     from rwjax.control.closed_loop import breakaway, run_rig
     from rwjax.control.response import step_response
     from rwjax.control.robust import draw, read_spread, robust_gains
+    from rwjax.control.tuning import share_stable
     from rwjax.control.tuning import tune as run
     from rwjax.rig import read_one_axis_rig
 
@@ -407,14 +427,18 @@ def tune(
         raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")
     if not 0.0 < least < 1.0:
         raise InputError(f"--least {least:g}: has to lie between 0 and 1")
-    rows, cols = (axis(option, f"{text}:2", "0:100") for option, text in (("--kp", kp), ("--kd", kd)))
+    rows, cols = span("--kp", kp), span("--kd", kd)
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     spread = read_spread(fit) if fit is not None else None
     with of_file(rig):
         alone = theta_of(believed, structure_of(believed))[None]
         thetas = draw(believed, spread, plants) if spread is not None else alone
-        robust = robust_gains(believed, thetas, rows, cols, sigma)
+        robust = robust_gains(believed, thetas, rows, cols, sigma, clockwork, smooth)
+        if robust.kp == robust.kd == 0.0:
+            raise InputError(
+                f"no gain is needed for a sigma of {sigma:g} 1/s; there is none to tune, ask for a larger --sigma"
+            )
         controller = controller._replace(
             kp=robust.kp, kd=robust.kd, forward=forward * breakaway(believed), dead=math.radians(dead)
         )
@@ -424,9 +448,11 @@ def tune(
             seen = step_response(run_rig(believed, law, reference, clockwork), reference[-1], period, volts)
             gains = {key: float(getattr(law, key)) for key in ("kp", "ki", "kd")}
             shown[name] = gains | {key: _plain(np.asarray(value)) for key, value in seen._asdict().items()}
-    shown["robust"]["modulus"], shown["tuned"]["modulus"] = robust.modulus, tuned.margins.modulus
+        holds = share_stable(believed, thetas, clockwork, tuned.controller)
+    shown["robust"]["modulus"], shown["tuned"]["modulus"] = robust.modulus, tuned.modulus
     if as_json:
-        print(json.dumps({"schema": "rwjax.tune/1", "plants": len(thetas), **shown}, allow_nan=False))
+        answer = {"schema": "rwjax.tune/1", "plants": len(thetas), "stable_with_tuned": holds, **shown}
+        print(json.dumps(answer, allow_nan=False))
         return
     for name, found in shown.items():
         settles = "does not settle" if found["settling"] is None else f"settles in {found['settling']:.3g} s"
@@ -435,10 +461,14 @@ def tune(
             f"{found['modulus']:.2f}; {settles}, overshoot {100.0 * found['overshoot']:.2g} %, stays "
             f"{math.degrees(abs(found['error'])):.2g}° off"
         )
-    _say(
-        quiet,
-        f"robust: the largest worst-case margin over {len(thetas)} plants; tuned: a step of {step:g}° on the rig as given",
-    )
+    notes = [
+        f"robust: the largest worst-case margin over {len(thetas)} plants; tuned: a step of {step:g}° on the rig as given"
+    ]
+    if len(thetas) > 1:
+        notes.append(f"with the tuned gains {100.0 * holds:.4g} % of these plants are stable")
+    if tuned.least < least:
+        notes.append(f"margin kept: {tuned.least:.2f}; the robust gains have no {least:g}")
+    _say(quiet, *notes)
 
 
 COMMANDS = (region, sweep, tune, slew, dump, size)

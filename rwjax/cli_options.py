@@ -66,7 +66,7 @@ def keep_input(output: Path, *inputs: Path) -> None:
 
 
 def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
-    """The values that `FROM:TO:COUNT` stands for."""
+    """The values that `FROM:TO:COUNT` stands for. Raises `InputError` for anything else."""
     import numpy as np
 
     wrong = InputError(f"{option} {text}: has to be FROM:TO:COUNT with 1 to {MOST} values, such as {example}")
@@ -78,3 +78,16 @@ def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
     if not (np.isfinite([low, high]).all() and 1 <= count <= MOST):
         raise wrong
     return np.linspace(low, high, count)
+
+
+def span(option: str, text: str) -> "np.ndarray":
+    """Both ends of `FROM:TO`, a range of gains that restore. Raises `InputError` for anything else."""
+    import numpy as np
+
+    try:
+        low, high = (float(end) for end in text.split(":"))
+    except ValueError:
+        low, high = 0.0, 0.0
+    if not 0.0 <= low < high < np.inf:
+        raise InputError(f"{option} {text}: has to be FROM:TO, from 0 or more to a larger number, such as 0:100")
+    return np.array([low, high])

@@ -371,13 +371,18 @@ class Plant(eqx.Module):
 
 
 def friction_level(effects: list, motion: Motion, direction: float) -> Scalar:
-    """Dry friction on one body [N m], never below 0: the sum of all levels, each raised by the shares of the others."""
+    """Dry friction on one body [N m], never below 0: `friction_sum` where that is positive."""
+    return jnp.maximum(friction_sum(effects, motion, direction), 0.0)
+
+
+def friction_sum(effects: list, motion: Motion, direction: float) -> Scalar:
+    """The sum of all levels [N m], each raised by the shares of the others."""
     own = [e.level(motion, direction) for e in effects]
     whole = sum(own, start=jnp.zeros_like(motion.t))
     raised = (
         e.share(motion) * (whole - level) for e, level in zip(effects, own, strict=True) if isinstance(e, AxisDry)
     )
-    return jnp.maximum(sum(raised, start=whole), 0.0)
+    return sum(raised, start=whole)
 
 
 def one_axis(structure: Structure, numbers: Numbers) -> Plant:

@@ -27,6 +27,7 @@ from rwjax.errors import InputError
 from rwjax.fit.rig_fit import fit_rig
 
 COUNTS, TICK, TOP = 2048, 0.01, 8.0  # s, V
+CLOCK = Clockwork(TICK, counts=COUNTS)
 RUNS = {"square": False, "multisine": False, "stair": False, "triangle": True}  # and whether it validates
 LIMIT, SMOOTH, SIGMA, FED, DEAD = 10.0, 0.02, 1.0, 0.8, np.radians(0.2)
 BASE = Truth(kind=2, I=0.0495, viscous=0.0026)
@@ -112,10 +113,10 @@ def design(model: Rig) -> Controller:
     """Gains for a model, the same way for every one."""
     model = replace(model, effects={n: v for n, v in model.effects.items() if not n.startswith("sensor.")})
     theta = theta_of(model, structure_of(model))[None]
-    robust = robust_gains(model, theta, np.array([0.0, 100.0]), np.array([0.0, 100.0]), SIGMA)
+    robust = robust_gains(model, theta, np.array([0.0, 100.0]), np.array([0.0, 100.0]), SIGMA, CLOCK, SMOOTH)
     start = Controller(robust.kp, 0.3 * robust.kp, robust.kd, SMOOTH, FED * breakaway(model), DEAD, LIMIT)
     step = np.full(600, np.radians(15.0))
-    return tune(model, start, step, Clockwork(counts=COUNTS)).controller
+    return tune(model, start, step, CLOCK).controller
 
 
 def case(name: str) -> list[str]:

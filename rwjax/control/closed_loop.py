@@ -10,12 +10,12 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import linearised, transfer
 from rwjax.effects import BY_NAME
-from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
+from rwjax.effects.ports import AxisDry, AxisElastic, CommandDelay, CommandFilter, EncoderDelay, WheelDry
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
@@ -32,8 +32,8 @@ class Controller(NamedTuple):
 
     `smooth` [s]: time constant of the derivative's filter; `forward` [V]: what overcomes dry friction, fed forward where
     the error is larger than `dead` [rad]; `limit` [V]: largest command; `spin` [rad/s]: wheel rate from which on a command
-    that drives it further is held to what keeps that rate. The integral stands still while the command is clipped and the
-    error drives it further.
+    that drives it further is held to what keeps that rate. The integral stands still while the command is clipped or held and
+    the error drives it further.
     """
 
     kp: Scalar | float
@@ -47,13 +47,18 @@ class Controller(NamedTuple):
 
 
 class Clockwork(NamedTuple):
-    """`period` [s] of the controller; steps of the plant in it; of these, those before a new command acts; `counts` per turn
-    of the encoder, 0 where it reads the angle itself."""
+    """`period` [s] of the controller; `steps` of the plant in it; of these, those before a new command acts, `late`, a part of
+    one too; `counts` per turn of the encoder, 0 where it reads the angle itself."""
 
     period: float = 0.01
     steps: int = 4
-    late: int = 0
+    late: float = 0.0
     counts: int = 0
+
+    @property
+    def lateness(self) -> float:
+        """Time from a reading to its command [s]."""
+        return self.late * self.period / self.steps
 
 
 class Run(NamedTuple):
@@ -101,20 +106,21 @@ def closed_loop(
         forward = c.forward * jnp.where(jnp.abs(error) > c.dead, jnp.sign(error), 0.0)
         asked = c.kp * error + c.ki * integral + c.kd * slope + forward
         given = jnp.clip(asked, -c.limit, c.limit)
-        winds = (asked != given) & (jnp.sign(asked) == jnp.sign(error))
-        integral = integral + jnp.where(winds, 0.0, clockwork.period * error)
         new = sign * given
         if spins is not None:
             fast = (jnp.abs(x[spins]) >= c.spin) & (jnp.sign(new) == jnp.sign(x[spins]))
             new = jnp.where(fast, jnp.sign(new) * jnp.minimum(jnp.abs(new), _holding(plant, jnp.asarray(c.spin))), new)
+        winds = (sign * new != asked) & (jnp.sign(asked) == jnp.sign(error))
+        integral = integral + jnp.where(winds, 0.0, clockwork.period * error)
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
         acts = plant.act(old), plant.act(new)
 
-        def within(carry: tuple, k: Int[Array, ""]) -> tuple[tuple, None]:  # unrolled it would take four times as long
+        def within(carry: tuple, k: Scalar) -> tuple[tuple, None]:  # unrolled it would take four times as long
             t, x = carry
-            return (t + h, step(plant, p, t, x, jnp.where(k < clockwork.late, *acts), h)), None
+            old = jnp.clip(clockwork.late - k, 0.0, 1.0)  # share of the step in which the command before acts
+            return (t + h, step(plant, p, t, x, old * acts[0] + (1.0 - old) * acts[1], h)), None
 
-        (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(clockwork.steps))
+        (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(float(clockwork.steps)))
         return (t, x, error, slope, integral, new), at
 
     first = tuple(start[k] for k in range(len(states)))
@@ -171,25 +177,30 @@ def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
 
 
 def breakaway(rig: Rig) -> float:
-    """Command [V] at which the axis of a rig at rest breaks loose, its wheel standing: what to feed forward against dry friction
-    and a dead zone.
+    """Command [V] at which the axis of a rig at rest breaks loose towards positive angles, its wheel standing: what to feed
+    forward against dry friction, the wheel's included, and a dead zone.
 
-    Raises `InputError` as `linearised` does.
+    Raises `InputError` as `linearised` does, and where the drive never gives so much.
     """
-    linearised(rig)
+    sign = float(np.sign(transfer(linearised(rig)).num[0]))
     structure, theta = structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))
     plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
-    levels = [
-        friction_level(dry, rest, 1.0) for body, dry in plant.bodies() if body.rate == structure.states.index("w")
-    ]
+    on_axis = [e for e in plant.effects if isinstance(e, AxisDry | AxisElastic)]
+    on_wheel = [e for e in plant.effects if isinstance(e, WheelDry)]
+    needed = float(friction_level(on_axis, rest, 1.0) + friction_level(on_wheel, rest, -1.0))
     n = rig.values
     per_volt = n["drive.gain"] if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
-    needed = float(sum(levels)) / per_volt
+
+    def given(command: float) -> float:
+        return abs(per_volt) * sign * float(plant.act(jnp.asarray(sign * command)))
+
     low, high = 0.0, 1.0
-    while float(plant.act(jnp.asarray(high))) < needed and high < FARTHEST:
+    while given(high) < needed and high < FARTHEST:
         high *= 2.0
+    if given(high) < needed:
+        raise InputError(f"the drive never gives the {needed:.3g} N m at which the axis breaks loose")
     for _ in range(50):  # the drive's map rises with the command
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if float(plant.act(jnp.asarray(middle))) > needed else (middle, high)
+        low, high = (low, middle) if given(middle) > needed else (middle, high)
     return low

@@ -1,43 +1,40 @@
 """The rig seen by its controller: the plant linearised about a held angle, and its transfer function without hidden modes."""
 
 from functools import partial
-from math import comb
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.linalg import matrix_balance
 
 from rwjax.build import structure_of, theta_of
 from rwjax.effects import BY_NAME
+from rwjax.effects.axis import Backlash, FlexibleCoupling
 from rwjax.effects.drive import DriveLag
 from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
+from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
-from rwjax.plant import Plant, Structure, friction_level
+from rwjax.param import parameters
+from rwjax.plant import Plant, Structure, friction_sum
 from rwjax.rig import Rig, with_one_axis
 from rwjax.simulate import one_axis_plant_of
 from rwjax.types import Scalar
 
 SLIDING = 1e-6
 """Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two."""
-CANCELS = 1e-12
-"""Share of what a coefficient may be below which it is rounding."""
+CANCELS = 1e-13
+"""Share of what a coefficient is summed from below which it is rounding."""
 
 
 class Linear(NamedTuple):
     """One plant, or many of one rig: `A` (…, n, n), `B` (…, n) per V of command, `C` (…, n) of the encoder's angle [rad].
-
-    States that the command does not reach or the encoder does not show are left out. `late` (…,) [s]: the rig's own delays
-    between command and reading, on top.
-    """
+    States that the command does not reach or the encoder does not show are left out, and so are delays."""
 
     states: tuple[str, ...]
     A: np.ndarray
     B: np.ndarray
     C: np.ndarray
-    late: np.ndarray
 
 
 class Transfer(NamedTuple):
@@ -56,34 +53,52 @@ class Transfer(NamedTuple):
         """Numerator of the plant whose command turns forward (…, m): with it positive gains restore."""
         return self.num * np.sign(self.num[..., :1])
 
+    def each(self) -> "list[Transfer]":
+        """Many plants one by one."""
+        return [Transfer(num, den, self.hidden) for num, den in zip(self.num, self.den, strict=True)]
+
 
 def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | None = None) -> Linear:
     """The rig at rest at an `angle` [rad], no current flowing; or one plant for each row of `thetas`, parameter vectors of its
     structure.
 
     Dry friction counts as fed forward; its slope beside 0 stays and may be negative, as viscous friction does. What the
-    drive does to small commands (dead zone, offset) counts as fed forward, too; its lag stays.
+    drive does to small commands (dead zone, offset) counts as fed forward, too; its lag stays. For play stands the coupling
+    that is closed, and no ripple of the motor holds the wheel.
     Raises `InputError` for a rig without an axis and for one whose command does not turn it.
     """
     with_one_axis(rig)
     if rig.kind == "wheel":
         raise InputError("kind `wheel`: there is no axis to hold at an angle; take a `platform` or `reaction` rig")
-    structure = structure_of(rig)
-    theta = jnp.asarray(theta_of(rig, structure) if thetas is None else thetas)
-    A, B, C, late = (np.asarray(x) for x in _matrices(structure, theta, jnp.asarray(angle)))
+    whole = structure_of(rig)
+    structure, theta = _beside(whole, theta_of(rig, whole) if thetas is None else np.asarray(thetas))
+    A, B, C = (np.asarray(x) for x in _matrices(structure, jnp.asarray(theta), jnp.asarray(angle)))
     states = (*structure.states, *(f"{e}:u" for e in structure.effects if BY_NAME[e] is DriveLag))
     acts, moves, shows = (np.any(x, axis=tuple(range(theta.ndim - 1))) for x in (A, B, C))
     use = _reached(acts, moves) & _reached(acts.T, shows)
     if not use.any():
         raise InputError("the command does not turn the axis; check the rig file's gain")
     k = np.flatnonzero(use)
-    return Linear(tuple(states[i] for i in k), A[..., k[:, None], k], B[..., k], C[..., k], late)
+    return Linear(tuple(states[i] for i in k), A[..., k[:, None], k], B[..., k], C[..., k])
+
+
+def _beside(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:
+    """Structure and numbers of what a loop feels beside its angle: no lag of 0 s, no ripple, a coupling for closed play."""
+    names, renamed = structure.names, {Backlash.name: FlexibleCoupling.name}
+    idle = f"{DriveLag.name}.T" in names and not np.any(theta[..., names.index(f"{DriveLag.name}.T")])
+    gone = {Cogging.name} | ({DriveLag.name} if idle else set())
+    kept = {renamed.get(name, name): name for name in structure.effects if name not in gone}
+    found = structure._replace(effects=()).with_effects(*kept)
+    of = {name: name for name in structure.numbers} | {
+        f"{new}.{number}": f"{old}.{number}" for new, old in kept.items() for number in parameters(BY_NAME[new])
+    }
+    return found, theta[..., [names.index(of[name]) for name in found.names]]
 
 
 @partial(jax.jit, static_argnums=0)
-@partial(jnp.vectorize, excluded=(0, 2), signature="(p)->(n,n),(n),(n),()")
+@partial(jnp.vectorize, excluded=(0, 2), signature="(p)->(n,n),(n),(n)")
 def _matrices(structure: Structure, theta: Float[Array, " p"], angle: Scalar) -> tuple[Array, ...]:
-    """Derivatives of the rates by state and command and of the encoder's angle by state, and the delays."""
+    """Derivatives of the rates by state and command and of the encoder's angle by state."""
     plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = jnp.zeros(len(structure.states)).at[structure.states.index("psi")].set(angle)
 
@@ -96,11 +111,10 @@ def _matrices(structure: Structure, theta: Float[Array, " p"], angle: Scalar) ->
     A, B = jax.jacfwd(rates, argnums=(0, 1))(rest, zero)
     A, C = A + _slopes(plant, rest), jax.jacfwd(read)(rest)
     for lag in (effect for effect in plant.effects if isinstance(effect, DriveLag)):
-        fast = 1.0 / jnp.maximum(lag.T, 1e-9)
+        fast = 1.0 / lag.T
         A = jnp.block([[A, B[:, None]], [jnp.zeros((1, len(A))), -fast[None, None]]])
         B, C = jnp.append(jnp.zeros_like(B), fast), jnp.append(C, 0.0)
-    late = sum((d for d in (plant.delay(), plant.age()) if d is not None), zero)
-    return A, B, C, late
+    return A, B, C
 
 
 def _slopes(plant: Plant, rest: Array) -> Array:
@@ -110,7 +124,7 @@ def _slopes(plant: Plant, rest: Array) -> Array:
 
         def level(w: Array, body=body, dry=dry) -> Array:
             x = rest.at[body.rate].set(w)
-            return friction_level(dry, plant.motion(jnp.zeros(()), tuple(x), jnp.zeros(())), 1.0)
+            return friction_sum(dry, plant.motion(jnp.zeros(()), tuple(x), jnp.zeros(())), 1.0)
 
         near, far = (jax.grad(level)(jnp.asarray(w)) for w in (SLIDING, 2.0 * SLIDING))
         found = found.at[:, body.rate].add(jnp.stack([jnp.asarray(r) for r in body.reaction]) * (2.0 * near - far))
@@ -126,12 +140,18 @@ def _reached(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def transfer(linear: Linear) -> Transfer:
-    r"""Transfer function of linearised plants: $\det(sI - A)$ and $\det(sI - A + BC) - \det(sI - A)$, common powers of s left
-    out."""
-    fed_back = linear.A - linear.B[..., :, None] * linear.C[..., None, :]
-    den, closed = characteristic(linear.A), characteristic(fed_back)
-    rounding = np.maximum(_rounding(linear.A), _rounding(fed_back))
-    num, den = (np.where(np.abs(p) > rounding, p, 0.0) for p in (closed - den, den))
+    r"""Transfer function of linearised plants: $\det(sI - A)$ and $C\,\mathrm{adj}(sI - A)\,B$, common powers of s left out.
+
+    Raises `InputError` where nothing of the numerator stands out from rounding.
+    """
+    den, size = characteristic(linear.A)
+    num = _adjugate(linear.A, linear.B, linear.C, den)
+    most = _adjugate(np.abs(linear.A), np.abs(linear.B), np.abs(linear.C), size)
+    num, den = (np.where(np.abs(p) > CANCELS * m, p, 0.0) for p, m in ((num, most), (den, size)))
+    if not np.all(np.any(num, axis=-1)):
+        raise InputError(
+            "the rig's numbers are too far apart for a transfer function; leave the inductance, the lag or the coupling out"
+        )
     hidden = 0
     while den.shape[-1] > 1 and not (num[..., -1].any() or den[..., -1].any()):
         num, den, hidden = num[..., :-1], den[..., :-1], hidden + 1
@@ -139,25 +159,49 @@ def transfer(linear: Linear) -> Transfer:
     return Transfer(num[..., first:], den, (0.0,) * hidden)
 
 
-def characteristic(A: Float[np.ndarray, "... n n"]) -> Float[np.ndarray, "... n+1"]:
-    r"""Coefficients of $\det(sI - A)$, highest power first."""
-    roots = np.linalg.eigvals(A)
-    c = np.ones((*A.shape[:-2], 1), complex)
-    for k in range(A.shape[-1]):
-        zero = np.zeros_like(c[..., :1])
-        c = np.concatenate([c, zero], -1) - roots[..., k, None] * np.concatenate([zero, c], -1)
-    return np.real(c)
+def characteristic(A: Float[np.ndarray, "... n n"]) -> tuple[np.ndarray, np.ndarray]:
+    r"""Coefficients of $\det(sI - A)$ `(…, n + 1)`, highest power first, and the sum of the sizes of what each is summed from.
+
+    Products and sums only (Samuelson 1942, Berkowitz 1984), so that numbers of many sizes do not spoil each other; slow states
+    first.
+    """
+    slow = np.argsort(np.max(np.abs(np.diagonal(A, axis1=-2, axis2=-1)).reshape(-1, A.shape[-1]), axis=0))
+    A = A[..., slow[:, None], slow]
+    found = []
+    for M, sign in ((A, -1.0), (np.abs(A), 1.0)):
+        p = np.ones((*A.shape[:-2], 1))
+        for r in range(A.shape[-1]):
+            grown = np.concatenate([p, sign * M[..., r, r, None] * p[..., -1:]], -1)
+            grown[..., 1:-1] += sign * M[..., r, r, None] * p[..., :-1]
+            grown[..., 2:] += sign * _adjugate(M[..., :r, :r], M[..., :r, r], M[..., r, :r], p)
+            p = grown
+        found.append(p)
+    return found[0], found[1]
 
 
-def _rounding(A: Float[np.ndarray, "... n n"]) -> Float[np.ndarray, "... n+1"]:
-    r"""Size of the coefficients of $\det(sI - A)$ that is rounding: a share of what eigenvalues of its size give."""
-    n = A.shape[-1]
-    _, (scale, _) = matrix_balance(A.reshape(-1, n, n)[0], permute=False, separate=True)
-    size = np.linalg.norm(A * scale / scale[:, None], 2, axis=(-2, -1))
-    return np.stack([CANCELS * comb(n, k) * size**k for k in range(n + 1)], -1)
+def _adjugate(A: np.ndarray, B: np.ndarray, C: np.ndarray, den: np.ndarray) -> Float[np.ndarray, "... n"]:
+    r"""Coefficients of $C\,\mathrm{adj}(sI - A)\,B$, from `den` $=\det(sI - A)$ and the Markov parameters $C A^k B$."""
+    n, found = A.shape[-1], np.zeros_like(B)
+    for k in range(n):
+        found[..., k:] += np.sum(C * B, -1, keepdims=True) * den[..., : n - k]
+        B = np.squeeze(A @ B[..., None], -1)
+    return found
 
 
 def without_lateness(rig: Rig) -> tuple[str, ...]:
     """Effects of a rig that no transfer function holds: delays and the limit of the drive's rate."""
     late = (CommandDelay, EncoderDelay, CommandFilter)
     return tuple(e for e in rig.effects if issubclass(BY_NAME[e], late) and BY_NAME[e] is not DriveLag)
+
+
+def taken_as(rig: Rig) -> tuple[str, ...]:
+    """What stands in the transfer function for effects of a rig that it cannot hold, a line each."""
+    said = {
+        "axis.backlash": "the play is closed",
+        "wheel.cogging": "no ripple holds the wheel",
+        "drive.asymmetric_gain": "the gain is the mean of both directions",
+    }
+    lines = [f"{name}: {said[name]}" for name in rig.effects if name in said]
+    if rig.effects.get("axis.stribeck", {}).get("n", 2.0) < 1.0:
+        lines.append(f"axis.stribeck: infinitely steep at standstill, taken at {SLIDING:g} rad/s")
+    return tuple(lines)

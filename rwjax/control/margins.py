@@ -5,9 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.control.linear import Transfer
+from rwjax.control.region import Loop
 
 REAL = 1e-6
 """Share of a root's size below which its imaginary part is rounding."""
+SLOWEST = 1e-5
+"""Share of half the sampling rate from which on a sampled loop is looked at."""
 
 
 class Margins(NamedTuple):
@@ -46,6 +49,18 @@ def margins(num: np.ndarray, den: np.ndarray) -> Margins:
         delay=min([x / w for x, w in zip(lag, crossings, strict=True)], default=np.inf),
         modulus=float(min([1.0, *away])),  # 1 at high frequencies
     )
+
+
+def on_circle(loop: Loop, frequencies: int = 4000) -> np.ndarray:
+    """Open sampled loop by each gain `(…, g, f)` along the unit circle, up to half the sampling rate."""
+    z = np.exp(1j * np.pi * np.geomspace(SLOWEST, 1.0, frequencies)) - 1.0
+    powers = z ** np.arange(loop.order + 1)[::-1, None]
+    return (loop.gains @ powers) / (loop.base @ powers)[..., None, :]
+
+
+def sampled_modulus(loop: Loop, *gains: float) -> float:
+    """Least distance of an open sampled loop from -1, to the grid of frequencies."""
+    return float(np.min(np.abs(1.0 + np.asarray(gains) @ on_circle(loop))))
 
 
 def _on_axis(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -62,9 +62,9 @@ def pid_loop(plant: Transfer) -> Loop:
     return _rows(_times_s(plant.den), [_times_s(num), num, _times_s(num, 2)])
 
 
-def sampled_loop(plant: Transfer, period: float, late: float = 0.0) -> Loop:
-    r"""The same PD law at a sample `period` [s], its derivative a backward difference, the command held and `late` [s]: what
-    the controller computes and what the rig itself delays.
+def sampled_loop(plant: Transfer, period: float, late: float = 0.0, smooth: float = 0.0) -> Loop:
+    r"""The same PD law at a sample `period` [s], its derivative a backward difference filtered over `smooth` [s], the command held
+    and `late` [s]: what the controller computes and what the rig itself delays.
 
     A polynomial in $z - 1$, which stays well conditioned for a short period, where all z lie close to 1.
     Raises `ValueError` for a delay of more than `MOST_LATE` periods, whose poles at z = 0 rounding would spread.
@@ -81,8 +81,14 @@ def sampled_loop(plant: Transfer, period: float, late: float = 0.0) -> Loop:
     num = np.polyadd(np.polymul(z, _numerator(step, new, C, den)), _numerator(step, old, C, den))
     for _ in range(whole + 1):
         den = np.polymul(den, z)
-    num = np.sign(plant.num[0]) * num
-    return _rows(np.polymul(den, z), [np.polymul(num, z), np.append(num, 0.0) / period])
+    num, slope = np.sign(plant.num[0]) * num, np.array([1.0, period / (smooth + period)])
+    return _rows(np.polymul(den, slope), [np.polymul(num, slope), np.append(num, 0.0) / (smooth + period)])
+
+
+def sampled_pid_loop(plant: Transfer, period: float, late: float = 0.0, smooth: float = 0.0) -> Loop:
+    """`sampled_loop` with an integral, a sum over the samples before; gains `(kp, ki, kd)`."""
+    pd = sampled_loop(plant, period, late, smooth)
+    return _rows(_times_s(pd.base), [_times_s(pd.gains[0]), period * pd.gains[0], _times_s(pd.gains[1])])
 
 
 def _companion(plant: Transfer) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -207,7 +213,15 @@ def _votes(
 def share_of_plants(plants: Transfer, kp: np.ndarray, kd: np.ndarray, sigma: float = 0.0) -> Float[np.ndarray, "p d"]:
     """Share of plants (k, …) that each PD gain pair stabilises with every pole left of `-sigma`; 1 in the region of them all."""
     loop = pd_loop(plants)
-    moved = loop.mapped(shift(loop.order, sigma))
+    return _share(loop.mapped(shift(loop.order, sigma)), kp, kd)
+
+
+def share_of_sampled(loops: Loop, kp: np.ndarray, kd: np.ndarray, radius: float = 1.0) -> Float[np.ndarray, "p d"]:
+    """Share of sampled PD loops (k, …) all of whose poles have $|z|$ below `radius`."""
+    return _share(loops.mapped(disc(loops.order, radius)), kp, kd)
+
+
+def _share(moved: Loop, kp: np.ndarray, kd: np.ndarray) -> Float[np.ndarray, "p d"]:
     pairs = np.stack(np.meshgrid(kp, kd, indexing="ij")).reshape(2, -1)
     blocks = -(-pairs.shape[1] // BLOCK)
     size = -(-pairs.shape[1] // blocks)

@@ -34,7 +34,7 @@ def step_response(run: Run, target: Scalar | float, period: float, limit: Scalar
     size = jnp.abs(step)
     way = (angle - angle[..., :1]) * jnp.sign(step)
     n = angle.shape[-1]
-    outside = jnp.abs(target - angle) > BAND * size
+    outside = ~(jnp.abs(target - angle) <= BAND * size)  # as is what diverged and is no number
     last = n - jnp.argmax(outside[..., ::-1], axis=-1)  # samples until the last one outside, it included
     settled = jnp.where(last < n, period * last.astype(float), jnp.inf)
     end = angle[..., n - max(int(LATE * n), 1) :]

@@ -10,14 +10,15 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.build import bounds_of, structure_of, theta_of
-from rwjax.control.linear import Transfer, linearised, transfer
-from rwjax.control.margins import Margins, pd_margins
-from rwjax.control.region import share_of_plants
+from rwjax.control.closed_loop import Clockwork, without_lags
+from rwjax.control.linear import linearised, transfer
+from rwjax.control.margins import on_circle, sampled_modulus
+from rwjax.control.region import Loop, sampled_loop, share_of_sampled
 from rwjax.errors import InputError, read_text
 from rwjax.rig import Rig
 
 FREQUENCIES = 300
-"""Along which the worst-case margin of a map is taken; the margins of the chosen gains are exact."""
+"""Along which the worst-case margin of a map is taken; that of the chosen gains along many more."""
 ROUNDS, GRID = 4, 31
 """Times that the map is drawn closer round its best gains, and its gains along each axis."""
 TRIES = 100
@@ -74,70 +75,65 @@ def draw(rig: Rig, spread: Spread, count: int, seed: int = 0) -> Float[np.ndarra
 
 @jax.jit
 def _least_modulus(
-    re: Float[Array, "k f"],
-    im: Float[Array, "k f"],
-    omega: Float[Array, " f"],
-    kp: Float[Array, " p"],
-    kd: Float[Array, " d"],
+    re: Float[Array, "k 2 f"], im: Float[Array, "k 2 f"], kp: Float[Array, " p"], kd: Float[Array, " d"]
 ) -> Float[Array, "p d"]:
-    r"""Least of $|1 + P(j\omega)(K_p + K_d\,j\omega)|$ over plants, given by the parts of P, and frequencies."""
+    """Least of |1 + L| over plants and frequencies, given the parts of L by each gain."""
 
     def of(kp: Array, kd: Array) -> Array:
-        swift = kd * omega[None, :]
-        return jnp.sqrt(jnp.min((1.0 + re * kp - im * swift) ** 2 + (im * kp + re * swift) ** 2))
+        real, imaginary = (kp * x[:, 0] + kd * x[:, 1] for x in (re, im))
+        return jnp.sqrt(jnp.min((1.0 + real) ** 2 + imaginary**2))
 
     return jax.lax.map(lambda p: jax.lax.map(lambda d: of(p, d), kd), kp)
 
 
 class Robust(NamedTuple):
-    """PD gains `kp` [V/rad], `kd` [V s/rad] for which every drawn plant has all poles left of `-sigma`, the worst `modulus`
-    margin of them all, and the worst of each margin, `worst`."""
+    """PD gains `kp` [V/rad], `kd` [V s/rad] with which no drawn plant is as slow as `-sigma`, and the worst `modulus` margin of
+    them all."""
 
     kp: float
     kd: float
     modulus: float
-    worst: Margins
 
 
-def robust_gains(rig: Rig, thetas: Float[np.ndarray, "k p"], kp: np.ndarray, kd: np.ndarray, sigma: float) -> Robust:
-    """The gains within the axes' range with the largest worst-case modulus margin over plants, among those that put every pole
-    of every plant left of `-sigma`. Raises `InputError` where no gains do."""
-    plants = transfer(linearised(rig, thetas=thetas))
+def robust_gains(
+    rig: Rig,
+    thetas: Float[np.ndarray, "k p"],
+    kp: np.ndarray,
+    kd: np.ndarray,
+    sigma: float,
+    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    smooth: float = 0.0,
+) -> Robust:
+    r"""The gains within the axes' range with the largest worst-case modulus margin over plants, among those with which every pole
+    of every plant's loop has $|z| < e^{-\sigma h}$: the loop as it runs, sampled, held, late, its derivative filtered over
+    `smooth` [s]. (The continuous loop of a plant that falls with s² never comes near -1 with gains however high.)
+
+    Raises `InputError` as `without_lags` does, and where no gains do.
+    """
+    loops = sampled_loops(rig, thetas, clockwork, smooth)
+    radius = float(np.exp(-sigma * clockwork.period))
     lows, highs = np.array([kp.min(), kd.min()]), np.array([kp.max(), kd.max()])
-    omega = _frequencies(plants)
-    response = _along(plants.restoring, omega) / _along(plants.den, omega)
-    seen = jnp.asarray(response.real), jnp.asarray(response.imag), jnp.asarray(omega)
+    seen = on_circle(loops, FREQUENCIES)
+    parts = jnp.asarray(np.real(seen)), jnp.asarray(np.imag(seen))
     low, high, best = lows, highs, np.zeros(2)
     for _ in range(ROUNDS):
         p, d = (np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))
-        holds = share_of_plants(plants, p, d, sigma) == 1.0
+        holds = share_of_sampled(loops, p, d, radius) == 1.0
         if not holds.any():
             raise InputError(
-                f"no gains put every pole of every plant left of -{sigma:g} 1/s; ask for less, or fit more logs"
+                f"no gains put every pole of every plant left of -{sigma:g} 1/s; ask for less, sample faster, or fit more logs"
             )
-        margin = np.where(holds, np.asarray(_least_modulus(*seen, jnp.asarray(p), jnp.asarray(d))), -1.0)
+        margin = np.where(holds, np.asarray(_least_modulus(*parts, jnp.asarray(p), jnp.asarray(d))), -1.0)
         i, j = np.unravel_index(np.argmax(margin), margin.shape)
         best, reach = np.array([p[i], d[j]]), 2.0 * (high - low) / (GRID - 1)
         low, high = np.maximum(best - reach, lows), np.minimum(best + reach, highs)
-    each = [pd_margins(plant, *best) for plant in _one_by_one(plants)]
-    worst = Margins(
-        (max(m.gain[0] for m in each), min(m.gain[1] for m in each)),
-        *(min(getattr(m, k) for m in each) for k in Margins._fields[1:]),
-    )
-    return Robust(float(best[0]), float(best[1]), worst.modulus, worst)
+    worst = min(sampled_modulus(Loop(*one), *best) for one in zip(*loops, strict=True))
+    return Robust(float(best[0]), float(best[1]), worst)
 
 
-def _frequencies(plants: Transfer) -> Float[np.ndarray, " f"]:
-    """From well below to well above all poles of the plants [rad/s]."""
-    sizes = np.abs(np.concatenate([np.roots(p) for p in plants.den]))
-    sizes = sizes[sizes > 0.0] if np.any(sizes > 0.0) else np.ones(1)
-    return np.geomspace(1e-2 * sizes.min(), 1e3 * sizes.max(), FREQUENCIES)
-
-
-def _along(polynomials: np.ndarray, omega: np.ndarray) -> np.ndarray:
-    powers = (1j * omega) ** np.arange(polynomials.shape[-1])[::-1, None]
-    return polynomials @ powers
-
-
-def _one_by_one(plants: Transfer) -> list[Transfer]:
-    return [Transfer(num, den, plants.hidden) for num, den in zip(plants.num, plants.den, strict=True)]
+def sampled_loops(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, smooth: float) -> Loop:
+    """The PD loops of plants as they run, one for each row of `thetas`. Raises `InputError` as `without_lags` does."""
+    without_lags(rig)
+    plants = transfer(linearised(rig, thetas=thetas)).each()
+    loops = [sampled_loop(plant, clockwork.period, clockwork.lateness, smooth) for plant in plants]
+    return Loop(*(np.stack(x) for x in zip(*loops, strict=True)))

@@ -1,15 +1,23 @@
 """Which reaction wheel a slew needs: ring wheels, momentum and torque budget, and the limit that binds (thesis chapter 2)."""
 
+from functools import partial
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Array, Float, Int
 
-from rwjax.control.open_loop import Limits, check, resting, torque_at, usable_rate
+from rwjax.control.open_loop import Limits, check, steady, torque_at, usable_rate
+from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque
 from rwjax.errors import InputError
+from rwjax.plant import Structure, friction_level
 from rwjax.rig import Rig
+from rwjax.simulate import one_axis_plant_of
+from rwjax.types import Scalar
 
 ALUMINIUM = 2700.0  # kg/m3
+RATES, ANGLES = 201, 61  # at which friction and load are looked at
 LIMITS = ("current", "voltage", "wheel rate", "friction")
 """What may bind: the torque that the current or the voltage leaves, the largest rate of the wheel (of the drive's voltage where no
 rate was given), and an axis that friction stops before the angle is reached."""
@@ -61,9 +69,10 @@ class Size(NamedTuple):
 def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: float, limits: Limits) -> Size:
     r"""Slews over `angle` [rad] with wheels of these `inertia` [kg m²] on a rig's motor and axis, wanted in `seconds`.
 
-    The motor has its torque at the wheel's top rate throughout, and friction the level $M$ at which the axis breaks loose: both
-    are on the safe side. Accelerating at $(\tau - M)/I$ and braking at $(\tau + M)/I$ the wheel turns round at
-    $\Omega = \tau t_1/J$; where that is beyond its top it keeps the top and the axis slows down at $M/I$ meanwhile.
+    On the safe side throughout: the motor has its torque at the wheel's top rate, and what resists the axis, friction and load,
+    is the most that it may be on the way, $M$, while the axis is driven, and the least, $m$, while it is braked. Accelerating at
+    $(\tau - M)/I$ and braking at $(\tau + m)/I$ the wheel turns round at $\Omega = \tau t_1/J$; where that is beyond its top it keeps
+    the top and the axis slows down at $M/I$ meanwhile.
     Raises `InputError` as `slew` does.
     """
     check(rig, limits)
@@ -71,17 +80,19 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
         if not (value > 0.0 and np.isfinite(value)):
             raise InputError(f"{name} {value:g}: has to be a positive number")
     I, J = rig.values["axis.inertia"], np.asarray(inertia, float)
-    M = float(np.max(resting(rig).holds))
     top = usable_rate(rig, limits)
     torque = torque_at(rig, limits, top)
     weak = 0 if torque_at(rig, limits._replace(volts=np.inf), top) <= torque else 1
-    needs_torque, needs_momentum = _needed(I, M, angle, seconds)
-    if torque <= M:
-        never = np.full(J.shape, np.inf)
-        return Size(J * top, torque, needs_momentum, needs_torque, never, np.full(J.shape, weak))
-    gains, loses, slows = (torque - M) / I, (torque + M) / I, M / I
+    M, m = resistance(rig, angle, 2.0 * angle / seconds)
+    needs_torque, needs_momentum = _needed(I, float(M), float(m), angle, seconds)
+    # the axis takes no more than the wheel's momentum, nor what the torque gives it over the whole angle
+    fastest = np.minimum(J * top / I, np.sqrt(2.0 * angle * torque / I))
+    M, m = resistance(rig, angle, fastest)
+    moves = torque > M
+    M, m = np.where(moves, M, 0.0), np.where(moves, m, 0.0)
+    gains, loses, slows = (torque - M) / I, (torque + m) / I, M / I
     peak = np.sqrt(2.0 * angle / (1.0 / gains + 1.0 / loses))
-    turns = J * top >= torque * peak / gains  # the wheel has momentum enough to turn round at once
+    turns = moves & (J * top >= torque * peak / gains)  # the wheel has momentum enough to turn round at once
     ramp = J * top / torque
     w = gains * ramp
     a, b, c = (
@@ -91,16 +102,50 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
     )
     inside = b**2 - 4.0 * a * c
     hold = -2.0 * c / (b + np.sqrt(np.where(inside > 0.0, inside, np.nan)))
-    reached = ~turns & (inside >= 0.0) & (hold >= 0.0) & (w >= slows * np.nan_to_num(hold))
+    reached = moves & ~turns & (inside >= 0.0) & (hold >= 0.0) & (w >= slows * np.nan_to_num(hold))
     time = np.where(turns, peak / gains + peak / loses, np.inf)
     time = np.where(reached, ramp + hold + (w - slows * hold) / loses, time)
-    limit = np.where(turns, weak, np.where(reached, 2, 3))
+    limit = np.where(turns | ~moves, weak, np.where(reached, 2, 3))
     return Size(J * top, torque, needs_momentum, needs_torque, time, limit)
 
 
-def _needed(I: float, M: float, angle: float, seconds: float) -> tuple[float, float]:
-    r"""Torque and momentum of a slew without hold in a given time: $T^2 = 4 I\theta\tau/(\tau^2 - M^2)$, and the wheel turns
-    round after $T(\tau + M)/(2\tau)$."""
+def _needed(I: float, M: float, m: float, angle: float, seconds: float) -> tuple[float, float]:
+    r"""Torque and momentum of a slew without hold in a given time: $T^2 = 2 I\theta\,(2\tau + m - M)/((\tau - M)(\tau + m))$, and the
+    wheel turns round after $T(\tau + m)/(2\tau + m - M)$."""
     q = 2.0 * I * angle / seconds**2
-    torque = q + np.sqrt(q**2 + M**2)
-    return torque, 0.5 * seconds * (torque + M)
+    torque = float(q + 0.5 * (M - m) + np.sqrt(q**2 + 0.25 * (M + m) ** 2))
+    return torque, float(torque * seconds * (torque + m) / (2.0 * torque + m - M))
+
+
+def resistance(rig: Rig, angle: float, rate: Float[np.ndarray, "..."] | float) -> tuple[np.ndarray, np.ndarray]:
+    """Most and least torque [N m] of friction and load against an axis that turns from rest through `angle` [rad], either way, and
+    no faster than `rate` [rad/s] (…)."""
+    structure, theta, still = steady(rig)
+    rates = np.linspace(0.0, float(np.max(rate)), RATES)
+    both = np.asarray(_against(structure, theta, still, jnp.linspace(0.0, angle, ANGLES), jnp.asarray(rates)))
+    upto = np.searchsorted(rates, np.asarray(rate) * (1.0 - 1e-12)).clip(max=RATES - 1)
+    most, least = np.maximum.accumulate(both.max(axis=(0, 2))), np.minimum.accumulate(both.min(axis=(0, 2)))
+    return np.asarray(most[upto]), np.asarray(least[upto])
+
+
+@partial(jax.jit, static_argnums=0)
+def _against(
+    structure: Structure,
+    theta: Float[Array, " p"],
+    still: Float[Array, " n"],
+    angles: Float[Array, " a"],
+    rates: Float[Array, " r"],
+) -> Float[Array, "2 r a"]:
+    """Torque against the axis forward and backward."""
+    plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
+    dry = [effect for effect in plant.effects if isinstance(effect, AxisDry | AxisElastic)]
+    smooth = [effect for effect in plant.effects if isinstance(effect, AxisTorque)]
+    psi, w = (structure.states.index(name) for name in ("psi", "w"))
+
+    def one(way: float, turned: Scalar, rate: Scalar) -> Scalar:
+        m = plant.motion(zero, tuple(still.at[psi].set(way * turned).at[w].set(way * rate)), zero)
+        torque = sum((effect.torque(m) for effect in smooth), start=zero)
+        return friction_level(dry, m._replace(load=torque), way) - way * torque
+
+    ways = [jax.vmap(jax.vmap(partial(one, way), (0, None)), (None, 0))(angles, rates) for way in (1.0, -1.0)]
+    return jnp.stack(ways)

@@ -19,8 +19,8 @@ from rwjax.plant import Structure
 from rwjax.rig import Rig
 from rwjax.types import Scalar
 
-LANES = 800
-"""Closed loops that run side by side on one core."""
+LANES, SAMPLES = 800, 8_000_000
+"""Closed loops that run side by side on one core, and the samples of all of them that are held at a time."""
 
 
 def sweep(
@@ -45,7 +45,7 @@ def sweep(
     gains = jnp.asarray(np.array(controllers, float).reshape(-1, len(Controller._fields)))
     shape = len(gains), len(references), len(plants)
     lanes = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape))
-    blocks = -(-lanes.shape[1] // LANES)
+    blocks = -(-lanes.shape[1] // max(1, min(LANES, SAMPLES // references.shape[1])))
     padded = np.pad(lanes, ((0, 0), (0, -lanes.shape[1] % blocks)), mode="edge").reshape(3, blocks, -1)
     one = partial(_block, structure, clockwork, since, gains, jnp.asarray(references), plants, sign)
     with ThreadPoolExecutor(min(blocks, os.cpu_count() or 1)) as pool:

@@ -11,7 +11,8 @@ from scipy.optimize import minimize
 
 from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
 from rwjax.control.linear import Transfer, linearised, transfer
-from rwjax.control.margins import Margins, margins
+from rwjax.control.margins import on_circle
+from rwjax.control.region import Loop, sampled_loop, sampled_pid_loop
 from rwjax.errors import InputError
 from rwjax.plant import Structure
 from rwjax.rig import Rig
@@ -25,11 +26,12 @@ MULTIPLES = (1.0, 3.0, 10.0, 30.0, 0.3)
 
 
 class Tuned(NamedTuple):
-    """The `controller` found, `loss` before and after, the `margins` of its linear loop."""
+    """The `controller` found, `loss` before and after, the `modulus` margin of its linear loop and the `least` that was kept."""
 
     controller: Controller
     loss: tuple[float, float]
-    margins: Margins
+    modulus: float
+    least: float
 
 
 def loss(
@@ -49,17 +51,25 @@ def loss(
     return jnp.mean(time * error**2 + EFFORT * (run.command / most) ** 2)
 
 
-def loop_margins(plant: Transfer, kp: float, ki: float, kd: float) -> Margins:
-    """Margins of the continuous PID loop."""
-    if ki == 0.0:
-        return margins(np.polymul(plant.restoring, [kd, kp]), plant.den)
-    return margins(np.polymul(plant.restoring, [kd, kp, ki]), np.append(plant.den, 0.0))
+def running_loop(plant: Transfer, clockwork: Clockwork, controller: Controller) -> Loop:
+    """The linear loop as it runs; gains `(kp, kd)`, with an integral `(kp, ki, kd)`."""
+    loop = sampled_pid_loop if float(controller.ki) > 0.0 else sampled_loop
+    return loop(plant, clockwork.period, clockwork.lateness, float(controller.smooth))
 
 
-def is_stable(plant: Transfer, kp: float, ki: float, kd: float) -> bool:
-    """Whether all poles of the continuous PID loop lie left of 0."""
-    law, den = (np.array([kd, kp]), plant.den) if ki == 0.0 else (np.array([kd, kp, ki]), np.append(plant.den, 0.0))
-    return bool(np.all(np.roots(np.polyadd(den, np.polymul(plant.restoring, law))).real < 0.0))
+def is_stable(loop: Loop, *gains: float) -> bool:
+    """Whether all poles of a sampled loop lie within the unit circle."""
+    return bool(np.all(np.abs(1.0 + loop.poles(*gains)) < 1.0))
+
+
+def share_stable(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, controller: Controller) -> float:
+    """Share of plants, one for each row of `thetas`, whose linear loop as it runs is stable."""
+    given = (
+        (controller.kp, controller.ki, controller.kd) if float(controller.ki) > 0.0 else (controller.kp, controller.kd)
+    )
+    gains = [float(gain) for gain in given]
+    plants = transfer(linearised(rig, thetas=thetas)).each()
+    return float(np.mean([is_stable(running_loop(plant, clockwork, controller), *gains) for plant in plants]))
 
 
 @partial(jax.jit, static_argnums=(0, 2))
@@ -86,20 +96,27 @@ def tune(
     since where the axis sticks the loss has no slope; gains that are 0 stay 0.
 
     Sequential quadratic programming (Kraft 1988) in the logarithms of the gains, the gradient through stick, slip and limits,
-    under the condition that the linear loop keeps a modulus margin of `least`. The encoder reads the angle itself while tuning:
-    a count has no slope. Raises `InputError` as `posed` does, and for a start that is not stable.
+    under the condition that the linear loop as it runs keeps a modulus margin of `least`, or of 0.98 of the start's where that has
+    less. The encoder reads the angle itself while tuning: a count has no slope. Raises `InputError` as `posed` does, for gains
+    that are negative or all 0, and for a start that is not stable.
     """
     structure, theta, sign = posed(rig)
     smooth = clockwork._replace(counts=0)
-    plant = transfer(linearised(rig))
     gains = np.array([start.kp, start.ki, start.kd], float)
-    if not is_stable(plant, *gains):
+    if np.any(gains < 0.0) or not np.any(gains > 0.0):
+        raise InputError(
+            "the gains from which the tuning starts have to be positive, one of them at least; ask for more"
+        )
+    loop, used = running_loop(transfer(linearised(rig)), clockwork, start), [0, 1, 2] if gains[1] > 0.0 else [0, 2]
+
+    seen = on_circle(loop)
+
+    def margin(gains: np.ndarray) -> float:
+        return float(np.min(np.abs(1.0 + gains[used] @ seen))) if is_stable(loop, *gains[used]) else -1.0
+
+    if margin(gains) < 0.0:
         raise InputError("the loop is not stable with the gains from which the tuning starts; take some of its region")
-    least = min(least, 0.98 * loop_margins(plant, *gains).modulus)
-
-    def spare_of(gains: np.ndarray) -> float:
-        return loop_margins(plant, *gains).modulus - least if is_stable(plant, *gains) else -1.0
-
+    least = min(least, 0.98 * margin(gains))
     free = np.eye(3)[gains > 0.0]
     values = Controller(*(jnp.asarray(float(v)) for v in start))
     given = partial(_slopes, structure, theta, smooth, values, jnp.asarray(reference), sign)
@@ -110,9 +127,9 @@ def tune(
         return float(value) / before, np.asarray(slope) / before
 
     def spare(logs: np.ndarray) -> float:
-        return spare_of(np.exp(logs) @ free)
+        return margin(np.exp(logs) @ free) - least
 
-    starts = [np.log(factor * gains[gains > 0.0]) for factor in MULTIPLES if spare_of(factor * gains) >= 0.0]
+    starts = [np.log(factor * gains[gains > 0.0]) for factor in MULTIPLES if margin(factor * gains) >= least]
     logs = min(starts, key=lambda logs: at(logs)[0])
     found = minimize(
         at,
@@ -126,4 +143,4 @@ def tune(
     best = found.x if spare(found.x) > -1e-6 and at(found.x)[0] < 1.0 else logs
     kp, ki, kd = (float(v) for v in np.exp(best) @ free)
     tuned = start._replace(kp=kp, ki=ki, kd=kd)
-    return Tuned(tuned, (before, before * at(best)[0]), loop_margins(plant, kp, ki, kd))
+    return Tuned(tuned, (before, before * at(best)[0]), margin(np.array([kp, ki, kd])), least)

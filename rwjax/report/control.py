@@ -3,14 +3,18 @@
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
 from rwjax.control.open_loop import Course
 from rwjax.control.response import Response
 from rwjax.control.sizing import LIMITS, Ring, Size
+from rwjax.errors import InputError
 from rwjax.report.plots import AFTER, BEFORE
 
 MAPS: dict[str, tuple[str, str, float]] = {
@@ -34,12 +38,22 @@ def _cell(value: object) -> str:
 
 
 def write_png(fig: Figure, path: Path) -> Path:
-    """A figure in a file, closed."""
+    """A figure in a file, closed. Raises `InputError` where it cannot be written."""
     buffer = io.BytesIO()
     fig.savefig(buffer, format="png", dpi=130)
     plt.close(fig)
-    path.write_bytes(buffer.getvalue())
+    try:
+        path.write_bytes(buffer.getvalue())
+    except OSError as bad:
+        raise InputError(f"{path}: cannot be written: {bad.strerror}; give a path in a writable folder") from None
     return path
+
+
+def _map(ax: Axes, x: np.ndarray, y: np.ndarray, value: np.ndarray, **style: Any) -> ScalarMappable:
+    """Values `(y, x)` as colours; as points where there is one row or column only, which a mesh cannot show."""
+    if min(value.shape) > 1:
+        return ax.pcolormesh(x, y, value, shading="nearest", rasterized=True, **style)
+    return ax.scatter(*np.meshgrid(x, y), c=value.ravel(), s=12, **style)
 
 
 def of_responses(kp: np.ndarray, kd: np.ndarray, found: Response) -> dict[str, np.ndarray]:
@@ -57,7 +71,7 @@ def draw_maps(kp: np.ndarray, kd: np.ndarray, found: Response, title: str) -> Fi
         value = np.abs(value) if field == "error" else value
         ax.set_facecolor("#cccccc")
         shown = np.where(np.isfinite(value), value, np.nan).T
-        fig.colorbar(ax.pcolormesh(kp, kd, shown, shading="nearest", cmap="viridis", rasterized=True), ax=ax)
+        fig.colorbar(_map(ax, kp, kd, shown, cmap="viridis"), ax=ax)
         ax.set(xlabel="$K_p$ [V/rad]", title=label)
         ax.title.set_fontsize(9)
     axes[0].set_ylabel("$K_d$ [V s/rad]")
@@ -114,14 +128,12 @@ def draw_sizes(ring: Ring, found: Size, seconds: float, title: str) -> Figure:
     x, y = 1e3 * np.ravel(ring.outer), 1e3 * np.ravel(ring.thickness)
     time = np.where(np.isfinite(found.time), found.time, np.nan).T
     left.set_facecolor("#cccccc")
-    fig.colorbar(left.pcolormesh(x, y, time, shading="nearest", cmap="viridis_r", rasterized=True), ax=left)
-    if np.nanmin(time, initial=np.inf) < seconds < np.nanmax(time, initial=0.0):
+    fig.colorbar(_map(left, x, y, time, cmap="viridis_r"), ax=left)
+    if min(time.shape) > 1 and np.nanmin(time, initial=np.inf) < seconds < np.nanmax(time, initial=0.0):
         left.contour(x, y, time, [seconds], colors=[BEFORE])
     left.set(xlabel="outer radius [mm]", ylabel="thickness [mm]", title="fastest slew [s]; grey: never")
     cmap = plt.get_cmap("Set2", len(LIMITS))
-    shown = right.pcolormesh(
-        x, y, found.limit.T, shading="nearest", cmap=cmap, vmin=-0.5, vmax=len(LIMITS) - 0.5, rasterized=True
-    )
+    shown = _map(right, x, y, found.limit.T, cmap=cmap, vmin=-0.5, vmax=len(LIMITS) - 0.5)
     fig.colorbar(shown, ax=right, ticks=range(len(LIMITS))).ax.set_yticklabels(LIMITS)
     right.set(xlabel="outer radius [mm]", title="limit that binds")
     fig.suptitle(title, fontsize=10)

@@ -4,22 +4,23 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, Run, run_rig
+from rwjax.control.closed_loop import Clockwork, Controller, Run, breakaway, run_rig
 from rwjax.control.response import step_response
 from rwjax.errors import InputError
 
 FREE_TEXT = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1'
 FREE = parse_rig(FREE_TEXT)
 DRY = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\ncoulomb = 0.05')
-TESTBED = parse_rig(
+TESTBED_TEXT = (
     'kind = "reaction"\n[motor]\ntorque_constant = 0.0182\nresistance = 0.83\ninductance = 0.0641\nfriction = 4.07e-6\n'
     "[wheel]\ninertia = 1.24e-4\n[axis]\ninertia = 0.0495"
 )
+TESTBED = parse_rig(TESTBED_TEXT)
 STEP = np.full(800, 0.3)
 
 
-@pytest.mark.parametrize("late", [0, 1, 4])
-def test_without_friction_the_loop_is_its_recursion(late: int) -> None:
+@pytest.mark.parametrize("late", [0.0, 1.0, 1.5, 4.0])
+def test_without_friction_the_loop_is_its_recursion(late: float) -> None:
     clock, kp, kd, ki, smooth = Clockwork(late=late), 3.0, 2.0, 0.5, 0.02
     run = run_rig(FREE, Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
     h, x, v, before, slope, integral, old = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0
@@ -29,7 +30,8 @@ def test_without_friction_the_loop_is_its_recursion(late: int) -> None:
         slope = (smooth * slope + error - before) / (smooth + h)
         u = kp * error + ki * integral + kd * slope
         integral, before = integral + h * error, error
-        for command, time in ((old, late * h / 4.0), (u, (4 - late) * h / 4.0)):
+        for old_share in np.clip(late - np.arange(4), 0.0, 1.0):
+            command, time = old_share * old + (1.0 - old_share) * u, h / 4.0
             x, v = x + v * time + 2.0 * command * time**2, v + 4.0 * command * time
         old = u
 
@@ -87,6 +89,50 @@ def test_a_response_is_read_off_as_it_is() -> None:
     outside = t[np.abs(angle - 1.0) > 0.02][-1]
     assert found.settling == pytest.approx(outside + 0.01) and found.cycle < 1e-3
     assert step_response(Run(0.5 * t, t, t, t), 1.0, 0.01).settling == np.inf
+
+
+def test_a_diverged_run_never_settles() -> None:
+    angle = np.append(np.linspace(0.0, 1.0, 90), np.full(10, np.nan))
+    assert step_response(Run(angle, angle, angle, angle), 1.0, 0.01).settling == np.inf
+
+
+def test_the_integral_stands_still_while_the_wheel_is_held() -> None:
+    # momentum is missing: the axis turns on at what the wheel's limit leaves, and the error shrinks slowly
+    law = Controller(kp=40.0, ki=40.0, kd=10.0, limit=10.0, spin=60.0)
+    target = 2.0
+    run = run_rig(TESTBED, law, np.full(2500, target))
+    held = np.flatnonzero(np.abs(run.wheel) >= 59.0)
+    assert len(held) > 300
+    plain = run_rig(TESTBED, law._replace(ki=0.0), np.full(2500, target))
+    overshoot = np.max(run.angle) - target
+    assert overshoot < 0.02 * target + max(np.max(plain.angle) - target, 0.0)
+
+
+GAIN = 0.0182 / 0.83  # N m/V
+
+
+@pytest.mark.parametrize(
+    ("text", "volts"),
+    [
+        (f"{FREE_TEXT.replace('0.4', '-0.4')}\n[axis.friction]\ncoulomb = 0.05", 0.05 / 0.4),
+        (
+            f'{FREE_TEXT}\n[effects."axis.presliding"]\nM_c = 0.03\nx_s = 1e-3\n[axis.friction]\ncoulomb = 0.05',
+            0.08 / 0.4,
+        ),
+        (f'{FREE_TEXT}\n[effects."axis.asymmetric_friction"]\nM_c = 0.05\nd = 0.02', 0.07 / 0.4),
+        ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."wheel.coulomb"]\nM_c = 0.002', 0.012 / GAIN),
+        ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."drive.bias"]\nu_b = 0.1', 0.01 / GAIN + 0.1),
+    ],
+    ids=["backward", "presliding", "asymmetric", "wheel", "bias"],
+)
+def test_what_breaks_loose_is_what_is_held(text: str, volts: float) -> None:
+    assert breakaway(parse_rig(text if text.startswith("kind") else f"{TESTBED_TEXT}\n{text}")) == pytest.approx(volts)
+
+
+def test_a_drive_too_weak_to_break_loose_is_said() -> None:
+    weak = f'{FREE_TEXT}\n[axis.friction]\ncoulomb = 0.05\n[effects."drive.saturation"]\nu_m = 0.1'
+    with pytest.raises(InputError, match=r"never gives the 0\.05 N m"):
+        breakaway(parse_rig(weak))
 
 
 def test_what_the_loop_does_not_have_is_refused() -> None:

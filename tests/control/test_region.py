@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from rwjax import parse_rig
 from rwjax.build import structure_of, theta_of
+from rwjax.control.closed_loop import Clockwork, Controller, run_rig
 from rwjax.control.linear import Transfer, linearised, transfer, without_lateness
 from rwjax.control.polynomials import disc, hurwitz, mapped, shift, within_sector
 from rwjax.control.region import (
@@ -17,6 +18,7 @@ from rwjax.control.region import (
     pid_loop,
     real_boundary,
     sampled_loop,
+    sampled_pid_loop,
     share_of_plants,
     stable,
     stable_sampled,
@@ -176,6 +178,16 @@ def test_a_sampled_loop_is_what_the_recursion_does(late: float) -> None:
         assert (largest < 1.0) == (size[-1] < 1.0)
         found = stable_sampled(loop, np.array([kp]), np.array([kd]))
         assert bool(found[0]) == (largest < 1.0)
+
+
+def test_a_filtered_sampled_loop_with_an_integral_is_what_runs() -> None:
+    rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02')
+    law = Controller(6.0, ki=2.0, kd=2.0, smooth=0.03)
+    run = np.asarray(run_rig(rig, law, np.zeros(400), Clockwork(late=2.0), psi=0.1).angle)
+    poles = 1.0 + sampled_pid_loop(transfer(linearised(rig)), 0.01, 0.005, 0.03).poles(6.0, 2.0, 2.0)
+    p = np.poly(poles).real  # the angle's recursion
+    rest = [np.dot(p, run[k - len(p) + 1 : k + 1][::-1]) for k in range(100, 400)]
+    assert np.max(np.abs(rest)) < 1e-9 < np.max(np.abs(run[100:]))
 
 
 def test_an_integral_part_moves_every_pole() -> None:

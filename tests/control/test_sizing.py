@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 
 from rwjax import parse_rig
 from rwjax.control.open_loop import Limits
-from rwjax.control.sizing import LIMITS, Ring, size, slew_time
+from rwjax.control.sizing import LIMITS, Ring, resistance, size, slew_time
 from rwjax.control.slew import slew
 from rwjax.errors import InputError
 
@@ -16,10 +16,10 @@ K, R, I = 0.0182, 0.83, 0.0495
 TOP = 4000.0 * 2.0 * np.pi / 60.0
 
 
-def rig(friction: float, J: float = 1.24e-4):
+def rig(friction: float, J: float = 1.24e-4, more: str = ""):
     return parse_rig(
         f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n'
-        f"[axis]\ninertia = {I}\n[axis.friction]\ncoulomb = {friction}"
+        f"[axis]\ninertia = {I}\n[axis.friction]\ncoulomb = {friction}\n{more}"
     )
 
 
@@ -74,6 +74,31 @@ def test_the_plant_does_it_in_the_time_of_the_budget(J: float) -> None:
     limits, angle = Limits(20.0, 3.0, TOP), np.radians(25.0)
     budget = float(size(rig(0.01, J), np.array([J]), angle, 5.0, limits).time[0])
     assert slew(rig(0.01, J), angle, limits).time == pytest.approx(budget, rel=0.01)
+
+
+def test_all_that_resists_is_counted() -> None:
+    rates = np.array([0.0, 0.5, 1.0])
+    most, least = resistance(rig(0.01, more="viscous = 0.02"), 1.0, rates)
+    assert most == pytest.approx(0.01 + 0.02 * rates) and least == pytest.approx(np.full(3, 0.01))
+    most, least = resistance(rig(0.01, more='[effects."axis.bias_torque"]\nT = 0.004'), 1.0, rates)
+    assert most == pytest.approx(np.full(3, 0.014)) and least == pytest.approx(np.full(3, 0.006))
+    most, _ = resistance(rig(0.01, more='[effects."axis.spring"]\nk = 0.01\nT_0 = 0.0'), 0.7, 1.0)
+    assert most == pytest.approx(0.017)
+
+
+def test_no_slew_takes_longer_than_the_budget() -> None:
+    limits = Limits(20.0, 3.0, TOP)
+    sticky = rig(0.005, more="viscous = 0.03")
+    budget = size(sticky, np.array([1.24e-4]), np.radians(20.0), 5.0, limits)
+    assert np.isfinite(budget.time[0])
+    assert slew(sticky, np.radians(20.0), limits).time <= 1.01 * float(budget.time[0])
+
+
+def test_a_wheel_whose_momentum_viscous_friction_takes_never_gets_there() -> None:
+    viscous = rig(0.0, more="viscous = 0.082")
+    # the wheel's momentum moves the axis by J top/b at most before friction has it: 36 degrees
+    found = size(viscous, np.array([1.24e-4]), 0.5 * np.pi, 5.0, Limits(10.0, np.inf, TOP))
+    assert np.isinf(found.time[0])
 
 
 def test_what_cannot_be_is_refused() -> None:

@@ -4,9 +4,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, posed
 from rwjax.control.linear import linearised, transfer
-from rwjax.control.tuning import LEAST, _slopes, loop_margins, loss, tune
+from rwjax.control.margins import sampled_modulus
+from rwjax.control.tuning import LEAST, _slopes, loss, running_loop, share_stable, tune
 from rwjax.errors import InputError
 from tests.systems import platform, reaction
 
@@ -41,11 +43,11 @@ def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
     start = Controller(2.0, kd=0.5, smooth=0.02, limit=5.0)
     found = tune(RIG, start, REFERENCE, CLOCK)
     assert found.loss[1] < 0.2 * found.loss[0]
-    plant = transfer(linearised(RIG))
+    loop = running_loop(transfer(linearised(RIG)), CLOCK, start)
     grid = [(kp, kd) for kp in np.geomspace(1.0, 60.0, 14) for kd in np.geomspace(0.3, 20.0, 14)]
-    best = min(of(*pair) for pair in grid if loop_margins(plant, pair[0], 0.0, pair[1]).modulus >= LEAST)
+    best = min(of(*pair) for pair in grid if sampled_modulus(loop, *pair) >= LEAST)
     assert found.loss[1] <= best * 1.001
-    assert found.margins.modulus >= LEAST * 0.999
+    assert found.modulus >= LEAST * 0.999 and found.least == LEAST
     assert of(found.controller.kp, found.controller.kd) == pytest.approx(found.loss[1])
 
 
@@ -58,3 +60,19 @@ def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
 def test_an_unstable_start_is_refused() -> None:
     with pytest.raises(InputError, match="not stable"):
         tune(reaction(), Controller(50.0, ki=1e4, kd=1.0), REFERENCE, CLOCK)
+    with pytest.raises(InputError, match="not stable"):  # in continuous time it is
+        tune(RIG, Controller(100.0, kd=100.0), REFERENCE, CLOCK)
+
+
+@pytest.mark.parametrize("gains", [(0.0, 0.0), (5.0, -1.0)])
+def test_gains_that_cannot_be_tuned_are_refused(gains: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="have to be positive"):
+        tune(RIG, Controller(gains[0], kd=gains[1]), REFERENCE, CLOCK)
+
+
+def test_the_share_of_stable_plants_counts_them() -> None:
+    thetas = np.tile(theta_of(RIG, structure_of(RIG)), (4, 1))
+    thetas[:, structure_of(RIG).names.index("drive.gain")] *= [1.0, 2.0, 30.0, 60.0]
+    law = Controller(10.0, ki=2.0, kd=2.5, smooth=0.02)
+    assert share_stable(RIG, thetas, CLOCK, law) == 0.5
+    assert share_stable(RIG, thetas, Clockwork(1e-4), law._replace(smooth=0.0)) == 1.0
