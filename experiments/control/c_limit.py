@@ -31,8 +31,10 @@ class CRig(ctypes.Structure):
 
 
 def available() -> bool:
-    """Whether there is a compiler."""
-    return shutil.which("gcc") is not None
+    """Whether there is a compiler, and a processor with vectors of 512 bits."""
+    features = Path("/proc/cpuinfo")
+    wide = features.exists() and "avx512f" in features.read_text().split()
+    return wide and shutil.which("gcc") is not None
 
 
 @cache

@@ -53,7 +53,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     numbers = jnp.array([spin, K / room, margin, room])
     task = Task(theta, limits, numbers, start, bound / 0.9, 1.0)
     best, missed = fastest(structure, _stopped if structure.inductive else _slowed, PIECES, task, guess)
-    if missed > REACHED:
+    if not missed <= REACHED:  # nor where it is no number
         raise InputError(f"no dump from {spin:g} rad/s was found within these limits; raise the voltage or the current")
     return Dump(bound, best)
 

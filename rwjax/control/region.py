@@ -167,7 +167,9 @@ def real_boundary(plant: Transfer, kd: Float[np.ndarray, " d"], sigma: float = 0
 
 
 def _law_at(plant: Transfer, s: np.ndarray) -> np.ndarray:
-    return -np.polyval(plant.den, s) / np.polyval(plant.restoring, s)
+    num = np.polyval(plant.restoring, s)
+    nowhere = np.full(num.shape, np.nan, complex)  # no gain moves a pole to a zero
+    return np.divide(-np.polyval(plant.den, s), num, out=nowhere, where=num != 0.0)
 
 
 class Region(NamedTuple):

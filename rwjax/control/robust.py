@@ -36,7 +36,11 @@ def read_spread(path: Path) -> Spread:
     """What `rwjax fit --json` wrote. Raises `InputError` for anything else, and for numbers of which the logs say nothing."""
     try:
         found = json.loads(read_text(path, InputError))
+        if "numbers" in found and "covariance_of" not in found:
+            raise InputError(f"{path}: no `covariance`, as of the two-stage method; fit end to end")
         names = tuple(found["covariance_of"])
+        if per_run := [name for name in names if " in " in name]:
+            raise InputError(f"{path}: `{per_run[0]}`: no one value for all runs; fit it without `fit.per_run`")
         if any(v is None for row in found["covariance"] for v in row):
             raise InputError(
                 f"{path}: `covariance`: the logs say nothing of some of {', '.join(names)}; fix these numbers"

@@ -110,7 +110,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     numbers = jnp.array([angle, ideal.time, torque])
     task = Task(theta, limits, numbers, steady(rig, spin)[2], seconds, float(np.sign(angle)))
     best, missed = fastest(structure, conditions, 1, task, guess)
-    if missed > REACHED:
+    if not missed <= REACHED:  # nor where it is no number
         raise InputError(
             f"{np.degrees(angle):g}° are not reached within these limits (the search ends at "
             f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "

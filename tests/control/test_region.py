@@ -126,6 +126,8 @@ def test_a_wheel_under_a_spring_keeps_its_zero_and_hides_nothing() -> None:
     plant = transfer(linearised(spring))
     assert plant.hidden == () and len(plant.den) == 4
     assert plant.num[-1] == 0.0 and plant.num[0] < 0.0  # a constant command holds no constant torque
+    with np.errstate(all="raise"):
+        assert np.isnan(real_boundary(plant, np.array([1.0]))).all()  # hence no pole comes to 0
 
 
 def test_drives_and_friction_in_the_loop() -> None:

@@ -106,7 +106,13 @@ def test_a_fit_s_answer_is_read_and_anything_else_refused(tmp_path: Path) -> Non
     path.write_text(json.dumps(answer | {"covariance": [[None]]}))
     with pytest.raises(InputError, match=r"fit\.json: `covariance`: the logs say nothing"):
         read_spread(path)
-    for wrong in ("{", "[]", '{"numbers": {}}', json.dumps(answer | {"numbers": {}})):
+    path.write_text(json.dumps({"numbers": answer["numbers"], "notes": []}))
+    with pytest.raises(InputError, match="no `covariance`, as of the two-stage method"):
+        read_spread(path)
+    path.write_text(json.dumps(answer | {"covariance_of": ["axis.inertia in a.csv"]}))
+    with pytest.raises(InputError, match=r"`axis\.inertia in a\.csv`: no one value for all runs"):
+        read_spread(path)
+    for wrong in ("{", "[]", '{"covariance_of": {}}', json.dumps(answer | {"numbers": {}})):
         path.write_text(wrong)
         with pytest.raises(InputError, match="is not what `rwjax fit"):
             read_spread(path)

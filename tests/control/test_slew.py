@@ -62,7 +62,7 @@ def test_the_fastest_slew_is_nearly_the_exact_one_and_never_faster(friction: flo
     angle = np.radians(20.0)
     found = slew(rig(friction), way * angle, LIMITS)
     best, least = found.best, exact(angle, friction)
-    assert least * (1.0 - 1e-4) < found.time < 1.01 * least  # one piece of 40 in which the torque changes its sign
+    assert least * (1.0 - 1e-4) < found.time < 1.01 * least  # one piece of 30 in which the torque changes its sign
     assert float(best.angle[-1]) == pytest.approx(way * angle, rel=1e-4)
     assert abs(float(best.rate[-1])) < 1e-3 * angle
     assert np.max(np.abs(best.current)) < AMPS * 1.001 and np.max(np.abs(best.wheel)) < TOP * 1.001
