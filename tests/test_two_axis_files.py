@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 from rwjax import parse_rig, read_log, read_rig, write_rig
 from rwjax.build import structure_of, theta_of
 from rwjax.diagnose.explanation import Explanation, candidates, coordinate_of, free_names, levels, structure_for
-from rwjax.diagnose.next_experiment import plans_for
 from rwjax.errors import InputError, LogError, RigError
 from rwjax.fit.problem import pose
 from rwjax.fit.rig_fit import fit_rig
@@ -198,11 +197,3 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     assert coordinate_of("pitch.stribeck") == "pitch_rate" and coordinate_of("parameter.pitch.inertia") == "load"
     structure = structure_for(WHOLE, Explanation(("yaw.coulomb",)))
     assert "yaw.stribeck" in structure.effects and "pitch.stribeck" not in structure.effects
-
-
-def test_the_next_experiment_moves_one_motor_or_both() -> None:
-    u = np.stack([4.0 * np.sin(T), 2.0 * np.cos(T)], axis=1)
-    plans = plans_for(pose(structure_of(WHOLE), [record(T, u)]), [0])
-    assert len(plans) == 32
-    for v in plans.values():
-        assert v.shape[1] == 2 and np.all(np.max(np.abs(v), axis=0) <= np.max(np.abs(u), axis=0) + 1e-12)

@@ -155,11 +155,13 @@ def test_a_second_ctrl_c_does_not_cost_the_log(scripted, monkeypatch: pytest.Mon
             raise KeyboardInterrupt
 
     monkeypatch.setattr(recorder, "write_logs", impatient)
+    heard = signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background it is ignored from the start
     scripted(Scripted(stream(range(99))))
     done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None), interrupted)
     assert isinstance(done.failure, KeyboardInterrupt) and done.logs == [tmp_path / "run.csv"]
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)  # heard again
+    signal.signal(signal.SIGINT, heard)
 
 
 def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -> None:
