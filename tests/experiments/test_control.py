@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+pytest.importorskip("numba", reason="the peers and the separate simulator need the extra `experiments`")
+
 from experiments.control import c_limit, pays, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from rwjax import parse_rig
@@ -20,7 +22,7 @@ def own(k: int) -> float:
 
 
 # the C program is a peer of the benchmark, not of the library: without a compiler there is nothing to compare with
-@pytest.mark.skipif(not c_limit.available(), reason="the C peer of the benchmark needs gcc")
+@pytest.mark.skipif(not c_limit.available(), reason="the C peer of the benchmark needs gcc and AVX-512")
 def test_c_and_numba_run_the_same_loops() -> None:
     costs = np.array([own(k) for k in PICK])
     p = c_limit.of_rig()
