@@ -1,22 +1,14 @@
 """`rwjax plan`, as a user calls it."""
 
 import json
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
-from rwjax.cli import main
+from tests.command import rwjax
 
 DATA = Path(__file__).parents[1] / "data"
-
-
-def rwjax(patch: pytest.MonkeyPatch, *arguments: object) -> int:
-    patch.setattr(sys, "argv", ["rwjax", *map(str, arguments)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    return int(ended.value.code or 0)
 
 
 def test_a_plan_is_written_and_told(

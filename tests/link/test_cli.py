@@ -10,19 +10,12 @@ import pytest
 
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.cli import main
 from rwjax.link import cli, recorder
 from tests.boards import need_simavr
+from tests.command import rwjax
 from tests.link.ports import Scripted, stream
 
 BARE = RIG.parents[1] / "demo" / "rig.toml"  # says nothing about pulses
-
-
-def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    monkeypatch.setattr(sys, "argv", ["rwjax", *map(str, arguments)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    return int(end.value.code or 0)
 
 
 def test_an_experiment_is_played_recorded_and_fitted(
@@ -31,13 +24,13 @@ def test_an_experiment_is_played_recorded_and_fitted(
     need_simavr()
     port, log = url(bench(TRUTH)), tmp_path / "square.csv"
     asked = ("--kind", "square", "--volts", 2.5, "--period", 2, "--seconds", 4, "--role", "train")
-    assert run(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 0
+    assert rwjax(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 0
     assert capsys.readouterr().out == f"{log}\n"
     assert "# experiment: square, 2.5 V about 0 V, period 2 s, 4 s" in log.read_text()
-    assert run(monkeypatch, "predict", RIG, log, "-o", tmp_path / "p.csv") == 0  # other commands take it
-    assert run(monkeypatch, "record", RIG, port, "-o", tmp_path / "rest.csv", "--seconds", 0.5) == 0
+    assert rwjax(monkeypatch, "predict", RIG, log, "-o", tmp_path / "p.csv") == 0  # other commands take it
+    assert rwjax(monkeypatch, "record", RIG, port, "-o", tmp_path / "rest.csv", "--seconds", 0.5) == 0
     assert len((tmp_path / "rest.csv").read_text().splitlines()) > 50
-    assert run(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 2
+    assert rwjax(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 2
     assert capsys.readouterr().err.startswith(f"rwjax: {log}: exists already; a recording never replaces another")
 
 
@@ -46,7 +39,7 @@ def test_a_raw_stream_becomes_a_log(
 ) -> None:
     raw = tmp_path / "cut.raw"
     raw.write_bytes(b"".join(stream([*range(40), *range(44, 90)]))[:-9])
-    assert run(monkeypatch, "decode", RIG, raw) == 0
+    assert rwjax(monkeypatch, "decode", RIG, raw) == 0
     said = capsys.readouterr()
     assert said.out == f"{tmp_path / 'cut.csv'}\n" and said.err == "note: cut.csv: gap of 4 samples before 0.44 s\n"
     assert len((tmp_path / "cut.csv").read_text().splitlines()) == 85 + 3
@@ -57,13 +50,13 @@ def test_a_recording_without_a_log_is_no_success(
 ) -> None:
     monkeypatch.setattr(recorder, "open_port", lambda _: Scripted(stream([*range(5), *range(100, 105)])))
     log = tmp_path / "run.csv"
-    assert run(monkeypatch, "record", RIG, "port", "-o", log, "--seconds", 0.1) == 2
+    assert rwjax(monkeypatch, "record", RIG, "port", "-o", log, "--seconds", 0.1) == 2
     said = capsys.readouterr()
     assert said.out == "" and said.err == (
         "note: 2 stretches of under 10 samples are left out\n"
         f"rwjax: {log}: no log; {tmp_path / 'run.raw'} holds all that came\n"
     )
-    assert run(monkeypatch, "decode", RIG, tmp_path / "run.raw") == 2
+    assert rwjax(monkeypatch, "decode", RIG, tmp_path / "run.raw") == 2
     assert capsys.readouterr().err.endswith(
         "holds no stretch of samples for a log; 2 stretches of under 10 samples are left out\n"
     )
@@ -128,7 +121,7 @@ def test_bad_input_is_one_line_and_status_2(
     said: str,
 ) -> None:
     full = [{"RIG": RIG, "BARE": BARE}.get(a, a.replace("OUT", str(tmp_path / "OUT"))) for a in arguments]
-    assert run(monkeypatch, *full) == 2
+    assert rwjax(monkeypatch, *full) == 2
     error = capsys.readouterr().err
     assert error.replace(f"{tmp_path}/", "").startswith(f"rwjax: {said}") and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
@@ -145,7 +138,7 @@ def test_without_pyserial_it_says_what_to_install(
         return real(name, *rest, **more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    assert run(monkeypatch, "monitor", RIG, "port") == 2
+    assert rwjax(monkeypatch, "monitor", RIG, "port") == 2
     assert capsys.readouterr().err.endswith("needs pyserial: pip install 'rwjax[link]'\n")
 
 
