@@ -16,8 +16,8 @@ from rwjax.plan.experiment import Experiment
 from rwjax.plan.files import Plan, Run, write_plan
 from rwjax.rig import read_rig
 from tests.boards import need_simavr
+from tests.command import rwjax
 from tests.link.ports import SAMPLE, Scripted, stream, wire
-from tests.link.test_cli import run
 
 ONE = Run("coast", Experiment("coast-down", 2.0, 0.0, 1.0, 3.0), "train", "coasting", (), {"wheel_rad_s": 100.0})
 TWO = Run("square", Experiment("square", 1.5, 0.2, 1.0, 2.0), "validate", "a kind of its own", (), {})
@@ -31,7 +31,7 @@ def test_every_run_of_a_plan_becomes_a_log_of_its_own(
     (tmp_path / "plan").mkdir()
     write_plan(tmp_path / "plan", PLAN)
     port, logs, rig = url(bench(TRUTH)), tmp_path / "logs", read_rig(RIG)
-    assert run(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs) == 0
+    assert rwjax(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs) == 0
     assert capsys.readouterr().out == f"{logs / 'coast.csv'}\n{logs / 'square.csv'}\n"
     for planned in PLAN.runs:
         log = read_log(logs / f"{planned.name}.csv", rig)
@@ -43,7 +43,7 @@ def test_every_run_of_a_plan_becomes_a_log_of_its_own(
         assert np.abs(log.command[began:end] - volts[: end - began]).max() < 0.03  # rounded to 0.01 V and 127ths
         first = log.outputs["wheel_rad"][:50]
         assert np.ptp(first) == 0.0  # begins at rest, whatever was played before
-    assert run(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs) == 2
+    assert rwjax(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs) == 2
     assert capsys.readouterr().err.startswith(f"rwjax: {logs / 'coast.csv'}: exists already")
 
 
@@ -88,7 +88,7 @@ def test_what_cannot_be_played_is_said_before_anything_is_armed(
     folder.mkdir()
     write_plan(folder, planned)
     logs = tmp_path / "logs"
-    assert run(monkeypatch, "run-experiment", RIG, "port", "--plan", folder, "-o", logs, *options) == 2
+    assert rwjax(monkeypatch, "run-experiment", RIG, "port", "--plan", folder, "-o", logs, *options) == 2
     error = capsys.readouterr().err
     assert error.startswith("rwjax: " + said.replace("PLAN", str(folder))) and error.count("\n") == 1
     assert not logs.exists()
@@ -114,7 +114,7 @@ def test_a_leftover_of_any_run_is_met_before_the_first_is_played(
     write_plan(tmp_path / "plan", PLAN)
     logs.mkdir()
     (logs / "square.raw").write_bytes(b"precious")
-    assert run(monkeypatch, "run-experiment", RIG, "port", "--plan", tmp_path / "plan", "-o", logs) == 2
+    assert rwjax(monkeypatch, "run-experiment", RIG, "port", "--plan", tmp_path / "plan", "-o", logs) == 2
     assert capsys.readouterr().err.startswith(f"rwjax: {logs / 'square.raw'}: exists already")
     assert port.written == b""
 
