@@ -25,6 +25,10 @@ MOST_PROGRAMS = 80
 """Programs of one function that a process holds; of more, those not called for longest are dropped and read again. Each
 takes up to 350 memory maps, of which Linux gives a process 65 530."""
 
+OPTIONS = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion"}
+"""What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
+with several kinds of friction otherwise works out the same power twelve times."""
+
 
 @cache
 def _origin() -> str:
@@ -75,7 +79,7 @@ def _program(name: str, key: object, flat: Callable, arrays: list[Any], lasting:
         _write(path, traced.serialize())
     else:
         traced = export.deserialize(data)
-    return jax.jit(traced.call)
+    return jax.jit(traced.call, compiler_options=OPTIONS)
 
 
 def stored(result: Callable) -> Callable:

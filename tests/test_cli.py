@@ -40,12 +40,12 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
     assert (answer["where"]["subsystem"], answer["where"]["coordinate"]) == ("axis", "yaw_rate")
     assert answer["held_out"] == "marked"
     assert answer["gap"]["signal"] == "yaw_rad"
-    assert answer["gap"]["closed"] > 0.9
-    assert answer["gap"]["after"] < answer["gap"]["before"] / 10.0
+    assert answer["gap"]["after"] < answer["gap"]["floor"]  # its own form of friction: nothing is left
     assert sum(r["probability"] for r in answer["ranking"]) == pytest.approx(1.0)
-    corrected = read_rig(tmp_path / "out" / "corrected.toml")
-    assert corrected.values["axis.inertia"] == pytest.approx(0.228, rel=0.01)  # what make_demo.py simulates
-    assert corrected.values["axis.stribeck.M_c"] == pytest.approx(0.45, rel=0.02)
+    corrected = read_rig(tmp_path / "out" / "corrected.toml").values
+    assert corrected["axis.inertia"] == pytest.approx(0.228, rel=1e-3)  # what make_demo.py simulates
+    true = {"M_c": 0.45, "M_e": 0.3, "v_s": 0.35, "n": 1.5}
+    assert {name: corrected[f"axis.stribeck.{name}"] for name in true} == pytest.approx(true, rel=5e-3)
     page = (tmp_path / "out" / "report.html").read_text()
     assert "http" not in page.replace("http://www.w3.org", "").replace("https://www.w3.org", "").replace(
         "http://purl.org", ""

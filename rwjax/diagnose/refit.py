@@ -295,9 +295,21 @@ class Refits:
         return min(found, again, key=lambda f: f.cost)
 
     def polish(self, explanation: Explanation) -> Fit:
-        """The fit of an explanation to the last digit that secants give."""
+        """The fit of an explanation to the last digit: by exact derivatives, which go straight along a narrow valley where
+        secants of whole runs creep, then by secants, which see across the creases of stick and slip."""
+        ruled = self._ruled
+        self._exactly(explanation)
+        self._free_starts()
+        if self._ruled != ruled:
+            self._exactly(explanation)
         self._keep({explanation: together([self._polished(self(explanation), LAST_DIGIT)])[0]})
         return self._done[explanation]
+
+    def _exactly(self, explanation: Explanation) -> None:
+        begun = self(explanation)
+        problem = self._of_training(begun.problem.structure)
+        nodes = measured_nodes(problem, begun.theta)
+        self._keep({explanation: fit(problem, begun.coordinates, begun.theta, start=begun.start, nodes=nodes)})
 
     def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
         return _carried_on(self._of_training(begun.problem.structure), begun, MOST_STEPS, tolerance)
