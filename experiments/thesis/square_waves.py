@@ -12,7 +12,7 @@ import numpy as np
 
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import TOP, VOLTS, yaw_testbed
-from rwjax.control.closed_loop import Clockwork, Controller, Run, run_rig
+from rwjax.control.closed_loop import Clockwork, Controller, Run, holding, run_rig
 from rwjax.control.response import Response, step_response
 from rwjax.control.sweep import sweep
 from rwjax.report.control import draw_maps
@@ -97,6 +97,14 @@ def square_waves(folder: Path) -> None:
         row(f"finding: {name.replace('_', ' ')}", "yes", "yes" if holds else "no")
     fastest = max(float(r.fastest) for w in stiff for r in (*w.out, *w.back))
     row("fastest wheel at (100, 10), 4000 rpm being its limit [rpm]", "", f"{fastest / TOP * 4000.0:.0f}")
+    w = stiff[1]
+    stays = STIFF[0] * (w.reference - np.asarray(w.run.angle))[HALF - 1]
+    keeps = float(holding(yaw_testbed().values) * np.asarray(w.run.wheel)[HALF - 1])
+    row(
+        "20 deg at (100, 10), last sample out: K_p e, and what keeps the wheel at its rate [V]",
+        "",
+        f"{stays:.2f}, {-keeps:.2f}",
+    )
     save(_figure(soft, stiff), folder, "fig_4_5_to_4_11")
     kp, kd = np.linspace(5.0, 100.0, 39), np.linspace(1.0, 40.0, 40)
     step = np.full((1, HALF), np.radians(10.0))
@@ -109,6 +117,12 @@ def square_waves(folder: Path) -> None:
         f"{np.degrees(abs(float(maps.error[i, j]))):.2f}, ({kp[i]:.4g}, {kd[j]:.4g})",
     )
     row("… of them settled within 2 % after 10 s", "", f"{int(np.isfinite(np.asarray(maps.settling)).sum())}")
+    i, j = np.nonzero(np.degrees(np.asarray(maps.cycle)) > 0.1)
+    row(
+        "… of them that never come to rest: how many, least K_p, largest K_d",
+        "",
+        f"{len(i)}, {kp[i].min():.4g}, {kd[j].max():.4g}",
+    )
     save(draw_maps(kp, kd, maps, "chapter 4 again: 10° steps on the nonlinear loop"), folder, "chapter_4_maps")
 
 

@@ -4,6 +4,7 @@ Every entry of `Controller` and of the plant's numbers may be an array under `ja
 computation stands in `Clockwork`.
 """
 
+from collections.abc import Mapping
 from functools import partial
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from rwjax.control.linear import linearised, transfer
 from rwjax.effects import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic, CommandDelay, CommandFilter, EncoderDelay, WheelDry
 from rwjax.errors import InputError
-from rwjax.plant import Plant, Structure, friction_level
+from rwjax.plant import Structure, friction_level
 from rwjax.rig import Rig
 from rwjax.simulate import one_axis_plant_of
 from rwjax.step import propagator, step
@@ -109,7 +110,7 @@ def closed_loop(
         new = sign * given
         if spins is not None:
             fast = (jnp.abs(x[spins]) >= c.spin) & (jnp.sign(new) == jnp.sign(x[spins]))
-            new = jnp.where(fast, jnp.sign(new) * jnp.minimum(jnp.abs(new), _holding(plant, jnp.asarray(c.spin))), new)
+            new = jnp.where(fast, jnp.sign(new) * jnp.minimum(jnp.abs(new), holding(plant.numbers) * c.spin), new)
         winds = (sign * new != asked) & (jnp.sign(asked) == jnp.sign(error))
         integral = integral + jnp.where(winds, 0.0, clockwork.period * error)
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
@@ -130,12 +131,10 @@ def closed_loop(
     return Run(*found)
 
 
-def _holding(plant: Plant, rate: Scalar) -> Scalar:
-    """Voltage that keeps the wheel at a rate against its back-EMF and viscous friction."""
-    n = plant.numbers
-    return (
-        n["motor.torque_constant"] + n["motor.resistance"] * n["motor.friction"] / n["motor.torque_constant"]
-    ) * rate
+def holding(numbers: Mapping[str, Scalar | float]) -> Scalar | float:
+    r"""Voltage per rate that keeps a wheel turning against its back-EMF and viscous friction, $K + R\,b/K$ [V s/rad]."""
+    K, R = numbers["motor.torque_constant"], numbers["motor.resistance"]
+    return K + R * numbers.get("motor.friction", 0.0) / K
 
 
 def run_rig(

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from rwjax.control.closed_loop import holding
 from rwjax.control.open_loop import PIECES, REACHED, Course, Limits, Task, check, fastest, resting, steady, worst
 from rwjax.errors import InputError
 from rwjax.rig import Rig
@@ -40,7 +41,6 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
         raise InputError(f"margin {margin:g}: has to lie above 0 and not above 1")
     structure, theta, start = steady(rig, spin)
     K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
-    b = rig.values.get("motor.friction", 0.0)
     before = resting(rig, spin)
     load, (backward, forward) = float(before.torque), (margin * float(v) for v in before.holds)
     room = forward - load if spin > 0.0 else backward + load
@@ -49,7 +49,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     bound = J * abs(spin) / room
 
     Omega = spin * np.linspace(1.0, 0.0, PIECES + 1)
-    guess = R / K * (b * Omega - np.sign(spin) * 0.9 * room) + K * Omega
+    guess = holding(rig.values) * Omega - R / K * np.sign(spin) * 0.9 * room
     numbers = jnp.array([spin, K / room, margin, room])
     task = Task(theta, limits, numbers, start, bound / 0.9, 1.0)
     best, missed = fastest(structure, _stopped if structure.inductive else _slowed, PIECES, task, guess)

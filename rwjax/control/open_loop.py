@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
 from rwjax.build import structure_of, theta_of
-from rwjax.control.closed_loop import without_lags
+from rwjax.control.closed_loop import holding, without_lags
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
@@ -136,8 +136,7 @@ def torque_at(rig: Rig, limits: Limits, rate: float) -> float:
 
 def fastest_rate(rig: Rig, limits: Limits) -> float:
     """Rate that the wheel reaches in the end within the limits [rad/s]."""
-    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
-    return min(limits.top, limits.volts / (K + R * rig.values.get("motor.friction", 0.0) / K))
+    return min(limits.top, limits.volts / float(holding(rig.values)))
 
 
 def usable_rate(rig: Rig, limits: Limits) -> float:
@@ -160,9 +159,8 @@ def steady(rig: Rig, spin: float = 0.0) -> tuple[Structure, Float[Array, " p"], 
 def resting(rig: Rig, spin: float = 0.0) -> Course:
     """The rig at rest with a steady wheel: the torque of its load, and what friction holds."""
     structure, theta, start = steady(rig, spin)
-    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
-    keeps = (K + R * rig.values.get("motor.friction", 0.0) / K) * spin
-    return Course(*(x[0] for x in course(structure, theta, jnp.array([keeps]), 1e-3, start)))
+    keeps = jnp.array([holding(rig.values) * spin])
+    return Course(*(x[0] for x in course(structure, theta, keeps, 1e-3, start)))
 
 
 Conditions = Callable[[Course, Array], tuple[Array, Array]]
@@ -185,13 +183,18 @@ class Task(NamedTuple):
         return self.limits.volts * (jnp.asarray(_between()) @ z[:-1]), self.duration * z[-1]
 
 
-def _outcome(structure: Structure, conditions: Conditions, stick: int, task: Task, z: Array) -> tuple[Array, Array]:
-    commands, duration = task.scaled(z)
-    found = _course(structure, task.theta, commands, duration, task.start, stick * STEPS, jnp.asarray(task.way))
+def _judged(conditions: Conditions, task: Task, found: Course) -> tuple[Array, Array]:
+    """The conditions, the limits of wheel rate and current among them."""
     zero, positive = conditions(found, task.numbers)
     held = ((found.wheel, task.limits.top), (found.current, task.limits.amps))
     within = [worst(BARELY - (x / most) ** 2) for x, most in held]
     return zero, jnp.concatenate([positive, *within])
+
+
+def _outcome(structure: Structure, conditions: Conditions, stick: int, task: Task, z: Array) -> tuple[Array, Array]:
+    commands, duration = task.scaled(z)
+    found = _course(structure, task.theta, commands, duration, task.start, stick * STEPS, jnp.asarray(task.way))
+    return _judged(conditions, task, found)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
@@ -208,7 +211,8 @@ def fastest(
     guess: Float[np.ndarray, " c"],
 ) -> tuple[Course, float]:
     """The course of least time within the limits that meets the conditions, and how far it violates them (0 where it meets
-    them), from a guess of `PIECES` + 1 commands; from the piece `stick` on the axis is taken to slide.
+    them), from a guess of `PIECES` + 1 commands. The search takes the axis to slide from the piece `stick` on; what it ends
+    with is judged on the plant, which may stick.
 
     Sequential quadratic programming (Kraft 1988), derivatives through the plant."""
     count = PIECES + 1
@@ -227,18 +231,18 @@ def fastest(
         {"type": "eq", "fun": lambda z: at(z)[0][0], "jac": lambda z: at(z)[1][0]},
         {"type": "ineq", "fun": lambda z: at(z)[0][1], "jac": lambda z: at(z)[1][1]},
     ]
-    z, missed = np.zeros(count + 1), np.inf
     for longer in LONGER:
         z = np.append(np.clip(guess / task.limits.volts, -1.0, 1.0), longer)
         z = minimize(
             lambda z: (z[count], last), z, jac=True, method="SLSQP", bounds=bounds, constraints=posed, options=PATIENCE
         ).x
         z = np.append(np.clip(z[:count], -1.0, 1.0), z[count])
-        zero, positive = at(z)[0]
+        found = course(structure, task.theta, *task.scaled(jnp.asarray(z)), task.start)
+        zero, positive = (np.asarray(x) for x in _judged(conditions, task, found))
         missed = float(max(np.max(np.abs(zero), initial=0.0), np.max(-positive, initial=0.0)))
         if missed <= REACHED:
             break
-    return course(structure, task.theta, *task.scaled(jnp.asarray(z)), task.start), missed
+    return found, missed
 
 
 def _between() -> Float[np.ndarray, "s c"]:

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rwjax.control.closed_loop import holding
 from rwjax.control.open_loop import (
     PIECES,
     REACHED,
@@ -65,11 +66,10 @@ def on_off(I: float, J: float, angle: float, torque: float, top: float) -> OnOff
 def law(rig: Rig, ideal: OnOff, t: Float[np.ndarray, " t"]) -> Float[np.ndarray, " t"]:
     r"""Voltage that makes the wheel follow the ideal law: $V = R\,(J\dot\Omega + b\,\Omega)/K + K\,\Omega$, inductance left out."""
     K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
-    b, Omega = rig.values.get("motor.friction", 0.0), ideal.wheel(t)
     rising = np.where(
         t < ideal.ramp, 1.0, np.where(t < ideal.ramp + ideal.hold, 0.0, np.where(t < ideal.time, -1.0, 0.0))
     )
-    return R / K * (J * ideal.acceleration * rising + b * Omega) + K * Omega
+    return R / K * J * ideal.acceleration * rising + holding(rig.values) * ideal.wheel(t)
 
 
 class Slew(NamedTuple):

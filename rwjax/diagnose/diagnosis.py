@@ -25,7 +25,7 @@ from rwjax.rig import Rig
 from rwjax.rig_names import TWO_AXIS
 
 SCHEMA = "rwjax.diagnosis/1"
-MOST_RIVALS = 4  # explanations told apart by the next experiment, the best one among them
+MOST_RIVALS = 4  # explanations shown beside each other where they cannot be told apart, the best one among them
 LISTED = 3  # names whose held-out gap is worked out for the ranking, where a race brought them to their end
 
 
@@ -178,7 +178,7 @@ def _laid_out(logs: Sequence[Log]) -> tuple[str, tuple[Log, ...], tuple[int, ...
 
 
 def _worst_windows(before: Held, logs: tuple[Log, ...], signal: str) -> tuple[tuple[str, float, float, float], ...]:
-    """Seconds of the held-out logs that hold the most squared error, neighbours joined."""
+    """Seconds of the held-out logs that hold the most squared error."""
     total = float(np.sum(before.square[signal]))
     found = []
     for k, by_output in before.error.items():
@@ -245,10 +245,10 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     if stands_out(bare[signal]):
         refits.anchor()
         choice = search.run()
+        if choice.best.names:
+            refits.polish(choice.best)
         before = held_out(refits, nothing, numbered, with_floor=True)  # the search may have found better numbers
         bare = {name: gap(before, before, name) for name in before.square}
-    if choice.best.names:
-        refits.polish(choice.best)
 
     @cache
     def held(explanation: Explanation) -> Held:
@@ -287,7 +287,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     proposed = (
         Proposal(f"runs in which what {', '.join(lost)} belongs to turns")
         if lost
-        else _next(refits, verdict, [rival for rival in rivals if rival not in choice.same], left)
+        else _next(refits, verdict, [e for e in dict.fromkeys([best, *choice.alternatives]) if e not in choice.same], left)
     )
     return Diagnosis(
         rig=rig,

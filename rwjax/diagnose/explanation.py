@@ -103,7 +103,7 @@ class Explanation:
         return tuple(name.removeprefix("parameter.") for name in self.names if name.startswith("parameter."))
 
     def plus(self, *names: str) -> "Explanation":
-        """This explanation with further names, a Coulomb level only once."""
+        """This explanation with further names."""
         merged = dict.fromkeys((*self.names, *names))
         return Explanation(tuple(merged))
 

@@ -12,6 +12,8 @@ from rwjax.predict import Prediction, errors, floor_variance, predicted
 
 BLOCK_S = 1.0  # errors closer than this are resampled together
 RESAMPLES = 2000
+FAR_OFF = 1e6
+"""Error [SI] of a run that left the range of numbers."""
 Split = tuple[tuple[int, ...], tuple[int, ...]]
 """Numbers of the logs that a fold fits and of those on which it is judged."""
 
@@ -69,7 +71,8 @@ def held_out(refits: Refits, explanation: Explanation, folds: Sequence[Split], *
             log = refits.problem.logs[k]
             error[k] = found[k]
             for name, e in found[k].items():
-                seen = np.isfinite(e)
+                seen = np.isfinite(log.outputs[name])
+                e = np.where(np.isfinite(e), e, FAR_OFF)
                 square.setdefault(name, []).append(e[seen] ** 2)
                 group = k * 100_000 + np.floor((log.time - log.time[0]) / BLOCK_S)
                 block.setdefault(name, []).append(group[seen])

@@ -23,8 +23,8 @@ from rwjax.rig import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
 HEATS = ((99, 1), (16, 2), (8, 4))
-"""A race's heats: how many explanations take part, and steps of each. Those go on that would leave least if the next heat
-brought them as far as the last one, in proportion: one that begins far off may be on its way."""
+"""A race's heats: how many explanations take part, and steps of each. Those go on whose `promise_of` is least: one that begins
+far off may be on its way."""
 BEGIN = 4
 """Places at most from which an explanation takes part, those that leave least."""
 SAME = 1e-9
@@ -40,7 +40,7 @@ CLOSE = 1.5
 FAR = 5.0
 """Factor between a fitted number and the rig file's above which a search begins from both."""
 NEAR = 1.3
-"""The same up to which a fit that has not converged goes on."""
+"""Cost against the best one's up to which a finished fit that has not converged goes on."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step is no gain, in a search."""
 ONLY_STARTS = 2.5
@@ -48,7 +48,7 @@ ONLY_STARTS = 2.5
 MAYBE = 8
 """Explanations at most whose misfit may so come from their first states alone, and that are fitted again."""
 MOST_STEPS, LAST_DIGIT = 40, 1e-7
-"""The same two of the fit that is reported."""
+"""Steps at most of a fit that goes on, and the share of the cost below which a step of the reported one is no gain."""
 FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
@@ -71,8 +71,8 @@ def promise_of(cost: float, before: float, parent: float) -> float:
 class Refits:
     """All logs laid out once, and the fit of every explanation to the training logs, done when first asked for.
 
-    First states follow the start rule until an explanation is complete; from then on they are free in all fits, so that all
-    are compared alike.
+    First states follow the start rule until an explanation is complete; from then on they are free in all fits that were
+    carried to the end, and in those whose misfit may come from their first states alone.
     """
 
     rig: Rig
@@ -210,7 +210,7 @@ class Refits:
     def race(self, explanations: Iterable[Explanation], parent: Explanation) -> dict[Explanation, Fit]:
         """Fits of several explanations side by side, from a parent's estimates, in heats: those that leave least go on.
 
-        The last heat, and what comes close to the best, is fitted to the end. What lost an earlier race runs again, and so
+        What comes close to the best after the last heat is fitted to the end. What lost an earlier race runs again, and so
         does a special case of the parent, which may know a better place.
         """
         wanted = list(dict.fromkeys(explanations))
@@ -307,6 +307,8 @@ class Refits:
 
     def _exactly(self, explanation: Explanation) -> None:
         begun = self(explanation)
+        if begun.problem.structure.latest > self.problem.structure.latest:
+            return  # its readings reach back further than the windows of the layout that all share
         problem = self._of_training(begun.problem.structure)
         nodes = measured_nodes(problem, begun.theta)
         self._keep({explanation: fit(problem, begun.coordinates, begun.theta, start=begun.start, nodes=nodes)})

@@ -146,7 +146,7 @@ def locate(
     """Missing torque of the rig as it is, laid over the coordinate of which it is a function.
 
     `shares`: what the best law in each coordinate explains; `coordinate` is set where an effect is named; `deep`: regimes,
-    bands and momentum besides. None where no coordinate that was logged explains anything. Of a two-axis rig, whose axes push
+    bands and momentum besides. None where nothing was tried and no effect is named. Of a two-axis rig, whose axes push
     one another, no missing torque is read off: only the shares are told.
     """
     every, clean = fitted.problem.logs, simulated(fitted)

@@ -47,33 +47,10 @@ def fit_anchored(
     coordinates: Coordinates,
     theta: np.ndarray,
     start: np.ndarray,
-    *,
-    damping: float = 1e-3,
-    careful: bool = True,
 ) -> Fit:
     """Best fit in which first states and numbers agree: all free where the model reaches the noise, else the start
-    rule's first states at the fitted numbers. `careful`: to the last digit and across the creases of stick and slip;
-    otherwise as closely as a comparison of explanations needs.
-    """
-    most_steps, tolerance = (60, 1e-7) if careful else (20, 1e-4)
-    begun = fit(
-        problem,
-        coordinates,
-        theta,
-        start=start,
-        damping=damping,
-        most_steps=most_steps,
-        tolerance=tolerance,
-        creases=careful,
-    )
+    rule's first states at the fitted numbers."""
+    begun = fit(problem, coordinates, theta, start=start, creases=True)
     if not problem.start_free.any() or complete(begun):
         return begun
-    return fit(
-        problem.by_rule,
-        coordinates,
-        begun.theta,
-        start=begun.start,
-        most_steps=most_steps,
-        tolerance=tolerance,
-        creases=careful,
-    )
+    return fit(problem.by_rule, coordinates, begun.theta, start=begun.start, creases=True)

@@ -33,8 +33,8 @@ class Fit:
     """Result of a fit. `theta` all numbers in the order of `problem.names`, `start` first state of each log.
 
     `cost`: half the sum of squared residuals in units of noise. `evaluation`: sensitivities at the optimum, windows
-    started from the free run (numpy arrays). `converged`: False where the step limit came first. `damping`: of the last
-    step, with which a fit that goes on begins.
+    started from the free run (numpy arrays). `converged`: False where the step limit came first or no
+    step could be solved for.
     """
 
     problem: Problem
@@ -45,7 +45,6 @@ class Fit:
     evaluation: Evaluation
     converged: bool
     steps: int
-    damping: float
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -311,4 +310,4 @@ def fit(
         rest = fit(problem, coordinates, theta_k, start=start_k)
         if rest.cost < cost:
             return replace(rest, steps=rest.steps + taken)
-    return Fit(problem, coordinates, theta, start, cost, e, converged, taken, damping)
+    return Fit(problem, coordinates, theta, start, cost, e, converged, taken)

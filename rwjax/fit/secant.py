@@ -163,7 +163,7 @@ def point(
     known."""
     none = np.zeros(0)
     e = Evaluation(none if residual is None else residual, none, none, none, none, none, none)
-    return Fit(problem, c, theta, start, cost_of(problem, theta, residual), e, False, 0, 1e-3)
+    return Fit(problem, c, theta, start, cost_of(problem, theta, residual), e, False, 0)
 
 
 def cost_of(problem: Problem, theta: np.ndarray, residual: np.ndarray | None) -> float:

@@ -103,7 +103,7 @@ def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray
         for a in range(k):
             for b in range(k):
                 lagged = np.fft.irfft(spectrum[:, a].conj() * spectrum[:, b], size)
-                lags = np.arange(1, min(int(width) + 1, n))
+                lags = np.arange(1, min(int(np.ceil(width)) + 1, n))  # all of positive weight: no variance is below 0
                 weight = 1.0 - lags / (width + 1.0)
                 total[a, b] += float(weight @ (lagged[lags] + lagged[-lags]))
     return total

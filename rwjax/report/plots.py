@@ -66,7 +66,7 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
         begin = float(t[-1]) + 0.5
     ax.set_xlabel("time of the held-out runs, one after the other [s]")
     ax.set_ylabel(f"measured − predicted {AXIS_LABEL[d.signal]}")
-    ax.legend(loc="upper left", fontsize=8, frameon=False)
+    ax.legend(loc="best", fontsize=8, frameon=False)
     return ax
 
 

@@ -12,7 +12,9 @@ from rwjax.diagnose.remarks import ran_away
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import judge
 from rwjax.diagnose.where import missing_torque
+from rwjax.fit.lanes import together
 from rwjax.fit.rig_fit import fit_rig
+from rwjax.fit.secant import residuals
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -131,6 +133,23 @@ def test_what_an_explanation_promises_is_what_it_gains_on_its_parent(
     cost: float, before: float, promise: float
 ) -> None:
     assert promise_of(cost, before, 100.0) == pytest.approx(promise)
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers"),
+    [("axis.stribeck", {"M_c": 0.05, "M_e": 0.03, "v_s": 0.3, "n": 1.5}), ("sensor.delay", {"tau": 0.03})],
+)
+def test_the_reported_fit_reaches_the_noise_and_holds_the_residual_of_its_free_runs(
+    effect: str, numbers: dict[str, float]
+) -> None:
+    rig, named = platform("viscous = 0.02"), Explanation((effect,))
+    refits = Refits.of(rig, [true_log(rig, **{effect: numbers})], [0], lambda text: None)
+    refits.race([named], Explanation())
+    found = refits.polish(named)
+    free_run = together([residuals(found.problem, [found.theta], [found.start])])[0][0]
+    assert found.evaluation.residual == pytest.approx(free_run, abs=1e-6)
+    assert 2.0 * found.cost < 1.2 * found.problem.batch.readings
+    assert {name: found.numbers()[f"{effect}.{name}"] for name in numbers} == pytest.approx(numbers, rel=0.05)
 
 
 def test_a_stop_is_searched_from_every_place_that_differs() -> None:

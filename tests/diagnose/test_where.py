@@ -33,7 +33,7 @@ def as_given(rig: Rig, *logs: Log) -> Fit:
     free = np.array([name in rig.free for name in structure.names])
     moves = coordinates(theta, free, bounds_of(rig, structure), sizes_of(rig, structure, theta, list(logs)))
     unused = Evaluation(*[np.zeros(0)] * 7)
-    return Fit(problem, moves, theta, problem.start, 0.0, unused, True, 0, 0.0)
+    return Fit(problem, moves, theta, problem.start, 0.0, unused, True, 0)
 
 
 def measured(
