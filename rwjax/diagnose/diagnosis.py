@@ -287,7 +287,9 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     proposed = (
         Proposal(f"runs in which what {', '.join(lost)} belongs to turns")
         if lost
-        else _next(refits, verdict, [e for e in dict.fromkeys([best, *choice.alternatives]) if e not in choice.same], left)
+        else _next(
+            refits, verdict, [e for e in dict.fromkeys([best, *choice.alternatives]) if e not in choice.same], left
+        )
     )
     return Diagnosis(
         rig=rig,
