@@ -5,10 +5,13 @@ With RWJAX_FIRMWARE=required they fail instead, as they have to on a machine tha
 
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 
 from firmware.simavr.avr import missing
+
+ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h")
 
 
 def need_simavr() -> None:
@@ -21,6 +24,13 @@ def need_compiler() -> None:
     """The same for the parts that are compiled for this machine."""
     if packages := [name for name in ("gcc", "make") if shutil.which(name) is None]:
         _give_up(packages)
+
+
+def need_arduino() -> None:
+    """The same, and the core of the Arduino IDE."""
+    need_simavr()
+    if not ARDUINO.exists():
+        _give_up(["arduino-core-avr"])
 
 
 def _give_up(packages: list[str]) -> None:

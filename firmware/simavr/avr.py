@@ -57,10 +57,11 @@ def _alone() -> Iterator[None]:
         yield
 
 
-def build(variant: str = "", *flags: str, mcu: str = "atmega328p") -> Path:
-    """The ELF of the sketch, compiled with `flags` unless it is there already; folders are named by `variant` and flags."""
+def build(variant: str = "", *flags: str, mcu: str = "atmega328p", by: str = "rwbed") -> Path:
+    """The ELF of the sketch, compiled with `flags` unless it is there already; folders are named by `variant` and flags. `by`
+    "arduino": as the Arduino IDE compiles it, its core beside it."""
     folder = BUILD / f"{variant}-{crc32(' '.join(flags).encode()):08x}" if flags else BUILD
-    target = folder / f"rwbed-{mcu}.elf"
+    target = folder / f"{by}-{mcu}.elf"
     command = ["make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"FLAGS={' '.join(flags)}", target]
     with _alone():
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

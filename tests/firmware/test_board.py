@@ -13,7 +13,7 @@ from firmware.simavr.host import Host
 from firmware.simavr.spin import Spin, constant, still, swinging
 from rwjax.link import frames
 from rwjax.link.stream import stretches
-from tests.boards import need_simavr
+from tests.boards import need_arduino, need_simavr
 from tests.firmware import desk
 
 OVERFLOW = {"atmega328p": 13, "atmega2560": 20}  # vectors of timer 1, data sheets
@@ -34,6 +34,33 @@ def test_it_compiles_without_warnings_and_fits(mcu: str) -> None:
     flash, ram = LIMITS[mcu]
     assert size[".text"] + size[".data"] < flash / 4
     assert size[".data"] + size[".bss"] + size[".noinit"] < ram / 2  # the rest is stack
+
+
+@pytest.mark.parametrize("mcu", LIMITS)
+def test_the_arduino_ide_links_the_same_program_and_nothing_of_its_core(mcu: str) -> None:
+    need_arduino()
+
+    def functions(elf: Path) -> set[str]:
+        out = subprocess.run(["avr-nm", elf], check=True, capture_output=True, text=True).stdout
+        return {
+            name
+            for _, kind, name in (row.split()[-3:] for row in out.splitlines() if len(row.split()) == 3)
+            if kind in "Tt"
+        }
+
+    ours, ide = (build(mcu=mcu, by=by) for by in ("rwbed", "arduino"))
+    vectors = {name for name in functions(ours) if name.startswith("__vector")}
+    assert vectors == {name for name in functions(ide) if name.startswith("__vector")}  # no timer 0 of its own
+    assert "main" in functions(ide) and not functions(ide) & {
+        "init",
+        "initVariant",
+        "setup",
+        "loop",
+        "millis",
+        "serialEventRun",
+    }
+    h = host(ide, mcu=mcu)
+    h.arm()  # and it runs
 
 
 def test_a_variant_is_compiled_anew_for_other_flags() -> None:
