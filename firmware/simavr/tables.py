@@ -58,17 +58,16 @@ def pulse_error(mcu: str) -> float:
     """Largest difference [us] between a commanded width and the pulse, over the whole range."""
     h = host(mcu)
     h.arm()
-    worst = 0.0
+    avr, worst, seen = h.bench.avr, 0.0, [0.0]
+
+    def board_alone(until: int) -> None:
+        avr.run(until)
+        seen.extend(p.width_us for p in avr.pulses() if p.output == 0)
+
+    h.bench.run = board_alone
     for width in range(2000, 4001, 8):
         h.send(frames.PULSE, width, 6000 - width)
-        h.run(1, beat=0)
-        h.bench.avr.pulses()
-        seen: list[float] = []
-        h.bench.run = lambda until, seen=seen: (
-            h.bench.avr.run(until),
-            seen.extend(p.width_us for p in h.bench.avr.pulses() if p.output == 0),
-        )
-        h.run(2, beat=0)
+        h.run(3, beat=0)
         worst = max(worst, abs(seen[-1] - width / 2.0))
     return worst
 
