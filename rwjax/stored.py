@@ -21,13 +21,16 @@ from jax import export
 from jax.core import Tracer
 
 DIGEST = 32  # bytes of a check sum before the program
-MOST_PROGRAMS = 60
-"""Programs of one function, of three, that a process holds; of more, those not called for longest are dropped and read again.
-Each takes up to 350 memory maps, of which Linux gives a process 65 530."""
+MOST_PROGRAMS = 150
+"""Programs that a process holds; of more, those not called for longest are dropped and read again. Each takes up to 350 memory
+maps, of which Linux gives a process 65 530."""
 
 OPTIONS = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion"}
 """What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
 with several kinds of friction otherwise works out the same power twelve times."""
+
+_programs: dict[object, Callable] = {}
+_lock = Lock()
 
 
 @cache
@@ -91,8 +94,6 @@ def stored(result: Callable) -> Callable:
 
     def decorate(function: Callable) -> Callable:
         plain = jax.jit(function, static_argnums=0)
-        programs: dict[object, Callable] = {}
-        lock = Lock()
 
         @wraps(function)
         def call(structure: Hashable, *arguments: Any) -> Any:
@@ -101,18 +102,18 @@ def stored(result: Callable) -> Callable:
                 return plain(structure, *arguments)
             arrays = [np.asarray(leaf) for leaf in leaves]
             key = (structure, tree, tuple((a.shape, a.dtype.name) for a in arrays))
-            with lock:
-                if key not in programs:
-                    while len(programs) >= MOST_PROGRAMS:
-                        del programs[next(iter(programs))]
-                    programs[key] = _program(
+            with _lock:
+                if (function, key) not in _programs:
+                    while len(_programs) >= MOST_PROGRAMS:
+                        del _programs[next(iter(_programs))]
+                    _programs[function, key] = _program(
                         function.__name__,
                         key,
                         lambda *leaves: list(function(structure, *jax.tree.unflatten(tree, leaves))),
                         arrays,
                         getattr(structure, "lasting", True),
                     )
-                program = programs[key] = programs.pop(key)  # the last one called stands last
+                program = _programs[function, key] = _programs.pop((function, key))  # the last one called stands last
             return result(program(*arrays))
 
         return call
