@@ -6,6 +6,7 @@ still leave: noise and quantisation of the readings, the start's uncertainty car
 of runs that repeat one command.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +24,12 @@ from rwjax.rig_names import is_angle
 
 @dataclass(frozen=True)
 class Prediction:
-    """Free run of one log. `outputs`: predicted readings in SI at the log's times, by name, all that the kind has.
+    """Free run of the log numbered `log`. `outputs`: predicted readings in SI at the log's times, by name, all that the kind has.
 
     `floor`: standard deviation of what a perfect model would still leave, for each logged output, `(time,)`.
     """
 
+    log: int
     outputs: dict[str, np.ndarray]
     start: np.ndarray
     floor: dict[str, np.ndarray]
@@ -35,41 +37,44 @@ class Prediction:
 
 def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> list[Prediction]:
     """Free runs of all logs of a problem from the start rule, with the floor if wanted."""
-    return together([predicted(problem, theta, with_floor=with_floor)])[0]
+    return together([predicted(problem, theta, range(len(problem.logs)), with_floor=with_floor)])[0]
 
 
-def predicted(problem: Problem, theta: np.ndarray, *, with_floor: bool) -> Search[list[Prediction]]:
-    """`predict` beside other searches."""
-    start, y, by_state = yield from _from_start_rule(problem, theta, with_floor)
+def predicted(
+    problem: Problem, theta: np.ndarray, logs: Sequence[int], *, with_floor: bool
+) -> Search[list[Prediction]]:
+    """`predict` of some logs, beside other searches."""
+    start, y, by_state = yield from _from_start_rule(problem, theta, np.array(logs), with_floor)
     names = problem.structure.outputs
     found = []
-    for k, log in enumerate(problem.logs):
-        samples = by_sample(problem.batch, k, y[k], len(log.time))
+    for k, readings, slopes in zip(logs, y, np.moveaxis(by_state, 1, 0), strict=True):
+        log = problem.logs[k]
+        samples = by_sample(problem.batch, k, readings, len(log.time))
         floor = {}
         if with_floor:
-            through = np.moveaxis(by_state[:, k], 0, -1) * problem.batch.weight[k][..., None]
+            through = np.moveaxis(slopes, 0, -1) * problem.batch.weight[k][..., None]
             P0 = start_covariance(problem, through, k)
             S = by_sample(problem.batch, k, through, len(log.time))
             for j, name in enumerate(names):
                 if name in log.outputs:
                     from_start = np.einsum("ta,ab,tb->t", S[:, j], P0, S[:, j])
                     floor[name] = problem.noise[name] * np.sqrt(1.0 + np.maximum(from_start, 0.0))
-        found.append(Prediction({name: samples[:, j] for j, name in enumerate(names)}, start[k], floor))
+        found.append(Prediction(k, {name: samples[:, j] for j, name in enumerate(names)}, start[k], floor))
     return found
 
 
 def _from_start_rule(
-    problem: Problem, theta: np.ndarray, with_secants: bool
+    problem: Problem, theta: np.ndarray, logs: np.ndarray, with_secants: bool
 ) -> Search[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """First states by the start rule `(l, n)`, readings `(l, w, q, y)` and their secants by the first states `(n, l, …)`, 0
-    where they are not wanted or a run leaves the range of numbers."""
+    """First states of all logs by the start rule; of the wanted ones readings `(l, w, q, y)` and their secants by the first
+    states `(n, l, …)`, 0 where they are not asked for or a run leaves the range of numbers."""
     start = yield from by_start_rule(problem, theta)
     states, width, moved = moved_starts(problem, start) if with_secants else (np.zeros(0, int), start, [])
-    every, windows = np.arange(len(problem.logs)), problem.batch.windows
-    y = yield Wanted(problem, np.tile(theta, (1 + len(states), 1)), np.stack([start, *moved]), every, windows)
+    windows = problem.batch.windows
+    y = yield Wanted(problem, np.tile(theta, (1 + len(states), 1)), np.stack([start, *moved]), logs, windows)
     by_state = np.zeros((start.shape[1], *y.shape[1:]))
     with np.errstate(over="ignore", invalid="ignore"):
-        change = (y[1:] - y[0]) / width.T[states][..., None, None, None]
+        change = (y[1:] - y[0]) / width[logs].T[states][..., None, None, None]
     by_state[states] = np.where(np.isfinite(change).all(axis=(1, 2, 3, 4), keepdims=True), change, 0.0)
     return start, y[0], by_state
 
@@ -96,22 +101,22 @@ def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:
 
 
 def errors(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np.ndarray]]:
-    """Measured minus predicted for every log and logged output, NaN where a reading is missing."""
+    """Measured minus predicted for every prediction and logged output, NaN where a reading is missing."""
     return [
-        {name: value - prediction.outputs[name] for name, value in log.outputs.items()}
-        for log, prediction in zip(problem.logs, predictions, strict=True)
+        {name: value - prediction.outputs[name] for name, value in problem.logs[prediction.log].outputs.items()}
+        for prediction in predictions
     ]
 
 
 def floor_variance(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np.ndarray]]:
-    """Squared floor for every log and output at its times; where runs repeat, their scatter if that is larger."""
-    variance = [{name: f**2 for name, f in prediction.floor.items()} for prediction in predictions]
+    """Squared floor for every prediction and output at its times; where runs repeat, their scatter if that is larger."""
+    variance = {p.log: {name: f**2 for name, f in p.floor.items()} for p in predictions}
     for name, members in repeatability(problem.logs).items():
         for k, scatter in members:
             mean = float(np.nanmean(scatter))
-            if mean > float(np.mean(variance[k][name])):
+            if k in variance and mean > float(np.mean(variance[k][name])):
                 variance[k][name] = np.where(np.isfinite(scatter), scatter, mean)
-    return variance
+    return list(variance.values())
 
 
 def predict_log(rig: Rig, log: Log) -> dict[str, np.ndarray]:

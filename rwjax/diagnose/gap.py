@@ -62,22 +62,21 @@ def held_out(refits: Refits, explanation: Explanation, folds: Sequence[Split], *
         train, test = fold
         fitted = begun if set(train) == set(refits.train) else (yield from refits.on(explanation, train))
         problem = refits.problem_of(explanation).only(test)
-        return (yield from predicted(problem, fitted.theta, with_floor=with_floor))
+        return (yield from predicted(problem, fitted.theta, test, with_floor=with_floor))
 
-    for (_, test), predictions in zip(folds, together([judged(fold) for fold in folds]), strict=True):
-        found = errors(refits.problem, predictions)
+    for predictions in together([judged(fold) for fold in folds]):
         variance = floor_variance(refits.problem, predictions) if with_floor else [{} for _ in predictions]
-        for k in test:
-            log = refits.problem.logs[k]
-            error[k] = found[k]
-            for name, e in found[k].items():
+        for prediction, found, floors in zip(predictions, errors(refits.problem, predictions), variance, strict=True):
+            k, log = prediction.log, refits.problem.logs[prediction.log]
+            error[k] = found
+            for name, e in found.items():
                 seen = np.isfinite(log.outputs[name])
                 e = np.where(np.isfinite(e), e, FAR_OFF)
                 square.setdefault(name, []).append(e[seen] ** 2)
                 group = k * 100_000 + np.floor((log.time - log.time[0]) / BLOCK_S)
                 block.setdefault(name, []).append(group[seen])
                 if with_floor:
-                    floor.setdefault(name, []).append(variance[k][name][seen])
+                    floor.setdefault(name, []).append(floors[name][seen])
     join = {name: np.concatenate(parts) for name, parts in square.items()}
     return Held(
         join,

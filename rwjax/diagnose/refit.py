@@ -81,6 +81,7 @@ class Refits:
     progress: Callable[[str], None]
     _problems: dict[Structure, Problem] = field(default_factory=dict)
     _training: dict[Structure, Problem] = field(default_factory=dict)
+    _spaces: dict[Explanation, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
     _done: dict[Explanation, Fit] = field(default_factory=dict)
     _finished: set[Explanation] = field(default_factory=set)
     _ruled: bool = True
@@ -165,7 +166,9 @@ class Refits:
         return self._posed(structure_for(self.rig, explanation))
 
     def _space(self, explanation: Explanation) -> tuple[Coordinates, list[np.ndarray]]:
-        return space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
+        if explanation not in self._spaces:
+            self._spaces[explanation] = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
+        return self._spaces[explanation]
 
     def _in_order(self, structure: Structure, values: dict[str, float]) -> np.ndarray:
         """Numbers by name in the order of a structure, those not given at their null."""
