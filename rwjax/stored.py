@@ -21,9 +21,9 @@ from jax import export
 from jax.core import Tracer
 
 DIGEST = 32  # bytes of a check sum before the program
-MOST_PROGRAMS = 150
+MOST_PROGRAMS = 100
 """Programs that a process holds; of more, those not called for longest are dropped and read again. Each takes up to 350 memory
-maps, of which Linux gives a process 65 530."""
+maps, of which Linux gives a process 65 530, and up to 50 MB."""
 
 OPTIONS = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion"}
 """What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
