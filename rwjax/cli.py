@@ -13,22 +13,40 @@ from typing import Annotated
 import typer
 from typer.exceptions import Abort, TyperException
 
-from rwjax import cli_control, cli_plan
-from rwjax.cli_options import Json, Quiet, RigFile, keep_input, results
+from rwjax import __version__, cli_control, cli_plan
+from rwjax.cli_options import Json, Quiet, RigFile, keep_input, of_file, results
 from rwjax.errors import InputError
 from rwjax.link import cli as link
 
 app = typer.Typer(
     add_completion=False,
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",  # the default takes units, such as [s], for markup
     help="Fit models of reaction-wheel rigs to logs, and find out why the simulation is off.",
 )
+
+
+def _say_version(wanted: bool) -> bool:
+    if wanted:
+        print(f"rwjax {__version__}")
+        raise typer.Exit
+    return wanted
+
+
+@app.callback()
+def _before_the_command(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="print the version")
+    ] = False,
+) -> None:
+    pass
+
 
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG…", help="log files (CSV)", show_default=False)]
 
 
 FEWEST_DRAWS = 40
+INTERRUPTED = 130  # status of a program that Ctrl-C ended
 
 
 class FitMethod(StrEnum):
@@ -66,7 +84,7 @@ def fit(
     quiet: Quiet = False,
 ) -> None:
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
-    from rwjax.errors import write_text
+    from rwjax.errors import RigError, write_text
     from rwjax.log import read_logs
     from rwjax.rig import write_rig
 
@@ -88,7 +106,8 @@ def fit(
         believed = read_rig(rig)
         records = read_logs(logs, believed)
         progress("fitting")
-        result = identify(believed, records)
+        with of_file(rig, RigError):
+            result = identify(believed, records)
     text = write_rig(result.rig)
     if output is not None:
         keep_input(output, *logs)
@@ -148,6 +167,11 @@ def predict(
         )
     elif output is None:
         print(text, end="")
+    else:
+        for name, measured in record.outputs.items():
+            error = float(np.sqrt(np.nanmean((measured - columns[name]) ** 2)))
+            print(f"{name}: RMS error {error:.4g} of a signal of RMS {float(np.sqrt(np.nanmean(measured**2))):.4g}")
+        print(f"written to {output}")
 
 
 @app.command()
@@ -160,7 +184,7 @@ def compare(
 ) -> None:
     """Every identification method on the same logs, judged on the same held-out data."""
     from rwjax.compare import compare as run
-    from rwjax.errors import write_text
+    from rwjax.errors import RigError, write_text
     from rwjax.log import read_logs
     from rwjax.report.comparison import table, write_figure
     from rwjax.rig import read_one_axis_rig
@@ -168,7 +192,8 @@ def compare(
     believed = read_one_axis_rig(rig)
     records = read_logs(logs, believed)
     with results(output) as folder, _progress(quiet) as progress:
-        result = run(believed, records, progress)
+        with of_file(rig, RigError):
+            result = run(believed, records, progress)
         answer, text = json.dumps(result.json(), indent=1, allow_nan=False), table(result)
         write_text(folder / "comparison.json", answer + "\n", InputError)
         write_text(folder / "comparison.txt", text, InputError)
@@ -225,7 +250,10 @@ link.add_to(app)
 def main() -> None:
     """Entry point: one line and status 2 for unusable input."""
     try:
-        sys.exit(app(standalone_mode=False))
+        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        if status == INTERRUPTED:  # typer makes an exit of Ctrl-C
+            raise KeyboardInterrupt
+        sys.exit(status)
     except InputError as error:
         print(f"rwjax: {error}", file=sys.stderr)
         sys.exit(2)
@@ -238,4 +266,4 @@ def main() -> None:
         print("rwjax: interrupted", file=sys.stderr)
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(130)  # threads may be inside compiled code, which must not be torn down under them
+        os._exit(INTERRUPTED)  # threads may be inside compiled code, which must not be torn down under them

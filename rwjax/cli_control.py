@@ -111,7 +111,7 @@ def region(
     kp: Kp = "0:100:101",
     kd: Kd = "0:100:101",
     sigma: Sigma = 0.5,
-    angle: Annotated[float, typer.Option(help="angle at which the axis is held [rad]")] = 0.0,
+    angle: Annotated[float, typer.Option(help="angle at which the axis is held [°]")] = 0.0,
     without: Annotated[
         str | None, typer.Option(metavar="EFFECT", help="beside it, the region of the rig without this effect")
     ] = None,
@@ -132,19 +132,18 @@ def region(
     from rwjax.rig import read_one_axis_rig
 
     finite(sigma=sigma, angle=angle)
-    believed = read_one_axis_rig(rig)
+    believed, held = read_one_axis_rig(rig), math.radians(angle)
     gains = _pairs(kp=kp, kd=kd)
     beside: dict[str, np.ndarray] = {}
-    spread = read_spread(fit) if fit is not None else None
+    spread = read_spread(fit, believed) if fit is not None else None
     with of_file(rig):
-        found = pd_region(believed, *gains, sigma, angle)
+        found = pd_region(believed, *gains, sigma, held)
         if without is not None:
-            beside[f"without {without}"] = pd_region(_without(believed, without), *gains, sigma, angle).stable.astype(
-                float
-            )
+            rest = pd_region(_without(believed, without), *gains, sigma, held)
+            beside[f"without {without}"] = rest.stable.astype(float)
         if spread is not None:
             thetas = draw(believed, spread, plants)
-            beside["share of plants"] = share_of_plants(transfer(linearised(believed, angle, thetas)), *gains, sigma)
+            beside["share of plants"] = share_of_plants(transfer(linearised(believed, held, thetas)), *gains, sigma)
     answer = {
         "schema": "rwjax.region/1",
         "kp": found.kp.tolist(),
@@ -430,7 +429,7 @@ def tune(
     rows, cols = span("--kp", kp), span("--kd", kd)
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
-    spread = read_spread(fit) if fit is not None else None
+    spread = read_spread(fit, believed) if fit is not None else None
     with of_file(rig):
         alone = theta_of(believed, structure_of(believed))[None]
         thetas = draw(believed, spread, plants) if spread is not None else alone

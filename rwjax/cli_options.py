@@ -21,12 +21,12 @@ RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
 
 
 @contextmanager
-def of_file(path: Path) -> Iterator[None]:
-    """Names a file in what is wrong with what it says."""
+def of_file(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
+    """Names a file in what is wrong with what it says, and raises that again as the same `kind`."""
     try:
         yield
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    except kind as error:
+        raise kind(f"{path}: {error}") from None
 
 
 @contextmanager
@@ -36,10 +36,11 @@ def results(path: Path) -> Iterator[Path]:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{path}: cannot make this folder ({error.strerror}); give another with -o") from None
+        what = "is a file, and a folder is wanted" if path.is_file() else f"cannot make this folder ({error.strerror})"
+        raise InputError(f"{path}: {what}; give another with -o") from None
     try:
         yield path
-    except InputError:
+    except (InputError, KeyboardInterrupt):
         if new and not any(path.iterdir()):
             path.rmdir()
         raise

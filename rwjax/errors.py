@@ -26,6 +26,11 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     return difflib.get_close_matches(name, list(valid), n=1, cutoff=0.0)[0]
 
 
+def alike(name: str, valid: Iterable[str]) -> bool:
+    """Whether `name` is so like one of `valid` that it may be a slip of the pen."""
+    return bool(difflib.get_close_matches(name, list(valid), n=1, cutoff=0.75))
+
+
 def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
     r"""The text of a UTF-8 file, no byte order mark, lines ending in `\n`; `error` if it cannot be read."""
     try:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.errors import LogError, nearest, write_text
+from rwjax.errors import LogError, alike, nearest, write_text
 from rwjax.log_sheet import FEWEST, Sheet, check_finite, is_number, numbers, read_sheet
 from rwjax.outliers import outliers
 from rwjax.rig import Rig
@@ -91,7 +91,7 @@ class Log:
     def remarks(self) -> list[str]:
         """What a user should know about the readings, one sentence each."""
         return [
-            f"{self.name}: {len(times)} of the readings of {name} are outliers and left out, the first at {times[0]:.6g} s"
+            f"{self.name}: outliers among the readings of {name}, which are left out: {len(times)}, the first at {times[0]:.6g} s"
             for name, times in self.left_out.items()
         ]
 
@@ -202,9 +202,14 @@ def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
 
 
 def _interface(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
-    """The columns of a log of the interface, as they stand there."""
-    _check_header(sheet, rig)
-    series = dict(zip(sheet.names, numbers(sheet, sheet.names), strict=True))
+    """The columns of a log of the interface, as they stand there, but those that a note says to ignore."""
+    ignored = [name.strip() for name in sheet.notes.get("ignore", "").replace(";", ",").split(",") if name.strip()]
+    if absent := next((name for name in ignored if name not in sheet.names), None):
+        near = nearest(absent, sheet.names)
+        raise LogError(f"{sheet.path}: `# ignore: {absent}`: no such column; the nearest is `{near}`")
+    used = [name for name in sheet.names if name not in ignored]
+    _check_header(sheet, used, rig)
+    series = dict(zip(used, numbers(sheet, used), strict=True))
     for name in (name for name in INPUTS if name in series):
         check_finite(sheet, name, series[name])
     time = series["time_s"]
@@ -239,21 +244,24 @@ def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     }
 
 
-def _check_header(sheet: Sheet, rig: Rig) -> None:
-    found = ", ".join(f"`{name}`" for name in sheet.names)
+def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
+    found = ", ".join(f"`{name}`" for name in used)
     inputs = ("time_s", *commands_of(rig.kind))
     for name in inputs:
-        if name not in sheet.names:
-            near = nearest(name, sheet.names)
-            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}, nearest `{near}`")
+        if name not in used:
+            near = f", nearest `{nearest(name, used)}`" if used else ""
+            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found or 'none'}{near}")
     valid = [*inputs, "supply_V", *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
     held: dict[str, str] = {}
-    for name in sheet.names:
+    for name in used:
         output = COLUMNS[name].output if name in COLUMNS else name
         if (name in COLUMNS or name in INPUTS) and name not in valid:
             raise sheet.error(None, f"a `{rig.kind}` rig has no `{name}`; its columns are {', '.join(valid)}")
         if name not in valid:
-            raise sheet.error(None, f"unknown column `{name}`; the nearest valid one is `{nearest(name, valid)}`")
+            meant = f"did you mean `{nearest(name, valid)}`? Else " if alike(name, valid) else ""
+            raise sheet.error(
+                None, f"unknown column `{name}`; {meant}write `# ignore: {name}` above the header to leave it out"
+            )
         if output in held:
             raise sheet.error(None, f"`{held[output]}` and `{name}` are the same reading; keep one of them")
         held[output] = name

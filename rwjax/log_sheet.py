@@ -57,7 +57,10 @@ def _header(path: str | os.PathLike[str], number: int, line: str, notes: dict[st
         return Sheet(path, notes, number, thesis, ";", rows)
     sheet = Sheet(path, notes, number, [cell.strip() for cell in line.split(",")], ",", rows)
     if other := next((name for sign, name in ((";", "semicolons"), ("\t", "tabs")) if sign in line), None):
-        raise sheet.error(None, f"the columns are separated by {other}; separate them by commas")
+        raise sheet.error(
+            None,
+            f"the columns are separated by {other}; separate them by commas, and decimals by a point (0.01, not 0,01)",
+        )
     if all(is_number(cell) for cell in sheet.names):
         raise sheet.error(None, "no header; the first row has to name the columns, `time_s,voltage_V,…`")
     return sheet

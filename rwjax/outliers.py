@@ -54,8 +54,13 @@ def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None)
 
 
 def _answers(command: np.ndarray) -> np.ndarray:
+    """Readings that may lie off their surroundings because the command changes: those after a change, and those before one
+    so early that all which the log's first readings are compared with comes after it."""
     changed = np.append(False, np.diff(command.reshape(len(command), -1), axis=0).any(axis=1))
-    return np.convolve(changed, np.ones(ANSWER + 1))[: len(changed)] > 0.5
+    first = 2 * AROUND + LONGEST
+    answers = np.convolve(changed, np.ones(ANSWER + 1))[: len(changed)] > 0.5
+    answers[:first] |= changed[:first].any()
+    return answers
 
 
 def _outside_surroundings(

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rwjax import read_rig
+from rwjax import __version__, read_rig
+from tests.command import rwjax as within
 
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "data" / "demo"
@@ -18,7 +19,7 @@ LOGS = [str(DEMO / f"{name}.csv") for name in ("square", "triangle", "multisine"
 
 def rwjax(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", "from rwjax.cli import main; main()", *arguments],
+        [sys.executable, "-m", "rwjax", *arguments],
         capture_output=True,
         text=True,
         cwd=cwd,
@@ -66,7 +67,45 @@ def test_the_corrected_file_predicts_what_the_diagnosis_claims(tmp_path: Path) -
     measured = np.loadtxt(LOGS[3], delimiter=",", skiprows=3)
     assert np.array_equal(predicted[:, 0], measured[:, 0])
     error = predicted[:, 1] - measured[:, 2] * 2 * np.pi / 2048
+    assert f"yaw_rad: RMS error {np.sqrt(np.mean(error**2)):.4g} of" in done.stdout
     assert np.sqrt(np.mean(error**2)) < 0.2 < np.std(measured[:, 2] * 2 * np.pi / 2048)
+
+
+def test_what_it_is_and_how_to_go_on(tmp_path: Path) -> None:
+    assert rwjax("--version", cwd=tmp_path).stdout == f"rwjax {__version__}\n"
+    bare = rwjax(cwd=tmp_path)
+    assert bare.returncode == 0 and "diagnose" in bare.stdout
+    units = rwjax("size", "--help", cwd=tmp_path).stdout
+    assert all(f"[{unit}]" in units for unit in ("°", "s", "mm", "V", "A", "1/min"))
+
+
+def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*given: object) -> None:
+        raise KeyboardInterrupt
+
+    def leave(status: int) -> None:
+        raise SystemExit(status)
+
+    monkeypatch.setattr("rwjax.diagnose.diagnosis.diagnose", interrupted)
+    monkeypatch.setattr("os._exit", leave)
+    assert within(monkeypatch, "diagnose", DEMO / "rig.toml", *LOGS, "-o", tmp_path / "out") == 130
+    assert capsys.readouterr().err == "rwjax: interrupted\n"
+    assert not (tmp_path / "out").exists()
+
+
+def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> None:
+    lines = [line.split(",") for line in Path(LOGS[0]).read_text().splitlines() if line[:1].isdigit()]
+    for factor, asked in ((-1.0, "is its sign, or that of the command, wrong?"), (180.0 / np.pi, "in degrees?")):
+        rows = [f"{t},{u},{factor * float(n) * 2.0 * np.pi / 2048:.6f}" for t, u, n in lines]
+        (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))
+        done = rwjax("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+        first, *others = done.stderr.splitlines()
+        assert first.startswith("note: yaw_rad ") and asked in first
+        assert not any("Warning" in line for line in others)
+    done = rwjax("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", cwd=tmp_path)
+    assert "rig file's numbers give" not in done.stderr
 
 
 def test_predict_without_outputs_starts_at_rest_at_zero(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+from rwjax import parse_rig
 from rwjax.cli import app
 from rwjax.effects import EFFECTS
 from rwjax.log import COLUMNS, INPUTS
@@ -24,6 +25,15 @@ def test_every_key_column_and_effect_is_documented() -> None:
         for parameter in parameters(effect):
             assert f"`{parameter}`" in rows[effect.name], (effect.name, parameter)
     assert COEFFICIENTS[0] in text
+
+
+def test_rig_files_in_the_documentation_can_be_read() -> None:
+    found = [
+        block
+        for page in (ROOT / "README.md", ROOT / "docs" / "files.md")
+        for block in re.findall(r"^```toml\n(kind.*?)^```", page.read_text(), re.M | re.S)
+    ]
+    assert {parse_rig(block).kind for block in found} >= {"wheel", "platform"}
 
 
 def test_the_readme_names_only_commands_that_exist() -> None:

@@ -95,6 +95,13 @@ def test_thesis_layout(log, rig, output, counts):
     assert run.outputs[output] == pytest.approx(2 * np.arange(12) * math.tau / counts)
 
 
+def test_columns_that_a_note_says_to_ignore_are_not_looked_at(log):
+    more = [f"{HEADER},temperature_C,state", *(f"{row},21.5,warm" for row in ROWS)]
+    read, plain = log(["# ignore: temperature_C, state", *more]), log([HEADER, *ROWS])
+    assert read.outputs.keys() == plain.outputs.keys()
+    assert np.array_equal(read.outputs["yaw_rad"], plain.outputs["yaw_rad"])
+
+
 def test_cut_keeps_the_origin(log):
     run = log([HEADER, *(f"{k / 100 + 3},0,{k}" for k in range(20))])
     part = run.cut(4, 8).cut(1, 4)
@@ -115,7 +122,13 @@ MALFORMED = [
         ["time_s,volts,yaw_counts", *ROWS],
         "no column `voltage_V`, which every log needs; found `time_s`, `volts`, ",
     ),
-    ([two + ",yaw_count", *ROWS], ":1: unknown column `yaw_count`; the nearest valid one is `yaw_counts`"),
+    ([two + ",yaw_count", *ROWS], ":1: unknown column `yaw_count`; did you mean `yaw_counts`? Else write `# ignore: "),
+    (
+        [HEADER + ",temperature_C", *(row + ",20" for row in ROWS)],
+        ":1: unknown column `temperature_C`; write `# ignore: temperature_C` above the header to leave it out",
+    ),
+    (["# ignore: yaw", HEADER, *ROWS], "`# ignore: yaw`: no such column; the nearest is `yaw_counts`"),
+    (["# ignore: time_s", HEADER, *ROWS], "no column `time_s`, which every log needs; found `voltage_V`, `yaw_counts`"),
     (
         [HEADER + ",current_A", *ROWS],
         "a `platform` rig has no `current_A`; its columns are time_s, voltage_V, supply_V",

@@ -79,6 +79,13 @@ def test_many_are_no_exceptions() -> None:
     assert not outliers(TIME, y).any() and 1.0 / 7.0 > MOST
 
 
+def test_a_current_that_leaps_with_an_early_command_is_none() -> None:
+    for first in range(1, 12):
+        command = np.where(np.arange(200) < first, 0.0, 6.0)
+        current = np.where(np.arange(200) < first, 0.0, 3.0) + 1e-3 * np.random.default_rng(first).normal(size=200)
+        assert not outliers(0.01 * np.arange(200), current, command).any(), first
+
+
 def test_a_fit_is_as_good_as_without_them_and_says_so(tmp_path) -> None:
     rng = np.random.default_rng(3)
     clean = RATE + rng.normal(0.0, 0.5, len(RATE))
@@ -87,7 +94,7 @@ def test_a_fit_is_as_good_as_without_them_and_says_so(tmp_path) -> None:
     for name, y in (("clean", clean), ("wrong", wrong)):
         write_log(tmp_path / f"{name}.csv", {"time_s": TIME, "voltage_V": COMMAND, "wheel_rad_s": y})
         found[name] = fit_rig(wheel(), [read_log(tmp_path / f"{name}.csv", wheel())])
-    assert any("of the readings of wheel_rad_s are outliers" in note for note in found["wrong"].notes)
+    assert any("outliers among the readings of wheel_rad_s" in note for note in found["wrong"].notes)
     assert not any("outliers" in note for note in found["clean"].notes)
     for name, error in found["clean"].uncertainty.standard_error.items():
         assert abs(found["wrong"].rig.values[name] - found["clean"].rig.values[name]) < error, name

@@ -32,10 +32,13 @@ class Spread(NamedTuple):
     covariance: Float[np.ndarray, "n n"]
 
 
-def read_spread(path: Path) -> Spread:
-    """What `rwjax fit --json` wrote. Raises `InputError` for anything else, and for numbers of which the logs say nothing."""
+def read_spread(path: Path, rig: Rig) -> Spread:
+    """What `rwjax fit --json` wrote for this rig. Raises `InputError` for anything else, and for numbers of which the logs
+    say nothing."""
     try:
         found = json.loads(read_text(path, InputError))
+        if (fitted := found.get("rig", rig.name)) != rig.name:
+            raise InputError(f"{path}: is a fit of rig `{fitted}`, not of `{rig.name}`; give the rig file of that fit")
         if "numbers" in found and "covariance_of" not in found:
             raise InputError(f"{path}: no `covariance`, as of the two-stage method; fit end to end")
         names = tuple(found["covariance_of"])
@@ -47,7 +50,7 @@ def read_spread(path: Path) -> Spread:
             )
         mean = np.array([found["numbers"][name]["value"] for name in names], float)
         covariance = np.array(found["covariance"], float).reshape(len(names), len(names))
-    except (json.JSONDecodeError, KeyError, TypeError, ValueError) as error:
+    except (json.JSONDecodeError, AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: is not what `rwjax fit RIG LOG… --json` prints; save that to a file") from None

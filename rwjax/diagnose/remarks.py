@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rwjax.build import theta_of
 from rwjax.fit.end_to_end import Fit
+from rwjax.fit.mistaken import mistaken
 from rwjax.fit.uncertainty import Uncertainty
 from rwjax.log import Log
 from rwjax.rig import Rig
@@ -26,13 +28,15 @@ def remarks(
     rig: Rig,
     logs: tuple[Log, ...],
     train: tuple[int, ...],
+    base: Fit,
     fits: Sequence[Fit],
     spread: Uncertainty,
     lost: tuple[str, ...] = (),
 ) -> tuple[str, ...]:
-    """Remarks on the fits of the named explanation and of those that cannot be told apart from it; `lost`: numbers that ran
-    away."""
-    found = [*spread.notes, *(remark for log in logs for remark in log.remarks())]
+    """Remarks on the fits of the named explanation and of those that cannot be told apart from it; `base`: the fit without
+    any; `lost`: numbers that ran away."""
+    believed = base.problem.spread_out(theta_of(rig, base.problem.structure))
+    found = [*mistaken(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
     widths = [f.numbers()["drive.deadzone.u_0"] for f in fits if "drive.deadzone.u_0" in f.free]
     if widths:
         sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))

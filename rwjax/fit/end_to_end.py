@@ -111,8 +111,9 @@ def first_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None =
             s = np.flatnonzero(problem.start_free[log])
             trial[log, s] += start_response(e.H[log], e.g[log], nothing, p + s, damping[log])[1]
         cost_new, nodes_new = _run_each(early, theta, trial)
-        better = cost_new <= cost
-        settled |= better & (cost - cost_new <= 1e-5 * np.maximum(cost, 1.0))
+        better = np.isfinite(cost_new) & (cost_new <= cost)
+        gain = np.where(better, cost, 0.0) - np.where(better, cost_new, 0.0)  # of runs that leave the range: none
+        settled |= better & (gain <= 1e-5 * np.maximum(cost, 1.0))
         damping = np.where(better, np.maximum(0.1 * damping, 1e-10), 8.0 * np.maximum(damping, 1e-6))
         settled |= damping > LARGEST_DAMPING
         x, cost = np.where(better[:, None], trial, x), np.where(better, cost_new, cost)
@@ -142,6 +143,7 @@ def _through(local: np.ndarray, chain: np.ndarray, windows: int, p: int) -> np.n
     return through
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a run that leaves the range of numbers: its step is refused
 def start_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.ndarray, np.ndarray]:
     """Normal matrix and gradient `(k+n, k+n)`, `(k+n,)` of the readings that tell a log's first state: those of its
     first 0.5 s where it is anchored, else all."""
@@ -167,6 +169,7 @@ def start_response(H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, d
         return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def step_of(
     problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
 ) -> tuple[np.ndarray, np.ndarray] | None:

@@ -11,6 +11,7 @@ from rwjax.fit.anchored import COMPLETE, fit_anchored
 from rwjax.fit.coordinates import coordinates
 from rwjax.fit.end_to_end import Fit, fit, reaches_noise
 from rwjax.fit.intervals import Intervals, intervals
+from rwjax.fit.mistaken import mistaken
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import pose
 from rwjax.fit.scales import sizes_of
@@ -53,6 +54,7 @@ class RigFit:
         names = dict.fromkeys((*self.rig.free, *self.uncertainty.names))
         return {
             "schema": "rwjax.fit/1",
+            "rig": self.rig.name,
             "numbers": {
                 name: {"value": value[name], "standard_error": _finite(errors.get(name, np.inf))} for name in names
             },
@@ -73,8 +75,9 @@ def _finite(value: float) -> float | None:
 def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     """The logs that may be fitted. Raises `RigError` where nothing is free and `LogError` where no log is left."""
     if not rig.free:
+        inertia = next(name for name in rig.values if name.endswith(".inertia"))
         raise RigError(
-            f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, e.g. free = ["axis.inertia"]'
+            f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, such as free = ["{inertia}"]'
         )
     train = [log for log in logs if not log.validate]
     if not train:
@@ -111,7 +114,7 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
         weighed = replace(problem, prior_weight=memory(best))
         best = fit_anchored(weighed, moves, best.theta, best.start)
     spread = uncertainty(best)
-    notes = [*spread.notes, *(remark for log in train for remark in log.remarks())]
+    notes = [*mistaken(problem, theta), *spread.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
     notes += [*_misfit(best), *_against_prior(rig, best)]

@@ -31,6 +31,7 @@ class Identified:
         errors = self.rig.standard_error
         return {
             "schema": "rwjax.fit/1",
+            "rig": self.rig.name,
             "numbers": {
                 name: {"value": self.rig.values[name], "standard_error": errors.get(name)} for name in self.rig.free
             },

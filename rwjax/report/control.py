@@ -19,7 +19,7 @@ from rwjax.report.plots import AFTER, BEFORE
 
 MAPS: dict[str, tuple[str, str, float]] = {
     "overshoot": ("overshoot", "overshoot [%]", 100.0),
-    "settling_s": ("settling", "settling time [s]", 1.0),
+    "settling_s": ("settling", "settling time [s]; grey: never", 1.0),
     "error_rad": ("error", "error that stays [°]", 180.0 / np.pi),
     "cycle_rad": ("cycle", "limit cycle [°]", 180.0 / np.pi),
     "saturated": ("saturated", "time at the limit [%]", 100.0),
@@ -71,7 +71,12 @@ def draw_maps(kp: np.ndarray, kd: np.ndarray, found: Response, title: str) -> Fi
         value = np.abs(value) if field == "error" else value
         ax.set_facecolor("#cccccc")
         shown = np.where(np.isfinite(value), value, np.nan).T
-        fig.colorbar(_map(ax, kp, kd, shown, cmap="viridis"), ax=ax)
+        if np.isfinite(shown).any():
+            top = float(np.nanmax(shown)) or 1.0
+            fig.colorbar(_map(ax, kp, kd, shown, cmap="viridis", vmin=0.0, vmax=top), ax=ax)
+        else:
+            ax.text(0.5, 0.5, "never", transform=ax.transAxes, ha="center", va="center")
+            ax.plot(kp[[0, -1]], kd[[0, -1]], alpha=0.0)
         ax.set(xlabel="$K_p$ [V/rad]", title=label)
         ax.title.set_fontsize(9)
     axes[0].set_ylabel("$K_d$ [V s/rad]")

@@ -102,17 +102,21 @@ def test_a_fit_s_answer_is_read_and_anything_else_refused(tmp_path: Path) -> Non
     path = tmp_path / "fit.json"
     answer = {"numbers": {"axis.inertia": {"value": 0.05}}, "covariance_of": ["axis.inertia"], "covariance": [[1e-6]]}
     path.write_text(json.dumps(answer))
-    assert read_spread(path) == (("axis.inertia",), np.array([0.05]), np.array([[1e-6]]))
+    rig = reaction()
+    assert read_spread(path, rig) == (("axis.inertia",), np.array([0.05]), np.array([[1e-6]]))
     path.write_text(json.dumps(answer | {"covariance": [[None]]}))
     with pytest.raises(InputError, match=r"fit\.json: `covariance`: the logs say nothing"):
-        read_spread(path)
+        read_spread(path, rig)
     path.write_text(json.dumps({"numbers": answer["numbers"], "notes": []}))
     with pytest.raises(InputError, match="no `covariance`, as of the two-stage method"):
-        read_spread(path)
+        read_spread(path, rig)
     path.write_text(json.dumps(answer | {"covariance_of": ["axis.inertia in a.csv"]}))
     with pytest.raises(InputError, match=r"`axis\.inertia in a\.csv`: no one value for all runs"):
-        read_spread(path)
+        read_spread(path, rig)
     for wrong in ("{", "[]", '{"covariance_of": {}}', json.dumps(answer | {"numbers": {}})):
         path.write_text(wrong)
         with pytest.raises(InputError, match="is not what `rwjax fit"):
-            read_spread(path)
+            read_spread(path, rig)
+    path.write_text(json.dumps(answer | {"rig": "another"}))
+    with pytest.raises(InputError, match=r"fit\.json: is a fit of rig `another`, not of"):
+        read_spread(path, rig)

@@ -145,7 +145,7 @@ def test_without_pyserial_it_says_what_to_install(
 def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:
     code = """
 from rwjax import cli
-def app(**options):
+def app(*arguments, **options):
     print("run.csv")
     raise KeyboardInterrupt
 cli.app = app

@@ -1,0 +1,5 @@
+"""`python -m rwjax`: the command line."""
+
+from rwjax.cli import main
+
+main()
