@@ -22,6 +22,8 @@ EFFORT = 1e-3
 """Weight of the command, over its limit or 1 V, against the error, over the step."""
 LEAST = 0.5
 """Modulus margin below which no tuned loop goes: the distance from -1 that bears a gain of 2 and a phase of 29°."""
+SLACK = 1e-3
+"""Modulus margin that is asked for above the least: the search ends a little on either side of what it is asked."""
 MULTIPLES = (1.0, 3.0, 10.0, 30.0, 0.3)
 
 
@@ -122,8 +124,11 @@ def tune(
     given = partial(_slopes, structure, theta, smooth, values, jnp.asarray(reference), sign)
     before = float(given(jnp.log(gains[gains > 0.0]), jnp.asarray(free))[0])
 
+    tried: list[tuple[float, np.ndarray]] = []
+
     def at(logs: np.ndarray) -> tuple[float, np.ndarray]:
         value, slope = given(jnp.asarray(logs), jnp.asarray(free))
+        tried.append((float(value) / before, logs.copy()))
         return float(value) / before, np.asarray(slope) / before
 
     def spare(logs: np.ndarray) -> float:
@@ -131,16 +136,17 @@ def tune(
 
     starts = [np.log(factor * gains[gains > 0.0]) for factor in MULTIPLES if margin(factor * gains) >= least]
     logs = min(starts, key=lambda logs: at(logs)[0])
-    found = minimize(
+    minimize(
         at,
         logs,
         jac=True,
         method="SLSQP",
         bounds=[(x - np.log(100.0), x + np.log(100.0)) for x in logs],
-        constraints=[{"type": "ineq", "fun": spare}],
+        constraints=[{"type": "ineq", "fun": lambda logs: spare(logs) - SLACK}],
         options={"maxiter": 60, "ftol": 1e-7},
     )
-    best = found.x if spare(found.x) > -1e-6 and at(found.x)[0] < 1.0 else logs
+    kept = sorted((one for one in tried if np.isfinite(one[0])), key=lambda one: one[0])
+    share, best = next((x, logs) for x, logs in kept if spare(logs) >= 0.0)
     kp, ki, kd = (float(v) for v in np.exp(best) @ free)
     tuned = start._replace(kp=kp, ki=ki, kd=kd)
-    return Tuned(tuned, (before, before * at(best)[0]), margin(np.array([kp, ki, kd])), least)
+    return Tuned(tuned, (before, before * share), margin(np.array([kp, ki, kd])), least)

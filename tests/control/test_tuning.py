@@ -1,5 +1,7 @@
 """Tuning: the slope through stick and slip, and a minimum that a search over a grid does not undercut."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -55,6 +57,24 @@ def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
     stuck = Controller(0.2, kd=0.05, smooth=0.02, limit=5.0)  # 0.06 V; friction holds up to 0.125 V
     found = tune(RIG, stuck, REFERENCE, CLOCK)
     assert found.loss[1] < 0.1 * found.loss[0] and found.controller.ki == 0.0
+
+
+@pytest.mark.parametrize("exponent", [1.9968, 2.0, 2.0032])
+def test_where_friction_makes_creases_no_small_move_within_the_margin_does_much_better(exponent: float) -> None:
+    rig = replace(reaction(), effects={"axis.stribeck": {"M_c": 0.01, "M_e": 0.006, "v_s": 0.2, "n": exponent}})
+    law = Controller(6.3, ki=1.9, kd=1.33, smooth=0.02, forward=0.58, dead=0.0035, limit=10.0)
+    reference = np.full(600, np.radians(15.0))
+    found = tune(rig, law, reference, CLOCK)
+    structure, theta, sign = posed(rig)
+    loop = running_loop(transfer(linearised(rig)), CLOCK, law)
+    best = np.array([found.controller.kp, found.controller.ki, found.controller.kd])
+    for k in range(3):
+        for factor in (0.9, 1.1):
+            kp, ki, kd = gains = best * np.where(np.arange(3) == k, factor, 1.0)
+            if sampled_modulus(loop, *gains) >= found.least:
+                other = _arrays(found.controller._replace(kp=kp, ki=ki, kd=kd))
+                value = float(loss(structure, theta, CLOCK, other, jnp.asarray(reference), sign))
+                assert value > 0.95 * found.loss[1], (k, factor)
 
 
 def test_an_unstable_start_is_refused() -> None:
