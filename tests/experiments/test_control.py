@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("numba", reason="the peers and the separate simulator need the extra `experiments`")
 
-from experiments.control import c_limit, pays, peers
+from experiments.control import c_limit, holds, pays, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from rwjax import parse_rig
 from rwjax.control.closed_loop import Clockwork, Controller, run_rig
@@ -70,3 +70,10 @@ def test_the_trial_on_the_simulator_is_the_library_s_loop(name: str) -> None:
     angle, _ = pays._trial(steps, numbers, -1.0, truth.array())
     ours = np.asarray(run_rig(model, law, steps, Clockwork(counts=pays.COUNTS)).angle)
     assert np.max(np.abs(angle - ours)) < 0.5 * 2.0 * np.pi / pays.COUNTS  # a count read earlier or later moves on
+
+
+@pytest.mark.parametrize("kind", ["platform", "reaction"])
+def test_the_limit_of_all_plants_drawn_is_beyond_the_true_one(kind: str) -> None:
+    found = holds.limits(kind, holds.FIRST_SEED)
+    assert found.drawn > max(found.fitted, found.true)
+    assert found.fitted == pytest.approx(found.true, rel=1e-3)
