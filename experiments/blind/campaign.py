@@ -6,7 +6,9 @@ what the file holds already. With a limit the cases are spread evenly over the s
 
 import argparse
 import multiprocessing
+import os
 import tempfile
+import threading
 import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -59,6 +61,18 @@ def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
     return sorted(chosen, key=lambda row: KINDS.index(row["kind"]))
 
 
+def end_with_parent() -> None:
+    """Ends this worker when the campaign is killed, which leaves it no time to say so."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
 def run(rows: Sequence[dict], path: Path, processes: int, work: Callable[[dict], dict] = answer) -> None:
     """Appends the line of every case that `path` does not hold; a worker that dies loses its case for this time only."""
     done = {line["index"] for line in read(path)}
@@ -66,7 +80,7 @@ def run(rows: Sequence[dict], path: Path, processes: int, work: Callable[[dict],
     context, count = multiprocessing.get_context("spawn"), 0
     with appending(path) as file:
         for first in range(0, len(rest), EACH * processes):
-            with ProcessPoolExecutor(processes, context) as pool:
+            with ProcessPoolExecutor(processes, context, end_with_parent) as pool:
                 waiting = [pool.submit(work, row) for row in rest[first : first + EACH * processes]]
                 for future in as_completed(waiting):
                     try:

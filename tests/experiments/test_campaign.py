@@ -1,6 +1,11 @@
 """Cases of a wanted size, campaigns that go on where they stopped, and scores worked out by hand."""
 
 import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -64,6 +69,35 @@ def test_a_campaign_skips_what_its_file_holds(tmp_path: Path) -> None:
     lines = draw.read(path)
     assert sorted(line["index"] for line in lines) == [0, 1, 2]
     assert [line["index"] for line in lines if "old" in line] == [1]
+
+
+def sleeping(row: dict) -> dict:
+    Path(row["folder"], "worker").write_text(str(os.getpid()))
+    time.sleep(60.0)
+    return row
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for the worker in /proc, which Linux has")
+def test_the_workers_of_a_campaign_that_is_killed_end_too(tmp_path: Path) -> None:
+    code = (
+        "from pathlib import Path; from experiments.blind import campaign; from tests.experiments.test_campaign import sleeping\n"
+        f"campaign.run([dict(index=0, folder={str(tmp_path)!r})], Path({str(tmp_path)!r}, 'lines'), 1, sleeping)"
+    )
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    running = subprocess.Popen([sys.executable, "-c", code], env=paths, stdout=subprocess.DEVNULL)
+    until(lambda: (tmp_path / "worker").exists() and (tmp_path / "worker").read_text())
+    worker = Path("/proc", (tmp_path / "worker").read_text())
+    assert worker.exists()
+    running.kill()
+    running.wait()
+    until(lambda: not worker.exists())
+
+
+def until(done: Callable[[], object], seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_a_limit_spreads_the_cases_over_the_set_and_keeps_kinds_together() -> None:
