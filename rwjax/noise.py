@@ -4,7 +4,6 @@ from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 if TYPE_CHECKING:
     from rwjax.log import Log
@@ -31,6 +30,8 @@ def rapid(signal: np.ndarray, turning: bool = False) -> float:
     signal = signal[np.isfinite(signal)]
     sizes = [_size(d) for d in _differences(signal)]
     if turning and len(signal) > SMOOTH and np.ptp(signal) > TURNS * 2.0 * np.pi:
+        from scipy.signal import savgol_filter  # half a second, which only angles that turn are worth
+
         # the readings themselves would bring their noise with them
         angle = np.asarray(savgol_filter(signal, SMOOTH, 3))
         turn = np.array([f(k * angle) for k in (1, 2) for f in (np.sin, np.cos)]).T

@@ -6,12 +6,13 @@ in units of noise, and $c$ the ratio of the sandwich variance to the one that in
 (Rotnitzky and Jewell, Biometrika 77, 1990), so that correlated residuals count as few as they are.
 """
 
+from statistics import NormalDist
+
 import numpy as np
-from scipy.stats import chi2
 
 from rwjax.fit.end_to_end import Fit, fit
 
-INSIDE = float(chi2.ppf(0.95, 1))
+INSIDE = NormalDist().inv_cdf(0.975) ** 2  # of chi squared with one degree of freedom
 FARTHEST = 25
 """Steps, each outward one twice as long as the last, after which a side counts as open."""
 CLOSE = 0.02
