@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from rwjax.control.closed_loop import Clockwork, Controller
     from rwjax.control.open_loop import Limits
+    from rwjax.control.robust import Spread
     from rwjax.rig import Rig
 
 Kp = Annotated[str, typer.Option(metavar="FROM:TO:COUNT", help="proportional gains [V/rad]")]
@@ -31,7 +32,10 @@ Rpm = Annotated[float, typer.Option(help="largest rate of the wheel [1/min]")]
 Degrees = Annotated[float, typer.Option("--angle", help="angle to turn [°]")]
 Output = Annotated[Path | None, typer.Option("-o", metavar="CSV", help="stdout without it; a figure beside it")]
 FitFile = Annotated[
-    Path | None, typer.Option("--fit", metavar="FIT.json", help="what `rwjax fit RIG LOG… --json` printed for this rig")
+    Path | None,
+    typer.Option(
+        "--fit", metavar="FIT.json", help="what `rwjax fit RIG LOG… --json` printed for this rig; its values count"
+    ),
 ]
 Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
 PAIRS = 1_000_000
@@ -106,6 +110,20 @@ def _without(rig: "Rig", effect: str) -> "Rig":
     return replace(rig, effects={name: numbers for name, numbers in rig.effects.items() if name != effect})
 
 
+def _fitted(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, Spread | None, list[str]]":
+    """The rig with a fit's estimates, what the fit says of them, and a line where the rig file says otherwise."""
+    from rwjax.control.robust import fitted, read_spread
+
+    if fit is None:
+        return rig, None, []
+    spread = read_spread(fit, rig)
+    with of_file(path):
+        found = fitted(rig, spread)
+    pairs = [(name, f"{found.values[name]:.6g}", f"{rig.values[name]:.6g}") for name in spread.names]
+    other = [f"{name} {new} (not {old})" for name, new, old in pairs if new != old]
+    return found, spread, [f"taken from {fit} where {path} says otherwise: {', '.join(other)}"] if other else []
+
+
 def region(
     rig: RigFile,
     kp: Kp = "0:100:101",
@@ -126,7 +144,7 @@ def region(
 
     from rwjax.control.linear import linearised, taken_as, transfer, without_lateness
     from rwjax.control.region import pd_region, share_of_plants
-    from rwjax.control.robust import draw, read_spread
+    from rwjax.control.robust import draw
     from rwjax.report.control import csv
     from rwjax.report.region import columns, draw_region
     from rwjax.rig import read_one_axis_rig
@@ -135,7 +153,7 @@ def region(
     believed, held = read_one_axis_rig(rig), math.radians(angle)
     gains = _pairs(kp=kp, kd=kd)
     beside: dict[str, np.ndarray] = {}
-    spread = read_spread(fit, believed) if fit is not None else None
+    believed, spread, said = _fitted(rig, believed, fit)
     with of_file(rig):
         found = pd_region(believed, *gains, sigma, held)
         if without is not None:
@@ -164,7 +182,7 @@ def region(
     notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
     late = without_lateness(believed)
     notes += [f"left out: {', '.join(late)}, which no transfer function holds"] if late else []
-    _say(quiet, *notes, *taken_as(believed))
+    _say(quiet, *said, *notes, *taken_as(believed))
 
 
 def _loop(
@@ -415,7 +433,7 @@ def tune(
     from rwjax.build import structure_of, theta_of
     from rwjax.control.closed_loop import breakaway, run_rig
     from rwjax.control.response import step_response
-    from rwjax.control.robust import draw, read_spread, robust_gains
+    from rwjax.control.robust import draw, robust_gains
     from rwjax.control.tuning import share_stable
     from rwjax.control.tuning import tune as run
     from rwjax.rig import read_one_axis_rig
@@ -429,7 +447,7 @@ def tune(
     rows, cols = span("--kp", kp), span("--kd", kd)
     controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
-    spread = read_spread(fit, believed) if fit is not None else None
+    believed, spread, said = _fitted(rig, believed, fit)
     with of_file(rig):
         alone = theta_of(believed, structure_of(believed))[None]
         thetas = draw(believed, spread, plants) if spread is not None else alone
@@ -468,7 +486,7 @@ def tune(
         notes.append(f"with the tuned gains {100.0 * holds:.4g} % of these plants are stable")
     if tuned.least < least:
         notes.append(f"margin kept: {tuned.least:.2f}; the robust gains have no {least:g}")
-    _say(quiet, *notes)
+    _say(quiet, *said, *notes)
 
 
 COMMANDS = (region, sweep, tune, slew, dump, size)

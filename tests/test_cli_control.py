@@ -72,6 +72,30 @@ def test_region_stands_beside_what_an_effect_and_a_fit_leave_of_it(shell: Shell)
     assert "without axis.stribeck" in err and "for all 50 plants" in err
 
 
+def test_region_is_that_of_the_fit_where_the_rig_file_holds_a_guess(shell: Shell) -> None:
+    # known to 1e-4, four times the guess: all plants drawn are nearly the fitted one, and none is like the guess
+    sharp = FIT | {"numbers": {"axis.inertia": {"value": 0.2}}, "covariance": [[1e-8]]}
+    (shell.folder / "sharp.json").write_text(json.dumps(sharp))
+    (shell.folder / "fitted.toml").write_text(RIG.replace("inertia = 0.0495", "inertia = 0.2"))
+    grid = ("--kp", "0:100:21", "--kd", "0:100:21")
+    code, out, err = shell("region", "rig.toml", "--fit", "sharp.json", "--plants", "50", *grid)
+    assert code == 0, err
+    found = table(out)
+    own, guess = (table(shell("region", name, *grid)[1])["stable"] for name in ("fitted.toml", "rig.toml"))
+    assert found["stable"] == own != guess
+    share = np.array(found["share_of_plants"], float)
+    assert f"; {np.sum((share == 1.0) != (np.array(own) == '1'))} pairs are judged otherwise" in err
+    assert "taken from sharp.json where rig.toml says otherwise: axis.inertia 0.2 (not 0.0495)\n" in err
+    assert "taken from" not in shell("region", "rig.toml", "--fit", "fit.json", "--plants", "5", *grid)[2]
+
+
+def test_a_number_of_the_fit_that_the_rig_lacks_is_named(shell: Shell) -> None:
+    other = FIT | {"numbers": {"wheel.coulomb.M_c": {"value": 1e-3}}, "covariance_of": ["wheel.coulomb.M_c"]}
+    (shell.folder / "other.json").write_text(json.dumps(other))
+    code, out, err = shell("region", "rig.toml", "--fit", "other.json")
+    assert code == 2 and out == "" and "the fit estimates `wheel.coulomb.M_c`, which this rig lacks" in err
+
+
 def test_sweep_writes_maps_and_answers_in_json(shell: Shell) -> None:
     code, out, err = shell("sweep", "rig.toml", *GRID, "--seconds", "4", "--ki", "20", "-o", "maps.csv", "--json")
     assert code == 0, err

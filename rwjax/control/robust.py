@@ -57,14 +57,19 @@ def read_spread(path: Path, rig: Rig) -> Spread:
     return Spread(names, mean, covariance)
 
 
+def fitted(rig: Rig, spread: Spread) -> Rig:
+    """The rig with the fit's estimates. Raises `InputError` for numbers that the rig lacks."""
+    if strange := [name for name in spread.names if name not in rig.values]:
+        raise InputError(f"the fit estimates `{strange[0]}`, which this rig lacks; give the fitted rig file")
+    return rig.with_values(dict(zip(spread.names, map(float, spread.mean), strict=True)))
+
+
 def draw(rig: Rig, spread: Spread, count: int, seed: int = 0) -> Float[np.ndarray, "k p"]:
     """Parameter vectors of plants drawn from a fit's normal distribution, those beyond the physical bounds drawn again.
 
-    Raises `InputError` for numbers that the rig lacks and where hardly any draw is possible.
+    Raises `InputError` as `fitted` does and where hardly any draw is possible.
     """
-    structure = structure_of(rig)
-    if strange := [name for name in spread.names if name not in structure.names]:
-        raise InputError(f"the fit estimates `{strange[0]}`, which this rig lacks; give the fitted rig file")
+    structure = structure_of(fitted(rig, spread))
     at = [structure.names.index(name) for name in spread.names]
     low, high = bounds_of(rig, structure)[at].T
     rng, found = np.random.default_rng(seed), np.empty((0, len(at)))
