@@ -2,11 +2,13 @@
 
 Which runs: each is there for effects that look alike without it (coast-downs, slow triangles through standstill, a
 staircase to the limit, multisines of two sizes, repeats for the noise); squares of another kind than any fitted run
-validate. How large: by simulation of the rig itself, whose file may be wrong, hence below its limits.
+validate. How large: by simulation of the rig itself, whose file may be wrong, hence below its limits. Which way: where travel
+is limited, so that the runs stay within it one after the other, each beginning where the one before has ended.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -18,7 +20,7 @@ from rwjax.errors import InputError
 from rwjax.plan.envelope import Envelope
 from rwjax.plan.experiment import REST_S, Experiment
 from rwjax.plan.files import Run
-from rwjax.plan.motion import TAIL_S, motion, peaks
+from rwjax.plan.motion import TAIL_S, WAIT_S, left, motion, peaks
 from rwjax.rig import Rig
 from rwjax.rig_names import SUBSYSTEMS
 from rwjax.simulate import one_axis_plant_of
@@ -40,6 +42,8 @@ PACES = (1.0, 0.4, 0.15)
 """Shares of a design's period and length: a rig with little travel or a wheel in between moves more under faster commands."""
 LARGE = 0.5
 """Share of the amplitude which another pace allows that a slower one has to allow to be preferred, where travel is limited."""
+COASTING = 0.05
+"""Share of the travel that a rig may still have to go a minute after a run; the rest of it is what its file may be wrong by."""
 
 
 @dataclass(frozen=True)
@@ -57,17 +61,21 @@ class Design:
     repeats: int = 1
     role: str = "train"
 
-    def at(self, amplitude: float, pace: float = 1.0) -> Experiment:
-        """The experiment of this amplitude [V], as fast as wanted."""
-        offset = round(amplitude * self.offset, 4)
-        return Experiment(
-            self.kind, self.way * amplitude, offset, round(pace * self.period, 2), round(pace * self.length, 2)
-        )
+    def at(self, amplitude: float, pace: float = 1.0, turned: float = 1.0) -> Experiment:
+        """The experiment of this amplitude [V], as fast as wanted; `turned`: -1 for the other way."""
+        offset, way = round(amplitude * self.offset, 4), turned * self.way
+        period, length = round(pace * self.period, 2), round(pace * self.length, 2)
+        return Experiment(self.kind, way * amplitude, turned * offset, period, length)
 
     @property
     def reverses(self) -> bool:
         """Whether the rig is to move both ways."""
-        return self.kind != "coast-down" and self.offset == 0.0
+        return not self.one_way and self.offset == 0.0
+
+    @property
+    def one_way(self) -> bool:
+        """Whether the command has one sign."""
+        return self.kind == "coast-down"
 
 
 COASTS = (
@@ -99,36 +107,53 @@ DESIGNS = {
     "square": Design("square", 0.8, 5.0, 15.0, "validates: a kind of its own", role="validate"),
     "square_offset": Design("square", 0.6, 6.0, 12.0, "validates: about an offset", offset=0.15, role="validate"),
 }
+BACK = "_back"
+"""Ends the name of a run that goes the other way than the one before."""
 SECONDS = REST_S + max(design.length for design in DESIGNS.values()) + TAIL_S
 
 
 def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, ...]]:
     """The runs for a rig, and remarks on what its limits or its file leave out.
 
-    Raises `InputError` where nothing that the limits allow moves the simulated rig.
+    Where travel is limited, the runs keep to it together, played in this order from where the first one begins. Raises
+    `InputError` where nothing that the limits allow moves the simulated rig.
     """
-    amplitude, paces = _sized(rig, within)
-    levels = np.vectorize(_rounded_down)(amplitude[:, None] * np.linspace(LARGE, 1.0, LEVELS))
-    tried = _tried(rig, within, levels, paces)  # once more as it will be played
+    designs = _possible(within)
+    amplitude, paces = _sized(rig, within, designs)
+    every = zip(designs.items(), amplitude.tolist(), paces, strict=True)
+    sized = {name: _Sized(design, volts, pace) for (name, design), volts, pace in every if volts > 0.0}
+    found = (_in_a_row if _short(within) else _each_alone)(rig, within, sized)
     runs: list[Run] = []
-    missing = []
-    for d, (name, design) in enumerate(DESIGNS.items()):
-        size = tried.allowed[d] - 1
-        if size < 0 or amplitude[d] == 0.0:
-            missing.append(name)
-            continue
+    for name, played in found.items():
+        design = designs[name]
         tells = tuple(effect for effect in design.tells if rig.kind in SUBSYSTEMS[effect.partition(".")[0]])
-        reaches = {output: float(values[d, size]) for output, values in tried.peaks.items()}
-        run = Run(name, design.at(levels[d, size], paces[d]), design.role, design.why, tells, reaches)
         names = [name] if design.repeats == 1 else [f"{name}_{number + 1}" for number in range(design.repeats)]
-        runs += [replace(run, name=each) for each in names]
+        runs += [
+            Run(each, one.experiment, design.role, design.why, tells, one.reaches, one.way)
+            for each, one in zip(names, played, strict=True)
+        ]
     if not runs:
+        rest = f", or lets it come to rest within {WAIT_S:g} s" if _short(within) else ""
         raise InputError(
-            f"within these limits ({within.volts:g} V at most) no run moves the simulated rig; raise them, or check its numbers"
+            f"within these limits ({within.volts:g} V at most) no run moves the simulated rig{rest}; raise them, or check its "
+            "numbers"
         )
-    remarks = [
-        f"left out, since within these limits they hardly move the simulated rig, or one way only: {', '.join(missing)}"
-    ] * bool(missing)
+    remarks = []
+    if missing := [name for name in designs if name not in found]:
+        rest = "do not come to rest, " if _short(within) else ""
+        remarks.append(
+            f"left out, since within these limits they {rest}hardly move the simulated rig, or one way only: "
+            f"{', '.join(missing)}"
+        )
+    if len(within.ways) == 1:
+        remarks.append(
+            "the ESC turns one way (`neutral_us` is at an end of its pulses): runs that reverse are left out"
+        )
+    if _short(within):
+        remarks.append(
+            f"the runs keep to {within.most['yaw_rad']:g} either way of where the axis stands when the first one begins: "
+            "bring it to the middle of its travel before, and play them in this order"
+        )
     if (
         rig.kind != "wheel"
         and not one_axis_plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))).bodies()
@@ -139,15 +164,110 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
     return tuple(runs), tuple(remarks)
 
 
-def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[float]]:
+def _short(within: Envelope) -> bool:
+    """Whether travel is limited."""
+    return "yaw_rad" in within.known
+
+
+def _possible(within: Envelope) -> dict[str, Design]:
+    """The designs for a drive that turns both ways; of one that turns one way, those that do not reverse it."""
+    if len(within.ways) == 2:
+        return DESIGNS
+    way = within.ways[0]
+    forward = {name: design for name, design in DESIGNS.items() if design.one_way and design.way > 0.0}
+    return {name: replace(design, way=way) for name, design in forward.items()}
+
+
+class _Sized(NamedTuple):
+    """A design with the amplitude [V] and the pace that the limits allow."""
+
+    design: Design
+    amplitude: float
+    pace: float
+
+
+class _Played(NamedTuple):
+    """A run as simulated: the experiment, peaks by output, and the lowest and highest angle [rad] from where it began."""
+
+    experiment: Experiment
+    reaches: dict[str, float]
+    way: tuple[float, float] | None
+
+
+def _each_alone(rig: Rig, within: Envelope, sized: dict[str, _Sized]) -> dict[str, list[_Played]]:
+    """Every design at the largest amplitude up to its own that keeps to the limits, each from angle 0."""
+    if not sized:
+        return {}
+    designs = {name: each.design for name, each in sized.items()}
+    levels = _levels(np.array([each.amplitude for each in sized.values()]), LARGE)
+    paces = [each.pace for each in sized.values()]
+    tried = _tried(rig, within, designs, levels, paces)  # once more as it will be played
+    found = {}
+    for d, (name, each) in enumerate(sized.items()):
+        if (size := tried.allowed[d] - 1) >= 0:
+            reaches = {output: float(values[d, size]) for output, values in tried.peaks.items()}
+            one = _Played(each.design.at(levels[d, size], each.pace), reaches, None)
+            found[name] = [one] * each.design.repeats
+    return found
+
+
+def _in_a_row(rig: Rig, within: Envelope, sized: dict[str, _Sized]) -> dict[str, list[_Played]]:
+    """The designs played one after the other: each the way, and as large, as the travel that is left allows, the way that ends
+    nearer the middle where both allow the same. A design and its way back are one: the same size, opposite ways."""
+    found: dict[str, list[_Played]] = {}
+    begin = 0.0
+    for _, group in groupby(sized, key=lambda name: name.removesuffix(BACK)):
+        names = list(group)
+        parts = [sized[name] for name in names]
+        levels = _levels(np.array([part.amplitude for part in parts]), 1.0 / LEVELS)
+        lanes = [(turned, k) for turned in (1.0, -1.0) for k in range(levels.shape[1])]
+        at, good = np.full(len(lanes), begin), np.ones(len(lanes), bool)
+        rows: list[list[_Played]] = []
+        for d, part in enumerate(parts):
+            experiments = [part.design.at(levels[d, k], part.pace, turned) for turned, k in lanes]
+            for _ in range(part.design.repeats):
+                moved = motion(rig, experiments, SECONDS + WAIT_S, at)
+                peak, rest = peaks(moved), left(moved["yaw_rad_s"])
+                good &= rest <= COASTING * within.most["yaw_rad"]
+                good &= moves(rig, moved, np.full(len(lanes), part.design.reverses))
+                low, high = moved["yaw_rad"].min(axis=1) - rest, moved["yaw_rad"].max(axis=1) + rest
+                for origin in (
+                    np.zeros(len(lanes)),
+                    at,
+                ):  # within the travel in its place, and where it is played alone
+                    peak["yaw_rad"] = np.maximum(high - origin, origin - low)
+                    good &= within.used(peak) <= KEPT
+                ways = zip((low - at).tolist(), (high - at).tolist(), strict=True)
+                rows.append([
+                    _Played(experiment, {name: float(values[k]) for name, values in peak.items()}, way)
+                    for k, (experiment, way) in enumerate(zip(experiments, ways, strict=True))
+                ])  # fmt: skip
+                onward = np.sign(moved["yaw_rad_s"][:, -1]) * np.where(np.isfinite(rest), rest, 0.0)
+                at = moved["yaw_rad"][:, -1] + onward
+        if not good.any():
+            continue
+        size = np.array([k for _, k in lanes])
+        best = min(np.flatnonzero(good), key=lambda lane: (-size[lane], abs(at[lane])))
+        begin, played = at[best], iter(rows)
+        for name, part in zip(names, parts, strict=True):
+            found[name] = [next(played)[best] for _ in range(part.design.repeats)]
+    return found
+
+
+def _levels(amplitude: Float[np.ndarray, " d"], least: float) -> Float[np.ndarray, "d a"]:
+    """Amplitudes from a share of the given ones up to them."""
+    return np.vectorize(_rounded_down)(amplitude[:, None] * np.linspace(least, 1.0, LEVELS))
+
+
+def _sized(rig: Rig, within: Envelope, among: dict[str, Design]) -> tuple[Float[np.ndarray, " d"], list[float]]:
     """Amplitude [V] and pace of every design; an amplitude of 0 where the limits leave nothing that moves the rig."""
-    designs = list(DESIGNS.values())
+    designs = list(among.values())
     top = np.array([within.volts / (1.0 + design.offset) for design in designs])
     levels = top[:, None] * np.geomspace(SMALLEST, 1.0, LEVELS)
     largest, next_larger, least = np.zeros((3, len(PACES), len(designs)))
-    short = "yaw_rad" in within.known  # of travel
+    short = _short(within)
     for k, pace in enumerate(PACES):
-        tried = _tried(rig, within, levels, [pace] * len(designs))
+        tried = _tried(rig, within, among, levels, [pace] * len(designs))
         for d, last in enumerate(tried.allowed.tolist()):
             still = np.flatnonzero(~tried.moving[d, :last])
             first = still[-1] + 1 if len(still) else 0  # the least level from which on it moves
@@ -161,7 +281,7 @@ def _sized(rig: Rig, within: Envelope) -> tuple[Float[np.ndarray, " d"], list[fl
     paces = [PACES[k] for k in pace]
     largest, next_larger, least = (x[pace, np.arange(len(designs))] for x in (largest, next_larger, least))
     finer = largest[:, None] + (next_larger - largest)[:, None] * NEAR
-    allowed = _tried(rig, within, finer, paces).allowed
+    allowed = _tried(rig, within, among, finer, paces).allowed
     largest = finer[np.arange(len(designs)), np.maximum(allowed - 1, 0)]
     share = np.array([design.share for design in designs])
     return np.minimum(np.maximum(share * largest, MARGIN * least), largest), paces
@@ -185,16 +305,21 @@ class Tried(NamedTuple):
     peaks: dict[str, Float[np.ndarray, "d a"]]
 
 
-def _tried(rig: Rig, within: Envelope, levels: Float[np.ndarray, "d a"], paces: Sequence[float]) -> Tried:
-    """All designs at these amplitudes and paces, side by side."""
-    designs = list(DESIGNS.values())
-    lanes = [design.at(a, pace) for design, row, pace in zip(designs, levels, paces, strict=True) for a in row]
-    moved = motion(rig, lanes, SECONDS)
-    found = {name: values.reshape(levels.shape) for name, values in peaks(moved).items()}
-    both = np.repeat([design.reverses for design in designs], levels.shape[1])
+def _tried(
+    rig: Rig, within: Envelope, designs: dict[str, Design], levels: Float[np.ndarray, "d a"], paces: Sequence[float]
+) -> Tried:
+    """All designs at these amplitudes and paces, side by side, each from angle 0."""
+    lanes = [d.at(a, pace) for d, row, pace in zip(designs.values(), levels, paces, strict=True) for a in row]
+    moved = motion(rig, lanes, SECONDS + (WAIT_S if _short(within) else 0.0))
+    found = peaks(moved)
     used = within.used(found)
+    if _short(within):
+        used[left(moved["yaw_rad_s"]) > COASTING * within.most["yaw_rad"]] = np.inf
+    both = np.repeat([design.reverses for design in designs.values()], levels.shape[1])
+    used = used.reshape(levels.shape)
     allowed = np.cumprod(used <= KEPT, axis=1).sum(axis=1)
-    return Tried(used, allowed, moves(rig, moved, both).reshape(levels.shape), found)
+    peak = {name: values.reshape(levels.shape) for name, values in found.items()}
+    return Tried(used, allowed, moves(rig, moved, both).reshape(levels.shape), peak)
 
 
 def moves(rig: Rig, moved: dict[str, np.ndarray], both_ways: Bool[np.ndarray, " e"]) -> Bool[np.ndarray, " e"]:

@@ -9,9 +9,10 @@ import numpy as np
 from rwjax.errors import InputError
 from rwjax.rig import Rig
 from rwjax.rig_names import MOTORED, TURNING
+from rwjax.rig_read import Pwm
 
-PULSE_US = 500.0
-"""Largest pulse from neutral, of servos and ESCs [us]."""
+PULSES_US = (1000.0, 2000.0)
+"""Shortest and longest pulse of servos and ESCs [us]."""
 
 
 class Limit(NamedTuple):
@@ -34,11 +35,12 @@ LIMITS = {
 class Envelope(NamedTuple):
     """Largest command [V], and the largest size of other outputs in SI (`LIMITS`), infinite where no limit is known.
 
-    `yaw_rad` is the travel from where a run begins, either way.
+    `yaw_rad` is the travel from where the first run begins, either way. `ways`: signs that a command may have.
     """
 
     volts: float
     most: dict[str, float]
+    ways: tuple[float, ...] = (1.0, -1.0)
 
     def used(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
         """The largest share of a limit that experiments use, by their peaks."""
@@ -53,8 +55,9 @@ class Envelope(NamedTuple):
 def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None) -> Envelope:
     """The envelope of a rig from what is given, `most` by output, and what the rig file knows, whichever is less.
 
-    A rig file knows the command's range from `drive.pwm` and `drive.saturation`, the travel from `axis.end_stop`. Raises
-    `InputError` where nothing limits the command, and for a limit of something that the kind of rig does not have.
+    A rig file knows the command's range from `drive.pwm` and `drive.saturation`, the travel from `axis.end_stop`; a neutral
+    pulse at an end of the pulses' range means an ESC that turns one way. Raises `InputError` where nothing limits the command,
+    and for a limit of something that the kind of rig does not have.
     """
     most = dict(most or {})
     if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
@@ -62,11 +65,20 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
             f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
         )
     known = [volts] if volts is not None else []
-    known += [PULSE_US * abs(rig.pwm.volts_per_us)] if rig.pwm is not None else []
+    reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else reaches(rig.pwm)
+    ways = tuple(way for way, most_volts in reach.items() if most_volts > 0.0)
+    known += [reach[way] for way in ways if math.isfinite(reach[way])]
     known += [rig.effects["drive.saturation"]["u_m"]] if "drive.saturation" in rig.effects else []
     if not known:
         raise InputError("nothing says how many volts the drive gives; add --volts, such as --volts 12")
     if "axis.end_stop" in rig.effects:
         stop = rig.effects["axis.end_stop"]
         most["yaw_rad"] = min(most.get("yaw_rad", math.inf), max(min(stop["high"], -stop["low"]), 0.0))
-    return Envelope(min(known), {name: most.get(name, math.inf) for name, l in LIMITS.items() if rig.kind in l.kinds})
+    limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
+    return Envelope(min(known), limits, ways)
+
+
+def reaches(pwm: Pwm) -> dict[float, float]:
+    """The largest command [V] of either sign that the pulses of an ESC can tell; 0 where it does not turn that way."""
+    shortest, longest = ((end - pwm.neutral_us) * pwm.volts_per_us for end in PULSES_US)
+    return {1.0: max(shortest, longest, 0.0), -1.0: max(-shortest, -longest, 0.0)}

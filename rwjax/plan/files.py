@@ -22,12 +22,16 @@ HEAD = """\
 ROLES = ("train", "validate")
 NUMBERS = {"amplitude_V": "amplitude", "offset_V": "offset", "period_s": "period", "length_s": "length"}
 """Keys of a run that are numbers of its experiment."""
-KEYS = ("name", "kind", *NUMBERS, "role", "why", "tells_apart", "reaches")
+KEYS = ("name", "kind", *NUMBERS, "role", "why", "tells_apart", "reaches", "way_rad")
 
 
 @dataclass(frozen=True)
 class Run:
-    """An experiment with its name, what it is for, and how far the simulated rig goes in it (SI, by output)."""
+    """An experiment with its name, what it is for, and how far the simulated rig goes in it (SI, by output).
+
+    `way`: the lowest and the highest angle [rad] of the axis from where the run begins; either way as far as `reaches` has it
+    where it is not known.
+    """
 
     name: str
     experiment: Experiment
@@ -35,6 +39,7 @@ class Run:
     why: str
     tells: tuple[str, ...]  # effects that it tells apart
     reaches: dict[str, float]
+    way: tuple[float, float] | None = None
 
     @property
     def notes(self) -> dict[str, str]:
@@ -95,6 +100,7 @@ def as_document(plan: Plan) -> dict[str, Any]:
         | {key: getattr(run.experiment, field) for key, field in NUMBERS.items()}
         | {"role": run.role, "why": run.why, "tells_apart": list(run.tells)}
         | {"reaches": {name: float(f"{value:.4g}") for name, value in run.reaches.items()}}
+        | ({} if run.way is None else {"way_rad": [float(f"{angle:.4g}") for angle in run.way]})
         for run in plan.runs
     ]
     return {
@@ -162,7 +168,17 @@ def _run(given: dict[str, Any], which: str) -> Run:
         str(given["why"]),
         tuple(map(str, given["tells_apart"])),
         {y: _number(value, which, f"reaches.{y}") for y, value in given["reaches"].items()},
+        _way(given.get("way_rad"), which),
     )
+
+
+def _way(given: Any, which: str) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    if not isinstance(given, list) or len(given) != 2:
+        raise _Wrong(f"{which}: `way_rad` is {given!r}; it has to be two numbers, the lowest angle and the highest")
+    low, high = (_number(value, which, "way_rad") for value in given)
+    return low, high
 
 
 def _number(value: Any, which: str, key: str) -> float:

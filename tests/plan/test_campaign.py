@@ -14,10 +14,11 @@ from rwjax.fit.problem import pose
 from rwjax.log import Log
 from rwjax.plan.campaign import DESIGNS, KEPT, recommend
 from rwjax.plan.envelope import LIMITS, Envelope, envelope
-from rwjax.plan.files import Plan, write_plan
+from rwjax.plan.files import Plan, Run, write_plan
 from rwjax.predict import predict
 from rwjax.rig import Rig
-from tests.systems import platform, reaction, wheel
+from rwjax.rig_read import Pwm
+from tests.systems import platform, reaction, record, wheel
 
 DEMO = Path(__file__).parents[2] / "data" / "demo" / "rig.toml"
 TESTBED = Path(__file__).parents[2] / "data" / "testbed" / "rig.toml"
@@ -85,18 +86,96 @@ def test_every_regime_is_visited(kind: str, tmp_path: Path) -> None:
     assert np.sign(runs["coast_fast"][1]["yaw_rad"][-1]) == -np.sign(runs["coast_fast_back"][1]["yaw_rad"][-1])
 
 
+SLIDE = RIGS["platform"].with_values(
+    {
+        "drive.gain": 35.0,
+        "axis.inertia": 95.0,
+        "axis.friction.viscous": 200.0,
+        "axis.friction.coulomb": 20.0,
+        "axis.friction.static": 25.0,
+    }
+)
+"""A slide of 95 kg."""
+
+
 def test_little_travel_makes_runs_faster_not_still(tmp_path: Path) -> None:
-    """A slide of 95 kg with 0.2 m of way."""
-    slide = {"drive.gain": 35.0, "axis.inertia": 95.0, "axis.friction.viscous": 200.0, "axis.friction.coulomb": 20.0}
-    rig = RIGS["platform"].with_values(slide | {"axis.friction.static": 25.0})
+    rig = SLIDE
     runs, remarks = recommend(rig, envelope(rig, 10.0, {"yaw_rad": 0.2}))
-    assert len(runs) >= len(DESIGNS) and not remarks
+    assert len(runs) >= len(DESIGNS) and len(remarks) == 1 and "bring it to the middle" in remarks[0]
     for run in runs:
         assert 0.0 < run.reaches["yaw_rad"] <= 0.2, run.name
         design = DESIGNS[run.name.removesuffix("_1").removesuffix("_2").removesuffix("_3")]
         assert run.experiment.period <= design.period
     assert max(run.reaches["yaw_rad"] for run in runs) > 0.6 * KEPT * 0.2
     assert any(run.experiment.period < 0.5 * DESIGNS["square"].period for run in runs if run.name == "square")
+
+
+def in_a_row(rig: Rig, runs: tuple[Run, ...], wait: float) -> np.ndarray:
+    """The axis's angle when all runs are played one after the other with `wait` seconds in between, as one log."""
+    commands = [np.append(run.experiment.command()[1], np.zeros(round(100 * wait))) for run in runs]
+    volts = np.concatenate(commands)
+    structure = structure_of(rig)
+    problem = pose(structure, [record(0.01 * np.arange(len(volts)), volts, {})], {})
+    (found,) = predict(problem, theta_of(rig, structure), with_floor=False)
+    return found.outputs["yaw_rad"]
+
+
+@pytest.mark.parametrize(
+    ("rig", "travel"),
+    [
+        (SLIDE, 0.2),
+        (platform("viscous = 0.02\ncoulomb = 0.05"), 5.0),
+        (platform("viscous = 0.005"), 0.7),  # coasts for minutes: 20 s to lose two thirds of its rate
+        (replace(platform(), effects={"axis.end_stop": {"low": -1.0, "high": 1.2, "k": 40.0, "d": 0.1}}), 3.0),
+    ],
+)
+def test_all_runs_together_keep_to_the_travel(rig: Rig, travel: float) -> None:
+    within = envelope(rig, 10.0, {"yaw_rad": travel})
+    runs, _ = recommend(rig, within)
+    assert len(runs) > 8 and {run.role for run in runs} == {"train", "validate"}
+    angle = in_a_row(rig, runs, 200.0)
+    assert 0.6 * within.most["yaw_rad"] < np.abs(angle).max() <= within.most["yaw_rad"]
+    begin = 0.0
+    for run in runs:  # what the plan says of each
+        n = len(run.experiment.command()[1]) + 20_000
+        part, angle = angle[:n], angle[n:]
+        assert run.way
+        assert run.way[0] - 0.02 * travel < part.min() - begin and part.max() - begin < run.way[1] + 0.02 * travel
+        begin = part[-1]
+    assert [run.experiment for run in runs[:3]] == 3 * [runs[0].experiment]  # repeats stay repeats
+    ways = {run.name: np.sign(run.experiment.amplitude) for run in runs}
+    if "coast_fast" in ways:
+        assert ways["coast_fast"] == -ways["coast_fast_back"]
+
+
+def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
+    rig = platform("viscous = 1e-6")
+    with pytest.raises(InputError, match="no run moves the simulated rig, or lets it come to rest within 60 s"):
+        recommend(rig, envelope(rig, 10.0, {"yaw_rad": 0.7}))
+    assert recommend(rig, envelope(rig, 10.0, {"yaw_rad_s": 3.0}))[0]  # without a limit to it, it may coast
+
+
+@pytest.mark.parametrize(
+    ("neutral", "per_us", "ways", "volts"),
+    [
+        (1500.0, 0.02, (1.0, -1.0), 10.0),
+        (1000.0, 0.01, (1.0,), 10.0),
+        (1000.0, -0.01, (-1.0,), 10.0),
+        (1200.0, 0.02, (1.0, -1.0), 4.0),  # 200 us below it
+    ],
+)
+def test_the_neutral_pulse_says_which_ways_an_esc_turns(
+    neutral: float, per_us: float, ways: tuple[float, ...], volts: float
+) -> None:
+    rig = replace(RIGS["reaction"], pwm=Pwm(neutral, per_us))
+    within = envelope(rig, most={"wheel_rad_s": 200.0})
+    assert within.ways == ways and within.volts == pytest.approx(volts)
+    runs, remarks = recommend(rig, within)
+    for run in runs:
+        pulses = neutral + run.experiment.command()[1] / per_us
+        assert pulses.min() >= 1000.0 - 1e-9 and pulses.max() <= 2000.0 + 1e-9, run.name
+    assert any("the ESC turns one way" in remark for remark in remarks) == (len(ways) == 1)
+    assert len(runs) >= 2
 
 
 def test_what_the_rig_file_knows_is_a_limit() -> None:

@@ -24,6 +24,7 @@ RUN = st.builds(
     why=WORDS,
     tells=st.lists(WORDS, max_size=3).map(tuple),
     reaches=st.dictionaries(st.sampled_from(("yaw_rad", "wheel_rad_s")), DIGITS),
+    way=st.none() | st.tuples(DIGITS, DIGITS),
 )
 PLAN = st.builds(
     Plan,
@@ -90,6 +91,12 @@ def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
         ("= 2.0", "= inf", "run `one`: `amplitude_V` is inf; it has to be a finite number"),
         ("= 4.0", "= 0.01", "run `one`: `period_s` is 0.01; it has to be 0.04 s at least"),
         ("length_s", 'role = "test"\nlength_s', "run `one`: `role` is 'test'; it has to be one of train, validate"),
+        (
+            "length_s",
+            "way_rad = [1.0]\nlength_s",
+            "run `one`: `way_rad` is [1.0]; it has to be two numbers, the lowest",
+        ),
+        ("length_s", "way_rad = [0, inf]\nlength_s", "run `one`: `way_rad` is inf; it has to be a finite number"),
         ("[[runs]]", "[runs]", "holds no runs; write each under a header [[runs]]"),
         ("[[runs]]", GOOD[GOOD.index("[[runs]]") :] + "[[runs]]", "two runs are called `one`; each needs a name"),
     ],
