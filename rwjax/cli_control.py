@@ -434,12 +434,14 @@ def tune(
     from rwjax.control.closed_loop import breakaway, run_rig
     from rwjax.control.response import step_response
     from rwjax.control.robust import draw, robust_gains
-    from rwjax.control.tuning import share_stable
+    from rwjax.control.tuning import judged
     from rwjax.control.tuning import tune as run
     from rwjax.rig import read_one_axis_rig
 
     believed = read_one_axis_rig(rig)
     finite(sigma=sigma, dead=dead)
+    if sigma < 0.0:
+        raise InputError(f"--sigma {sigma:g}: must not be negative, the loop has to be stable to be tuned")
     if not 0.0 <= forward <= 1.0:
         raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")
     if not 0.0 < least < 1.0:
@@ -452,23 +454,25 @@ def tune(
         alone = theta_of(believed, structure_of(believed))[None]
         thetas = draw(believed, spread, plants) if spread is not None else alone
         robust = robust_gains(believed, thetas, rows, cols, sigma, clockwork, smooth)
-        if robust.kp == robust.kd == 0.0:
-            raise InputError(
-                f"no gain is needed for a sigma of {sigma:g} 1/s; there is none to tune, ask for a larger --sigma"
-            )
         controller = controller._replace(
             kp=robust.kp, kd=robust.kd, forward=forward * breakaway(believed), dead=math.radians(dead)
         )
+        start = judged(believed, thetas, clockwork, controller)
+        if start.stable < 1.0:
+            raise InputError(
+                f"--ki {ki:g}: with it the loop is not stable at the most robust gains, kp {robust.kp:.3g} and kd {robust.kd:.3g}; "
+                "lower --ki"
+            )
         tuned = run(believed, controller, reference, clockwork, least)
+        end = judged(believed, thetas, clockwork, tuned.controller)
         shown = {}
         for name, law in (("robust", controller), ("tuned", tuned.controller)):
             seen = step_response(run_rig(believed, law, reference, clockwork), reference[-1], period, volts)
             gains = {key: float(getattr(law, key)) for key in ("kp", "ki", "kd")}
             shown[name] = gains | {key: _plain(np.asarray(value)) for key, value in seen._asdict().items()}
-        holds = share_stable(believed, thetas, clockwork, tuned.controller)
-    shown["robust"]["modulus"], shown["tuned"]["modulus"] = robust.modulus, tuned.modulus
+    shown["robust"]["modulus"], shown["tuned"]["modulus"] = start.modulus, end.modulus
     if as_json:
-        answer = {"schema": "rwjax.tune/1", "plants": len(thetas), "stable_with_tuned": holds, **shown}
+        answer = {"schema": "rwjax.tune/1", "plants": len(thetas), "stable_with_tuned": end.stable, **shown}
         print(json.dumps(answer, allow_nan=False))
         return
     for name, found in shown.items():
@@ -479,13 +483,15 @@ def tune(
             f"{math.degrees(abs(found['error'])):.2g}° off"
         )
     notes = [
-        f"robust: the largest worst-case margin over {len(thetas)} plants with every pole left of -{sigma:g} 1/s (a larger --sigma makes "
-        f"the loop faster); tuned: a step of {step:g}° on the rig as given"
+        f"robust: kp and kd of the largest worst-case margin over {len(thetas)} plants, every pole left of -{sigma:g} 1/s{' without ki' if ki else ''} "
+        f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fit else ' as given'}"
     ]
     if len(thetas) > 1:
-        notes.append(f"with the tuned gains {100.0 * holds:.4g} % of these plants are stable")
+        notes.append(
+            f"modulus margin: the worst of these plants; with the tuned gains {100.0 * end.stable:.4g} % of them are stable"
+        )
     if tuned.least < least:
-        notes.append(f"margin kept: {tuned.least:.2f}; the robust gains have no {least:g}")
+        notes.append(f"margin kept on the rig alone: {tuned.least:.2f}; the robust gains have no {least:g}")
     _say(quiet, *said, *notes)
 
 

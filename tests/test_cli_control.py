@@ -9,7 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rwjax import read_rig
 from rwjax.cli import main
+from rwjax.control.linear import linearised, transfer
+from rwjax.control.margins import sampled_modulus
+from rwjax.control.region import sampled_pid_loop
+from rwjax.control.robust import draw, read_spread
 
 RIG = """kind = "reaction"
 [motor]
@@ -135,9 +140,22 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
     code, out, err = shell("tune", "rig.toml", *options, "--json")
     assert code == 0, err
     answer = json.loads(out)
-    assert answer["plants"] == 20 and answer["robust"]["modulus"] >= answer["tuned"]["modulus"] > 0.499
+    rig = read_rig(shell.folder / "rig.toml")
+    thetas = draw(rig, read_spread(shell.folder / "fit.json", rig), 20)
+    plants = transfer(linearised(rig, thetas=thetas)).each()
+    for name in ("robust", "tuned"):  # the worst of the plants, the integral in the loop
+        gains = [answer[name][gain] for gain in ("kp", "ki", "kd")]
+        moduli = [sampled_modulus(sampled_pid_loop(plant, 0.01, 0.0, 0.02), *gains) for plant in plants]
+        assert answer[name]["modulus"] == pytest.approx(min(moduli), rel=1e-9) and gains[1] > 0.0
+    assert answer["plants"] == 20 and answer["robust"]["modulus"] > answer["tuned"]["modulus"] > 0.4
     assert abs(answer["tuned"]["error"]) < abs(answer["robust"]["error"]) and answer["stable_with_tuned"] == 1.0
     assert shell("tune", "rig.toml", *options)[1].startswith("robust: kp ")
+
+
+def test_an_integral_too_strong_to_begin_with_is_said(shell: Shell) -> None:
+    code, out, err = shell("tune", "rig.toml", "--ki", "1000", "--fit", "fit.json", "--plants", "5")
+    assert code == 2 and out == "" and err.count("\n") == 1
+    assert err.startswith("rwjax: rig.toml: --ki 1000: with it the loop is not stable") and err.endswith("lower --ki\n")
 
 
 def test_one_row_of_wheels_or_gains_is_drawn_too(shell: Shell) -> None:
@@ -190,9 +208,10 @@ def test_neither_table_nor_figure_replaces_what_was_read(shell: Shell) -> None:
             ),
             "--kd -10:10: has to be FROM:TO, from 0 or more",
         ),
+        (("tune", "--sigma", "-1"), "--sigma -1: must not be negative"),
         (
-            ("tune", "--sigma", "-1", "--kp", "0:1e-9", "--kd", "0:1e-9"),
-            "rig.toml: no gain is needed for a sigma of -1 1/s",
+            ("tune", "--kp", "0:0.01", "--kd", "0:0.01"),
+            "rig.toml: no gains within --kp and --kd put every pole of every plant left of -0.5",
         ),
         (("tune", "--least", "1"), "--least 1: has to lie between 0 and 1"),
         (("slew", "--angle", "0"), "rig.toml: angle 0 rad: has to be a number other than 0"),

@@ -21,6 +21,8 @@ FREQUENCIES = 300
 """Along which the worst-case margin of a map is taken; that of the chosen gains along many more."""
 ROUNDS, GRID = 4, 31
 """Times that the map is drawn closer round its best gains, and its gains along each axis."""
+SMALLEST, BEYOND = 1e-5, 1e3
+"""Shares of the largest gains: the smallest that counts as one, and the largest that is looked at to say whether any would do."""
 TRIES = 100
 
 
@@ -118,29 +120,47 @@ def robust_gains(
 ) -> Robust:
     r"""The gains within the axes' range with the largest worst-case modulus margin over plants, among those with which every pole
     of every plant's loop has $|z| < e^{-\sigma h}$: the loop as it runs, sampled, held, late, its derivative filtered over
-    `smooth` [s]. (The continuous loop of a plant that falls with s² never comes near -1 with gains however high.)
+    `smooth` [s]. (The continuous loop of a plant that falls with s² never comes near -1 with gains however high.) K_p is never 0,
+    since nothing would bring the axis to its angle; both ranges begin at 0 or above.
 
     Raises `InputError` as `without_lags` does, and where no gains do.
     """
     loops = sampled_loops(rig, thetas, clockwork, smooth)
     radius = float(np.exp(-sigma * clockwork.period))
-    lows, highs = np.array([kp.min(), kd.min()]), np.array([kp.max(), kd.max()])
+    ends = [(float(np.min(gains)), float(np.max(gains))) for gains in (kp, kd)]
     seen = on_circle(loops, FREQUENCIES)
     parts = jnp.asarray(np.real(seen)), jnp.asarray(np.imag(seen))
-    low, high, best = lows, highs, np.zeros(2)
+    p, d = (np.union1d(_spread(*end, end[1]), np.linspace(*end, GRID)) for end in ends)
+    best = (0.0, 0.0)
     for _ in range(ROUNDS):
-        p, d = (np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))
-        holds = share_of_sampled(loops, p, d, radius) == 1.0
+        holds = (share_of_sampled(loops, p, d, radius) == 1.0) & (p > 0.0)[:, None]
         if not holds.any():
-            raise InputError(
-                f"no gains put every pole of every plant left of -{sigma:g} 1/s; ask for less, sample faster, or fit more logs"
-            )
+            raise InputError(_refusal(loops, ends, sigma, radius))
         margin = np.where(holds, np.asarray(_least_modulus(*parts, jnp.asarray(p), jnp.asarray(d))), -1.0)
-        i, j = np.unravel_index(np.argmax(margin), margin.shape)
-        best, reach = np.array([p[i], d[j]]), 2.0 * (high - low) / (GRID - 1)
-        low, high = np.maximum(best - reach, lows), np.minimum(best + reach, highs)
+        at = np.unravel_index(np.argmax(margin), margin.shape)
+        best = float(p[at[0]]), float(d[at[1]])
+        p, d = (
+            _spread(float(x[max(k - 2, 0)]), float(x[min(k + 2, len(x) - 1)]), high)
+            for x, k, (_, high) in zip((p, d), at, ends, strict=True)
+        )
     worst = min(sampled_modulus(Loop(*one), *best) for one in zip(*loops, strict=True))
-    return Robust(float(best[0]), float(best[1]), worst)
+    return Robust(*best, worst)
+
+
+def _spread(low: float, high: float, most: float) -> np.ndarray:
+    """Gains from `low` to `high`, geometric, 0 among them where `low` is: light rigs want small gains of a range up to `most`."""
+    found = np.geomspace(max(low, SMALLEST * most), high, GRID) if high > 0.0 else np.zeros(1)
+    return np.append(0.0, found) if low == 0.0 else found
+
+
+def _refusal(loops: Loop, ends: list[tuple[float, float]], sigma: float, radius: float) -> str:
+    """What to say where no gains do within the ranges: whether others do."""
+    kp, kd = (_spread(0.0, BEYOND * high, high) for _, high in ends)
+    if np.any(share_of_sampled(loops, kp[1:], kd, radius) == 1.0):
+        return f"no gains within --kp and --kd put every pole of every plant left of -{sigma:g} 1/s; others do, widen these"
+    return (
+        f"no gains put every pole of every plant left of -{sigma:g} 1/s; ask for less, sample faster, or fit more logs"
+    )
 
 
 def sampled_loops(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, smooth: float) -> Loop:

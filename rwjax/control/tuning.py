@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
 from rwjax.control.linear import Transfer, linearised, transfer
-from rwjax.control.margins import on_circle
+from rwjax.control.margins import on_circle, sampled_modulus
 from rwjax.control.region import Loop, sampled_loop, sampled_pid_loop
 from rwjax.errors import InputError
 from rwjax.plant import Structure
@@ -25,6 +25,8 @@ LEAST = 0.5
 SLACK = 1e-3
 """Modulus margin that is asked for above the least: the search ends a little on either side of what it is asked."""
 MULTIPLES = (1.0, 3.0, 10.0, 30.0, 0.3)
+FAR = (100.0, 1e4)
+"""Times by which a gain may shrink and grow: the most robust one may be hardly more than 0."""
 
 
 class Tuned(NamedTuple):
@@ -64,14 +66,22 @@ def is_stable(loop: Loop, *gains: float) -> bool:
     return bool(np.all(np.abs(1.0 + loop.poles(*gains)) < 1.0))
 
 
-def share_stable(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, controller: Controller) -> float:
-    """Share of plants, one for each row of `thetas`, whose linear loop as it runs is stable."""
+class Judged(NamedTuple):
+    """A controller on many plants: `stable`, the share of them whose loop is, and their worst `modulus` margin, 0 where one is not."""
+
+    stable: float
+    modulus: float
+
+
+def judged(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, controller: Controller) -> Judged:
+    """What plants, one for each row of `thetas`, make of a controller in their linear loop as it runs, its integral included."""
     given = (
         (controller.kp, controller.ki, controller.kd) if float(controller.ki) > 0.0 else (controller.kp, controller.kd)
     )
     gains = [float(gain) for gain in given]
-    plants = transfer(linearised(rig, thetas=thetas)).each()
-    return float(np.mean([is_stable(running_loop(plant, clockwork, controller), *gains) for plant in plants]))
+    loops = [running_loop(plant, clockwork, controller) for plant in transfer(linearised(rig, thetas=thetas)).each()]
+    margins = [sampled_modulus(loop, *gains) if is_stable(loop, *gains) else 0.0 for loop in loops]
+    return Judged(float(np.mean(np.array(margins) > 0.0)), min(margins))
 
 
 @partial(jax.jit, static_argnums=(0, 2))
@@ -141,7 +151,7 @@ def tune(
         logs,
         jac=True,
         method="SLSQP",
-        bounds=[(x - np.log(100.0), x + np.log(100.0)) for x in logs],
+        bounds=[(x - np.log(FAR[0]), x + np.log(FAR[1])) for x in logs],
         constraints=[{"type": "ineq", "fun": lambda logs: spare(logs) - SLACK}],
         options={"maxiter": 60, "ftol": 1e-7},
     )

@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rwjax import Rig, parse_rig
 from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, run_rig
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import pd_margins, sampled_modulus
 from rwjax.control.region import sampled_loop, share_of_plants
 from rwjax.control.robust import Spread, draw, read_spread, robust_gains
+from rwjax.control.tuning import tune
 from rwjax.errors import InputError
 from tests.systems import platform, reaction
 
@@ -91,6 +93,47 @@ def test_gains_stay_below_what_sampling_bears(rig) -> None:
     assert margins.delay > 0.005 + 0.005 + 0.005
     run = run_rig(rig, Controller(found.kp, kd=found.kd, smooth=SMOOTH), np.full(600, 1e-3), CLOCK)
     assert np.all(np.abs(run.angle) < 2e-3)
+
+
+SPAN = np.array([0.0, 100.0])
+
+
+def held(inertia: float, friction: str) -> Rig:
+    return parse_rig(f'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = {inertia}\n{friction}')
+
+
+def alone(rig: Rig) -> np.ndarray:
+    return theta_of(rig, structure_of(rig))[None]
+
+
+def test_the_small_gains_of_a_light_strong_rig_are_found() -> None:
+    # kp = 0.05, kd = 0.02 damp it, by the roots of its loop; a grid of 31 steps begins at 3.3
+    rig = held(0.002, "[axis.friction]\nviscous = 5e-4")
+    (plant,) = transfer(linearised(rig, thetas=alone(rig))).each()
+    loop, radius = sampled_loop(plant, 0.01, 0.0, SMOOTH), np.exp(-0.5 * 0.01)
+    assert np.max(np.abs(1.0 + loop.poles(0.05, 0.02))) < radius < np.max(np.abs(1.0 + loop.poles(3.3, 3.3)))
+    found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, Clockwork(), SMOOTH)
+    assert np.max(np.abs(1.0 + loop.poles(found.kp, found.kd))) < radius
+    assert found.kp > 0.0 and found.modulus >= sampled_modulus(loop, 0.05, 0.02)
+
+
+def test_a_rig_that_its_own_weight_brings_back_is_tuned_from_a_gain_above_0() -> None:
+    # the pendulum's poles lie at -0.25 +- 2.2j, so that damping alone would put them left of -0.5
+    rig = held(0.1, "[axis.friction]\nviscous = 0.05\n[axis.gravity]\ntorque = 0.5")
+    found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, Clockwork(), SMOOTH)
+    assert 0.0 < found.kp < 0.1
+    law = Controller(found.kp, kd=found.kd, smooth=SMOOTH, limit=10.0)
+    tuned = tune(rig, law, np.full(300, 0.2), Clockwork()).controller
+    run = run_rig(rig, tuned, np.full(300, 0.2))
+    # what stays against the weight: 0.4 kp (0.2 - psi) = 0.5 sin psi
+    assert tuned.kp > 10.0 and run.angle[-1] == pytest.approx(0.2 * 0.4 * tuned.kp / (0.4 * tuned.kp + 0.5), rel=2e-3)
+
+
+def test_gains_beyond_the_ranges_are_told_from_none() -> None:
+    with pytest.raises(InputError, match="no gains within --kp and --kd .*; others do, widen these"):
+        robust_gains(platform(), alone(platform()), SPAN, 1e-4 * SPAN, 1.0, CLOCK, SMOOTH)
+    with pytest.raises(InputError, match="no gains within --kp and --kd .*; others do, widen these"):
+        robust_gains(platform(), alone(platform()), np.array([1e4, 2e4]), SPAN, 1.0, CLOCK, SMOOTH)
 
 
 def test_asking_for_too_much_is_said() -> None:

@@ -10,7 +10,7 @@ from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, posed
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import sampled_modulus
-from rwjax.control.tuning import LEAST, _slopes, loss, running_loop, share_stable, tune
+from rwjax.control.tuning import LEAST, _slopes, judged, loss, running_loop, tune
 from rwjax.errors import InputError
 from tests.systems import platform, reaction
 
@@ -90,9 +90,20 @@ def test_gains_that_cannot_be_tuned_are_refused(gains: tuple[float, float]) -> N
         tune(RIG, Controller(gains[0], kd=gains[1]), REFERENCE, CLOCK)
 
 
-def test_the_share_of_stable_plants_counts_them() -> None:
+def test_a_controller_is_judged_on_every_plant_with_its_integral() -> None:
     thetas = np.tile(theta_of(RIG, structure_of(RIG)), (4, 1))
     thetas[:, structure_of(RIG).names.index("drive.gain")] *= [1.0, 2.0, 30.0, 60.0]
     law = Controller(10.0, ki=2.0, kd=2.5, smooth=0.02)
-    assert share_stable(RIG, thetas, CLOCK, law) == 0.5
-    assert share_stable(RIG, thetas, Clockwork(1e-4), law._replace(smooth=0.0)) == 1.0
+    assert judged(RIG, thetas, CLOCK, law) == (0.5, 0.0)
+    assert judged(RIG, thetas, Clockwork(1e-4), law._replace(smooth=0.0)).stable == 1.0
+    # the loop of 0.4/(0.1 s^2 + 0.02 s), held 10 ms, by its own z transform
+    h, a = 0.01, 0.2
+    z = np.exp(1j * np.geomspace(1e-3, np.pi, 20_000))
+    lag = np.exp(-a * h)
+    for ki in (0.0, 2.0, 20.0):
+        worst = []
+        for gain in (4.0, 8.0):
+            plant = gain / a**2 * ((a * h - 1.0 + lag) * z + 1.0 - lag - a * h * lag) / ((z - 1.0) * (z - lag))
+            slope = (z - 1.0) / ((0.02 + h) * z - 0.02)
+            worst.append(np.min(np.abs(1.0 + plant * (10.0 + ki * h / (z - 1.0) + 2.5 * slope))))
+        assert judged(RIG, thetas[:2], CLOCK, law._replace(ki=ki)).modulus == pytest.approx(min(worst), rel=1e-4)
