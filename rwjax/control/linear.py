@@ -1,5 +1,6 @@
 """The rig seen by its controller: the plant linearised about a held angle, and its transfer function without hidden modes."""
 
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -10,9 +11,9 @@ from jaxtyping import Array, Float
 
 from rwjax.build import structure_of, theta_of
 from rwjax.effects import BY_NAME
-from rwjax.effects.axis import Backlash, FlexibleCoupling
-from rwjax.effects.drive import DriveLag
-from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
+from rwjax.effects.axis import Backlash, FlexibleCoupling, Stribeck
+from rwjax.effects.drive import SHARP, DriveLag
+from rwjax.effects.ports import AxisElastic, CommandDelay, CommandFilter, EncoderDelay
 from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
 from rwjax.param import parameters
@@ -22,9 +23,9 @@ from rwjax.simulate import one_axis_plant_of
 from rwjax.types import Scalar
 
 SLIDING = 1e-6
-"""Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two."""
+"""Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two, or taken, where it has none."""
 CANCELS = 1e-13
-"""Share of what a coefficient is summed from below which it is rounding."""
+"""Share of what a number is summed from, or of what it is one radian on, below which it is rounding."""
 
 
 class Linear(NamedTuple):
@@ -64,7 +65,8 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
 
     Dry friction counts as fed forward; its slope beside 0 stays and may be negative, as viscous friction does. What the
     drive does to small commands (dead zone, offset) counts as fed forward, too; its lag stays. For play stands the coupling
-    that is closed, and no ripple of the motor holds the wheel.
+    that is closed, and no ripple of the motor holds the wheel. Friction that builds up over a displacement is built up: the axis
+    slides. What changes over a run is as it begins.
     Raises `InputError` for a rig without an axis and for one whose command does not turn it.
     """
     with_one_axis(rig)
@@ -73,6 +75,8 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
     whole = structure_of(rig)
     structure, theta = _beside(whole, theta_of(rig, whole) if thetas is None else np.asarray(thetas))
     A, B, C = (np.asarray(x) for x in _matrices(structure, jnp.asarray(theta), jnp.asarray(angle)))
+    elsewhere = np.asarray(_matrices(structure, jnp.asarray(theta), jnp.asarray(angle + 1.0))[0])
+    A = np.where(np.abs(A) > CANCELS * np.abs(elsewhere), A, 0.0)  # a load's slope at its summit is rounding
     states = (*structure.states, *(f"{e}:u" for e in structure.effects if BY_NAME[e] is DriveLag))
     acts, moves, shows = (np.any(x, axis=tuple(range(theta.ndim - 1))) for x in (A, B, C))
     use = _reached(acts, moves) & _reached(acts.T, shows)
@@ -83,10 +87,12 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
 
 
 def _beside(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:
-    """Structure and numbers of what a loop feels beside its angle: no lag of 0 s, no ripple, a coupling for closed play."""
+    """Structure and numbers of what a loop feels beside its angle: no lag of 0 s, no ripple, nothing elastic before sliding, a
+    coupling for closed play."""
     names, renamed = structure.names, {Backlash.name: FlexibleCoupling.name}
     idle = f"{DriveLag.name}.T" in names and not np.any(theta[..., names.index(f"{DriveLag.name}.T")])
-    gone = {Cogging.name} | ({DriveLag.name} if idle else set())
+    elastic = {name for name in structure.effects if issubclass(BY_NAME[name], AxisElastic)}
+    gone = {Cogging.name, *elastic} | ({DriveLag.name} if idle else set())
     kept = {renamed.get(name, name): name for name in structure.effects if name not in gone}
     found = structure._replace(effects=()).with_effects(*kept)
     of = {name: name for name in structure.numbers} | {
@@ -121,13 +127,18 @@ def _slopes(plant: Plant, rest: Array) -> Array:
     """What the slope of dry friction beside standstill adds to the rates' derivatives `(n, n)`."""
     found = jnp.zeros((len(rest), len(rest)))
     for body, dry in plant.bodies():
+        falls = [effect for effect in dry if isinstance(effect, Stribeck)]
+        # with n > 1 its slope tends to 0, as with n = 2, if more slowly; with n < 1 it has no limit
+        flat = [replace(e, n=jnp.where(e.n > 1.0, 2.0, e.n)) if isinstance(e, Stribeck) else e for e in dry]
+        steep = jnp.any(jnp.stack([jnp.zeros((), bool), *(e.n < 1.0 for e in falls)]))
 
-        def level(w: Array, body=body, dry=dry) -> Array:
+        def level(w: Array, body=body, flat=flat) -> Array:
             x = rest.at[body.rate].set(w)
-            return friction_sum(dry, plant.motion(jnp.zeros(()), tuple(x), jnp.zeros(())), 1.0)
+            return friction_sum(flat, plant.motion(jnp.zeros(()), tuple(x), jnp.zeros(())), 1.0)
 
         near, far = (jax.grad(level)(jnp.asarray(w)) for w in (SLIDING, 2.0 * SLIDING))
-        found = found.at[:, body.rate].add(jnp.stack([jnp.asarray(r) for r in body.reaction]) * (2.0 * near - far))
+        slope = jnp.where(steep, near, 2.0 * near - far)
+        found = found.at[:, body.rate].add(jnp.stack([jnp.asarray(r) for r in body.reaction]) * slope)
     return found
 
 
@@ -194,14 +205,29 @@ def without_lateness(rig: Rig) -> tuple[str, ...]:
     return tuple(e for e in rig.effects if issubclass(BY_NAME[e], late) and BY_NAME[e] is not DriveLag)
 
 
+TAKEN = {
+    "axis.backlash": "the play is closed",
+    "axis.friction_drift": "as at the first instant",
+    "axis.periodic_torque": "a load that no gain moves, left out",
+    "axis.presliding": "sliding, all its friction built up",
+    "drive.asymmetric_gain": "the gain is the mean of both directions",
+    "drive.curvature": "the gain is that of small commands",
+    "drive.supply_sag": "the gain is that of small commands",
+    "motor.heating": "as at the first instant, the winding cold",
+    "motor.saturation": "the gain is that of small commands",
+    "wheel.cogging": "no ripple holds the wheel",
+}
+
+
 def taken_as(rig: Rig) -> tuple[str, ...]:
     """What stands in the transfer function for effects of a rig that it cannot hold, a line each."""
-    said = {
-        "axis.backlash": "the play is closed",
-        "wheel.cogging": "no ripple holds the wheel",
-        "drive.asymmetric_gain": "the gain is the mean of both directions",
-    }
-    lines = [f"{name}: {said[name]}" for name in rig.effects if name in said]
-    if rig.effects.get("axis.stribeck", {}).get("n", 2.0) < 1.0:
+    lines = [f"{name}: {TAKEN[name]}" for name in rig.effects if name in TAKEN]
+    if rig.effects.get("drive.saturation", {}).get("n", SHARP) < SHARP:
+        lines.append("drive.saturation: the gain is that of small commands")
+    fall = rig.effects.get("axis.stribeck", {})
+    n = fall.get("n", 2.0) if fall.get("M_e", 0.0) > 0.0 else 2.0
+    if n < 1.0:
         lines.append(f"axis.stribeck: infinitely steep at standstill, taken at {SLIDING:g} rad/s")
+    elif 1.0 < n < 2.0:
+        lines.append("axis.stribeck: level at standstill, though it falls at once beside it")
     return tuple(lines)

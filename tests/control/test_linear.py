@@ -1,11 +1,14 @@
 """Transfer functions: stiff plants against their closed form, and what stands for effects that they cannot hold."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from rwjax import parse_rig
+from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import Linear, characteristic, linearised, taken_as, transfer
 from rwjax.errors import InputError
+from rwjax.simulate import one_axis_plant_of
 
 K, R, J, I, b = 0.0216, 36.3, 1.24e-4, 5e-4, 4e-6
 
@@ -73,3 +76,70 @@ def test_play_counts_as_closed_and_ripple_holds_nothing() -> None:
     assert np.array_equal(transfer(linearised(ripple)).den, transfer(linearised(parse_rig(stiff(0.06)))).den)
     (line,) = taken_as(parse_rig(platform("", '[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 0.7')))
     assert line.startswith("axis.stribeck: infinitely steep")
+
+
+PRESLIDING = '[effects."axis.presliding"]\nM_c = 0.0\nx_s = 1e-3\nd = 0.5'
+
+
+def test_friction_that_builds_up_over_a_displacement_keeps_its_slope_and_not_its_damping() -> None:
+    falling = "polynomial = [0.01, -0.0026, 0.0, 0.0]"
+    elastic = parse_rig(platform(falling, PRESLIDING))
+    plant = transfer(linearised(elastic))
+    assert plant.den == pytest.approx([1.0, -0.026, 0.0], rel=1e-9)
+    # and so it is once the axis slides: the plant's rates with the friction built up
+    structure = structure_of(elastic)
+    rates = one_axis_plant_of(structure, jnp.asarray(theta_of(elastic, structure))).field
+    w = structure.states.index("w")
+    slid = [float(rates(jnp.zeros(()), tuple(map(jnp.asarray, (0.0, v, 1.0))), jnp.ones(()))[w]) for v in (0.1, 0.2)]
+    assert (slid[1] - slid[0]) / 0.1 == pytest.approx(-plant.den[1], rel=1e-9)
+    assert taken_as(elastic) == ("axis.presliding: sliding, all its friction built up",)
+
+
+@pytest.mark.parametrize("angle", [0.5, 1.5, -0.5, 2.5])
+def test_at_its_summit_a_load_is_no_spring(angle: float) -> None:
+    gravity = parse_rig(
+        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n[axis]\n'
+        f"inertia = {I}\n[axis.friction]\nviscous = 0.002\n[axis.gravity]\ntorque = 0.3"
+    )
+    found = transfer(linearised(gravity, angle * np.pi))
+    assert found.hidden == (0.0,)
+    assert found.den == pytest.approx(np.polymul([1.0, K**2 / (R * J)], [1.0, 0.002 / I]), rel=1e-12)
+    assert transfer(linearised(gravity, angle * np.pi + 1e-6)).hidden == ()
+
+
+@pytest.mark.parametrize(("n", "slope"), [(1.0, -0.06 / 0.3), (1.1, 0.0), (1.5, 0.0), (2.0, 0.0), (3.0, 0.0)])
+def test_the_slope_of_stribeck_friction_at_standstill_is_its_limit(n: float, slope: float) -> None:
+    falling = f'[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.06\nv_s = 0.3\nn = {n}'
+    rig = parse_rig(platform("viscous = 0.02", falling))
+    assert transfer(linearised(rig)).den == pytest.approx([1.0, 0.2 + slope / 0.1, 0.0], rel=1e-9)
+    level = ("axis.stribeck: level at standstill, though it falls at once beside it",)
+    assert taken_as(rig) == (level if 1.0 < n < 2.0 else ())
+
+
+def test_an_infinite_slope_is_taken_where_it_is_said_to_be() -> None:
+    n, v_s, w = 0.7, 0.3, 1e-6
+    steep = parse_rig(
+        platform("viscous = 0.02", f'[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.06\nv_s = {v_s}\nn = {n}')
+    )
+    slope = -0.06 * n / v_s * (w / v_s) ** (n - 1.0) * np.exp(-((w / v_s) ** n))
+    assert transfer(linearised(steep)).den == pytest.approx([1.0, 0.2 + slope / 0.1, 0.0], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("effect", "numbers", "words"),
+    [
+        ("axis.friction_drift", "d = 0.3\nB = 0.0\ntau = 5.0", "as at the first instant"),
+        ("axis.periodic_torque", "s = 0.01\nc = 0.0\nomega = 2.0", "left out"),
+        ("drive.curvature", "c = 0.1", "the gain is that of small commands"),
+        ("drive.saturation", "u_m = 6.0\nn = 3.0", "the gain is that of small commands"),
+    ],
+)
+def test_what_changes_with_time_or_command_is_named(effect: str, numbers: str, words: str) -> None:
+    (line,) = taken_as(parse_rig(platform(effects=f'[effects."{effect}"]\n{numbers}')))
+    assert line.startswith(f"{effect}: ") and line.endswith(words)
+
+
+def test_a_cold_winding_is_named_and_a_sharp_limit_is_not() -> None:
+    heats = stiff(0.06, '[effects."motor.heating"]\nc = 0.02\ntau = 30.0')
+    assert taken_as(parse_rig(heats)) == ("motor.heating: as at the first instant, the winding cold",)
+    assert taken_as(parse_rig(platform(effects='[effects."drive.saturation"]\nu_m = 6.0'))) == ()
