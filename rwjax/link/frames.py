@@ -81,6 +81,8 @@ class Decoder:
 DISARMED, ARMING, ARMED, FAULT = range(4)
 STATES = ("disarmed", "arming", "armed", "fault")
 FAULTS = {1: "silence of the host", 2: "over the speed limit", 4: "battery low", 8: "ticks missed"}
+RESETS = {1: "power-on", 2: "the reset line", 4: "a brown-out", 8: "the watchdog"}  # bits of MCUSR
+UNWANTED = 4 | 8
 RESULTS = (
     "done",
     "unknown command",
@@ -90,6 +92,7 @@ RESULTS = (
     "out of range",
     "not in this state",
 )
+NOT_NOW = RESULTS.index("not in this state")
 EXPERIMENTS = tuple(SHAPES)
 
 ASK, HEARTBEAT, ARM, DISARM, CLEAR, PULSE, HOLD, PLAY = range(1, 9)
@@ -116,7 +119,7 @@ class Hello(NamedTuple):
     protocol: int
     firmware: int  # hash of its sources
     nonce: int  # boots of this board so far
-    reset_cause: int  # MCUSR
+    reset_cause: int  # bits of `RESETS`; a bootloader may clear them
     heard: int  # whether a command was accepted since boot, the last of them numbered `seq`
     seq: int
     tick_hz: int
@@ -129,6 +132,11 @@ class Hello(NamedTuple):
     silence_ticks: int
     most_counts: int  # in a tick
     battery_lowest: int  # mV
+
+
+def resets(hello: Hello) -> str:
+    """Why a board has started, in words."""
+    return ", ".join(name for bit, name in RESETS.items() if hello.reset_cause & bit) or "unknown"
 
 
 class Sample(NamedTuple):

@@ -1,4 +1,4 @@
-"""A raw stream as logs: stretches without a long gap or a reset of the board, in the columns of the interface.
+"""A raw stream as logs: stretches in which the command is known throughout, in the columns of the interface.
 
 A stream that ends anywhere, because the recorder was killed, is read up to its last whole frame.
 """
@@ -11,15 +11,23 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError, RigError, read_text
-from rwjax.link.frames import Decoder, Hello, Sample, message
+from rwjax.link.frames import UNWANTED, Decoder, Hello, Sample, message, resets
 from rwjax.log import write_log
 from rwjax.log_sheet import FEWEST
 from rwjax.plan.experiment import TICK_HZ
 from rwjax.rig import Rig
 
 MOST_LOST = 10
-"""Samples in a row that may be lost within one log, 0.1 s. The command is unknown meanwhile, so a longer gap ends the log."""
+"""Samples in a row that may be lost within one log, 0.1 s, where the pulses before and after are the same: else the command
+is unknown meanwhile, and the gap ends the log."""
 WRAP = 2**32
+COUNTERS = {
+    "missed": "ticks missed",
+    "dropped": "frames dropped for lack of room on the line",
+    "damaged": "frames of the host damaged",
+    "overruns": "bytes of the host lost",
+}
+"""What a board counts since its start, and what that is in words."""
 COLUMNS = {"axis": "yaw_counts", "wheel": "wheel_counts"}
 
 
@@ -33,15 +41,23 @@ class Stretch:
     pulse: np.ndarray  # (n, 2), half us
     battery: np.ndarray  # mV
     playing: np.ndarray
+    counters: np.ndarray  # (n, 4), by `COUNTERS`
 
     def gaps(self) -> list[tuple[int, int]]:
         """For every gap the index of the sample after it, and how many samples are missing."""
         step = np.diff(self.tick)
         return [(int(k) + 1, int(step[k]) - 1) for k in np.flatnonzero(step > 1)]
 
+    def troubles(self) -> list[str]:
+        """What went wrong on the board: what it counted meanwhile, and why it had started where that was no one's wish."""
+        more = (self.counters[-1] - self.counters[0]) % [2**16, 2**16, 2**16, 2**8]
+        found = [f"{n} {words}" for n, words in zip(more, COUNTERS.values(), strict=True) if n]
+        unwanted = self.hello is not None and self.hello.reset_cause & UNWANTED
+        return found + ([f"its last start was by {resets(self.hello)}"] if unwanted and self.hello else [])
+
     def only(self, keep: np.ndarray) -> "Stretch":
         """Part of the samples."""
-        names = ("tick", "count", "pulse", "battery", "playing")
+        names = ("tick", "count", "pulse", "battery", "playing", "counters")
         return replace(self, **{name: getattr(self, name)[keep] for name in names})
 
 
@@ -70,11 +86,17 @@ def stretches(data: bytes) -> tuple[list[Stretch], int]:
                 group = []
             hello = said
         elif isinstance(said, Sample):
-            if group and not 0 < (said.tick - group[-1].tick) % WRAP <= MOST_LOST + 1:
+            if group and not _joined(group[-1], said):
                 found += _stretch(hello, group)
                 group = []
             group.append(said)
     return found + _stretch(hello, group), decoder.damaged
+
+
+def _joined(last: Sample, said: Sample) -> bool:
+    """Whether the command between two samples is known."""
+    step = (said.tick - last.tick) % WRAP
+    return step == 1 or (1 < step <= MOST_LOST + 1 and (said.pulse_1, said.pulse_2) == (last.pulse_1, last.pulse_2))
 
 
 def _unwrapped(values: Iterable[int]) -> np.ndarray:
@@ -95,6 +117,7 @@ def _stretch(hello: Hello | None, group: list[Sample]) -> list[Stretch]:
             np.array([(s.pulse_1, s.pulse_2) for s in group]),
             np.array([s.battery for s in group]),
             np.array([bool(s.playing) for s in group]),
+            np.array([[getattr(s, name) for name in COUNTERS] for s in group]),
         )
     ]
 
@@ -194,8 +217,11 @@ def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]
         about = notes | {"firmware": f"{stretch.hello.firmware:08x}"} if stretch.hello else notes
         table = columns(stretch, rig)
         gaps = [f"{n} samples before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
-        write_log(name, table, about | ({"gap": "; ".join(gaps)} if gaps else {}))
+        troubles = stretch.troubles()
+        said = {"gap": "; ".join(gaps), "board": "; ".join(troubles)}
+        write_log(name, table, about | {key: value for key, value in said.items() if value})
         remarks += [f"{name.name}: gap of {gap}" for gap in gaps]
+        remarks += [f"{name.name}: the board: {trouble}" for trouble in troubles]
     return names, remarks
 
 

@@ -101,6 +101,33 @@ def test_gaps_are_noted_and_long_ones_end_a_log(tmp_path: Path) -> None:
     assert log.notes["gap"] == "3 samples before 0.53 s" and len(log.time) == 97
 
 
+def test_a_gap_in_which_the_command_changed_ends_a_log(tmp_path: Path) -> None:
+    """What a row tells is held until the next: over a gap in a multisine that would be a command that nobody gave."""
+    raw = tmp_path / "run.raw"
+    said = [SAMPLE._replace(tick=k, pulse_1=3000 + k // 40 % 2) for k in range(160) if k not in (60, 61, 80, 125)]
+    raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
+    paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert [len(read_log(path, RIG).time) for path in paths] == [78, 78]  # ends where 79 and 81 differ
+    assert remarks == ["run-1.csv: gap of 2 samples before 0.62 s", "run-2.csv: gap of 1 samples before 0.45 s"]
+
+
+def test_what_the_board_counted_reaches_the_notes(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    before = SAMPLE._replace(missed=65_535, dropped=7, damaged=3, overruns=254)
+    said = [before._replace(tick=k) for k in range(50)]
+    said[30:] = [s._replace(missed=2, dropped=8, damaged=3, overruns=1) for s in said[30:]]
+    raw.write_bytes(b"".join([wire(LIKE_RIG._replace(reset_cause=8), 0), *(wire(s, k) for k, s in enumerate(said))]))
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    told = [
+        "3 ticks missed",
+        "1 frames dropped for lack of room on the line",
+        "3 bytes of the host lost",
+        "its last start was by the watchdog",
+    ]
+    assert read_log(path, RIG).notes["board"] == "; ".join(told)
+    assert remarks == [f"run.csv: the board: {trouble}" for trouble in told]
+
+
 def test_only_what_was_played_is_the_log_of_an_experiment(tmp_path: Path) -> None:
     raw = tmp_path / "run.raw"
     said = [SAMPLE._replace(tick=k, playing=20 <= k < 60) for k in range(100)]
