@@ -13,7 +13,7 @@ from rwjax.cli_options import finite, of_file, results
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
-    from rwjax.link.session import Session
+    from rwjax.link.played import Task
     from rwjax.rig import Rig
 
 RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML) with `drive.pwm`", show_default=False)]
@@ -80,13 +80,13 @@ def _check(output: Path) -> None:
 
 
 def _record(
-    rig: "Rig", port: str, output: Path, notes: dict[str, str], act: "Callable[[Session], None]", quiet: bool
+    rig: "Rig", port: str, output: Path, notes: dict[str, str], task: "Task", quiet: bool
 ) -> KeyboardInterrupt | None:
     """Records, and says what is on disk now; raises what ended the recording early, but for Ctrl-C."""
     from rwjax.link.recorder import record as run
 
     with _live(rig, quiet) as watch:
-        done = run(port, rig, output, notes, act, watch)
+        done = run(port, rig, output, notes, task.act, watch, task.ready)
     for path in done.logs:
         print(path)
     for remark in done.remarks:
@@ -115,11 +115,13 @@ def record(
     if seconds is not None:
         finite(seconds=seconds)
     _needs_pyserial()
+    from rwjax.link.played import Task
     from rwjax.link.recorder import listen
     from rwjax.rig import read_one_axis_rig
 
     _check(output)
-    _record(read_one_axis_rig(rig), port, output, _notes(role), listen(seconds), quiet)  # Ctrl-C is its usual end
+    task = Task(lambda session: {}, listen(seconds))
+    _record(read_one_axis_rig(rig), port, output, _notes(role), task, quiet)  # Ctrl-C is its usual end
 
 
 def run_experiment(
@@ -158,7 +160,7 @@ def run_experiment(
     if plan is None and runs:
         raise InputError("--run: belongs to a plan; give one with --plan")
     _needs_pyserial()
-    from rwjax.link.played import check_speeds, of_plan
+    from rwjax.link.played import Task, at_rest, check_plan, of_plan
     from rwjax.link.recorder import check_new, play
     from rwjax.plan.experiment import Experiment
     from rwjax.plan.files import read_plan
@@ -170,13 +172,13 @@ def run_experiment(
             wanted = wanted.only(runs) if runs else wanted
         believed = read_one_axis_rig(rig)
         with of_file(plan):
-            acts = of_plan(wanted, believed, clear)
+            tasks = of_plan(wanted, believed, clear)
         for run in wanted.runs:
             check_new((output or LOGS) / f"{run.name}.csv")
-        check_speeds(port, wanted, believed)
+        check_plan(port, wanted, believed)
         with results(output or LOGS) as folder:
-            for run, act in zip(wanted.runs, acts, strict=True):
-                if stopped := _record(believed, port, folder / f"{run.name}.csv", run.notes, act, quiet):
+            for run, task in zip(wanted.runs, tasks, strict=True):
+                if stopped := _record(believed, port, folder / f"{run.name}.csv", run.notes, task, quiet):
                     raise stopped
     elif kind is not None:
         log = output or Path("run.csv")
@@ -185,13 +187,15 @@ def run_experiment(
         one = Experiment(kind.value, *(default if value is None else value for value, default in asked))
         believed = read_one_axis_rig(rig)
         notes = {"experiment": one.words(), **_notes(role or "train")}
-        if stopped := _record(believed, port, log, notes, play(one, believed, clear), quiet):
+        if stopped := _record(believed, port, log, notes, Task(at_rest, play(one, believed, clear)), quiet):
             raise stopped
 
 
 def monitor(rig: RigFile, port: Port) -> None:
     """Show what the board sends, until Ctrl-C."""
     _needs_pyserial()
+    if not sys.stderr.isatty():
+        raise InputError("monitor draws on a terminal, and stderr is none; `rwjax record` writes what the board sends")
     from rwjax.link.recorder import listen, open_port
     from rwjax.link.session import Session
     from rwjax.rig import read_one_axis_rig

@@ -18,11 +18,11 @@ from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import LinkError, Port, Session, faults, reason
 from rwjax.link.stream import channels, check_board, check_rig, numbered, refuse_existing, write_logs
+from rwjax.plan.envelope import PULSES_US
 from rwjax.plan.experiment import TICK_HZ, Experiment
 from rwjax.rig import Rig
 
 BAUD = 250_000
-PULSE_MAX_US = 2000.0
 
 
 class Raw:
@@ -98,21 +98,25 @@ def record(
     notes: dict[str, str],
     act: Callable[[Session], None],
     watch: Callable[[Session, Sample], None] = lambda session, sample: None,
+    ready: Callable[[Session], dict[str, str]] = lambda session: {},
 ) -> Recorded:
     """Opens the port, does `act`, and leaves the board disarmed and a log at `output`, however it ends.
 
-    Beside the log lie its raw stream (`.raw`) and its notes (`.notes`). Raises `InputError` where nothing could begin:
-    then nothing stays.
+    Beside the log lie its raw stream (`.raw`) and its notes (`.notes`). `ready` waits until the recording may begin, and tells
+    what else the notes should say. Raises `InputError` where nothing could begin: then nothing stays.
     """
     check_rig(rig)
     check_new(output)
-    failure, begun = None, False
+    failure, begun, found = None, False, {}
     with closing(open_port(url)) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
         session = Session(port, raw.write, watch)
         try:
             started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
-            write_text(raw.path.with_suffix(".notes"), _lines(notes | started), LinkError)
+            beside = raw.path.with_suffix(".notes")
+            write_text(beside, _lines(notes | started), LinkError)
             check_board(session.greet(), rig)
+            found = ready(session)
+            write_text(beside, _lines(notes | started | found), LinkError)
             begun = True
             act(session)
         except (Exception, KeyboardInterrupt) as error:  # whatever it is: raised by the caller, after the log
@@ -129,7 +133,7 @@ def record(
             logs, remarks = write_logs(raw.path, rig, output)
         except InputError as error:
             logs, remarks = [], [str(error)]
-    return Recorded(logs, remarks, failure)
+    return Recorded(logs, [*found.values(), *remarks], failure)
 
 
 def _lines(notes: dict[str, str]) -> str:
@@ -153,19 +157,30 @@ def to_play(experiment: Experiment, rig: Rig) -> tuple[int, ...]:
     """What the command PLAY carries. Raises `LinkError` for what the board cannot play."""
     check_rig(rig)
     assert rig.pwm is not None
-    span = 2.0 * (PULSE_MAX_US - rig.pwm.neutral_us)
     half_us = [_whole(2.0 * volts / rig.pwm.volts_per_us) for volts in (experiment.amplitude, experiment.offset)]
     ticks = [_whole(TICK_HZ * seconds) for seconds in (experiment.period, experiment.length)]
-    if abs(half_us[0]) + abs(half_us[1]) > span:
-        most = span / 2.0 * abs(rig.pwm.volts_per_us)
-        raise LinkError(
-            f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {most:g} V; give less"
-        )
+    check_pulses(experiment, rig, *PULSES_US)
     if not 4 <= ticks[0] < 2**16:
         raise LinkError(f"a period of {experiment.period:g} s: has to lie between 0.04 and 655 s")
     if not 0 < ticks[1] <= 360_000:
         raise LinkError(f"a length of {experiment.length:g} s: has to lie between 0.01 and 3600 s")
     return channels(rig).output, frames.EXPERIMENTS.index(experiment.kind), *half_us, *ticks
+
+
+def check_pulses(experiment: Experiment, rig: Rig, shortest: float, longest: float) -> None:
+    """Raises `LinkError` where an experiment needs pulses that an ESC between these [us] does not take."""
+    assert rig.pwm is not None
+    neutral, per_us = rig.pwm
+    size = (abs(experiment.amplitude) + abs(experiment.offset)) / abs(per_us)
+    volts = sorted((end - neutral) * per_us for end in (shortest, longest))
+    ends = [neutral + v / per_us for v in experiment.span]
+    spare = 1e-6  # us, of rounding
+    small = size <= longest - neutral + spare
+    if not (small and shortest - spare <= min(ends) and max(ends) <= longest + spare):
+        right = "this ESC turns one way: add an offset" if small and 0.0 in volts else "give less"
+        raise LinkError(
+            f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {volts[0]:g} to {volts[1]:g} V; {right}"
+        )
 
 
 def _whole(value: float) -> int:
@@ -178,17 +193,20 @@ def play(experiment: Experiment, rig: Rig, clear: bool = False) -> Callable[[Ses
     values = to_play(experiment, rig)
 
     def act(session: Session) -> None:
+        hello = session.hello or session.greet()
+        check_pulses(experiment, rig, hello.pulse_min / 2.0, hello.pulse_max / 2.0)
         if clear and session.samples()[-1].state == frames.FAULT:
-            session.command(frames.CLEAR)
+            session.command(frames.CLEAR, done=lambda sample: sample.state != frames.FAULT)
         session.arm()
-        session.command(frames.PLAY, *values)
+        session.command(frames.PLAY, *values, done=lambda sample: bool(sample.playing))
         begun = False
         while True:
             for sample in session.samples():
                 if sample.state != frames.ARMED:
-                    raise LinkError(f"the board has stopped the experiment: {faults(sample)}")
+                    why = faults(sample) if sample.faults else f"it is {frames.STATES[sample.state]}"
+                    raise LinkError(f"the board has stopped the experiment: {why}")
                 if begun and not sample.playing:
-                    return session.command(frames.DISARM)
+                    return session.disarm()
                 begun = begun or bool(sample.playing)
 
     return act

@@ -21,6 +21,7 @@ GREETING_WAIT = 5  # samples or reads in vain until the next greeting
 SILENT_READS = 10  # in a row without a byte, and the board is gone
 FOREIGN_BYTES = 5000  # in a row without a message in them, and it is no board: two seconds of samples
 ANSWER_WAIT = 200  # samples or reads in vain
+ATTEMPTS = 2  # at a command that nothing answers
 SAMPLES_PER_HEARTBEAT = 5  # 50 ms; the board waits for 200 ms
 
 
@@ -123,7 +124,10 @@ class Session:
     def _heed(self, message: Message) -> None:
         if isinstance(message, Hello):
             if self.hello and message.nonce != self.hello.nonce:
-                raise LinkError(f"{self._port.port}: the board has started anew in the middle of the session")
+                cause = frames.resets(message)
+                raise LinkError(
+                    f"{self._port.port}: the board has started anew in the middle of the session (cause: {cause})"
+                )
         elif isinstance(message, Sample):
             self._watch(self, message)
             self._since_heartbeat += 1
@@ -163,15 +167,23 @@ class Session:
             self._mine = hello.seq
         return hello
 
-    def command(self, kind: int, *values: int) -> None:
-        """Sends a command and waits for its answer; raises `LinkError` if the board does not do it."""
-        number = self._send(kind, *values)
-        for message in self._coming(ANSWER_WAIT):
-            if isinstance(message, Ack) and message.seq == number and message.command == kind:
-                if message.result:
-                    raise LinkError(f"{self._port.port}: the board refuses: {frames.RESULTS[message.result]}")
-                return
+    def command(self, kind: int, *values: int, done: Callable[[Sample], bool] = lambda sample: False) -> None:
+        """Sends a command and waits for its answer or for a sample that shows it `done`, and sends it once more where neither
+        comes: either may be lost on the line. Raises `LinkError` if the board does not do it."""
+        for _ in range(ATTEMPTS):
+            number = self._send(kind, *values)
+            for message in self._coming(ANSWER_WAIT):
+                if isinstance(message, Sample) and done(message):
+                    return
+                if isinstance(message, Ack) and message.seq == number and message.command == kind:
+                    if message.result and not (message.result == frames.NOT_NOW and done(self.samples()[-1])):
+                        raise LinkError(f"{self._port.port}: the board refuses: {frames.RESULTS[message.result]}")
+                    return
         raise LinkError(f"{self._port.port}: the board does not answer a command")
+
+    def disarm(self) -> None:
+        """Ends the pulses that drive."""
+        self.command(frames.DISARM, done=lambda sample: sample.state not in (frames.ARMING, frames.ARMED))
 
     def samples(self) -> list[Sample]:
         """The samples of the next `read` that brings any."""
@@ -189,9 +201,9 @@ class Session:
         if sample.state == frames.FAULT:
             raise LinkError(f"{self._port.port}: fault: {faults(sample)}; `rwjax run-experiment --clear` clears it")
         if sample.state != frames.DISARMED:
-            self.command(frames.DISARM)
+            self.disarm()
         self._armed_here = True
-        self.command(frames.ARM, hello.nonce)
+        self.command(frames.ARM, hello.nonce, done=lambda sample: sample.state in (frames.ARMING, frames.ARMED))
         for message in self._coming(4 * hello.arm_ticks):
             if isinstance(message, Sample) and message.state == frames.ARMED:
                 return

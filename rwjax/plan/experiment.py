@@ -64,6 +64,13 @@ class Experiment:
         """The largest command, either way [V]."""
         return abs(self.amplitude) + abs(self.offset)
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """The least and the greatest command [V], 0 V among them."""
+        top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
+        ends = (top, 0.0) if self.kind == "coast-down" else (top, bottom, 0.0)
+        return min(ends), max(ends)
+
     def words(self) -> str:
         """For notes and tables."""
         shape = f"{self.kind}, {self.amplitude:g} V about {self.offset:g} V"

@@ -9,8 +9,11 @@ from pathlib import Path
 import pytest
 
 from experiments.testbed.campaign import RIG, TRUTH, bench
+from firmware.simavr.avr import Avr, build
+from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.link import cli, recorder
+from firmware.simavr.spin import Spin, constant, still
+from rwjax.link import cli, played, recorder
 from tests.boards import need_simavr
 from tests.command import rwjax
 from tests.link.ports import Scripted, stream
@@ -32,6 +35,18 @@ def test_an_experiment_is_played_recorded_and_fitted(
     assert len((tmp_path / "rest.csv").read_text().splitlines()) > 50
     assert rwjax(monkeypatch, "run-experiment", RIG, port, "-o", log, *asked) == 2
     assert capsys.readouterr().err.startswith(f"rwjax: {log}: exists already; a recording never replaces another")
+
+
+def test_an_experiment_that_begins_while_the_rig_moves_says_so(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    need_simavr()
+    monkeypatch.setattr(played, "LONGEST_WAIT", 300)
+    port, log = url(Bench(Avr(build()), Spin(still, constant(900.0)))), tmp_path / "run.csv"
+    assert rwjax(monkeypatch, "run-experiment", RIG, port, "-o", log, "--kind", "square", "--seconds", 1) == 0
+    said = capsys.readouterr()
+    assert said.out == f"{log}\n" and said.err == "note: the rig still moved after a wait of 60 s\n"
+    assert "# start: the rig still moved after a wait of 60 s\n" in log.read_text()
 
 
 def test_a_raw_stream_becomes_a_log(
@@ -110,7 +125,7 @@ def test_ctrl_c_is_the_usual_end_of_a_recording_that_has_begun(
         (("record", "RIG", "loop://", "-o", "OUT.csv", "--seconds", "inf"), "--seconds inf: has to be a finite number"),
         (("decode", "RIG", "."), ".: is a folder; give the path of a raw stream"),
         (("decode", "RIG", "OUT.raw"), "OUT.raw: cannot be read: No such file or directory"),
-        (("monitor", "RIG", "/dev/ttyNOPE"), "/dev/ttyNOPE: cannot be opened: No such file or directory"),
+        (("monitor", "RIG", "/dev/ttyNOPE"), "monitor draws on a terminal, and stderr is none; `rwjax record` writes"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(

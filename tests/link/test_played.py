@@ -17,7 +17,7 @@ from rwjax.plan.files import Plan, Run, write_plan
 from rwjax.rig import read_rig
 from tests.boards import need_simavr
 from tests.command import rwjax
-from tests.link.ports import SAMPLE, Scripted, stream, wire
+from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire, wrapped
 
 ONE = Run("coast", Experiment("coast-down", 2.0, 0.0, 1.0, 3.0), "train", "coasting", (), {"wheel_rad_s": 100.0})
 TWO = Run("square", Experiment("square", 1.5, 0.2, 1.0, 2.0), "validate", "a kind of its own", (), {})
@@ -54,7 +54,7 @@ def test_every_run_of_a_plan_becomes_a_log_of_its_own(
         (
             replace(PLAN, runs=(ONE, replace(TWO, experiment=Experiment("square", 9.0, 2.0, 1.0, 2.0)))),
             (),
-            "PLAN: run `square`: 9 V about 2 V: the pulses reach 10 V; give less",
+            "PLAN: run `square`: 9 V about 2 V: the pulses reach -10 to 10 V; give less",
         ),
         (
             replace(PLAN, runs=(ONE, replace(TWO, experiment=Experiment("square", 1.0, 0.0, 700.0, 2.0)))),
@@ -101,7 +101,82 @@ def test_a_run_waits_until_nothing_has_counted_for_a_second() -> None:
     port = Scripted([*stream(range(1))[:1], *moving, *still])
     session = Session(port)
     played.settle(session)
-    assert len(port.pieces) == 120 - 1 - played.STILL_TICKS
+    assert len(port.pieces) == 120 + 1 - played.STILL_TICKS  # the last count before it is within the dither
+
+
+def test_an_encoder_that_hangs_between_two_counts_is_at_rest_and_one_that_creeps_is_not() -> None:
+    for counts, at_rest in (([0, 1], True), (range(0, 90_000, 1), False), ([0, 2], False)):
+        said = [wire(SAMPLE._replace(tick=k, count_2=counts[k % len(counts)]), k + 1) for k in range(6_100)]
+        session = Session(Scripted([*stream(range(1))[:1], *said]))
+        assert bool(played.at_rest(session)) != at_rest
+
+
+FORTH = replace(ONE, name="forth", reaches={"yaw_rad": 0.3}, way=(-0.3, 0.02))
+AGAIN = replace(FORTH, name="again")
+BACK = replace(FORTH, name="back", way=(-0.02, 0.3))
+
+
+@pytest.mark.parametrize(("second", "plays"), [(AGAIN, False), (BACK, True), (replace(AGAIN, way=None), False)])
+def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], second: Run, plays: bool
+) -> None:
+    need_simavr()
+    (tmp_path / "plan").mkdir()
+    write_plan(tmp_path / "plan", replace(PLAN, limits={"yaw_rad": 0.31}, runs=(FORTH, second)))
+    port, logs = url(bench(TRUTH)), tmp_path / "logs"
+    status = rwjax(monkeypatch, "run-experiment", RIG, port, "--plan", tmp_path / "plan", "-o", logs)
+    angle = read_log(logs / "forth.csv", read_rig(RIG)).outputs["yaw_rad"]
+    assert angle[-1] - angle[0] < -0.01  # so far from where it began
+    error = capsys.readouterr().err
+    if plays:
+        assert status == 0 and (logs / f"{second.name}.csv").exists(), error
+    else:
+        assert status == 2 and error.startswith("rwjax: run `again`: the axis stands -0.") and error.count("\n") == 1
+        assert error.endswith("beyond the 0.31 of the plan; bring it back there and go on with --run again\n")
+        assert {path.name for path in logs.iterdir()} == {"forth.csv", "forth.raw", "forth.notes"}
+
+
+def test_what_a_run_needs_from_the_middle_is_its_plans_care() -> None:
+    wide = replace(ONE, reaches={"yaw_rad": 0.5})
+    played.check_travel(wide, 0.0, 0.4, "")
+    with pytest.raises(LinkError, match="the axis stands 0.01 rad from where the plan began, and would go on to 0.51"):
+        played.check_travel(wide, 0.01, 0.4, "")
+
+
+def resting(count: int, nonce: int) -> Session:
+    said = [wire(SAMPLE._replace(tick=k, count_1=wrapped(count)), k + 1) for k in range(200)]
+    return Session(Scripted([wire(HELLO._replace(nonce=nonce), 0), *said]))
+
+
+def test_the_place_of_the_axis_is_followed_through_boards_that_start_anew() -> None:
+    place = played.Place(0, 0.001)
+    seen = []
+    for count, nonce in ((2**31 - 50, 7), (2**31 + 250, 7), (0, 8), (-400, 8), (20, 9)):
+        place.look(resting(count, nonce))
+        seen.append(place.angle)
+    assert seen == pytest.approx([0.0, 0.3, 0.3, -0.1, -0.08])
+
+
+def test_where_travel_is_limited_a_rig_that_does_not_come_to_rest_is_not_driven() -> None:
+    said = [wire(SAMPLE._replace(tick=k, count_1=5 * k), k + 1) for k in range(6_100)]
+    port = Scripted([*stream(range(1))[:1], *said])
+    (task,) = played.of_plan(replace(PLAN, limits={"yaw_rad": 0.3}, runs=(FORTH,)), read_rig(RIG))
+    with pytest.raises(LinkError, match="the rig still moves after 60 s, and its travel is limited"):
+        task.ready(Session(port))
+    assert frames.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
+
+
+def test_a_board_whose_esc_turns_one_way_refuses_a_plan_that_reverses(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port, folder = Scripted(stream(range(200), HELLO._replace(pulse_min=3000))), tmp_path / "plan"
+    monkeypatch.setattr(recorder, "open_port", lambda _: port)
+    monkeypatch.setattr(played, "open_port", lambda _: port)
+    folder.mkdir()
+    write_plan(folder, PLAN)
+    assert rwjax(monkeypatch, "run-experiment", RIG, "port", "--plan", folder, "-o", tmp_path / "logs") == 2
+    said = "run `square`: 1.5 V about 0.2 V: the pulses reach 0 to 10 V; this ESC turns one way: add an offset"
+    assert capsys.readouterr().err == f"rwjax: {said}\n" and not (tmp_path / "logs").exists()
 
 
 def test_a_leftover_of_any_run_is_met_before_the_first_is_played(

@@ -18,7 +18,7 @@ from scipy.linalg import expm
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.avr import F_CPU
 from firmware.simavr.bench import Bench
-from firmware.simavr.protocol_simavr import url
+from firmware.simavr.protocol_simavr import Serial, url
 from rwjax.errors import InputError
 from rwjax.link import frames, recorder
 from rwjax.link.recorder import Raw, listen, play, record, to_play
@@ -89,6 +89,44 @@ def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -
         record(url(bench(TRUTH)), rig, tmp_path / f"{name}.csv", {}, play(SQUARE, rig))
     assert (tmp_path / "a.raw").read_bytes() == (tmp_path / "b.raw").read_bytes()
     assert len((tmp_path / "a.raw").read_bytes()) > 10_000
+
+
+def test_a_run_is_whole_though_every_answer_is_lost(
+    testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    whole = frames.message
+    monkeypatch.setattr(frames, "message", lambda frame: None if frame.type == 0x83 else whole(frame))
+    rig = read_rig(RIG)
+    done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
+    assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
+
+
+@pytest.mark.parametrize("kind", [frames.ARM, frames.PLAY, frames.DISARM])
+def test_a_command_that_is_lost_is_sent_once_more(
+    testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: int
+) -> None:
+    sent, write = [], Serial.write
+
+    def lossy(port: Serial, data: bytes) -> int:
+        kinds = [frame.type for frame in frames.Decoder().feed(data)]
+        sent.extend(kinds)
+        return len(data) if kinds == [kind] and sent.count(kind) == 1 else write(port, data)
+
+    monkeypatch.setattr(Serial, "write", lossy)
+    rig = read_rig(RIG)
+    done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
+    assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
+    assert sent.count(kind) == (3 if kind == frames.DISARM else 2)  # the last DISARM leaves
+
+
+def test_a_board_that_is_disarmed_meanwhile_is_said_to_be(testbed: Bench, tmp_path: Path) -> None:
+    def meddling(session: Session, sample: frames.Sample) -> None:
+        if sample.playing and sample.state == frames.ARMED:
+            session._send(frames.DISARM)
+
+    rig = read_rig(RIG)
+    done = record(url(testbed), rig, tmp_path / "run.csv", {}, play(SQUARE, rig), meddling)
+    assert str(done.failure) == "the board has stopped the experiment: it is disarmed"
 
 
 def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
@@ -165,10 +203,10 @@ def test_a_second_ctrl_c_does_not_cost_the_log(scripted, monkeypatch: pytest.Mon
 
 
 def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -> None:
-    again = stream(range(50), HELLO._replace(nonce=8))
+    again = stream(range(50), HELLO._replace(nonce=8, reset_cause=8))
     port = scripted(Scripted([*stream(range(100)), *again]))
     done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
-    assert str(done.failure).endswith("the board has started anew in the middle of the session")
+    assert str(done.failure).endswith("has started anew in the middle of the session (cause: the watchdog)")
     kinds = [frame.type for frame in frames.Decoder().feed(port.written)]
     assert kinds[-1] == frames.DISARM and frames.ARM not in kinds
 
@@ -251,9 +289,9 @@ def _paths() -> dict[str, str]:
 @pytest.mark.parametrize(
     ("experiment", "said"),
     [
-        (Experiment("square", 9.0, 2.0, 1.0, 1.0), "9 V about 2 V: the pulses reach 10 V; give less"),
-        (Experiment("square", math.nan, 0.0, 1.0, 1.0), "nan V about 0 V: the pulses reach 10 V; give less"),
-        (Experiment("square", 1e308, 0.0, 1.0, 1.0), "the pulses reach 10 V; give less"),
+        (Experiment("square", 9.0, 2.0, 1.0, 1.0), "9 V about 2 V: the pulses reach -10 to 10 V; give less"),
+        (Experiment("square", math.nan, 0.0, 1.0, 1.0), "nan V about 0 V: the pulses reach -10 to 10 V; give less"),
+        (Experiment("square", 1e308, 0.0, 1.0, 1.0), "the pulses reach -10 to 10 V; give less"),
         (Experiment("square", 1.0, 0.0, math.inf, 1.0), "a period of inf s: has to lie between 0.04 and 655 s"),
         (Experiment("square", 1.0, 0.0, 0.01, 1.0), "a period of 0.01 s: has to lie between 0.04 and 655 s"),
         (Experiment("square", 1.0, 0.0, 1.0, 4000.0), "a length of 4000 s: has to lie between 0.01 and 3600 s"),
@@ -269,8 +307,19 @@ def test_an_esc_that_turns_one_way_has_the_whole_span() -> None:
     assert rig.pwm
     one_way = replace(rig, pwm=rig.pwm._replace(neutral_us=1000.0))
     assert to_play(Experiment("square", 9.0, 10.0, 1.0, 1.0), one_way)[2:4] == (900, 1000)
-    with pytest.raises(LinkError, match="the pulses reach 20 V"):
+    with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; give less"):
         to_play(Experiment("square", 11.0, 10.0, 1.0, 1.0), one_way)
+    for reverses in (Experiment("square", 2.0, 1.5, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
+        with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; this ESC turns one way: add an offset"):
+            to_play(reverses, one_way)
+    assert to_play(Experiment("coast-down", 1.0, 0.0, 1.0, 1.0), one_way)[2:4] == (100, 0)
+
+
+def test_an_esc_that_by_its_board_turns_one_way_is_not_armed_for_a_reversal(scripted, tmp_path: Path) -> None:
+    port, rig = scripted(Scripted(stream(range(200), HELLO._replace(pulse_min=3000)))), read_rig(RIG)
+    done = record("port", rig, tmp_path / "run.csv", {}, play(SQUARE, rig))
+    assert "2 V about 0 V: the pulses reach 0 to 10 V; this ESC turns one way: add an offset" in str(done.failure)
+    assert frames.ARM not in {frame.type for frame in frames.Decoder().feed(port.written)}
 
 
 def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:
