@@ -5,6 +5,7 @@ computation stands in `Clockwork`.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -16,16 +17,18 @@ from jaxtyping import Array, Float
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import linearised, transfer
 from rwjax.effects import BY_NAME
-from rwjax.effects.ports import AxisDry, AxisElastic, CommandDelay, CommandFilter, EncoderDelay, WheelDry
+from rwjax.effects.axis import PeriodicTorque
+from rwjax.effects.ports import AxisElastic, CommandDelay, CommandFilter, Coupling, EncoderDelay
+from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
 from rwjax.plant import Structure, friction_level
 from rwjax.rig import Rig
 from rwjax.simulate import one_axis_plant_of
-from rwjax.step import propagator, step
+from rwjax.step import propagator, step, with_friction
 from rwjax.types import Scalar
 
-FARTHEST = 1e6
-"""V beyond which no command is looked for."""
+LEAST, FARTHEST, COMMANDS = 1e-6, 1e6, 600
+"""V between which a command is looked for, and how many are tried: what a drive gives may fall again with more of it."""
 
 
 class Controller(NamedTuple):
@@ -158,10 +161,12 @@ def run_rig(
 
 def without_lags(rig: Rig) -> None:
     """Raises `InputError` for a rig with a delay, a lag or a rate limit, which neither loops nor manoeuvres have."""
-    lags = (CommandDelay, CommandFilter, EncoderDelay)
-    if late := [name for name in rig.effects if issubclass(BY_NAME[name], lags)]:
+    delays, lags = (CommandDelay, EncoderDelay), (CommandFilter,)
+    if late := [name for name in rig.effects if issubclass(BY_NAME[name], (*delays, *lags))]:
+        own = "; `sweep` and `tune` take a delay of up to one period as --late"
         raise InputError(
-            f"`{late[0]}`: no such effect is simulated here; leave it out, a loop takes a delay of its own"
+            f"`{late[0]}`: delays, lags and rate limits are not simulated here, leave it out"
+            f"{own if issubclass(BY_NAME[late[0]], delays) else ''}"
         )
 
 
@@ -175,31 +180,54 @@ def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
     return structure, jnp.asarray(theta_of(rig, structure)), float(np.sign(transfer(linearised(rig)).num[0]))
 
 
+def settled(rig: Rig) -> tuple[Structure, Float[Array, " p"]]:
+    """Structure and parameter vector of a rig whose currents and couplings have settled, without what comes and goes: its
+    inductance, couplings, ripple and periodic torque left out."""
+    gone = (Coupling, Cogging, PeriodicTorque)
+    numbers = {name: value for name, value in rig.numbers.items() if name != "motor.inductance"}
+    effects = {name: given for name, given in rig.effects.items() if not issubclass(BY_NAME[name], gone)}
+    still = replace(rig, numbers=numbers, effects=effects)
+    structure = structure_of(still)
+    return structure, jnp.asarray(theta_of(still, structure))
+
+
+@partial(jax.jit, static_argnums=0)
+def _spare(structure: Structure, theta: Float[Array, " p"], commands: Float[Array, " c"]) -> Float[Array, " c"]:
+    """Torque [N m] on the axis at rest at 0 beyond what friction holds against turning forward, by commands."""
+    plant, zero, w = one_axis_plant_of(structure, theta), jnp.zeros(()), structure.states.index("w")
+    elastic = [f"{effect.name}:z" for effect in plant.on(AxisElastic)]  # before it slides, all of it is built up
+    rest = tuple(jnp.ones(()) if name in elastic else zero for name in structure.states)
+
+    def one(command: Scalar) -> Scalar:
+        volts = plant.act(command)
+        rates, torques = with_friction(plant, zero, rest, volts, rest)
+        for (body, dry), (free, _) in zip(plant.bodies(), torques, strict=True):
+            if body.rate == w:
+                return free - friction_level(dry, plant.motion(zero, rest, volts), 1.0)
+        return rates[w] * plant.numbers["axis.inertia"]
+
+    return jax.vmap(one)(commands)
+
+
 def breakaway(rig: Rig) -> float:
-    """Command [V] at which the axis of a rig at rest breaks loose towards positive angles, its wheel standing: what to feed
-    forward against dry friction, the wheel's included, and a dead zone.
+    """Command [V] at which the axis of a rig at rest at angle 0 breaks loose towards positive angles, its wheel standing: what to
+    feed forward against dry friction, the wheel's included, a load and a dead zone; 0 where the load alone turns it that way.
+    Friction that grows with the drive's torque, a limited current and what else the plant has count; as the run begins.
 
     Raises `InputError` as `linearised` does, and where the drive never gives so much.
     """
     sign = float(np.sign(transfer(linearised(rig)).num[0]))
-    structure, theta = structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig)))
-    plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
-    rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
-    on_axis = [e for e in plant.effects if isinstance(e, AxisDry | AxisElastic)]
-    on_wheel = [e for e in plant.effects if isinstance(e, WheelDry)]
-    needed = float(friction_level(on_axis, rest, 1.0) + friction_level(on_wheel, rest, -1.0))
-    n = rig.values
-    per_volt = n["drive.gain"] if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
-
-    def given(command: float) -> float:
-        return abs(per_volt) * sign * float(plant.act(jnp.asarray(sign * command)))
-
-    low, high = 0.0, 1.0
-    while given(high) < needed and high < FARTHEST:
-        high *= 2.0
-    if given(high) < needed:
-        raise InputError(f"the drive never gives the {needed:.3g} N m at which the axis breaks loose")
-    for _ in range(50):  # the drive's map rises with the command
+    structure, theta = settled(rig)
+    commands = np.append(0.0, np.geomspace(LEAST, FARTHEST, COMMANDS))
+    spare = np.asarray(_spare(structure, theta, jnp.asarray(sign * commands)))
+    if not np.any(spare > 0.0):
+        raise InputError(
+            f"the drive never gives the torque at which the axis breaks loose; at its most {-np.max(spare):.3g} N m are missing"
+        )
+    first = int(np.argmax(spare > 0.0))
+    low, high = commands[max(first - 1, 0)], commands[first]
+    for _ in range(50):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if given(middle) > needed else (middle, high)
-    return low
+        enough = float(_spare(structure, theta, jnp.asarray([sign * middle]))[0]) > 0.0
+        low, high = (low, middle) if enough else (middle, high)
+    return float(low)

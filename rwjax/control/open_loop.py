@@ -15,7 +15,8 @@ from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
 from rwjax.build import structure_of, theta_of
-from rwjax.control.closed_loop import holding, without_lags
+from rwjax.control.closed_loop import holding, settled, without_lags
+from rwjax.effects.ports import CurrentLimit, WheelDry
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
 from rwjax.rig import Rig
@@ -29,6 +30,9 @@ STEPS = 10
 REACHED = 1e-4
 """Largest violation of a condition, in its own scale, at which a manoeuvre counts as possible."""
 SPARE = 0.9
+COMMANDS = 201
+"""Commands up to the limit among which the one of the largest torque is looked for."""
+RATES = 60
 LONGER = (1.0, 1.4)
 """Durations from which the search begins, over the guessed one, until one ends well."""
 PATIENCE = {"maxiter": 200, "ftol": 1e-6}
@@ -127,23 +131,77 @@ def check(rig: Rig, limits: Limits) -> None:
             raise InputError(f"limit `{name}` {value:g}: has to be positive")
 
 
+class Push(NamedTuple):
+    """Largest `torque` [N m] that speeds the wheel up at a rate, and whether the current is what limits it."""
+
+    torque: float
+    by_current: bool
+
+
+def push_at(rig: Rig, limits: Limits, rate: float) -> Push:
+    """What the plant's motor gives at a rate of the wheel [rad/s] within the limits of voltage and current, in the direction in
+    which that is less: the drive's and the motor's effects and the wheel's friction included, as the run begins."""
+    structure, theta = settled(rig)
+    torque, by_current = _pushes(
+        structure, theta, jnp.asarray(limits.volts), jnp.asarray(limits.amps), jnp.asarray(rate)
+    )
+    way = int(np.argmin(torque))
+    return Push(float(torque[way]), bool(by_current[way]))
+
+
+@partial(jax.jit, static_argnums=0)
+def _pushes(
+    structure: Structure, theta: Float[Array, " p"], volts: Scalar, amps: Scalar, rate: Scalar
+) -> tuple[Array, Array]:
+    """`push_at` forward and backward, each with the best of `COMMANDS` commands: more of them may give less."""
+    plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
+
+    def one(way: float, command: Scalar) -> tuple[Array, Array]:
+        x = tuple(way * rate if name == "Omega" else zero for name in structure.states)
+        m = plant.motion(zero, x, plant.act(way * command))
+        most = jnp.stack([amps, *(effect.limit() for effect in plant.on(CurrentLimit))]).min()
+        held = m._replace(i=jnp.clip(m.i, -amps, amps))
+        torque = way * plant.wheel_torque(held) - friction_level(plant.on(WheelDry), held, way)
+        return torque, jnp.abs(m.i) >= most * (1.0 - 1e-9)
+
+    commands = volts * jnp.linspace(0.0, 1.0, COMMANDS)
+    torque, by_current = (
+        jnp.stack(x) for x in zip(*(jax.vmap(partial(one, w))(commands) for w in (1.0, -1.0)), strict=True)
+    )
+    best = jnp.argmax(torque, axis=1, keepdims=True)
+    return jnp.take_along_axis(torque, best, 1)[:, 0], jnp.take_along_axis(by_current, best, 1)[:, 0]
+
+
 def torque_at(rig: Rig, limits: Limits, rate: float) -> float:
     """Torque that the motor has at a rate of the wheel within the limits of voltage and current [N m]."""
-    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
-    b = rig.values.get("motor.friction", 0.0)
-    return K * min(limits.amps, (limits.volts - K * rate) / R) - b * rate
+    return push_at(rig, limits, rate).torque
 
 
 def fastest_rate(rig: Rig, limits: Limits) -> float:
     """Rate that the wheel reaches in the end within the limits [rad/s]."""
-    return min(limits.top, limits.volts / float(holding(rig.values)))
+    structure, theta = settled(rig)
+    rates = np.append(0.0, np.geomspace(1e-3, 1e6, RATES))
+    for _ in range(7):
+        least = np.min(
+            _at_rates(structure, theta, *(jnp.asarray(v) for v in (limits.volts, limits.amps, rates))), axis=1
+        )
+        last = max(int(np.argmax(least <= 0.0)) - 1, 0)  # no torque is left at a million rad/s
+        rates = np.linspace(rates[last], rates[last + 1], RATES)
+    return min(limits.top, float(rates[0]))
+
+
+@partial(jax.jit, static_argnums=0)
+def _at_rates(
+    structure: Structure, theta: Float[Array, " p"], volts: Scalar, amps: Scalar, rates: Float[Array, " r"]
+) -> Float[Array, "r 2"]:
+    return jax.vmap(lambda rate: _pushes(structure, theta, volts, amps, rate)[0])(rates)
 
 
 def usable_rate(rig: Rig, limits: Limits) -> float:
     """Rate of the wheel [rad/s] that a design counts on: where no rate is given, `SPARE` of what the voltage reaches, since
     no torque is left there. Raises `InputError` where none is left at the given one either."""
     rate = min(limits.top, SPARE * fastest_rate(rig, limits._replace(top=np.inf)))
-    if torque_at(rig, limits, rate) <= 0.0:
+    if not (rate > 0.0 and torque_at(rig, limits, rate) > 0.0):
         raise InputError(f"no torque is left at a wheel rate of {rate:g} rad/s; raise the voltage or the current")
     return rate
 

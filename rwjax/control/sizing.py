@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from rwjax.control.open_loop import Limits, check, steady, torque_at, usable_rate
+from rwjax.control.open_loop import Limits, check, push_at, steady, usable_rate
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque
 from rwjax.errors import InputError
 from rwjax.plant import Structure, friction_level
@@ -18,9 +18,10 @@ from rwjax.types import Scalar
 
 ALUMINIUM = 2700.0  # kg/m3
 RATES, ANGLES = 201, 61  # at which friction and load are looked at
+ROUNDS = 2000  # at most, in which the torque needed settles where friction grows with it
 LIMITS = ("current", "voltage", "wheel rate", "friction")
-"""What may bind: the torque that the current or the voltage leaves, the largest rate of the wheel (of the drive's voltage where no
-rate was given), and an axis that friction stops before the angle is reached."""
+"""What may bind: the torque that the current or the voltage leaves, the largest rate of the wheel (`voltage` where that does not reach
+the given one), and an axis that friction stops before the angle is reached."""
 
 
 class Ring(NamedTuple):
@@ -81,13 +82,18 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
             raise InputError(f"{name} {value:g}: has to be a positive number")
     I, J = rig.values["axis.inertia"], np.asarray(inertia, float)
     top = usable_rate(rig, limits)
-    torque = torque_at(rig, limits, top)
-    weak = 0 if torque_at(rig, limits._replace(volts=np.inf), top) <= torque else 1
-    M, m = resistance(rig, angle, 2.0 * angle / seconds)
-    needs_torque, needs_momentum = _needed(I, float(M), float(m), angle, seconds)
+    torque, by_current = push_at(rig, limits, top)
+    weak, held = (0 if by_current else 1), (2 if top == limits.top else 1)
+    needs_torque, needs_momentum = 0.0, 0.0
+    for _ in range(ROUNDS):  # friction may grow with the torque, by less than that
+        M, m = resistance(rig, angle, 2.0 * angle / seconds, needs_torque)
+        before = needs_torque
+        needs_torque, needs_momentum = _needed(I, float(M), float(m), angle, seconds)
+        if abs(needs_torque - before) <= 1e-12 * needs_torque:
+            break
     # the axis takes no more than the wheel's momentum, nor what the torque gives it over the whole angle
     fastest = np.minimum(J * top / I, np.sqrt(2.0 * angle * torque / I))
-    M, m = resistance(rig, angle, fastest)
+    M, m = resistance(rig, angle, fastest, torque)
     moves = torque > M
     M, m = np.where(moves, M, 0.0), np.where(moves, m, 0.0)
     gains, loses, slows = (torque - M) / I, (torque + m) / I, M / I
@@ -105,7 +111,7 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
     reached = moves & ~turns & (inside >= 0.0) & (hold >= 0.0) & (w >= slows * np.nan_to_num(hold))
     time = np.where(turns, peak / gains + peak / loses, np.inf)
     time = np.where(reached, ramp + hold + (w - slows * hold) / loses, time)
-    limit = np.where(turns | ~moves, weak, np.where(reached, 2, 3))
+    limit = np.where(turns | ~moves, weak, np.where(reached, held, 3))
     return Size(J * top, torque, needs_momentum, needs_torque, time, limit)
 
 
@@ -117,12 +123,16 @@ def _needed(I: float, M: float, m: float, angle: float, seconds: float) -> tuple
     return torque, float(torque * seconds * (torque + m) / (2.0 * torque + m - M))
 
 
-def resistance(rig: Rig, angle: float, rate: Float[np.ndarray, "..."] | float) -> tuple[np.ndarray, np.ndarray]:
-    """Most and least torque [N m] of friction and load against an axis that turns from rest through `angle` [rad], either way, and
-    no faster than `rate` [rad/s] (…)."""
+def resistance(
+    rig: Rig, angle: float, rate: Float[np.ndarray, "..."] | float, drive: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Most and least torque [N m] of friction and load against an axis that turns from rest through `angle` [rad], either way, no
+    faster than `rate` [rad/s] (…), driven or braked by the torque `drive` [N m]."""
     structure, theta, still = steady(rig)
     rates = np.linspace(0.0, float(np.max(rate)), RATES)
-    both = np.asarray(_against(structure, theta, still, jnp.linspace(0.0, angle, ANGLES), jnp.asarray(rates)))
+    both = np.asarray(
+        _against(structure, theta, still, jnp.linspace(0.0, angle, ANGLES), jnp.asarray(rates), jnp.asarray(drive))
+    )
     upto = np.searchsorted(rates, np.asarray(rate) * (1.0 - 1e-12)).clip(max=RATES - 1)
     most, least = np.maximum.accumulate(both.max(axis=(0, 2))), np.minimum.accumulate(both.min(axis=(0, 2)))
     return np.asarray(most[upto]), np.asarray(least[upto])
@@ -135,6 +145,7 @@ def _against(
     still: Float[Array, " n"],
     angles: Float[Array, " a"],
     rates: Float[Array, " r"],
+    drive: Scalar,
 ) -> Float[Array, "2 r a"]:
     """Torque against the axis forward and backward."""
     plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
@@ -145,7 +156,7 @@ def _against(
     def one(way: float, turned: Scalar, rate: Scalar) -> Scalar:
         m = plant.motion(zero, tuple(still.at[psi].set(way * turned).at[w].set(way * rate)), zero)
         torque = sum((effect.torque(m) for effect in smooth), start=zero)
-        return friction_level(dry, m._replace(load=torque), way) - way * torque
+        return friction_level(dry, m._replace(load=drive), way) - way * torque
 
     ways = [jax.vmap(jax.vmap(partial(one, way), (0, None)), (None, 0))(angles, rates) for way in (1.0, -1.0)]
     return jnp.stack(ways)

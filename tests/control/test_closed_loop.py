@@ -122,8 +122,29 @@ GAIN = 0.0182 / 0.83  # N m/V
         (f'{FREE_TEXT}\n[effects."axis.asymmetric_friction"]\nM_c = 0.05\nd = 0.02', 0.07 / 0.4),
         ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."wheel.coulomb"]\nM_c = 0.002', 0.012 / GAIN),
         ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."drive.bias"]\nu_b = 0.1', 0.01 / GAIN + 0.1),
+        # mu of the drive's own torque is held besides: T = 0.01 + 0.5 T
+        ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."axis.load_friction"]\nmu = 0.5', 0.02 / GAIN),
+        ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."axis.bias_torque"]\nT = 0.005', 0.005 / GAIN),
+        ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."axis.bias_torque"]\nT = -0.005', 0.015 / GAIN),
+        ('[effects."axis.coulomb"]\nM_c = 0.01\n[effects."axis.bias_torque"]\nT = 0.02', 0.0),
+        (
+            f"{FREE_TEXT}\n[axis.friction]\ncoulomb = 0.05\n[axis.gravity]\ntorque = 0.1\nangle = 0.3",
+            (0.05 + 0.1 * np.sin(0.3)) / 0.4,
+        ),
+        # K i/(1 + a i^2) = 0.01 has the smaller root i
+        (
+            '[effects."axis.coulomb"]\nM_c = 0.01\n[effects."motor.saturation"]\na = 0.5',
+            0.83 * (0.0182 - np.sqrt(0.0182**2 - 4.0 * 0.5 * 0.01**2)) / (2.0 * 0.5 * 0.01),
+        ),
+        (
+            '[effects."axis.coulomb"]\nM_c = 0.01\n[effects."axis.flexible_coupling"]\ns = 0.3\nk = 40.0\nc = 0.2',
+            0.01 / GAIN,
+        ),
     ],
-    ids=["backward", "presliding", "asymmetric", "wheel", "bias"],
+    ids=[
+        *("backward", "presliding", "asymmetric", "wheel", "bias", "load friction", "helped", "hindered", "moved"),
+        *("gravity", "saturation", "coupling"),
+    ],
 )
 def test_what_breaks_loose_is_what_is_held(text: str, volts: float) -> None:
     assert breakaway(parse_rig(text if text.startswith("kind") else f"{TESTBED_TEXT}\n{text}")) == pytest.approx(volts)
@@ -131,13 +152,19 @@ def test_what_breaks_loose_is_what_is_held(text: str, volts: float) -> None:
 
 def test_a_drive_too_weak_to_break_loose_is_said() -> None:
     weak = f'{FREE_TEXT}\n[axis.friction]\ncoulomb = 0.05\n[effects."drive.saturation"]\nu_m = 0.1'
-    with pytest.raises(InputError, match=r"never gives the 0\.05 N m"):
+    with pytest.raises(InputError, match=r"never gives the torque .*; at its most 0\.01 N m are missing"):
         breakaway(parse_rig(weak))
+    limited = '[effects."axis.coulomb"]\nM_c = 0.02\n[effects."motor.current_limit"]\ni_m = 0.6'
+    with pytest.raises(InputError, match=r"never gives the torque .*; at its most 0\.00908 N m are missing"):
+        breakaway(parse_rig(f"{TESTBED_TEXT}\n{limited}"))  # 0.02 - 0.0182 * 0.6
 
 
 def test_what_the_loop_does_not_have_is_refused() -> None:
     lag = FREE_TEXT + '\n[effects."drive.lag"]\nT = 0.1'
-    with pytest.raises(InputError, match=r"drive\.lag"):
+    with pytest.raises(InputError, match=r"`drive\.lag`: .* leave it out$"):
         run_rig(parse_rig(lag), Controller(kp=1.0), STEP)
+    late = FREE_TEXT + '\n[effects."drive.delay"]\ntau = 0.1'
+    with pytest.raises(InputError, match=r"`drive\.delay`: .* leave it out; .* up to one period as --late$"):
+        run_rig(parse_rig(late), Controller(kp=1.0), STEP)
     with pytest.raises(InputError, match="no state `Omega`; this rig has psi, w"):
         run_rig(FREE, Controller(kp=1.0), STEP, Omega=3.0)

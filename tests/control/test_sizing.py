@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 from rwjax import parse_rig
-from rwjax.control.open_loop import Limits
+from rwjax.control.open_loop import Limits, torque_at, usable_rate
 from rwjax.control.sizing import LIMITS, Ring, resistance, size, slew_time
 from rwjax.control.slew import slew
 from rwjax.errors import InputError
@@ -63,7 +63,9 @@ def test_relief_of_the_limit_that_binds_helps(
     if binds in more:
         assert times[binds] < float(found.time[0])
         other = "voltage" if binds == "current" else "current"
-        assert times[other] == pytest.approx(float(found.time[0]), rel=1e-9)
+        top = usable_rate(rig(friction), limits)
+        if top == TOP:  # else voltage holds the wheel's rate, and the current may hold its torque
+            assert times[other] == pytest.approx(float(found.time[0]), rel=1e-9)
     else:
         faster = size(rig(friction), np.array([1.01 * J]), angle, 5.0, limits)  # of more momentum at the same top
         assert float(faster.time[0]) < float(found.time[0])
@@ -78,12 +80,73 @@ def test_the_plant_does_it_in_the_time_of_the_budget(J: float) -> None:
 
 def test_all_that_resists_is_counted() -> None:
     rates = np.array([0.0, 0.5, 1.0])
-    most, least = resistance(rig(0.01, more="viscous = 0.02"), 1.0, rates)
+    most, least = resistance(rig(0.01, more="viscous = 0.02"), 1.0, rates, 0.03)
     assert most == pytest.approx(0.01 + 0.02 * rates) and least == pytest.approx(np.full(3, 0.01))
-    most, least = resistance(rig(0.01, more='[effects."axis.bias_torque"]\nT = 0.004'), 1.0, rates)
+    most, least = resistance(rig(0.01, more='[effects."axis.bias_torque"]\nT = 0.004'), 1.0, rates, 0.03)
     assert most == pytest.approx(np.full(3, 0.014)) and least == pytest.approx(np.full(3, 0.006))
-    most, _ = resistance(rig(0.01, more='[effects."axis.spring"]\nk = 0.01\nT_0 = 0.0'), 0.7, 1.0)
+    most, _ = resistance(rig(0.01, more='[effects."axis.spring"]\nk = 0.01\nT_0 = 0.0'), 0.7, 1.0, 0.03)
     assert most == pytest.approx(0.017)
+    most, least = resistance(rig(0.01, more=LOADED), 1.0, rates, 0.03)  # of the drive's torque, not of a load
+    assert most == pytest.approx(np.full(3, 0.01 + 0.3 * 0.03)) and least == pytest.approx(most)
+
+
+LOADED = '[effects."axis.load_friction"]\nmu = 0.3'
+
+
+def test_friction_that_grows_with_the_drive_s_torque_is_in_the_budget() -> None:
+    limits, angle, seconds = Limits(20.0, 3.0, TOP), np.radians(25.0), 2.0
+    loaded, J = rig(0.005, more=LOADED), np.array([4e-4])
+    found = size(loaded, J, angle, seconds, limits)
+    torque, resists = 3.0 * K, 0.005 + 0.3 * 3.0 * K
+    gains, loses = (torque - resists) / I, (torque + resists) / I
+    assert found.time[0] == pytest.approx(np.sqrt(2.0 * angle * (1.0 / gains + 1.0 / loses)))
+    exactly = size(loaded, np.array([1.0]), angle, seconds, Limits(1e3, found.needs_torque / K, 1.0))
+    assert exactly.time[0] == pytest.approx(seconds)
+    assert slew(loaded, angle, limits).time <= 1.01 * float(
+        size(loaded, np.array([1.24e-4]), angle, seconds, limits).time[0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("effect", "torque"),
+    [
+        ('"motor.current_limit"]\ni_m = 0.6', K * 0.6),
+        ('"drive.saturation"]\nu_m = 6.0', K * (6.0 - K * 200.0) / R),
+        ('"drive.asymmetric_gain"]\na = 0.5', K * (5.0 - K * 200.0) / R),  # in the weaker direction
+        ('"motor.saturation"]\na = 0.04', K * 3.0 / (1.0 + 0.04 * 9.0)),
+        ('"motor.saturation"]\na = 0.25', K * 2.0 / (1.0 + 0.25 * 4.0)),  # of 2 A there is more than of 3 A
+        ('"wheel.drag"]\nc = 1e-7', K * 3.0 - 1e-7 * 200.0**2),
+        ('"wheel.coulomb"]\nM_c = 0.002', K * 3.0 - 0.002),
+    ],
+)
+def test_the_torque_is_what_the_plant_has(effect: str, torque: float) -> None:
+    assert torque_at(rig(0.01, more=f"[effects.{effect}"), Limits(10.0, 3.0), 200.0) == pytest.approx(torque, rel=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("effect", "instead", "binds"),
+    [
+        ('"motor.current_limit"]\ni_m = 0.6', {"amps": 0.6}, "current"),
+        ('"drive.saturation"]\nu_m = 6.0', {"volts": 6.0}, "voltage"),
+    ],
+)
+def test_a_limit_of_the_rig_is_one_of_the_budget(effect: str, instead: dict[str, float], binds: str) -> None:
+    limits, J, angle = Limits(10.0, 3.0, TOP), np.array([4e-4]), np.radians(20.0)
+    own = size(rig(0.003, more=f"[effects.{effect}"), J, angle, 5.0, limits)
+    given = size(rig(0.003), J, angle, 5.0, limits._replace(**instead))
+    assert own.time[0] == pytest.approx(given.time[0], rel=1e-3) and own.momentum[0] == pytest.approx(
+        given.momentum[0], rel=1e-3
+    )
+    assert own.limit[0] == given.limit[0] and LIMITS[own.limit[0]] == binds
+
+
+@pytest.mark.parametrize(("top", "binds"), [(300.0, "wheel rate"), (1e4, "voltage"), (np.inf, "voltage")])
+def test_a_rate_that_the_voltage_does_not_reach_does_not_bind(top: float, binds: str) -> None:
+    limits, J, angle = Limits(10.0, 3.0, top), np.array([4e-5]), np.radians(60.0)
+    found = size(rig(0.0005), J, angle, 5.0, limits)
+    assert LIMITS[found.limit[0]] == binds
+    relieved = {"wheel rate": limits._replace(top=1.1 * top), "voltage": limits._replace(volts=11.0)}[binds]
+    assert size(rig(0.0005), J, angle, 5.0, relieved).time[0] < found.time[0]
 
 
 def test_no_slew_takes_longer_than_the_budget() -> None:

@@ -48,12 +48,19 @@ def test_the_wheel_s_fastest_rate_is_seen() -> None:
     assert float(step_response(run, 0.3, 0.01).fastest) == pytest.approx(float(jnp.max(jnp.abs(run.wheel))))
 
 
+WITH = {
+    "with a dead zone": {"drive.deadzone": {"u_0": 0.3, "j": 0.0}},
+    "with friction that grows with the load": {"axis.load_friction": {"mu": 0.4}},
+    "with a load": {"axis.bias_torque": {"T": -0.007}},
+}
+
+
 @pytest.mark.parametrize("share, moves", [(0.999, False), (1.001, True)])
-@pytest.mark.parametrize("kind", ["platform", "reaction", "with a dead zone"])
+@pytest.mark.parametrize("kind", ["platform", "reaction", *WITH])
 def test_breakaway_is_where_the_axis_lets_go(kind: str, share: float, moves: bool) -> None:
     friction = "coulomb = 0.01\nstatic = 0.015\nstribeck_velocity = 0.1"
     rig = reaction(friction) if kind == "reaction" else platform(friction)
-    rig = replace(rig, effects={"drive.deadzone": {"u_0": 0.3, "j": 0.0}}) if kind == "with a dead zone" else rig
+    rig = replace(rig, effects=WITH.get(kind, {}))
     push = Controller(0.0, forward=share * breakaway(rig))
     # the wheel of a reaction rig speeds up and takes the torque away: the first instants decide, and need no inductance
     rig = parse_rig(_without_inductance(rig)) if kind == "reaction" else rig
