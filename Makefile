@@ -22,7 +22,8 @@ test-all: $(READY)
 firmware-test: $(READY)
 	@$(BIN)/python -m firmware.simavr.avr
 	@$(MAKE) -s -C firmware
-	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 tests/firmware tests/link $(ARGS)
+	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 tests/firmware tests/link \
+		tests/plan/test_experiment.py $(ARGS)
 
 lint: $(READY)
 	@$(BIN)/ruff check .
@@ -54,7 +55,7 @@ python:
 lock: | python
 	@$(PYTHON) -m venv build/lock
 	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --extra dev --extra experiments --extra link \
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --extra dev --extra experiments --extra link --extra rigid \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
 
