@@ -5,13 +5,10 @@ With RWJAX_FIRMWARE=required they fail instead, as they have to on a machine tha
 
 import os
 import shutil
-from pathlib import Path
 
 import pytest
 
-from firmware.simavr.avr import missing
-
-ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h")
+from firmware.simavr.avr import missing, missing_for_ide
 
 
 def need_simavr() -> None:
@@ -28,9 +25,8 @@ def need_compiler() -> None:
 
 def need_arduino() -> None:
     """The same, and the core of the Arduino IDE."""
-    need_simavr()
-    if not ARDUINO.exists():
-        _give_up(["arduino-core-avr"])
+    if packages := missing_for_ide():
+        _give_up(packages)
 
 
 def _give_up(packages: list[str]) -> None:

@@ -27,6 +27,7 @@ PULSE = 2**16  # most pulses, bytes, … read in one call
 FIRMWARE = Path(__file__).resolve().parents[1]
 BUILD = FIRMWARE.parent / "build" / "firmware"
 HEADER = Path("/usr/include/simavr/sim_avr.h")
+ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h")
 NEEDS = {"gcc": "gcc", "make": "make", "avr-gcc": "gcc-avr avr-libc binutils-avr"}
 
 
@@ -34,6 +35,11 @@ def missing() -> list[str]:
     """Debian packages without which the firmware cannot be compiled and run here."""
     packages = [package for program, package in NEEDS.items() if shutil.which(program) is None]
     return packages + ([] if HEADER.exists() else ["libsimavr-dev"])
+
+
+def missing_for_ide() -> list[str]:
+    """The same, and what it takes to compile as the Arduino IDE does."""
+    return missing() + ([] if ARDUINO.exists() else ["arduino-core-avr"])
 
 
 class Pulse(NamedTuple):
@@ -183,4 +189,4 @@ class Avr:
 
 
 if __name__ == "__main__":
-    sys.exit(f"needs the Debian packages {' '.join(packages)}" if (packages := missing()) else 0)
+    sys.exit(f"needs the Debian packages {' '.join(packages)}" if (packages := missing_for_ide()) else 0)
