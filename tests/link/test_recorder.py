@@ -1,5 +1,6 @@
 """The recorder: what it leaves on disk when all goes well, and when anything does not."""
 
+import errno
 import math
 import os
 import resource
@@ -16,7 +17,8 @@ import serial
 from scipy.linalg import expm
 
 from experiments.testbed.campaign import RIG, TRUTH, bench
-from firmware.simavr.avr import F_CPU
+from experiments.testbed.plant import Testbed
+from firmware.simavr.avr import F_CPU, Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import Serial, url
 from rwjax.errors import InputError
@@ -142,6 +144,81 @@ def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
     assert 90 < len(read_log(done.logs[0], rig).time) < 160  # half a second of it below 9 V
     on.run(on.avr.cycle + F_CPU // 20)
     assert on.widths == (1500.0, 1500.0)
+
+
+LONG = Experiment("square", 2.0, 0.0, 1.0, 9.0)
+
+
+def is_neutral_and_kept(on: Bench, done: recorder.Recorded, folder: Path) -> None:
+    """Half a second later the ESCs get neutral pulses, and the log holds what came while the wheel was driven."""
+    assert on.widths != (1500.0, 1500.0)  # it was being driven
+    on.run(on.avr.cycle + F_CPU // 2)
+    assert on.widths == (1500.0, 1500.0)
+    assert done.logs == [folder / "run.csv"]
+    assert 100 <= len(read_log(done.logs[0], read_rig(RIG)).time) < 200
+
+
+def playing_for(samples: int):
+    """Whether so many samples of a run have come, for `watch` to ask."""
+    seen = []
+
+    def enough(sample: frames.Sample) -> bool:
+        seen.append(sample)
+        return sum(s.playing for s in seen) >= samples
+
+    return enough
+
+
+def test_a_cable_that_is_pulled_out_while_the_wheel_is_driven_ends_in_neutral(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    need_simavr()
+    on, rig, enough = bench(TRUTH), read_rig(RIG), playing_for(120)
+
+    def pulled(*_: object) -> bytes:
+        raise serial.SerialException("device reports readiness to read but returned no data")
+
+    def out(session: Session, sample: frames.Sample) -> None:
+        if enough(sample):
+            monkeypatch.setattr(Serial, "read", pulled)
+            monkeypatch.setattr(Serial, "write", pulled)
+
+    done = record(url(on), rig, tmp_path / "run.csv", {"experiment": "square"}, play(LONG, rig), out)
+    assert "the port is gone (device reports readiness" in str(done.failure)
+    is_neutral_and_kept(on, done, tmp_path)
+
+
+def test_a_disk_that_is_full_while_the_wheel_is_driven_ends_in_neutral(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    need_simavr()
+    on, rig, enough = bench(TRUTH), read_rig(RIG), playing_for(120)
+
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def filled(session: Session, sample: frames.Sample) -> None:
+        if enough(sample):
+            monkeypatch.setattr(recorder.os, "write", full)
+
+    done = record(url(on), rig, tmp_path / "run.csv", {"experiment": "square"}, play(LONG, rig), filled)
+    assert str(done.failure).endswith("run.raw: No space left on device; what came before is kept")
+    is_neutral_and_kept(on, done, tmp_path)
+
+
+def test_a_board_that_resets_while_the_wheel_is_driven_ends_in_neutral(tmp_path: Path) -> None:
+    need_simavr()
+    on, rig, enough = Bench(Avr(build("hang", "-DHANG_ON_CLEAR")), Testbed(TRUTH)), read_rig(RIG), playing_for(120)
+
+    def hang(session: Session, sample: frames.Sample) -> None:
+        if enough(sample):
+            session._send(frames.CLEAR)
+
+    done = record(url(on), rig, tmp_path / "run.csv", {"experiment": "square"}, play(LONG, rig), hang)
+    assert on.avr.resets == 1 and str(done.failure).endswith("in the middle of the session (cause: the watchdog)")
+    on.run(on.avr.cycle + F_CPU // 20)
+    assert on.widths == (1500.0, 1500.0)
+    assert 100 <= len(read_log(done.logs[0], rig).time) < 200
 
 
 def test_ctrl_c_disarms_and_keeps_the_log(testbed: Bench, tmp_path: Path) -> None:
