@@ -10,55 +10,11 @@ from hypothesis import strategies as st
 from rwjax import parse_rig
 from rwjax.build import structure_of, theta_of
 from rwjax.coupled import levels_kept, solve_within
-from rwjax.rig import Rig
 from rwjax.simulate import plant_of
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, motion, two_axis
-
-FREE = 1e12  # ohm: a motor that is not connected
-Q_NAMES = ("psi_1", "psi_2", "theta_1", "theta_2")
-W_NAMES = ("w_1", "w_2", "Omega_1", "Omega_2")
-
-
-def lagrangian(values: dict[str, float], q, qd):
-    """Kinetic minus potential energy, from turning bodies in space: nothing of the library's formulas."""
-    psi, tilt = q[0], q[1]
-    turned = jnp.array(
-        [[jnp.cos(psi), -jnp.sin(psi), 0.0], [jnp.sin(psi), jnp.cos(psi), 0.0], [0.0, 0.0, 1.0]]
-    ) @ jnp.array([[jnp.cos(tilt), 0.0, jnp.sin(tilt)], [0.0, 1.0, 0.0], [-jnp.sin(tilt), 0.0, jnp.cos(tilt)]])
-    up = jnp.array([0.0, 0.0, 1.0])
-    across = jnp.array([-jnp.sin(psi), jnp.cos(psi), 0.0])
-    spin = turned.T @ (up * qd[0] + across * qd[1])
-    xy, xz, yz = (values.get(f"gimbal.product_{name}", 0.0) for name in ("xy", "xz", "yz"))
-    Izz = 0.4 * values["yaw.inertia"]  # the rest turns with yaw alone
-    Ixx = Izz + values.get("gimbal.difference", 0.0)
-    tensor = jnp.array([[Ixx, -xy, -xz], [-xy, values["pitch.inertia"], -yz], [-xz, -yz, Izz]])
-    lean = values.get("wheel_1.gyroscopic.s", 0.0) * tilt
-    along = jnp.cos(lean) * up + jnp.sin(lean) * jnp.array([jnp.cos(psi), jnp.sin(psi), 0.0])
-    rates = (qd[2] + along @ (up * qd[0]), qd[3] + qd[1])
-    wheels = sum(0.5 * values[f"wheel_{k}.inertia"] * rate**2 for k, rate in zip((1, 2), rates, strict=True))
-    angle, mgl = values.get("pitch.gravity.angle", 0.0), values.get("pitch.gravity.torque", 0.0)
-    return (
-        0.5 * 0.6 * values["yaw.inertia"] * qd[0] ** 2
-        + 0.5 * spin @ tensor @ spin
-        + wheels
-        + mgl * jnp.cos(tilt + angle)
-    )
-
-
-def energy(rig: Rig, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Energy and angular momentum about the vertical along a motion."""
-
-    def both(q, qd):
-        p = jax.grad(lambda v: lagrangian(rig.values, q, v))(qd)
-        return p @ qd - lagrangian(rig.values, q, qd), p[0]
-
-    q, qd = (np.stack([found[n][::10] for n in names], axis=1) for names in (Q_NAMES, W_NAMES))
-    E, p = jax.jit(jax.vmap(both))(q, qd)
-    return np.asarray(E), np.asarray(p)
-
+from tests.two_axis_drift import Q_NAMES, W_NAMES, drift, energy, lagrangian
 
 WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)
-START = {"w_1": 1.2, "psi_2": 0.5, "w_2": -0.4, "Omega_1": 300.0, "Omega_2": -150.0}
 
 
 @jax.jit
@@ -88,15 +44,9 @@ def test_the_accelerations_are_those_of_lagranges_equations(x: list[float], u: l
 
 
 def test_energy_and_momentum_are_kept_to_the_steps_second_order() -> None:
-    rig = two_axis(GIMBAL + GRAVITY + TILTING, ohm=FREE)
-    drift = []
-    for k in (1, 2, 4):
-        found = motion(rig, START, np.zeros((1000, 2)), 0.02 / k, k)  # 20 s
-        E, p = energy(rig, found)
-        drift.append([np.max(np.abs(E - E[0])) / E[0], np.max(np.abs(p - p[0])) / abs(p[0])])
-        assert np.ptp(found["psi_2"]) > 0.3 and np.ptp(found["w_1"]) > 0.3  # there is something to keep
-    order = np.log2(np.array(drift[:-1]) / np.array(drift[1:]))
-    assert np.all(order[-1] > 1.8), order
+    found = np.array([drift(step) for step in (0.02, 0.01, 0.005)])
+    assert np.all(found[-1] < 1e-4), found  # at 5 ms
+    assert np.all(np.log2(found[-2] / found[-1]) > 1.8), found
 
 
 def test_a_motor_changes_no_momentum_about_the_vertical() -> None:
