@@ -341,7 +341,13 @@ def dump(
     _write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     _say(
         quiet,
-        f"{found.time:.3f} s; no command does it in less than {found.bound:.3f} s; the axis moves by {moved:.2g}°",
+        f"{found.time:.3f} s; "
+        + (
+            f"with a share of {margin:g} of the breakaway torque no command does it in less than {found.bound:.3f} s; "
+            if found.bound
+            else ""
+        )
+        + f"the axis moves by {moved:.2g}°",
     )
 
 

@@ -109,8 +109,9 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     guess, seconds = _guess(rig, angle, torque, spin, float(np.max(followed.holds[0])))
     numbers = jnp.array([angle, ideal.time, torque])
     task = Task(theta, limits, numbers, steady(rig, spin)[2], seconds, float(np.sign(angle)))
-    best, missed = fastest(structure, conditions, 1, task, guess)
-    if not missed <= REACHED:  # nor where it is no number
+    pushes = torque * rig.values["motor.resistance"] / rig.values["motor.torque_constant"]
+    best, missed = fastest(structure, conditions, 1, task, guess, pushes)
+    if missed > REACHED:
         raise InputError(
             f"{np.degrees(angle):g}° are not reached within these limits (the search ends at "
             f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "
