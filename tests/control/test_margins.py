@@ -13,30 +13,35 @@ from tests.systems import platform
 RNG = np.random.default_rng(11)
 
 
-def random_loop() -> tuple[np.ndarray, np.ndarray]:
-    """A strictly proper open loop with stable poles, one of them at 0 in every second."""
+def random_loop(unstable: bool) -> tuple[np.ndarray, np.ndarray]:
+    """A strictly proper open loop whose poles are stable, one of them at 0 in every second, or of which one is not."""
     poles = -np.exp(RNG.uniform(-2.0, 3.0, RNG.integers(2, 5)))
-    poles[0] *= RNG.random() < 0.5
+    poles[0] *= -1.0 if unstable else RNG.random() < 0.5
     den = np.poly(poles)
-    num = RNG.uniform(0.2, 3.0) * den[den != 0.0].max() * np.poly(-np.exp(RNG.uniform(-2.0, 3.0, len(poles) - 2)))
+    num = RNG.uniform(0.2, 3.0) * np.abs(den).max() * np.poly(-np.exp(RNG.uniform(-2.0, 3.0, len(poles) - 2)))
     return num, den
 
 
-def test_margins_of_a_hundred_loops_are_those_of_python_control() -> None:
-    compared = 0
+@pytest.mark.parametrize("unstable", [False, True])
+def test_margins_of_a_hundred_loops_are_those_of_python_control(unstable: bool) -> None:
+    compared, below = 0, 0
     while compared < 100:
-        num, den = random_loop()
+        num, den = random_loop(unstable)
         if not np.all(np.roots(np.polyadd(num, den)).real < 0.0):
             continue
         found, system = margins(np.atleast_1d(num), den), control.tf(num, den)
-        gain, phase, _, _, _, _ = control.stability_margins(system)
-        assert found.gain[1] == pytest.approx(gain if gain > 1.0 else np.inf, rel=1e-6)
-        if np.isfinite(phase):
-            assert found.phase == pytest.approx(np.radians(abs(phase)), rel=1e-6)
-        grid = np.concatenate([[1e-9], np.geomspace(1e-4, 1e5, 40_000)])
-        least = np.min(np.abs(1.0 + system(1j * grid)))
-        assert found.modulus <= least * (1.0 + 1e-12) and found.modulus == pytest.approx(least, rel=1e-4)
-        compared += 1
+        gains, phases, moduli, _, crossings, _ = control.stability_margins(system, returnall=True)
+        gains = np.append(gains, -1.0 / np.real(system(0.0)) if den[-1] != 0.0 and np.real(system(0.0)) < 0.0 else [])
+        low, high = (gains[(gains > 0.0) & side] for side in (gains < 1.0, gains > 1.0))
+        assert found.gain[0] == pytest.approx(np.max(low, initial=0.0), rel=1e-6)
+        assert found.gain[1] == pytest.approx(np.min(high, initial=np.inf), rel=1e-6)
+        lags = np.radians(np.mod(phases, 360.0))
+        assert found.phase == pytest.approx(np.min(np.minimum(lags, 2.0 * np.pi - lags), initial=np.inf), rel=1e-6)
+        assert found.delay == pytest.approx(np.min(lags / crossings, initial=np.inf), rel=1e-6)
+        ends = [1.0, abs(1.0 + system(0.0))] if den[-1] != 0.0 else [1.0]  # at no and at high frequency
+        assert found.modulus == pytest.approx(min(np.min(moduli, initial=np.inf), *ends), rel=1e-6)
+        compared, below = compared + 1, below + (found.gain[0] > 0.0)
+    assert (below > 90) == unstable  # too low a gain does not hold an unstable plant
 
 
 def test_the_loop_bears_its_margins_and_no_more() -> None:

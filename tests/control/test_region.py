@@ -98,14 +98,35 @@ def test_the_polynomial_as_the_thesis_prints_it() -> None:
 
 @pytest.mark.parametrize("sigma", [0.0, 0.5])
 @pytest.mark.parametrize("rig", [THESIS, platform(), reaction()], ids=["thesis", "platform", "reaction"])
-def test_on_the_boundary_a_pole_lies_on_the_limit(rig, sigma: float) -> None:
+def test_the_region_ends_on_the_curves_of_the_d_partition(rig, sigma: float) -> None:
     plant = transfer(linearised(rig))
     loop, omega = pd_loop(plant), np.geomspace(0.1, 20.0, 30)
+    beside, flips = np.array([1.0 - 1e-9, 1.0 + 1e-9]), 0
+
+    def others_hold(kp: float, kd: float, crossing: complex) -> bool:
+        poles = loop.poles(kp, kd)
+        assert np.min(np.abs(poles - crossing)) < 1e-8 * max(1.0, abs(crossing))
+        for gone in {crossing, crossing.conjugate()}:
+            poles = np.delete(poles, np.argmin(np.abs(poles - gone)))
+        return bool(np.all(poles.real < -sigma - 1e-3))
+
     for w, (kp, kd) in zip(omega, boundary(plant, omega, sigma).T, strict=True):
-        assert np.min(np.abs(loop.poles(kp, kd) - (-sigma + 1j * w))) < 1e-9 * w
-    for kd in (0.0, 3.0):
+        inside = stable(loop, np.full(2, kp), kd * beside, sigma=sigma)
+        if others_hold(kp, kd, complex(-sigma, w)):
+            assert inside[0] != inside[1], (kp, kd)
+            flips += 1
+        else:
+            assert not inside.any()
+    for kd in np.linspace(0.0, 30.0, 11):
         kp = float(real_boundary(plant, np.array([kd]), sigma)[0])
-        assert np.min(np.abs(loop.poles(kp, kd) + sigma)) < 1e-9
+        beside_kp = kp * beside if abs(kp) > 1e-6 else kp + np.array([-1e-9, 1e-9])
+        inside = stable(loop, beside_kp, np.full(2, kd), sigma=sigma)
+        if others_hold(kp, kd, complex(-sigma, 0.0)):
+            assert inside[0] != inside[1], (kp, kd)
+            flips += 1
+        else:
+            assert not inside.any()
+    assert flips > 10
 
 
 def test_a_held_load_is_a_spring_or_none() -> None:
