@@ -22,6 +22,8 @@ from rwjax.control.region import Loop, pd_loop, share_of_plants, stable
 from rwjax.control.sweep import sweep
 
 ROUNDS = 9
+SAME = 1e-9
+"""Share by which the squared errors of loops that take the same steps may differ."""
 
 
 def rounds(contenders: dict[str, tuple[Callable[[], object], int]], quick: tuple[str, ...]) -> dict[str, list[float]]:
@@ -130,6 +132,7 @@ def loops() -> None:
             ("smooth", peers.numba_runge_kutta(wave, kp, kd)),
         )
     }
+    assert max(off["C"], off["numba"]) < SAME, off
     by_scipy = np.array([peers.scipy_loop(wave, kp[k], kd[k]) for k in pick[:3]])
 
     def here() -> object:
