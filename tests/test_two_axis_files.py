@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 from rwjax import parse_rig, read_log, read_rig, write_rig
@@ -21,7 +22,7 @@ from rwjax.predict import predict_log
 from rwjax.rig import Rig
 from rwjax.simulate import commands, plant_of
 from tests.systems import record
-from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
+from tests.two_axes import GIMBAL, GRAVITY, TILTING, motion, two_axis
 
 DATA = Path(__file__).parents[1] / "data" / "two_axis"
 WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)
@@ -197,3 +198,27 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     assert coordinate_of("pitch.stribeck") == "pitch_rate" and coordinate_of("parameter.pitch.inertia") == "load"
     structure = structure_for(WHOLE, Explanation(("yaw.coulomb",)))
     assert "yaw.stribeck" in structure.effects and "pitch.stribeck" not in structure.effects
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_pitch_runs_into_both_of_its_stops(way: float) -> None:
+    """Against an integration of pitch and its wheel alone: yaw stays where it is, since the gimbal has no product with y."""
+    rig = read_rig(DATA / "rig.toml")
+    u = np.zeros((400, 2))
+    u[:, 1] = way * np.where(np.arange(400) < 150, 10.0, -10.0)
+    n, stop, found = rig.values, rig.effects["pitch.end_stop"], motion(rig, {}, u, 0.01 / 64, 64)
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        angle, w, Omega = x
+        volts = u[min(int(t / 0.01 + 1e-9), 399), 1]
+        tau = n["motor_2.torque_constant"] * (volts - n["motor_2.torque_constant"] * Omega) / n["motor_2.resistance"]
+        over = angle - np.clip(angle, stop["low"], stop["high"])
+        push = max(stop["k"] * abs(over) + stop["d"] * w * np.sign(over), 0.0) * np.sign(over)
+        friction = n["pitch.friction.viscous"] * w + n["pitch.friction.coulomb"] * np.tanh(w / 1e-4)
+        a = (-tau - friction - push - n["pitch.gravity.torque"] * np.sin(angle)) / n["pitch.inertia"]
+        return [w, a, tau / n["wheel_2.inertia"] - a]
+
+    exact = solve_ivp(rates, (0.0, 4.0), [0.0, 0.0, 0.0], "LSODA", 0.01 * np.arange(401), rtol=1e-8, max_step=1e-3)
+    assert max(exact.y[0]) > 0.72 and min(exact.y[0]) < -0.72  # beyond 40 degrees both ways
+    np.testing.assert_allclose(found["psi_2"], exact.y[0], atol=2e-3)
+    assert not found["psi_1"].any()
