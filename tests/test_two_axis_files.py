@@ -12,12 +12,13 @@ from typer.testing import CliRunner
 
 from rwjax import parse_rig, read_log, read_rig, write_rig
 from rwjax.build import structure_of, theta_of
+from rwjax.diagnose.diagnosis import diagnose
 from rwjax.diagnose.explanation import Explanation, candidates, coordinate_of, free_names, levels, structure_for
 from rwjax.errors import InputError, LogError, RigError
 from rwjax.fit.problem import pose
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.half import half_log, half_rig
-from rwjax.log import write_log
+from rwjax.log import read_logs, write_log
 from rwjax.predict import predict_log
 from rwjax.rig import Rig
 from rwjax.simulate import commands, plant_of
@@ -222,3 +223,10 @@ def test_pitch_runs_into_both_of_its_stops(way: float) -> None:
     assert max(exact.y[0]) > 0.72 and min(exact.y[0]) < -0.72  # beyond 40 degrees both ways
     np.testing.assert_allclose(found["psi_2"], exact.y[0], atol=2e-3)
     assert not found["psi_1"].any()
+
+
+@pytest.mark.slow
+def test_the_diagnosis_of_the_example_names_what_its_rig_file_lacks() -> None:
+    rig = read_rig(DATA / "rig.toml")
+    found = diagnose(rig, read_logs(sorted(DATA.glob("*.csv")), rig))
+    assert found.verdict == "effect" and list(found.effects) == ["wheel_1.gyroscopic"]
