@@ -106,11 +106,7 @@ def _grows(structure: Structure, theta: Float[Array, " p"], way: float) -> Array
 def _lacking(best: Course, spin: float) -> str:
     """What to say of a dump that was not found: what the best try lacks."""
     left, moved = abs(float(best.wheel[-1]) / spin), float(np.max(np.abs(best.angle)))
-    what = (
-        f"the axis moves by {np.degrees(moved):.2g}°; use a smaller share of the breakaway torque"
-        if moved > 0.0
-        else ""
-    )
+    what = f"the axis moves by {np.degrees(moved):.2g}°; begin at a lower rate of the wheel" if moved > 0.0 else ""
     slow = f"{100.0 * left:.2g} % of the rate are left; raise the voltage or the current" if left > REACHED else ""
     tight = (
         "static friction is used beyond its share, or voltage or current beyond theirs; use a larger share of the first"

@@ -1,11 +1,13 @@
 """Dumping the wheel's momentum into static friction: the bound, the axis that does not move, and one that does."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from rwjax import Rig, parse_rig
+from rwjax.control import dumping
 from rwjax.control.dumping import dump
-from rwjax.control.open_loop import Limits, course, steady
+from rwjax.control.open_loop import Limits, course, resting, steady
 from rwjax.errors import InputError
 from tests.systems import MOTOR, reaction
 
@@ -71,6 +73,22 @@ def test_no_bound_is_claimed_where_the_load_changes() -> None:
     periodic = '[effects."axis.periodic_torque"]\ns = 0.002\nc = 0.0\nomega = 3.0'
     found = dump(loose(periodic), 100.0, Limits(10.0))
     assert found.bound == 0.0 and np.all(np.asarray(found.best.angle) == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("wheel", "angle", "words"),
+    [
+        (0.0, 0.01, r"the axis moves by 0\.57°; begin at a lower rate of the wheel$"),
+        (4.0, 0.0, r"1 % of the rate are left; raise the voltage or the current$"),
+        (0.0, 0.0, r"static friction is used beyond its share"),
+    ],
+)
+def test_what_a_dump_lacks_is_said(wheel: float, angle: float, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    still = resting(loose())
+    tried = still._replace(angle=jnp.array([0.0, angle]), wheel=jnp.array([SPIN, wheel]))
+    monkeypatch.setattr(dumping, "fastest", lambda *_: (tried, 1.0))
+    with pytest.raises(InputError, match=f"no dump from 400 rad/s was found: {words}"):
+        dump(loose(), SPIN, Limits(10.0))
 
 
 def test_what_cannot_be_is_refused() -> None:
