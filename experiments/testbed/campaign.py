@@ -4,9 +4,10 @@ from pathlib import Path
 
 from experiments.blind.simulator import Truth
 from experiments.testbed.plant import Testbed
-from firmware.simavr.avr import F_CPU, Avr, build
+from firmware.simavr.avr import Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
+from rwjax.link.played import at_rest
 from rwjax.link.recorder import Recorded, play, record
 from rwjax.plan.experiment import Experiment
 from rwjax.rig import Rig, read_rig
@@ -25,8 +26,6 @@ PLAN = {
     "square_fast": Experiment("square", 2.2, 0.3, 3.0, 12.0),
 }
 VALIDATE = ("staircase", "square_fast")
-STILL = F_CPU  # cycles without a count, after which the rig is taken to be at rest
-LONGEST_WAIT = 60 * F_CPU
 
 
 def bench(truth: Truth) -> Bench:
@@ -34,25 +33,13 @@ def bench(truth: Truth) -> Bench:
     return Bench(Avr(build()), Testbed(truth))
 
 
-def settle(on: Bench) -> None:
-    """Waits until nothing moves, a minute at most."""
-    end = on.avr.cycle + LONGEST_WAIT
-    while on.avr.cycle < end:
-        before = on.angles
-        on.run(on.avr.cycle + STILL)
-        if (abs(on.angles - before) < 1.0).all():
-            return
-
-
 def campaign(truth: Truth, folder: Path, rig: Rig | None = None) -> list[Path]:
     """The logs of PLAN, played one after the other on one board; the last ones are for validation."""
-    rig, on = rig or read_rig(RIG), bench(truth)
-    port, logs = url(on), []
+    rig, port, logs = rig or read_rig(RIG), url(bench(truth)), []
     for name, experiment in PLAN.items():
-        settle(on)
         notes = {"simulated": "firmware/ in simavr", "experiment": experiment.words()}
         notes |= {"role": "validate"} if name in VALIDATE else {}
-        done: Recorded = record(port, rig, folder / f"{name}.csv", notes, play(experiment, rig))
+        done: Recorded = record(port, rig, folder / f"{name}.csv", notes, play(experiment, rig), ready=at_rest)
         if done.failure:
             raise done.failure
         logs += done.logs
