@@ -27,7 +27,8 @@ def plan(
     rpm: Annotated[float | None, typer.Option(help="largest rate of the wheel, 1/min")] = None,
     rate: Annotated[float | None, typer.Option(help="largest rate of the axis, rad/s (a linear one: m/s)")] = None,
     travel: Annotated[
-        float | None, typer.Option(help="largest way of the axis, either way of where the first run begins, rad (a linear one: m)")
+        float | None,
+        typer.Option(help="largest way of the axis, either way of where the first run begins, rad (a linear one: m)"),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,

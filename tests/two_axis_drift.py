@@ -62,7 +62,9 @@ def drift(step: float) -> tuple[float, float]:
     found = motion(rig, START, np.zeros((round(SECONDS / 0.02), 2)), step, round(0.02 / step))
     assert np.ptp(found["psi_2"]) > 0.3 and np.ptp(found["w_1"]) > 0.3  # there is something to keep
     E, p = energy(rig, found)
-    return float(np.max(np.abs(E - E[0])) / rig.values["pitch.gravity.torque"]), float(np.max(np.abs(p - p[0])) / abs(p[0]))
+    return float(np.max(np.abs(E - E[0])) / rig.values["pitch.gravity.torque"]), float(
+        np.max(np.abs(p - p[0])) / abs(p[0])
+    )
 
 
 def main() -> None:
