@@ -129,7 +129,9 @@ def region(
     kp: Kp = "0:100:101",
     kd: Kd = "0:100:101",
     sigma: Sigma = 0.5,
-    angle: Annotated[float, typer.Option(help="angle at which the axis is held [°]")] = 0.0,
+    angle: Annotated[
+        float, typer.Option(help="angle at which the axis is held [°]; of a linear axis 1° stands for 0.01745 m")
+    ] = 0.0,
     without: Annotated[
         str | None, typer.Option(metavar="EFFECT", help="beside it, the region of the rig without this effect")
     ] = None,
@@ -465,9 +467,10 @@ def tune(
         )
         start = judged(believed, thetas, clockwork, controller)
         if start.stable < 1.0:
+            less = f"--ki {ki:g}: with it" if ki > 0.0 else f"--sigma {sigma:g}:"
+            right = "lower --ki" if ki > 0.0 else "ask for a larger --sigma"
             raise InputError(
-                f"--ki {ki:g}: with it the loop is not stable at the most robust gains, kp {robust.kp:.3g} and kd {robust.kd:.3g}; "
-                "lower --ki"
+                f"{less} the loop is not stable at the most robust gains, kp {robust.kp:.3g} and kd {robust.kd:.3g}; {right}"
             )
         tuned = run(believed, controller, reference, clockwork, least)
         end = judged(believed, thetas, clockwork, tuned.controller)

@@ -257,6 +257,8 @@ def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
         output = COLUMNS[name].output if name in COLUMNS else name
         if (name in COLUMNS or name in INPUTS) and name not in valid:
             raise sheet.error(None, f"a `{rig.kind}` rig has no `{name}`; its columns are {', '.join(valid)}")
+        if not name:
+            raise sheet.error(None, f"column {sheet.names.index(name) + 1} has no name; name it, or take it out")
         if name not in valid:
             meant = f"did you mean `{nearest(name, valid)}`? Else " if alike(name, valid) else ""
             raise sheet.error(

@@ -104,6 +104,12 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
         first, *others = done.stderr.splitlines()
         assert first.startswith("note: yaw_rad ") and asked in first
         assert not any("Warning" in line for line in others)
+    rows = [
+        f"{t},{u},{-float(n) * 2.0 * np.pi / 2048:.6f}" if k % 2 else f"{t},{u}," for k, (t, u, n) in enumerate(lines)
+    ]
+    (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))  # every other reading missing
+    done = rwjax("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+    assert "is its sign, or that of the command, wrong?" in done.stderr
     done = rwjax("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", cwd=tmp_path)
     assert "rig file's numbers give" not in done.stderr
 

@@ -127,6 +127,7 @@ MALFORMED = [
         [HEADER + ",temperature_C", *(row + ",20" for row in ROWS)],
         ":1: unknown column `temperature_C`; write `# ignore: temperature_C` above the header to leave it out",
     ),
+    ([HEADER + ",", *(row + "," for row in ROWS)], ":1: column 4 has no name; name it, or take it out"),
     (["# ignore: yaw", HEADER, *ROWS], "`# ignore: yaw`: no such column; the nearest is `yaw_counts`"),
     (["# ignore: time_s", HEADER, *ROWS], "no column `time_s`, which every log needs; found `voltage_V`, `yaw_counts`"),
     (

@@ -134,6 +134,10 @@ def tune(
     given = partial(_slopes, structure, theta, smooth, values, jnp.asarray(reference), sign)
     before = float(given(jnp.log(gains[gains > 0.0]), jnp.asarray(free))[0])
 
+    if not np.isfinite(before):
+        raise InputError(
+            "the loop leaves the range of numbers with the gains from which the tuning starts; ask for less"
+        )
     tried: list[tuple[float, np.ndarray]] = []
 
     def at(logs: np.ndarray) -> tuple[float, np.ndarray]:

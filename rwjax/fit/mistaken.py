@@ -50,8 +50,9 @@ def mistaken(problem: Problem, theta: np.ndarray) -> list[str]:
 
 def _compare(log: Log, name: str, simulated: np.ndarray) -> tuple[float, float]:
     """Correlation of measured and simulated motion, and how many times the one is the other."""
-    pair = (_motion(log, name, values) for values in (log.outputs[name], simulated))
-    a, b = (np.nan_to_num(motion, posinf=0.0, neginf=0.0) for motion in pair)
+    a, b = (_motion(log, name, values) for values in (log.outputs[name], simulated))
+    seen = np.isfinite(a) & np.isfinite(b)
+    a, b = a[seen], b[seen]
     own, both = float(b @ b), float(a @ b)
     return (both / np.sqrt(own * float(a @ a)), both / own) if both else (0.0, 0.0)
 

@@ -176,6 +176,14 @@ def run_experiment(
         for run in wanted.runs:
             check_new((output or LOGS) / f"{run.name}.csv")
         check_plan(port, wanted, believed)
+        if (travel := wanted.limits.get("yaw_rad")) is not None:
+            followed = (
+                "" if "axis" in believed.counts_per_rev else ", and no encoder of the axis tells whether it keeps to it"
+            )
+            print(
+                f"the axis has to stand in the middle of its travel of {travel:g} either way now{followed}",
+                file=sys.stderr,
+            )
         with results(output or LOGS) as folder:
             for run, task in zip(wanted.runs, tasks, strict=True):
                 if stopped := _record(believed, port, folder / f"{run.name}.csv", run.notes, task, quiet):

@@ -82,7 +82,6 @@ DISARMED, ARMING, ARMED, FAULT = range(4)
 STATES = ("disarmed", "arming", "armed", "fault")
 FAULTS = {1: "silence of the host", 2: "over the speed limit", 4: "battery low", 8: "ticks missed"}
 RESETS = {1: "power-on", 2: "the reset line", 4: "a brown-out", 8: "the watchdog"}  # bits of MCUSR
-UNWANTED = 4 | 8
 RESULTS = (
     "done",
     "unknown command",
@@ -132,6 +131,12 @@ class Hello(NamedTuple):
     silence_ticks: int
     most_counts: int  # in a tick
     battery_lowest: int  # mV
+
+
+def unwanted(hello: Hello) -> bool:
+    """Whether a start was no one's wish: by the watchdog, or by a brown-out that no power-on, as supplies rise slowly, explains."""
+    cause = hello.reset_cause
+    return bool(cause & 8) or (bool(cause & 4) and not cause & 1)
 
 
 def resets(hello: Hello) -> str:

@@ -54,16 +54,21 @@ def of_plan(plan: Plan, rig: Rig, clear: bool = False) -> list[Task]:
     place = Place(axis, 2.0 * math.pi / rig.counts_per_rev["axis"])
 
     def task(k: int, run: Run, act: Callable[[Session], None]) -> Task:
+        rest = " ".join(f"--run {later.name}" for later in plan.runs[k:])
+
         def ready(session: Session) -> dict[str, str]:
-            place.look(session)
-            rest = " ".join(f"--run {later.name}" for later in plan.runs[k:])
+            if place.lost or not place.look(session):
+                raise LinkError(
+                    f"run `{run.name}`: the axis still moves after {WAIT_S:g} s, and its travel is limited; bring it to the middle, "
+                    f"hold it, and go on with {rest}"
+                )
             check_travel(run, place.angle, travel, rest)
             return {}
 
         def then_rest(session: Session) -> None:
             act(session)
             if k + 1 < len(plan.runs):  # so that it stands where it was seen, should the board forget its counts
-                place.look(session)
+                place.lost = not place.look(session)  # this run is done; the next one is refused then
 
         return Task(ready, then_rest)
 
@@ -110,26 +115,25 @@ def check_travel(run: Run, angle: float, travel: float, rest: str) -> None:
 
 class Place:
     """Where the axis stands [rad], from where it was first looked at: through several sessions, also where the board starts
-    anew with each, as many do when their port is opened, and counts from 0 again."""
+    anew with each, as many do when their port is opened, and counts from 0 again. `lost` where it did not come to rest in time."""
 
     def __init__(self, encoder: int, per_count: float) -> None:
-        self.angle = 0.0
+        self.angle, self.lost = 0.0, False
         self._encoder, self._per_count = encoder, per_count
         self._seen: tuple[Hello, int] | None = None
 
-    def look(self, session: Session) -> None:
-        """Waits for rest; raises `LinkError` where there is none within a minute."""
+    def look(self, session: Session) -> bool:
+        """Waits for the axis to rest; whether it does so within a minute."""
         hello = session.hello or session.greet()
-        sample = settle(session)
+        sample = settle(session, (self._encoder,))
         if sample is None:
-            raise LinkError(
-                f"the rig still moves after {WAIT_S:g} s, and its travel is limited; hold it, and play the rest"
-            )
+            return False
         count = (sample.count_1, sample.count_2)[self._encoder]
         if self._seen is not None:
             before = self._seen[1] if self._seen[0].nonce == hello.nonce else 0
             self.angle += self._per_count * ((count - before + 2**31) % 2**32 - 2**31)
         self._seen = hello, count
+        return True
 
 
 def at_rest(session: Session) -> dict[str, str]:
@@ -137,8 +141,9 @@ def at_rest(session: Session) -> dict[str, str]:
     return {} if settle(session) else {"start": f"the rig still moved after a wait of {WAIT_S:g} s"}
 
 
-def settle(session: Session) -> Sample | None:
-    """Waits until the rig has been at rest for a second: the sample then, or None where it still moves after a minute."""
+def settle(session: Session, encoders: tuple[int, ...] = (0, 1)) -> Sample | None:
+    """Waits until these encoders have been at rest for a second: the sample then, or None where one still counts after a
+    minute."""
     latest: deque[Sample] = deque(maxlen=STILL_TICKS)
     left = LONGEST_WAIT
     while left > 0:
@@ -147,7 +152,7 @@ def settle(session: Session) -> Sample | None:
         latest.extend(found)
         if len(latest) == STILL_TICKS and all(
             max(counts) - min(counts) <= DITHER
-            for counts in zip(*((s.count_1, s.count_2) for s in latest), strict=True)
+            for counts in ([(s.count_1, s.count_2)[k] for s in latest] for k in encoders)
         ):
             return latest[-1]
     return None

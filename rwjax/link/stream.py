@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError, RigError, read_text
-from rwjax.link.frames import UNWANTED, Decoder, Hello, Sample, message, resets
+from rwjax.link.frames import Decoder, Hello, Sample, message, resets, unwanted
 from rwjax.log import write_log
 from rwjax.log_sheet import FEWEST
 from rwjax.plan.experiment import TICK_HZ
@@ -52,8 +52,9 @@ class Stretch:
         """What went wrong on the board: what it counted meanwhile, and why it had started where that was no one's wish."""
         more = (self.counters[-1] - self.counters[0]) % [2**16, 2**16, 2**16, 2**8]
         found = [f"{n} {words}" for n, words in zip(more, COUNTERS.values(), strict=True) if n]
-        unwanted = self.hello is not None and self.hello.reset_cause & UNWANTED
-        return found + ([f"its last start was by {resets(self.hello)}"] if unwanted and self.hello else [])
+        if self.hello is not None and unwanted(self.hello):
+            found.append(f"its last start was by {resets(self.hello)}")
+        return found
 
     def only(self, keep: np.ndarray) -> "Stretch":
         """Part of the samples."""

@@ -65,6 +65,11 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
             f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
         )
     known = [volts] if volts is not None else []
+    if rig.pwm is not None and rig.pwm.neutral_us >= PULSES_US[1]:
+        raise InputError(
+            f"`drive.pwm.neutral_us` is {rig.pwm.neutral_us:g}: no board gives pulses beyond {PULSES_US[1]:g} us; an ESC that turns one "
+            f"way has its neutral at {PULSES_US[0]:g}"
+        )
     reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else reaches(rig.pwm)
     ways = tuple(way for way, most_volts in reach.items() if most_volts > 0.0)
     known += [reach[way] for way in ways if math.isfinite(reach[way])]

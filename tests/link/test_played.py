@@ -131,7 +131,9 @@ def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused
     if plays:
         assert status == 0 and (logs / f"{second.name}.csv").exists(), error
     else:
-        assert status == 2 and error.startswith("rwjax: run `again`: the axis stands -0.") and error.count("\n") == 1
+        before, why = error.splitlines()
+        assert before == "the axis has to stand in the middle of its travel of 0.31 either way now"
+        assert status == 2 and why.startswith("rwjax: run `again`: the axis stands -0.")
         assert error.endswith("beyond the 0.31 of the plan; bring it back there and go on with --run again\n")
         assert {path.name for path in logs.iterdir()} == {"forth.csv", "forth.raw", "forth.notes"}
 
@@ -161,9 +163,39 @@ def test_where_travel_is_limited_a_rig_that_does_not_come_to_rest_is_not_driven(
     said = [wire(SAMPLE._replace(tick=k, count_1=5 * k), k + 1) for k in range(6_100)]
     port = Scripted([*stream(range(1))[:1], *said])
     (task,) = played.of_plan(replace(PLAN, limits={"yaw_rad": 0.3}, runs=(FORTH,)), read_rig(RIG))
-    with pytest.raises(LinkError, match="the rig still moves after 60 s, and its travel is limited"):
+    with pytest.raises(
+        LinkError, match="axis still moves after 60 s, and its travel is limited; bring it to the middle"
+    ):
         task.ready(Session(port))
     assert frames.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
+
+
+def test_the_place_waits_for_the_axis_alone_and_is_lost_where_that_does_not_rest() -> None:
+    turning = [wire(SAMPLE._replace(tick=k, count_1=40, count_2=5 * k), k + 1) for k in range(200)]
+    place = played.Place(0, 0.001)
+    assert place.look(Session(Scripted([wire(HELLO, 0), *turning])))  # the wheel coasts
+    assert not played.Place(1, 0.001).look(Session(Scripted([wire(HELLO, 0), *turning * 40])))
+
+
+def test_a_run_that_ended_well_is_no_failure_though_the_axis_goes_on_and_the_next_one_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(played, "play", lambda *_: lambda session: None)
+    first, second = played.of_plan(
+        replace(PLAN, limits={"yaw_rad": 0.3}, runs=(FORTH, replace(FORTH, name="again"))), read_rig(RIG)
+    )
+    first.act(
+        Session(
+            Scripted([wire(HELLO, 0), *(wire(SAMPLE._replace(tick=k, count_1=5 * k), k + 1) for k in range(6_100))])
+        )
+    )
+    with pytest.raises(LinkError, match="run `again`: the axis still moves .* go on with --run again"):
+        second.ready(resting(0, 7))
+
+
+@pytest.mark.parametrize(("cause", "said"), [(1, False), (5, False), (4, True), (8, True), (2, False), (9, True)])
+def test_a_slow_supply_at_power_on_is_no_brown_out(cause: int, said: bool) -> None:
+    assert frames.unwanted(HELLO._replace(reset_cause=cause)) == said
 
 
 def test_a_board_whose_esc_turns_one_way_refuses_a_plan_that_reverses(

@@ -178,6 +178,11 @@ def test_the_neutral_pulse_says_which_ways_an_esc_turns(
     assert len(runs) >= 2
 
 
+def test_a_neutral_pulse_beyond_which_there_is_none_is_refused() -> None:
+    with pytest.raises(InputError, match="`drive.pwm.neutral_us` is 2000: no board gives pulses beyond 2000 us"):
+        envelope(replace(RIGS["reaction"], pwm=Pwm(2000.0, 0.01)))
+
+
 def test_what_the_rig_file_knows_is_a_limit() -> None:
     testbed = read_rig(TESTBED)
     assert envelope(testbed).volts == 10.0 and envelope(testbed, 4.0).volts == 4.0
