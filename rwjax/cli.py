@@ -58,15 +58,18 @@ class FitMethod(StrEnum):
 
 @contextmanager
 def _progress(quiet: bool) -> Iterator[Callable[[str], None]]:
-    """A spinner with the latest step on a terminal, nothing otherwise."""
+    """A spinner with the latest step and the time since the start on a terminal, nothing otherwise."""
     from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield lambda text: None
         return
-    with console.status("reading") as status:
-        yield lambda text: status.update(text)
+    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True) as shown:
+        task = shown.add_task("reading", total=None)
+        yield lambda text: shown.update(task, description=text)
 
 
 @app.command()

@@ -499,6 +499,10 @@ def tune(
         notes.append(
             f"modulus margin: the worst of these plants; with the tuned gains {100.0 * end.stable:.4g} % of them are stable"
         )
+    if shown["tuned"]["settling"] is None:
+        notes.append(
+            "what holds the axis off its angle is mostly dry friction: try --ki, --forward 0.8 or a larger --sigma"
+        )
     if tuned.least < least:
         notes.append(f"margin kept on the rig alone: {tuned.least:.2f}; the robust gains have no {least:g}")
     _say(quiet, *said, *notes)

@@ -249,7 +249,7 @@ def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
     inputs = ("time_s", *commands_of(rig.kind))
     for name in inputs:
         if name not in used:
-            near = f", nearest `{nearest(name, used)}`" if used else ""
+            near = f", nearest `{nearest(name, used)}`" if alike(name, used) else ""
             raise sheet.error(None, f"no column `{name}`, which every log needs; found {found or 'none'}{near}")
     valid = [*inputs, "supply_V", *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
     held: dict[str, str] = {}
@@ -261,6 +261,7 @@ def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
             raise sheet.error(None, f"column {sheet.names.index(name) + 1} has no name; name it, or take it out")
         if name not in valid:
             meant = f"did you mean `{nearest(name, valid)}`? Else " if alike(name, valid) else ""
+            meant = "rates are in rad/s (1/min times π/30). Else " if "rpm" in name.lower() else meant
             raise sheet.error(
                 None, f"unknown column `{name}`; {meant}write `# ignore: {name}` above the header to leave it out"
             )

@@ -88,7 +88,8 @@ def _row(sheet: Sheet, number: int, use: list[int]) -> list[float]:
     if text.startswith("#"):
         raise sheet.error(number, "a note among the samples; notes go before the header")
     if len(cells) != len(sheet.names):
-        raise sheet.error(number, f"{len(cells)} cells; the header names {len(sheet.names)} columns")
+        comma = "; decimals have a point, 0.01, not 0,01" if len(cells) > len(sheet.names) else ""
+        raise sheet.error(number, f"{len(cells)} cells; the header names {len(sheet.names)} columns{comma}")
     try:
         return [float(cells[j]) if cells[j] and not cells[j].isspace() else math.nan for j in use]
     except ValueError:

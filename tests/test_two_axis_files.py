@@ -160,6 +160,7 @@ def test_the_yaw_encoder_may_read_a_part_of_pitch_and_both_may_be_late() -> None
     assert float(y["wheel_2_rad_s"]) == pytest.approx(float(now["Omega_2"]))
 
 
+@pytest.mark.slow
 def test_a_late_run_is_the_same_run_later() -> None:
     rig = read_rig(DATA / "rig.toml")
     log = replace(read_log(DATA / "square.csv", rig).cut(0, 300), outputs={})
@@ -172,6 +173,7 @@ def test_a_late_run_is_the_same_run_later() -> None:
     assert np.ptp(y["pitch_rad"]) > 0.1
 
 
+@pytest.mark.slow
 def test_the_fit_finds_the_numbers_and_the_tilt() -> None:
     """The example's testbed has s = 1 (data/two_axis/make_logs.py); the fit begins at half of it and with wrong inertias."""
     rig = read_rig(DATA / "rig.toml")

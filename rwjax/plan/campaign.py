@@ -151,7 +151,7 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
         )
     if _short(within):
         remarks.append(
-            f"the runs keep to {within.most['yaw_rad']:g} either way of where the axis stands when the first one begins: "
+            f"the runs keep to {within.most['yaw_rad']:g} rad (a linear axis: m) either way of where the axis stands when the first one begins: "
             "bring it to the middle of its travel before, and play them in this order"
         )
     if (

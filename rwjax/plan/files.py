@@ -4,6 +4,7 @@ import math
 import re
 import tomllib
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -69,7 +70,9 @@ class Plan:
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:
-    """Writes `plan.toml` and a CSV for each run into `folder`; returns the path of the former, which is written last."""
+    """Writes `plan.toml` and a CSV for each run into `folder`; returns the path of the former, which is written last. Nothing
+    of a plan that was there before stays."""
+    _clear(folder)
     for run in plan.runs:
         time, volts = run.experiment.command()
         write_log(folder / f"{run.name}.csv", {"time_s": time, "voltage_V": volts}, run.notes)
@@ -82,12 +85,21 @@ def write_plan(folder: Path, plan: Plan) -> Path:
     return folder / FILE
 
 
+def _clear(folder: Path) -> None:
+    """Takes an earlier plan out of a folder, with its runs, which might be played for those of the next one."""
+    if (folder / FILE).exists():
+        with suppress(InputError):  # what cannot be read names no runs
+            for run in read_plan(folder).runs:
+                (folder / f"{run.name}.csv").unlink(missing_ok=True)
+        (folder / FILE).unlink()
+
+
 def write_next(folder: Path, plan: Plan | None) -> Path | None:
     """Writes the plan of a diagnosis's next experiment, where there is one, into `next` in the diagnosis's folder; no plan of
     an earlier diagnosis stays there."""
     target = folder / "next"
     if plan is None:
-        (target / FILE).unlink(missing_ok=True)
+        _clear(target)
         return None
     target.mkdir(exist_ok=True)
     return write_plan(target, plan)

@@ -59,7 +59,7 @@ def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
     assert found.loss[1] < 0.1 * found.loss[0] and found.controller.ki == 0.0
 
 
-@pytest.mark.parametrize("exponent", [1.9968, 2.0, 2.0032])
+@pytest.mark.parametrize("exponent", [1.9968, *(pytest.param(n, marks=pytest.mark.slow) for n in (2.0, 2.0032))])
 def test_where_friction_makes_creases_no_small_move_within_the_margin_does_much_better(exponent: float) -> None:
     rig = replace(reaction(), effects={"axis.stribeck": {"M_c": 0.01, "M_e": 0.006, "v_s": 0.2, "n": exponent}})
     law = Controller(6.3, ki=1.9, kd=1.33, smooth=0.02, forward=0.58, dead=0.0035, limit=10.0)

@@ -400,23 +400,30 @@ def test_an_esc_that_by_its_board_turns_one_way_is_not_armed_for_a_reversal(scri
 
 
 def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:
-    """The one test with the wall's clock in it."""
+    """The one test with the wall's clock in it: where the machine keeps the host silent for 200 ms the board gives up, rightly, and
+    it is tried again."""
     need_simavr()
+    rig, tries = read_rig(RIG), iter(range(4))
+    done = over_a_pseudo_terminal(rig, tmp_path / f"{next(tries)}.csv")
+    while "silence of the host" in str(done.failure) and (k := next(tries, None)):
+        done = over_a_pseudo_terminal(rig, tmp_path / f"{k}.csv")
+    assert done.failure is None and done.remarks == []
+    log = read_log(done.logs[0], rig)
+    angle = log.outputs["wheel_rad"] - log.outputs["wheel_rad"][0]
+    assert np.abs(angle - wheel(log.command, 0.003)).max() < 1.5 * 2 * np.pi / 2048
+
+
+def over_a_pseudo_terminal(rig: Rig, path: Path) -> recorder.Recorded:
     serve = subprocess.Popen(
         [sys.executable, "-m", "experiments.testbed.serve"], stdout=subprocess.PIPE, text=True, env=_paths()
     )
     try:
         assert serve.stdout
         port = serve.stdout.readline().strip()
-        rig = read_rig(RIG)
-        done = record(port, rig, tmp_path / "run.csv", {}, play(Experiment("square", 1.0, 0.0, 1.0, 1.0), rig))
+        return record(port, rig, path, {}, play(Experiment("square", 1.0, 0.0, 1.0, 1.0), rig))
     finally:
         serve.kill()
         serve.communicate()
-    assert done.failure is None and done.remarks == []
-    log = read_log(done.logs[0], rig)
-    angle = log.outputs["wheel_rad"] - log.outputs["wheel_rad"][0]
-    assert np.abs(angle - wheel(log.command, 0.003)).max() < 1.5 * 2 * np.pi / 2048
 
 
 def test_a_port_that_is_not_there() -> None:

@@ -45,7 +45,9 @@ def played(rig: Rig, within: Envelope, folder: Path) -> dict[str, tuple[Log, dic
     return {run.name: (log, p.outputs) for run, log, p in zip(runs, logs, found, strict=True)}
 
 
-@pytest.mark.parametrize("kind", RIGS)
+@pytest.mark.parametrize(
+    "kind", [kind if kind == "wheel" else pytest.param(kind, marks=pytest.mark.slow) for kind in RIGS]
+)
 @given(data=st.data())
 @settings(max_examples=2, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_a_plan_uses_a_rig_and_stays_within_its_limits(kind: str, data: st.DataObject, tmp_path: Path) -> None:
@@ -124,9 +126,13 @@ def in_a_row(rig: Rig, runs: tuple[Run, ...], wait: float) -> np.ndarray:
     ("rig", "travel"),
     [
         (SLIDE, 0.2),
-        (platform("viscous = 0.02\ncoulomb = 0.05"), 5.0),
+        pytest.param(platform("viscous = 0.02\ncoulomb = 0.05"), 5.0, marks=pytest.mark.slow),
         (platform("viscous = 0.005"), 0.7),  # coasts for minutes: 20 s to lose two thirds of its rate
-        (replace(platform(), effects={"axis.end_stop": {"low": -1.0, "high": 1.2, "k": 40.0, "d": 0.1}}), 3.0),
+        pytest.param(
+            replace(platform(), effects={"axis.end_stop": {"low": -1.0, "high": 1.2, "k": 40.0, "d": 0.1}}),
+            3.0,
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_all_runs_together_keep_to_the_travel(rig: Rig, travel: float) -> None:

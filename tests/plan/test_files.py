@@ -70,6 +70,14 @@ def test_the_plan_in_the_documentation_can_be_read(tmp_path: Path) -> None:
     assert plan.rig == "testbed" and plan.runs[0].experiment == Experiment("triangle", 3.11, 0.0, 16.0, 16.0)
 
 
+def test_no_run_of_an_earlier_plan_stays_beside_the_next_one(tmp_path: Path) -> None:
+    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
+    (tmp_path / "notes.csv").write_text("mine")
+    write_plan(tmp_path, Plan("rig", {}, (one, other)))
+    write_plan(tmp_path, Plan("rig", {}, (other,)))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.csv", "other.csv", "plan.toml"]
+
+
 def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
     assert write_next(tmp_path, None) is None and not (tmp_path / "next").exists()
     plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
