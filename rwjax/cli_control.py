@@ -501,7 +501,7 @@ def tune(
         )
     if shown["tuned"]["settling"] is None:
         notes.append(
-            "what holds the axis off its angle is mostly dry friction: try --ki, --forward 0.8 or a larger --sigma"
+            "not settled: where dry friction holds the axis off its angle, --ki or --forward 0.8 help, else a larger --sigma"
         )
     if tuned.least < least:
         notes.append(f"margin kept on the rig alone: {tuned.least:.2f}; the robust gains have no {least:g}")
