@@ -12,8 +12,10 @@
 #endif
 
 #define PULSE_MIN HALF_US(1000)
-#define PULSE_NEUTRAL HALF_US(1500) /* of an ESC that turns both ways; PULSE_MIN for one that turns one way */
 #define PULSE_MAX HALF_US(2000)
+#ifndef PULSE_NEUTRAL
+#define PULSE_NEUTRAL HALF_US(1500) /* of an ESC that turns both ways; PULSE_MIN for one that turns one way */
+#endif
 
 #define ARM_TICKS TICKS(1000)    /* neutral this long before anything else: the ESC arms itself meanwhile */
 #define SILENCE_TICKS TICKS(200) /* without a valid command: fault */

@@ -6,6 +6,9 @@
 #define SPAN (PULSE_MAX - PULSE_NEUTRAL) /* half us, largest command either way */
 #define LONGEST (3600UL * TICK_HZ)       /* ticks, of an experiment */
 
+_Static_assert(PULSE_MIN <= PULSE_NEUTRAL && PULSE_NEUTRAL + (PULSE_MAX - PULSE_MIN) / 6 <= PULSE_MAX,
+               "PULSE_NEUTRAL: not below PULSE_MIN, nor so near to PULSE_MAX that next to nothing is left to command");
+
 static void neutral(struct machine *m) {
     m->width[0] = m->width[1] = PULSE_NEUTRAL;
 }

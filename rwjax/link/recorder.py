@@ -18,7 +18,7 @@ from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import LinkError, Port, Session, faults, reason
 from rwjax.link.stream import channels, check_board, check_rig, numbered, refuse_existing, write_logs
-from rwjax.plan.envelope import PULSES_US
+from rwjax.plan.envelope import LITTLE, PULSES_US, check_neutral
 from rwjax.plan.experiment import TICK_HZ, Experiment
 from rwjax.rig import Rig
 
@@ -157,6 +157,7 @@ def to_play(experiment: Experiment, rig: Rig) -> tuple[int, ...]:
     """What the command PLAY carries. Raises `LinkError` for what the board cannot play."""
     check_rig(rig)
     assert rig.pwm is not None
+    check_neutral(rig.pwm)
     half_us = [_whole(2.0 * volts / rig.pwm.volts_per_us) for volts in (experiment.amplitude, experiment.offset)]
     ticks = [_whole(TICK_HZ * seconds) for seconds in (experiment.period, experiment.length)]
     check_pulses(experiment, rig, *PULSES_US)
@@ -172,12 +173,14 @@ def check_pulses(experiment: Experiment, rig: Rig, shortest: float, longest: flo
     assert rig.pwm is not None
     neutral, per_us = rig.pwm
     size = (abs(experiment.amplitude) + abs(experiment.offset)) / abs(per_us)
-    volts = sorted((end - neutral) * per_us for end in (shortest, longest))
+    span = longest - neutral  # boards drive no further the other way either
+    volts = sorted((end - neutral) * per_us for end in (max(shortest, neutral - span), longest))
+    one_way = min(map(abs, volts)) < LITTLE * max(map(abs, volts))
     ends = [neutral + v / per_us for v in experiment.span]
     spare = 1e-6  # us, of rounding
-    small = size <= longest - neutral + spare
+    small = size <= span + spare
     if not (small and shortest - spare <= min(ends) and max(ends) <= longest + spare):
-        right = "this ESC turns one way: add an offset" if small and 0.0 in volts else "give less"
+        right = "this ESC turns one way: add an offset" if small and one_way else "give less"
         raise LinkError(
             f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {volts[0]:g} to {volts[1]:g} V; {right}"
         )

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 
 from rwjax.build import structure_of, theta_of
 from rwjax.errors import InputError
-from rwjax.plan.envelope import Envelope
+from rwjax.plan.envelope import Envelope, reaches
 from rwjax.plan.experiment import REST_S, Experiment
 from rwjax.plan.files import Run
 from rwjax.plan.motion import TAIL_S, WAIT_S, left, motion, peaks
@@ -147,8 +147,14 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
         )
     if len(within.ways) == 1:
         remarks.append(
-            "the ESC turns one way (`neutral_us` is at an end of its pulses): runs that reverse are left out"
+            "the ESC turns one way (`neutral_us` is at an end of its pulses, or near it): runs that reverse are left out"
         )
+    elif rig.pwm is not None and (least := min(reaches(rig.pwm).values())) < max(reaches(rig.pwm).values()):
+        if within.volts == least:
+            remarks.append(
+                f"`neutral_us` is {rig.pwm.neutral_us:g}, off the middle of the pulses: the runs keep to the {least:g} V that they "
+                "reach both ways"
+            )
     if _short(within):
         remarks.append(
             f"the runs keep to {within.most['yaw_rad']:g} rad (a linear axis: m) either way of where the axis stands when the first one begins: "

@@ -13,6 +13,8 @@ from rwjax.rig_read import Pwm
 
 PULSES_US = (1000.0, 2000.0)
 """Shortest and longest pulse of servos and ESCs [us]."""
+LITTLE = 0.2
+"""Share of what the pulses tell one way, below which they are taken to tell nothing the other way."""
 
 
 class Limit(NamedTuple):
@@ -56,7 +58,7 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
     """The envelope of a rig from what is given, `most` by output, and what the rig file knows, whichever is less.
 
     A rig file knows the command's range from `drive.pwm` and `drive.saturation`, the travel from `axis.end_stop`; a neutral
-    pulse at an end of the pulses' range means an ESC that turns one way. Raises `InputError` where nothing limits the command,
+    pulse at or near the short end of the pulses' range means an ESC that turns one way. Raises `InputError` where nothing limits the command,
     and for a limit of something that the kind of rig does not have.
     """
     most = dict(most or {})
@@ -65,13 +67,10 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
             f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
         )
     known = [volts] if volts is not None else []
-    if rig.pwm is not None and rig.pwm.neutral_us >= PULSES_US[1]:
-        raise InputError(
-            f"`drive.pwm.neutral_us` is {rig.pwm.neutral_us:g}: no board gives pulses beyond {PULSES_US[1]:g} us; an ESC that turns one "
-            f"way has its neutral at {PULSES_US[0]:g}"
-        )
+    if rig.pwm is not None:
+        check_neutral(rig.pwm)
     reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else reaches(rig.pwm)
-    ways = tuple(way for way, most_volts in reach.items() if most_volts > 0.0)
+    ways = tuple(way for way, most_volts in reach.items() if most_volts >= LITTLE * max(reach.values()))
     known += [reach[way] for way in ways if math.isfinite(reach[way])]
     known += [rig.effects["drive.saturation"]["u_m"]] if "drive.saturation" in rig.effects else []
     if not known:
@@ -81,6 +80,19 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
         most["yaw_rad"] = min(most.get("yaw_rad", math.inf), max(min(stop["high"], -stop["low"]), 0.0))
     limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
     return Envelope(min(known), limits, ways)
+
+
+def check_neutral(pwm: Pwm) -> None:
+    """Raises `InputError` where no pulse is left on the far side of the neutral one: boards drive no further from neutral, either
+    way, than their longest pulse is."""
+    shortest, longest = PULSES_US
+    if shortest <= pwm.neutral_us and longest - pwm.neutral_us >= LITTLE * (pwm.neutral_us - shortest):
+        return
+    none = f"above {longest:g}" if pwm.neutral_us > shortest else f"below {shortest:g}"
+    raise InputError(
+        f"`drive.pwm.neutral_us` is {pwm.neutral_us:g}, and boards give no pulses {none} us: too few are left; an ESC that "
+        f"turns one way has its neutral at {shortest:g} or little more, one that turns both ways about {sum(PULSES_US) / 2.0:g}"
+    )
 
 
 def reaches(pwm: Pwm) -> dict[float, float]:

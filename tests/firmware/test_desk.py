@@ -2,7 +2,9 @@
 
 import ctypes
 import struct
+import subprocess
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
+from experiments.testbed.campaign import FOLDER
+from firmware.simavr import avr
 from firmware.simavr.avr import desk as compiled
 from firmware.wave import TARGET, text
 from rwjax.link import frames
@@ -253,3 +257,25 @@ def test_an_armed_board_faults_at_its_limits_and_not_below(
     c.machine_tick(armed, now, 0)
     assert armed.faults == faults and armed.state == (frames.FAULT if faults else frames.ARMED)
     assert armed.missed == missed and armed.moved[encoder] == sense * (counts // (missed + 1))
+
+
+@pytest.mark.parametrize(("half_us", "good"), [(1998, False), (2000, True), (2120, True), (3600, True), (3980, False)])
+def test_firmware_whose_neutral_pulse_leaves_next_to_nothing_does_not_compile(half_us: int, good: bool) -> None:
+    need_compiler()
+    source = Path(avr.FIRMWARE, "rwbed", "machine.c")
+    done = subprocess.run(
+        ["cc", "-std=gnu99", "-fsyntax-only", f"-DPULSE_NEUTRAL={half_us}", source], capture_output=True, text=True
+    )
+    assert (done.returncode == 0) == good and ("PULSE_NEUTRAL: not below PULSE_MIN" in done.stderr) != good
+
+
+def test_the_logs_in_data_were_recorded_with_this_firmware(c: ctypes.CDLL) -> None:
+    machine, hello = desk.Machine(), desk.Frame()
+    c.machine_init(machine, 0)
+    c.machine_hello(machine, 0, hello)
+    sources = int.from_bytes(desk.plain(hello)[2][1:5], "little")
+    logs = sorted(FOLDER.glob("*.csv"))
+    assert len(logs) == 7
+    for log in logs:
+        head = log.read_text().partition("time_s")[0]
+        assert f"# firmware: {sources:08x}\n" in head, f"{log.name}: run python -m experiments.testbed.make_data"

@@ -392,6 +392,20 @@ def test_an_esc_that_turns_one_way_has_the_whole_span() -> None:
     assert to_play(Experiment("coast-down", 1.0, 0.0, 1.0, 1.0), one_way)[2:4] == (100, 0)
 
 
+def test_a_neutral_pulse_near_an_end_is_said_for_what_it_is() -> None:
+    rig = read_rig(RIG)
+    assert rig.pwm
+    near, high, no = (replace(rig, pwm=rig.pwm._replace(neutral_us=us)) for us in (1010.0, 1700.0, 1990.0))
+    assert to_play(Experiment("square", 1.0, 1.1, 1.0, 1.0), near)[2:4] == (100, 110)
+    with pytest.raises(LinkError, match=r"the pulses reach -0\.2 to 19\.8 V; this ESC turns one way: add an offset"):
+        to_play(Experiment("square", 2.0, 0.0, 1.0, 1.0), near)
+    assert to_play(Experiment("coast-down", -6.0, 0.0, 1.0, 1.0), high)[2:4] == (-600, 0)
+    with pytest.raises(LinkError, match="the pulses reach -6 to 6 V; give less"):  # though pulses of 1000 us are -14 V
+        to_play(Experiment("coast-down", -7.0, 0.0, 1.0, 1.0), high)
+    with pytest.raises(InputError, match="`drive.pwm.neutral_us` is 1990, and boards give no pulses above 2000 us"):
+        to_play(Experiment("square", 0.1, 0.0, 1.0, 1.0), no)
+
+
 def test_an_esc_that_by_its_board_turns_one_way_is_not_armed_for_a_reversal(scripted, tmp_path: Path) -> None:
     port, rig = scripted(Scripted(stream(range(200), HELLO._replace(pulse_min=3000)))), read_rig(RIG)
     done = record("port", rig, tmp_path / "run.csv", {}, play(SQUARE, rig))

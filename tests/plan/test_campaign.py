@@ -167,6 +167,7 @@ def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
         (1500.0, 0.02, (1.0, -1.0), 10.0),
         (1000.0, 0.01, (1.0,), 10.0),
         (1000.0, -0.01, (-1.0,), 10.0),
+        (1060.0, 0.01, (1.0,), 9.4),  # 60 us below it are no way to turn
         (1200.0, 0.02, (1.0, -1.0), 4.0),  # 200 us below it
     ],
 )
@@ -184,9 +185,26 @@ def test_the_neutral_pulse_says_which_ways_an_esc_turns(
     assert len(runs) >= 2
 
 
-def test_a_neutral_pulse_beyond_which_there_is_none_is_refused() -> None:
-    with pytest.raises(InputError, match="`drive.pwm.neutral_us` is 2000: no board gives pulses beyond 2000 us"):
-        envelope(replace(RIGS["reaction"], pwm=Pwm(2000.0, 0.01)))
+@pytest.mark.parametrize(
+    ("neutral", "said"),
+    [
+        (2000.0, "is 2000, and boards give no pulses above 2000 us: too few are left"),
+        (1960.0, "is 1960, and boards give no pulses above 2000 us: too few are left"),
+        (900.0, "is 900, and boards give no pulses below 1000 us: too few are left"),
+    ],
+)
+def test_a_neutral_pulse_beyond_which_there_is_little_is_refused(neutral: float, said: str) -> None:
+    with pytest.raises(InputError, match=f"`drive.pwm.neutral_us` {said}"):
+        envelope(replace(RIGS["reaction"], pwm=Pwm(neutral, 0.01)))
+
+
+def test_a_neutral_pulse_off_the_middle_is_said_where_it_is_what_limits_the_runs() -> None:
+    rig = replace(RIGS["reaction"], pwm=Pwm(1700.0, 0.02))
+    said = "`neutral_us` is 1700, off the middle of the pulses: the runs keep to the 6 V that they reach both ways"
+    for volts, limits in ((None, True), (4.0, False)):
+        runs, remarks = recommend(rig, envelope(rig, volts, {"wheel_rad_s": 200.0}))
+        assert (said in remarks) == limits
+        assert max(run.experiment.most_volts for run in runs) <= (volts or 6.0)
 
 
 def test_what_the_rig_file_knows_is_a_limit() -> None:
