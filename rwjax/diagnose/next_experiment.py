@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.fit.problem import Problem
-from rwjax.plan.campaign import DESIGNS, SECONDS
+from rwjax.plan.campaign import COASTING, DESIGNS, SECONDS
 from rwjax.plan.envelope import LIMITS, Envelope
 from rwjax.plan.experiment import REST_S, TICK_HZ, Experiment
 from rwjax.plan.files import Plan, Run
-from rwjax.plan.motion import peaks, readings
+from rwjax.plan.motion import WAIT_S, left, peaks, readings
 from rwjax.predict import predict
 
 SHARES = (1.0, 0.6, 0.35, 0.2)
@@ -55,30 +55,39 @@ def shown(rival: Rival, train: Sequence[int]) -> Envelope:
     return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
 
 
-def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], left: dict[str, float]) -> Proposal:
+def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: dict[str, float]) -> Proposal:
     """The command on which two rivals differ most, hardly further than the logs in `train` have gone, and by how much.
 
-    `rig`: its name, for the plan. `left`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a
+    `rig`: its name, for the plan. `remains`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a
     difference below it tells nothing.
     """
     problem, within = rivals[0].problem, shown(rivals[0], train)
     outputs = sorted({name for k in train for name in problem.logs[k].outputs})
-    error = np.array([max(problem.noise[name], left.get(name, 0.0)) for name in outputs])
+    error = np.array([max(problem.noise[name], remains.get(name, 0.0)) for name in outputs])
     experiments = commands(within.volts)
+    during = round(TICK_HZ * SECONDS)
     length = np.array([REST_S + e.length for e in experiments])
-    lasts = np.arange(round(TICK_HZ * SECONDS)) < TICK_HZ * length[:, None]  # (e, t)
+    lasts = np.arange(during) < TICK_HZ * length[:, None]  # (e, t)
     runs, holds = [], np.ones(len(experiments), bool)
     for rival in rivals:
-        structure = rival.problem.structure
-        y = readings(structure, rival.theta, experiments, SECONDS)
-        moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
-        holds &= within.used(peaks(moved)) <= BEYOND
-        runs.append((np.stack([moved[name] for name in outputs], axis=-1) / error, peaks(moved)))
+        moved = _until_rest(rival, experiments)
+        peak = peaks(moved)
+        if "yaw_rad" in peak:  # as in a plan whose travel is limited
+            coasts = left(moved["yaw_rad_s"])
+            peak["yaw_rad"] = peak["yaw_rad"] + coasts
+            holds &= coasts <= COASTING * within.most["yaw_rad"]
+        holds &= within.used(peak) <= BEYOND
+        runs.append((np.stack([moved[name][:, :during] for name in outputs], axis=-1) / error, peak))
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers holds no limit
         apart = np.sum((runs[0][0] - runs[1][0]) ** 2, axis=-1)
     telling = np.where(holds, np.sqrt(np.sum(np.where(lasts, apart, 0.0), axis=1) / lasts.sum(axis=1)), 0.0)
     best = int(np.argmax(telling))
     names = [" + ".join(rival.names) for rival in rivals]
+    if not holds.any():
+        return Proposal(
+            f"none found that separates {' and '.join(names)}: every command would take the rig further than these logs have gone "
+            "before it comes to rest"
+        )
     if telling[best] < 1.0:
         return Proposal(
             f"no command within {within.volts:.3g} V, hardly further than these logs have gone, separates {' and '.join(names)}: "
@@ -96,6 +105,13 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], left: dict[
         f"run {in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
         Plan(rig, within.known, (run,)),
     )
+
+
+def _until_rest(rival: Rival, experiments: Sequence[Experiment]) -> dict[str, np.ndarray]:
+    """Motion `(experiment, time)` by output, of an axis long enough for it to come to rest."""
+    structure = rival.problem.structure
+    y = readings(structure, rival.theta, experiments, SECONDS + (WAIT_S if "yaw_rad" in structure.outputs else 0.0))
+    return {name: y[..., k] for k, name in enumerate(structure.outputs)}
 
 
 def in_words(e: Experiment) -> str:

@@ -54,3 +54,45 @@ def test_where_no_run_separates_them_that_is_said() -> None:
     assert plan is None and sentence.startswith(
         "no command within 0.9 V, hardly further than these logs have gone, separates"
     )
+
+
+def test_the_way_until_the_rig_rests_counts() -> None:
+    """An axis that coasts for longer than 5 s goes on into what no log has shown."""
+    rig = platform("viscous = 0.005")  # slows down within 20 s
+    structure = structure_of(rig).with_effects("axis.coulomb", "drive.deadzone")
+    time = np.arange(2001) * 0.01
+    log = record(
+        time, np.where((time > 0.6) & (time < 2.6), 0.9, 0.0) - np.where((time > 2.6) & (time < 4.6), 0.9, 0.0)
+    )
+    two = []
+    for effect, number, value in (("axis.coulomb", "M_c", 1e-6), ("drive.deadzone", "u_0", 0.05)):
+        theta = theta_of(rig, structure)
+        theta[structure.names.index(f"{effect}.{number}")] = value
+        two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
+    _, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
+    assert plan is not None
+    (run,) = plan.runs
+    _, volts = run.experiment.command()
+    many = np.concatenate([volts, np.zeros(20_000)])  # 200 s later it rests
+    long = record(np.arange(len(many)) * 0.01, many)
+    for each in two:
+        y = predict(pose(each.problem.structure, [long], {"yaw_rad": 2e-3}), each.theta, with_floor=False)[0].outputs[
+            "yaw_rad"
+        ]
+        assert np.abs(y - y[0]).max() <= BEYOND * plan.limits["yaw_rad"]
+    assert run.reaches["yaw_rad"] >= np.abs(y - y[0]).max() * 0.5
+
+
+def test_where_every_command_goes_too_far_nothing_is_said_to_be_the_same() -> None:
+    rig = platform("viscous = 0.002")
+    structure = structure_of(rig).with_effects("axis.bias_torque", "drive.bias")
+    time = np.arange(501) * 0.01
+    log = record(time, np.where(time > 0.6, 0.3 * np.sign(np.sin(2.0 * np.pi * time)), 0.0))
+    two = []
+    for effect, number, value in (("axis.bias_torque", "T", 0.01), ("drive.bias", "u_b", 0.03)):
+        theta = theta_of(rig, structure)
+        theta[structure.names.index(f"{effect}.{number}")] = value  # it never rests
+        two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
+    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
+    assert plan is None
+    assert sentence.startswith("none found that separates axis.bias_torque and drive.bias: every command would take")
