@@ -82,8 +82,8 @@ CASES = [
     Case(
         "sensor.missed_counts",
         "platform",
-        1,
-        lambda p: {"s": -np.expm1(-p["missed"]), "w_m": p["missed_above"]},
+        0,
+        lambda p: {"s": -np.expm1(-p["missed"]), "j": -np.expm1(-p["missed"]), "w_m": p["missed_above"]},
         0.02,
     ),
     Case("sensor.clock", "platform", 0, lambda p: {"e": -np.expm1(-p["clock"])}, 0.05),

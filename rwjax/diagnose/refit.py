@@ -37,6 +37,10 @@ LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
 """Cost against the best one's up to which an explanation takes part to the end."""
+BEHIND = 20.0
+"""Cost against the best finished fit's up to which an explanation takes part any longer."""
+GLANCE = 2
+"""Steps by exact derivatives, after those through short windows, that show whether more are worth while."""
 FAR = 5.0
 """Factor between a fitted number and the rig file's above which a search begins from both."""
 NEAR = 1.3
@@ -224,8 +228,10 @@ class Refits:
         running = {e: self._begin_at(e, parent, s) for e, s in screened.items()}
         self._keep(running)
         promise = {e: min(s.left, running[e].cost) for e, s in screened.items()}
+        known = min(f.cost for e, f in self._done.items() if e in self._finished)
         for many, steps in HEATS:
-            ahead = sorted(new, key=promise.__getitem__)[:many]
+            ahead = [e for e in sorted(new, key=promise.__getitem__) if steps == 1 or promise[e] <= BEHIND * known]
+            ahead = ahead[:many]
             runs = [(e, f) for e in ahead for f in begun[e][:BEGIN]]
             found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
             for e in ahead:
@@ -239,12 +245,18 @@ class Refits:
         least = min(self._done[e].cost for e in (parent, *wanted))
         ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least]
         ahead = ahead[: HEATS[-1][0]]
-        ahead += [e for e in new if e in self._finished and e not in ahead]
-        for e in ahead:
-            self.progress(" + ".join(e.names) or "the rig as it is")
-        self._done |= zip(ahead, together([self._to_the_end(self._done[e]) for e in ahead]), strict=True)
-        self._finished |= {*ahead}
-        self._free_starts()
+        again = [e for e in new if e in self._finished and e not in ahead]
+        for part in (
+            ahead[:1],
+            ahead[1:] + again,
+        ):  # how far the first one comes says which of the others may still win
+            least = min(self._done[e].cost for e in (parent, *wanted))
+            part = [e for e in part if promise[e] <= BEHIND * least or e in again]
+            for e in part:
+                self.progress(" + ".join(e.names) or "the rig as it is")
+            self._done |= zip(part, together([self._to_the_end(self._done[e]) for e in part]), strict=True)
+            self._finished |= {*part}
+            self._free_starts()
         self._settle()
         return {e: self._done[e] for e in wanted}
 
@@ -298,23 +310,29 @@ class Refits:
         return min(found, again, key=lambda f: f.cost)
 
     def polish(self, explanation: Explanation) -> Fit:
-        """The fit of an explanation to the last digit: by exact derivatives, which go straight along a narrow valley where
-        secants of whole runs creep, then by secants, which see across the creases of stick and slip."""
+        """The fit of an explanation to the last digit: by exact derivatives, then by secants, which see across the creases of
+        stick and slip."""
         ruled = self._ruled
-        self._exactly(explanation)
-        self._free_starts()
+        self.exactly(explanation)
         if self._ruled != ruled:
-            self._exactly(explanation)
+            self.exactly(explanation)
         self._keep({explanation: together([self._polished(self(explanation), LAST_DIGIT)])[0]})
         return self._done[explanation]
 
-    def _exactly(self, explanation: Explanation) -> None:
-        begun = self(explanation)
+    def exactly(self, explanation: Explanation) -> None:
+        """Fits an explanation on by exact derivatives through short windows that begin at what was measured: they go straight
+        along a narrow valley where secants of whole runs creep, and find one that whole runs end before."""
+        begun = self.known(explanation)
         if begun.problem.structure.latest > self.problem.structure.latest:
             return  # its readings reach back further than the windows of the layout that all share
-        problem = self._of_training(begun.problem.structure)
+        problem, c = self._of_training(begun.problem.structure), begun.coordinates
         nodes = measured_nodes(problem, begun.theta)
-        self._keep({explanation: fit(problem, begun.coordinates, begun.theta, start=begun.start, nodes=nodes)})
+        found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
+        if found.cost <= BEHIND * min(f.cost for f in self._done.values()):
+            found = fit(problem, c, found.theta, start=found.start)
+            self._finished.add(explanation)
+        self._keep({explanation: found})
+        self._free_starts()
 
     def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
         return _carried_on(self._of_training(begun.problem.structure), begun, MOST_STEPS, tolerance)

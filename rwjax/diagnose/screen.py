@@ -109,13 +109,19 @@ class Screen:
         coarse = self._probed(candidates)
         scaled = [self._scaled(c, r) for c, r in zip(candidates, coarse, strict=True)]
         fine = self._probed(scaled)
-        found = [self._predict(c, r) for c, r in zip(scaled, fine, strict=True)]
-        return [
-            replace(
-                f, begin=_different((*f.begin, *((*s.starts, *c.starts) if len(c.starts) <= FEW else ()), *c.besides))
-            )
-            for f, s, c in zip(found, scaled, candidates, strict=True)
-        ]
+        found = []
+        for c, far, near, nearby in zip(candidates, coarse, scaled, fine, strict=True):
+            own = [*near.starts, *self._moved(near, nearby), *c.starts, *self._moved(c, far)]
+            predicted = self._predict(near, nearby)
+            begin = (*predicted.begin, *(own if len(c.starts) <= FEW else ()), *c.besides)
+            found.append(replace(predicted, begin=_different(begin)))
+        return found
+
+    def _moved(self, candidate: Candidate, probed: np.ndarray) -> list[np.ndarray]:
+        """The starts of a candidate, each with the free numbers moved to where they leave least of its residual."""
+        left = probed.reshape(len(probed), -1)[1:, self.seen]
+        known = [(theta, r) for theta, r in zip(candidate.starts, left, strict=True) if np.all(np.isfinite(r))]
+        return [np.clip(self._with_free_numbers(candidate, theta, r), *candidate.bounds.T) for theta, r in known]
 
     def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""

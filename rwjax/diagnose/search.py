@@ -7,6 +7,7 @@ same thing for the kind of rig.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -45,6 +46,12 @@ LEADING, CLOSE_COST = 3, 1.5
 SEARCHED = (3, 1, 1)
 """Explanations that a race left ahead, beside so many names, and that are searched from all of their places where none of
 them suffices."""
+EXACT = (6, 3, 3)
+"""The same that are fitted on by exact derivatives where none of them suffices then."""
+EXCHANGES = 3
+"""Times at most that a choice gives way to a rival with more evidence."""
+RIVALS = 3
+"""Rivals of a choice, those that leave least, that are fitted on by exact derivatives before they are judged."""
 
 
 @dataclass(frozen=True)
@@ -146,6 +153,10 @@ class Search:
         simpler = [e for e in explanations if best.contains(e) and self.gain(best, e) <= NEEDED]
         return max(simpler, key=lambda e: self.evidence(e, effective), default=best)
 
+    def _ahead(self, explanations: list[Explanation]) -> list[Explanation]:
+        """Explanations, those that leave least first."""
+        return sorted(explanations, key=lambda e: self.refits.known(e).cost)
+
     def _forward(self, explanation: Explanation) -> Explanation:
         enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
         while len(explanation.names) < MOST_NAMES and self.excess(explanation) > enough:
@@ -155,9 +166,13 @@ class Search:
             if not tried:
                 break
             self._fit(tried, explanation)
-            for e in sorted(tried, key=lambda e: self.refits.known(e).cost)[: SEARCHED[len(explanation.names)]]:
-                if self.excess(self._leader(tried)) > enough:
-                    self.refits.search(e, explanation)
+            for most, further in (
+                (SEARCHED, partial(self.refits.search, parent=explanation)),
+                (EXACT, self.refits.exactly),
+            ):
+                for e in self._ahead(tried)[: most[len(explanation.names)]]:
+                    if self.excess(self._leader(tried)) > enough:
+                        further(e)
             best = self._leader(tried)
             if not self.worthwhile(best, explanation):
                 break
@@ -203,6 +218,8 @@ class Search:
             groups[0].append("drive.bias")
         if platform:
             groups.append(["drive.delay", "sensor.delay"])
+            if self._falls(best):
+                groups.append(["drive.curvature", "drive.supply_sag"])
         for number in (n for n in best.numbers if on_one_axis(n) == "motor.resistance"):
             groups.append(
                 [f"parameter.{number}", beside(number, "drive.supply_sag")]
@@ -214,6 +231,11 @@ class Search:
             if len(members) == 1:
                 found += [e for name in same if (e := self._instead(best, members[0], name)) not in (best, None)]
         return found
+
+    def _falls(self, best: Explanation) -> bool:
+        """Whether a curved drive's gain falls with the command's size, as that of a sagging supply does: where no current is
+        known, the command alone says how much it is loaded."""
+        return "drive.curvature" not in best.names or self.refits.known(best).numbers()["drive.curvature.c"] < 0.0
 
     def _instead(self, best: Explanation, member: str, name: str) -> Explanation | None:
         """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
@@ -235,13 +257,13 @@ class Search:
         """The search from the rig as it is."""
         nothing = Explanation()
         self.refits(nothing)
-        best = self._backward(self._forward(nothing))
-        alternatives: list[Explanation] = []
-        same = self._declared(best)
-        if best.names:
+        best, alternatives = self._backward(self._forward(nothing)), []
+        for _ in range(EXCHANGES if best.names else 0):
             hopeless = self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED
             rivals = [] if hopeless else self._exchanged(best)
             self._fit([e for e in rivals if e not in self.refits], best)
+            for e in self._ahead(rivals)[:RIVALS]:
+                self.refits.exactly(e)
             effective = self.effective(best)
             reference = self.evidence(best, effective)
             close = [
@@ -252,7 +274,11 @@ class Search:
             ]
             alternatives = [e for e in close if not any(e.contains(other) for other in close)]
             alternatives.sort(key=lambda e: -self.evidence(e, effective))
-            alternatives += [e for e in same if e not in alternatives]
+            if not alternatives or self.gain(alternatives[0], best) <= NEEDED:
+                break
+            best = alternatives[0]
+        same = self._declared(best)
+        alternatives = [e for e in dict.fromkeys([*alternatives, *same]) if e != best]
         everything = [e for e in self.squares]
         effective = self.effective(best)
         base = self.evidence(nothing, effective)

@@ -12,6 +12,8 @@ from rwjax.types import Scalar
 
 SHARP = 5000.0
 """Exponent of a saturation whose corner is as good as sharp: 0.014 % below it."""
+JUMPS = (0.015, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3)
+"""A jump shows only by the samples that it keeps at 0: no slope leads from one to the next."""
 
 
 class DeadZone(CommandMap):
@@ -20,9 +22,11 @@ class DeadZone(CommandMap):
     name: ClassVar[str] = "drive.deadzone"
     label: ClassVar[str] = "dead zone of the drive"
     coordinate: ClassVar[str] = "voltage"
-    u_0: Scalar = param("V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3, 0.0, 0.0, 0.0), scale="command", tex="u_0")
+    u_0: Scalar = param(
+        "V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3, *(0.0,) * len(JUMPS)), scale="command", tex="u_0"
+    )
     j: Scalar = param(
-        "V", bounds=(0.0, jnp.inf), starts=(0.0, 0.0, 0.0, 0.03, 0.1, 0.3), scale="command", tex="j", optional=True
+        "V", bounds=(0.0, jnp.inf), starts=(0.0, 0.0, 0.0, *JUMPS), scale="command", tex="j", optional=True
     )
 
     def command(self, u: Scalar) -> Scalar:

@@ -66,17 +66,22 @@ class LoggerClock(Clock):
 
 
 class MissedCounts(Encoder):
-    r"""Counts lost at high speed, a share of what exceeds a speed: $\dot y = w - s\,\mathrm{sgn}(w)\max(|w| - w_m, 0)$."""
+    r"""Counts lost above a speed: $\dot y = w - \mathrm{sgn}(w)\,(s\,(|w| - w_m) + j\,w_m)$ where $|w| > w_m$; with $j = s$ a share
+    of all of them."""
 
     name: ClassVar[str] = "sensor.missed_counts"
     label: ClassVar[str] = "counts missed at speed"
     coordinate: ClassVar[str] = "yaw_rate"
     states: ClassVar[tuple[str, ...]] = ("lost",)
-    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.2, 0.2), tex="s")
-    w_m: Scalar = param("rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.7, 0.4), scale="sensed_rate", tex="w_m")
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.2, 0.2, 0.1, 0.1), tex="s")
+    w_m: Scalar = param(
+        "rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.7, 0.4, 0.7, 0.4), scale="sensed_rate", tex="w_m"
+    )
+    j: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.1, 0.1), tex="j", optional=True)
 
     def _behind(self, rate: Scalar) -> Scalar:
-        return self.s * jnp.sign(rate) * jnp.maximum(jnp.abs(rate) - self.w_m, 0.0)
+        over = jnp.abs(rate) - self.w_m
+        return jnp.where(over > 0.0, jnp.sign(rate) * (self.s * over + self.j * self.w_m), 0.0)
 
     def drift(self, motion: Motion) -> tuple[Scalar, ...]:
         return (self._behind(motion.sensed),)

@@ -11,12 +11,13 @@ from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.gap import Gap
 from rwjax.diagnose.refit import Refits, promise_of
 from rwjax.diagnose.remarks import ran_away
+from rwjax.diagnose.screen import Screen
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import judge
 from rwjax.diagnose.where import missing_torque
 from rwjax.fit.lanes import together
 from rwjax.fit.rig_fit import fit_rig
-from rwjax.fit.secant import residuals
+from rwjax.fit.secant import placed, residuals
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -91,6 +92,45 @@ def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
     }
 
 
+@pytest.mark.parametrize(("c", "same"), [(-0.1, [("drive.supply_sag",)]), (0.1, [])])
+def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, same: list[tuple[str, ...]]) -> None:
+    rig = platform("viscous = 0.02")
+    refits, curved = (
+        Refits.of(rig, [true_log(rig, **{"drive.curvature": {"c": c}})], [0], print),
+        Explanation(("drive.curvature",)),
+    )
+    refits.race([curved], Explanation())
+    assert [e.names for e in Search(refits)._declared(curved)] == same
+
+
+def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> None:
+    rig, named = platform("viscous = 0.02"), Explanation(("drive.saturation",))
+    refits = Refits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 0.9, "n": 2.0}})], [0], lambda text: None)
+    refits.race([named], Explanation())
+    raced = refits.known(named)
+    k = [raced.problem.structure.names.index(f"drive.saturation.{name}") for name in ("u_m", "n")]
+    theta = raced.theta.copy()
+    theta[k] = 0.7, 300.0
+    refits._done[named] = together([placed(replace(raced, theta=theta))])[0]
+    refits.exactly(named)
+    found = refits.known(named)
+    assert 2.0 * found.cost < 1.2 * found.problem.batch.readings
+    assert found.theta[k] == pytest.approx([0.9, 2.0], rel=0.1)
+
+
+def test_a_screen_also_begins_where_the_free_numbers_suit_the_start() -> None:
+    rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
+    named = Explanation(("sensor.scale",))
+    refits = Refits.of(rig, [true_log(rig)], [0], lambda text: None)
+    candidate = refits._candidate(named, Explanation())
+    off, first = candidate.off, candidate.starts[0]
+    probed = together([residuals(candidate.problem, [off, first], [candidate.first] * 2)])[0]
+    (moved,) = Screen(refits(Explanation()))._moved(replace(candidate, starts=[first]), probed)
+    after = together([residuals(candidate.problem, [moved], [candidate.first])])[0]
+    assert np.sum(after**2) < 0.2 * np.sum(probed[1] ** 2)  # what a wrong scale does, another inertia undoes
+    assert {candidate.problem.structure.names[k] for k in np.flatnonzero(moved != first)} == {*rig.free}
+
+
 def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
     one, other = Explanation(("axis.stribeck", "axis.bias_torque")), Explanation(("axis.bias_torque", "axis.stribeck"))
     assert one == other and {one: 1}[other] == 1
@@ -146,7 +186,7 @@ def test_a_fit_by_exact_derivatives_holds_the_residual_of_its_free_runs(effect: 
     refits = Refits.of(rig, [true_log(rig, **{effect: numbers})], [0], lambda text: None)
     refits.race([named], Explanation())
     refits._done[named] = replace(refits.known(named), cost=np.inf)  # whatever is found now is taken
-    refits._exactly(named)
+    refits.exactly(named)
     found = refits.known(named)
     free_run = together([residuals(found.problem, [found.theta], [found.start])])[0][0]
     assert found.evaluation.residual == pytest.approx(free_run, abs=1e-6)

@@ -80,7 +80,8 @@ def test_null_and_starts_lie_within_bounds(effect: type[Effect]) -> None:
 
 def test_shares_and_lengths_stay_physical() -> None:
     bounds = {f"{e.name}.{name}": p.bounds for e in EFFECTS for name, p in parameters(e).items()}
-    for share in ("axis.flexible_coupling.s", "axis.backlash.s", "sensor.missed_counts.s", "axis.load_friction.mu"):
+    missed = ("sensor.missed_counts.s", "sensor.missed_counts.j")
+    for share in ("axis.flexible_coupling.s", "axis.backlash.s", "axis.load_friction.mu", *missed):
         assert bounds[share][0] >= 0.0 and bounds[share][1] <= 1.0, share
     for name, (low, _) in bounds.items():
         length = name.endswith((".tau", ".T", ".M_c", ".M_e", ".k", ".g", ".x_s")) and name != "axis.bias_torque.T"
