@@ -168,6 +168,68 @@ def test_one_row_of_wheels_or_gains_is_drawn_too(shell: Shell) -> None:
     assert (shell.folder / "size.png").exists() and (shell.folder / "row.png").exists()
 
 
+DELAYED = RIG + '[effects."drive.delay"]\ntau = 0.003\n'
+
+
+def test_a_rig_with_a_delay_is_swept_tuned_and_turned(shell: Shell) -> None:
+    (shell.folder / "late.toml").write_text(DELAYED)
+    words = "the rig's own delays are in the loop: commands 0.003 s, readings 0 s\n"
+    few = ("--kp", "40:80:2", "--kd", "8:16:2", "--seconds", "2")
+    code, out, err = shell("sweep", "late.toml", *few)
+    assert code == 0 and words in err, err
+    same = table(shell("sweep", "rig.toml", *few, "--late", "0.003")[1])
+    for name, values in table(out).items():  # the delay of the rig is that of a controller
+        assert np.array(values, float) == pytest.approx(np.array(same[name], float), rel=1e-6, abs=1e-9)
+    assert out != shell("sweep", "rig.toml", *few)[1]
+    code, out, err = shell("tune", "late.toml", "--sigma", "2", "--seconds", "2", "--json")
+    assert code == 0, err
+    other = json.loads(shell("tune", "rig.toml", "--sigma", "2", "--seconds", "2", "--json")[1])
+    assert json.loads(out)["robust"]["modulus"] < other["robust"]["modulus"]
+    code, out, err = shell("slew", "late.toml", "--angle", "10", *LIMITS, "--json")
+    assert code == 0 and "the drive's delay of 0.003 s is in this time" in err, err
+    answer = json.loads(out)
+    assert answer["delay_s"] == 0.003 and answer["least_time_s"] == pytest.approx(answer["time_s"][-1] + 0.003)
+
+
+def test_the_fastest_pair_on_an_edge_is_said(shell: Shell) -> None:
+    (shell.folder / "smooth.toml").write_text(RIG[: RIG.index("[effects")])
+    few = ("--kp", "40:80:2", "--kd", "8:16:2", "--seconds", "4")
+    code, _, err = shell("sweep", "smooth.toml", *few)
+    assert code == 0 and "fastest: " in err, err
+    for name, text in (("kp", "40:80:2"), ("kd", "8:16:2")):
+        assert f"it lies on the edge of --{name} {text}: widen that range\n" in err
+    one = ("--kp", "40:40:1", "--kd", "8:8:1", "--seconds", "4")
+    err = shell("sweep", "smooth.toml", *one)[2]
+    assert "fastest: " in err and "edge" not in err
+
+
+def test_region_knows_damping_sampling_and_margins(shell: Shell) -> None:
+    grid = ("--kp", "0:100:11", "--kd", "0:400:11")
+
+    def of(*more: str, rig: str = "rig.toml") -> tuple[dict[str, np.ndarray], str]:
+        code, out, err = shell("region", rig, *grid, *more)
+        assert code == 0, err
+        return {name: np.array(values, float) for name, values in table(out).items()}, err
+
+    plain, damped = of()[0], of("--damping", "0.5")
+    assert 0 < damped[0]["stable"].sum() < plain["stable"].sum() and "with a damping ratio of 0.5 or more" in damped[1]
+    (shell.folder / "late.toml").write_text(DELAYED.replace("0.003", "0.03"))
+    sampled, late = of("--period", "0.01"), of("--period", "0.01", rig="late.toml")
+    assert 0 < late[0]["stable"].sum() < sampled[0]["stable"].sum()
+    assert "every 0.01 s within |z| = exp(-0.5 h)" in sampled[1] and "commands 0.03 s" in late[1]
+    assert "left out: drive.delay" not in late[1] and "left out: drive.delay" in of(rig="late.toml")[1]
+    with_margins, said = of("--margins")
+    names = ["gain_below", "gain_above", "phase_rad", "delay_s", "modulus"]
+    assert list(with_margins) == ["kp", "kd", "stable", *names]
+    inside = plain["stable"] == 1.0
+    for name in names:
+        assert np.array_equal(np.isnan(with_margins[name]), ~inside)
+    best = np.nanargmax(with_margins["modulus"])
+    assert f"at kp {plain['kp'][best]:g}, kd {plain['kd'][best]:g}\n" in said
+    answer = json.loads(shell("region", "rig.toml", *grid, "--margins", "--period", "0.01", "--json")[1])
+    assert answer["period"] == 0.01 and (np.array(answer["modulus"]) == None).sum() == 121 - np.sum(answer["stable"])  # noqa: E711
+
+
 def test_neither_table_nor_figure_replaces_what_was_read(shell: Shell) -> None:
     few = ("region", "rig.toml", "--fit", "fit.json", "--plants", "5", "--kp", "1:9:3", "--kd", "1:9:3", "--quiet")
     for output, message in (
@@ -191,6 +253,9 @@ def test_neither_table_nor_figure_replaces_what_was_read(shell: Shell) -> None:
             "rig.toml: --without axis.strbeck: the rig file holds no such effect; nearest",
         ),
         (("region", "--fit", "rig.toml"), "rig.toml: is not what `rwjax fit RIG LOG… --json` prints"),
+        (("region", "--damping", "1"), "--damping 1: has to lie between 0 and below 1"),
+        (("region", "--damping", "0.5", "--period", "0.01"), "--damping 0.5: is of the continuous loop"),
+        (("region", "--period", "0"), "--period 0: has to be positive"),
         (("sweep", "--kp", "1:2"), "--kp 1:2: has to be FROM:TO:COUNT"),
         (("sweep", "--step", "0"), "--step 0: has to be a number other than 0"),
         (("sweep", "--late", "1"), "--late 1: has to lie between 0 and the period of 0.01 s"),

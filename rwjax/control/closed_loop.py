@@ -15,10 +15,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.build import structure_of, theta_of
-from rwjax.control.linear import linearised, transfer
+from rwjax.control.linear import lateness, linearised, transfer
+from rwjax.control.region import MOST_LATE
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import PeriodicTorque
-from rwjax.effects.ports import AxisElastic, CommandDelay, CommandFilter, Coupling, EncoderDelay
+from rwjax.effects.ports import AxisElastic, CommandFilter, Coupling
 from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
 from rwjax.plant import Structure, friction_level
@@ -51,8 +52,8 @@ class Controller(NamedTuple):
 
 
 class Clockwork(NamedTuple):
-    """`period` [s] of the controller; `steps` of the plant in it; of these, those before a new command acts, `late`, a part of
-    one too; `counts` per turn of the encoder, 0 where it reads the angle itself."""
+    """`period` [s] of the controller; `steps` of the plant in it; how many of such steps after its reading a command acts, `late`, a
+    part of one or more than a period too; `counts` per turn of the encoder, 0 where it reads the angle itself."""
 
     period: float = 0.01
     steps: int = 4
@@ -64,10 +65,27 @@ class Clockwork(NamedTuple):
         """Time from a reading to its command [s]."""
         return self.late * self.period / self.steps
 
+    @property
+    def waits(self) -> tuple[int, float]:
+        """Whole periods in which a command only waits, and the steps of the next one after which it acts."""
+        whole = int(self.late / self.steps + 1e-9)
+        return whole, max(self.late - whole * self.steps, 0.0)
+
+    def later(self, time: float) -> "Clockwork":
+        """The clockwork whose commands act `time` [s] later still. Raises `InputError` beyond `MOST_LATE` periods."""
+        more = self._replace(late=self.late + time * self.steps / self.period)
+        if more.waits[0] > MOST_LATE:
+            raise InputError(
+                f"commands act {more.lateness:g} s after their reading, more than {MOST_LATE} periods of {self.period:g} s; "
+                "sample less often"
+            )
+        return more
+
 
 class Run(NamedTuple):
     """What happened at the controller's samples `(s,)`, before each of them acts: `angle` [rad] and `rate` [rad/s] of the
-    axis, the `command` [V] that follows, `wheel` rate [rad/s] (0 where there is none)."""
+    axis, the `command` [V] that follows, `wheel` rate [rad/s] (0 where there is none). Where readings are late, all of it as it
+    was at the instant that is read."""
 
     angle: Float[Array, " s"]
     rate: Float[Array, " s"]
@@ -87,13 +105,14 @@ def closed_loop(
 ) -> Run:
     """One run of the loop along a `reference` [rad] at the controller's samples, from a first state; `sign` of the plant.
 
-    Maps of the command (dead zone, saturation and the like) act as they do in a log. Delays, lags and rate limits are not in it:
-    `Clockwork.late` stands for them.
+    Maps of the command (dead zone, saturation and the like) act as they do in a log. Delays of command and reading are `late` in
+    the clockwork (`posed`): from one reading to the next a loop knows only their sum. Lags and rate limits are not in it.
     """
     plant, states = one_axis_plant_of(structure, theta), structure.states
     h = jnp.asarray(clockwork.period / clockwork.steps)
     p, c = propagator(plant, h), controller
     spins = states.index("Omega") if "Omega" in states else None
+    whole, part = clockwork.waits
 
     def sense(t: Scalar, x: tuple, u: Scalar) -> Scalar:
         y = plant.outputs(t, x, u, x)[structure.outputs.index("yaw_rad")]
@@ -104,8 +123,8 @@ def closed_loop(
         )
 
     def sample(carry: tuple, wanted: Scalar) -> tuple[tuple, tuple]:
-        t, x, before, slope, integral, old = carry
-        error = wanted - sense(t, x, old)
+        t, x, before, slope, integral, held = carry  # held: commands that act or wait, the newest first
+        error = wanted - sense(t, x, held[-1])
         slope = (c.smooth * slope + error - before) / (c.smooth + clockwork.period)
         forward = c.forward * jnp.where(jnp.abs(error) > c.dead, jnp.sign(error), 0.0)
         asked = c.kp * error + c.ki * integral + c.kd * slope + forward
@@ -117,20 +136,21 @@ def closed_loop(
         winds = (sign * new != asked) & (jnp.sign(asked) == jnp.sign(error))
         integral = integral + jnp.where(winds, 0.0, clockwork.period * error)
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
-        acts = plant.act(old), plant.act(new)
+        held = (new, *held)
+        acts = plant.act(held[-1]), plant.act(held[-2])
 
         def within(carry: tuple, k: Scalar) -> tuple[tuple, None]:  # unrolled it would take four times as long
             t, x = carry
-            old = jnp.clip(clockwork.late - k, 0.0, 1.0)  # share of the step in which the command before acts
+            old = jnp.clip(part - k, 0.0, 1.0)  # share of the step in which the command before acts
             return (t + h, step(plant, p, t, x, old * acts[0] + (1.0 - old) * acts[1], h)), None
 
         (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(float(clockwork.steps)))
-        return (t, x, error, slope, integral, new), at
+        return (t, x, error, slope, integral, held[:-1]), at
 
     first = tuple(start[k] for k in range(len(states)))
     zero = jnp.zeros(())
     error = reference[0] - sense(zero, first, zero)
-    _, found = jax.lax.scan(sample, (zero, first, error, zero, zero, zero), reference)
+    _, found = jax.lax.scan(sample, (zero, first, error, zero, zero, (zero,) * (whole + 1)), reference)
     return Run(*found)
 
 
@@ -147,37 +167,33 @@ def run_rig(
     clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
     **start: float,
 ) -> Run:
-    """The closed loop of a rig from rest, or from states given by name.
+    """The closed loop of a rig from rest, or from states given by name; its own delays come on top of the clockwork's.
 
     Raises `InputError` as `posed` does, and for a state that the rig lacks.
     """
-    structure, theta, sign = posed(rig)
+    structure, theta, delayed, sign = posed(rig, clockwork)
     if strange := sorted({*start} - {*structure.states}):
         raise InputError(f"no state `{strange[0]}`; this rig has {', '.join(structure.states)}")
     first = jnp.array([start.get(name, 0.0) for name in structure.states])
     values = Controller(*(jnp.asarray(float(v)) for v in controller))
-    return closed_loop(structure, theta, clockwork, values, jnp.asarray(reference), first, sign)
+    return closed_loop(structure, theta, delayed, values, jnp.asarray(reference), first, sign)
 
 
 def without_lags(rig: Rig) -> None:
-    """Raises `InputError` for a rig with a delay, a lag or a rate limit, which neither loops nor manoeuvres have."""
-    delays, lags = (CommandDelay, EncoderDelay), (CommandFilter,)
-    if late := [name for name in rig.effects if issubclass(BY_NAME[name], (*delays, *lags))]:
-        own = "; `sweep` and `tune` take a delay of up to one period as --late"
-        raise InputError(
-            f"`{late[0]}`: delays, lags and rate limits are not simulated here, leave it out"
-            f"{own if issubclass(BY_NAME[late[0]], delays) else ''}"
-        )
+    """Raises `InputError` for a rig with a lag or a rate limit of its drive, which neither loops nor manoeuvres have."""
+    if lags := [name for name in rig.effects if issubclass(BY_NAME[name], CommandFilter)]:
+        raise InputError(f"`{lags[0]}`: lags and rate limits are not simulated here, leave it out")
 
 
-def posed(rig: Rig) -> tuple[Structure, Float[Array, " p"], float]:
-    """Structure, parameter vector and sign of a rig whose loop is to be closed.
+def posed(rig: Rig, clockwork: Clockwork) -> tuple[Structure, Float[Array, " p"], Clockwork, float]:
+    """Structure, parameter vector, clockwork with the rig's own delays, and sign of a rig whose loop is to be closed.
 
-    Raises `InputError` as `linearised` and `without_lags` do.
+    Raises `InputError` as `linearised`, `without_lags` and `Clockwork.later` do.
     """
     without_lags(rig)
     structure = structure_of(rig)
-    return structure, jnp.asarray(theta_of(rig, structure)), float(np.sign(transfer(linearised(rig)).num[0]))
+    sign = float(np.sign(transfer(linearised(rig)).num[0]))
+    return structure, jnp.asarray(theta_of(rig, structure)), clockwork.later(float(lateness(rig).loop[0])), sign
 
 
 def settled(rig: Rig) -> tuple[Structure, Float[Array, " p"]]:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import holding
+from rwjax.control.linear import lateness
 from rwjax.control.open_loop import (
     PIECES,
     REACHED,
@@ -41,15 +42,17 @@ CHANGING = (PeriodicTorque, DryDrift)
 
 
 class Dump(NamedTuple):
-    """`bound` [s] below which no command does it, 0 where none is known, and the `best` course."""
+    """`bound` [s] below which no command does it, 0 where none is known, and the `best` course; each of its commands is given the
+    `delay` [s] of the drive before it acts."""
 
     bound: float
     best: Course
+    delay: float
 
     @property
     def time(self) -> float:
-        """Least time on the plant [s]."""
-        return float(self.best.time[-1])
+        """Least time on the plant, from the first command to rest [s]."""
+        return float(self.best.time[-1]) + self.delay
 
 
 def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
@@ -79,7 +82,8 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     left = 1.0 - margin * float(_grows(structure, theta, way))
     room = room / left if left > 0.0 else np.inf  # friction that grows as fast as what it holds
     changes = any(issubclass(BY_NAME[name], CHANGING) for name in rig.effects)
-    bound = 0.0 if changes else J * abs(spin) / room
+    delay = float(lateness(rig).commands[0])
+    bound = 0.0 if changes else J * abs(spin) / room + delay
 
     ripple = K**2 * abs(spin) / (2 * PIECES * STEPS * R)  # of a command that is held while the wheel slows over a step
     torque = SPARE * min(room / (1.0 + ripple / room), max(torque_at(rig, limits, 0.0), 1e-2 * held))
@@ -91,7 +95,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     best, missed = fastest(structure, _stopped if structure.inductive else _slowed, PIECES, task, guess, pushes)
     if missed > REACHED:
         raise InputError(_lacking(best, spin))
-    return Dump(bound, best)
+    return Dump(bound, best, delay)
 
 
 @partial(jax.jit, static_argnums=(0, 2))

@@ -199,9 +199,34 @@ def _adjugate(A: np.ndarray, B: np.ndarray, C: np.ndarray, den: np.ndarray) -> F
     return found
 
 
-def without_lateness(rig: Rig) -> tuple[str, ...]:
-    """Effects of a rig that no transfer function holds: delays and the limit of the drive's rate."""
-    late = (CommandDelay, EncoderDelay, CommandFilter)
+class Lateness(NamedTuple):
+    """Times [s] by which `commands` act late and by which `readings` of the encoder are late, `(k,)`."""
+
+    commands: np.ndarray
+    readings: np.ndarray
+
+    @property
+    def loop(self) -> np.ndarray:
+        """Both [s]: from one reading to the next a loop knows only their sum."""
+        return self.commands + self.readings
+
+
+def lateness(rig: Rig, thetas: Float[np.ndarray, "k p"] | None = None) -> Lateness:
+    """Delays of the rig itself, or of one plant for each row of `thetas`."""
+    structure = structure_of(rig)
+    rows = theta_of(rig, structure)[None] if thetas is None else np.asarray(thetas)
+
+    def of(theta: Float[Array, " p"]) -> tuple[Scalar, ...]:
+        plant = one_axis_plant_of(structure, theta)
+        return tuple(jnp.zeros(()) if time is None else time for time in (plant.delay(), plant.age()))
+
+    commands, readings = jax.vmap(of)(jnp.asarray(rows))
+    return Lateness(np.asarray(commands), np.asarray(readings))
+
+
+def without_lateness(rig: Rig, sampled: bool = False) -> tuple[str, ...]:
+    """Effects of a rig that no transfer function holds: the limit of the drive's rate and delays, which a sampled loop holds."""
+    late = (CommandFilter,) if sampled else (CommandDelay, EncoderDelay, CommandFilter)
     return tuple(e for e in rig.effects if issubclass(BY_NAME[e], late) and BY_NAME[e] is not DriveLag)
 
 

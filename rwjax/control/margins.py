@@ -28,6 +28,25 @@ def pd_margins(plant: Transfer, kp: float, kd: float) -> Margins:
     return margins(np.polymul(plant.restoring, [kd, kp]), plant.den)
 
 
+def margins_over(plant: Transfer, kp: np.ndarray, kd: np.ndarray, where: np.ndarray) -> dict[str, np.ndarray]:
+    """`pd_margins` over gains, arrays `(p, d)` by name: `gain_below` and `gain_above` [1], `phase_rad`, `delay_s` and `modulus`;
+    no number where the loop is not stable, which `where` says."""
+    names = ("gain_below", "gain_above", "phase_rad", "delay_s", "modulus")
+    found = np.full((len(names), *where.shape), np.nan)
+    for i, j in np.argwhere(where):
+        (below, above), *others = pd_margins(plant, float(kp[i]), float(kd[j]))
+        found[:, i, j] = below, above, *others
+    return dict(zip(names, found, strict=True))
+
+
+def moduli_over(loop: Loop, kp: np.ndarray, kd: np.ndarray, where: np.ndarray) -> dict[str, np.ndarray]:
+    """`sampled_modulus` over gains of a PD loop, `modulus` `(p, d)`; no number where the loop is not stable."""
+    seen, found = on_circle(loop), np.full(where.shape, np.nan)
+    for i, j in np.argwhere(where):
+        found[i, j] = np.min(np.abs(1.0 + np.array([kp[i], kd[j]]) @ seen))
+    return {"modulus": found}
+
+
 def margins(num: np.ndarray, den: np.ndarray) -> Margins:
     """Margins of a strictly proper open loop `num`/`den` (Franklin, Powell, Emami-Naeini; modulus: Åström and Murray, ch. 10)."""
     (a, b), (c, d) = _on_axis(num), _on_axis(den)  # num = a + jb, den = c + jd at s = jω

@@ -173,24 +173,29 @@ def _law_at(plant: Transfer, s: np.ndarray) -> np.ndarray:
 
 
 class Region(NamedTuple):
-    """`stable` (p, d) of PD gains `kp` [V/rad] and `kd` [V s/rad], and the plant behind it."""
+    """`stable` (p, d) of PD gains `kp` [V/rad] and `kd` [V s/rad], and the plant behind it: every pole left of `-sigma` [1/s] and
+    with a `damping` ratio of at least this; of a loop that is sampled, with a `period` [s] (0: it is not)."""
 
     kp: np.ndarray
     kd: np.ndarray
     sigma: float
     stable: np.ndarray
     plant: Transfer
+    damping: float = 0.0
+    period: float = 0.0
 
     @property
     def share(self) -> float:
         return float(np.mean(self.stable))
 
 
-def pd_region(rig: Rig, kp: np.ndarray, kd: np.ndarray, sigma: float, angle: float = 0.0) -> Region:
-    """PD gains for which every pole that a gain moves lies left of `-sigma` (thesis Fig. 4.3)."""
+def pd_region(
+    rig: Rig, kp: np.ndarray, kd: np.ndarray, sigma: float, angle: float = 0.0, damping: float = 0.0
+) -> Region:
+    """PD gains for which every pole that a gain moves lies left of `-sigma` (thesis Fig. 4.3) and has at least a `damping` ratio."""
     plant = transfer(linearised(rig, angle))
-    found = stable(pd_loop(plant), kp[:, None], kd[None, :], sigma=sigma)
-    return Region(kp, kd, sigma, found, plant)
+    found = stable(pd_loop(plant), kp[:, None], kd[None, :], sigma=sigma, damping=damping)
+    return Region(kp, kd, sigma, found, plant, damping)
 
 
 BLOCK, TOGETHER = 5_000, 20
@@ -212,8 +217,13 @@ def _votes(
     return jax.lax.map(of_block, pairs)
 
 
-def share_of_plants(plants: Transfer, kp: np.ndarray, kd: np.ndarray, sigma: float = 0.0) -> Float[np.ndarray, "p d"]:
-    """Share of plants (k, …) that each PD gain pair stabilises with every pole left of `-sigma`; 1 in the region of them all."""
+def share_of_plants(
+    plants: Transfer, kp: np.ndarray, kd: np.ndarray, sigma: float = 0.0, damping: float = 0.0
+) -> Float[np.ndarray, "p d"]:
+    """Share of plants (k, …) that each PD gain pair stabilises as in `stable`; 1 in the region of them all."""
+    if damping > 0.0:
+        each = (stable(pd_loop(p), kp[:, None], kd[None, :], sigma=sigma, damping=damping) for p in plants.each())
+        return np.mean([found.astype(float) for found in each], axis=0)
     loop = pd_loop(plants)
     return _share(loop.mapped(shift(loop.order, sigma)), kp, kd)
 

@@ -11,9 +11,9 @@ from jaxtyping import Array, Float
 
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, without_lags
-from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import on_circle, sampled_modulus
-from rwjax.control.region import Loop, sampled_loop, share_of_sampled
+from rwjax.control.region import Loop, share_of_sampled
+from rwjax.control.running import running_loops, side_by_side
 from rwjax.errors import InputError, read_text
 from rwjax.rig import Rig
 
@@ -27,11 +27,13 @@ TRIES = 100
 
 
 class Spread(NamedTuple):
-    """What a fit says of some numbers: their `names`, estimates `mean` (n,) and `covariance` (n, n)."""
+    """What a fit says of some numbers: their `names`, estimates `mean` (n,) and `covariance` (n, n). `per_run`: those of which every
+    run has a value of its own, and here stands the mean of the runs."""
 
     names: tuple[str, ...]
     mean: Float[np.ndarray, " n"]
     covariance: Float[np.ndarray, "n n"]
+    per_run: tuple[str, ...] = ()
 
 
 def read_spread(path: Path, rig: Rig) -> Spread:
@@ -43,20 +45,22 @@ def read_spread(path: Path, rig: Rig) -> Spread:
             raise InputError(f"{path}: is a fit of rig `{fitted}`, not of `{rig.name}`; give the rig file of that fit")
         if "numbers" in found and "covariance_of" not in found:
             raise InputError(f"{path}: no `covariance`, as of the two-stage method; fit end to end")
-        names = tuple(found["covariance_of"])
-        if per_run := [name for name in names if " in " in name]:
-            raise InputError(f"{path}: `{per_run[0]}`: no one value for all runs; fit it without `fit.per_run`")
+        every = {name: name.split(" in ")[0] for name in found["covariance_of"]}  # `NAME in LOG`: a run's own
+        names = tuple(dict.fromkeys(every.values()))
         if any(v is None for row in found["covariance"] for v in row):
             raise InputError(
                 f"{path}: `covariance`: the logs say nothing of some of {', '.join(names)}; fix these numbers"
             )
-        mean = np.array([found["numbers"][name]["value"] for name in names], float)
-        covariance = np.array(found["covariance"], float).reshape(len(names), len(names))
+        values = np.array([found["numbers"][name]["value"] for name in every], float)
+        covariance = np.array(found["covariance"], float).reshape(len(every), len(every))
     except (json.JSONDecodeError, AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: is not what `rwjax fit RIG LOG… --json` prints; save that to a file") from None
-    return Spread(names, mean, covariance)
+    of = np.array([[shared == name for shared in every.values()] for name in names], float)
+    of /= of.sum(axis=1, keepdims=True)  # the mean of the runs
+    per_run = tuple(dict.fromkeys(shared for name, shared in every.items() if name != shared))
+    return Spread(names, of @ values, of @ covariance @ of.T, per_run)
 
 
 def fitted(rig: Rig, spread: Spread) -> Rig:
@@ -123,9 +127,11 @@ def robust_gains(
     `smooth` [s]. (The continuous loop of a plant that falls with s² never comes near -1 with gains however high.) K_p is never 0,
     since nothing would bring the axis to its angle; both ranges begin at 0 or above.
 
-    Raises `InputError` as `without_lags` does, and where no gains do.
+    Raises `InputError` as `running_loops` and `without_lags` do, and where no gains do.
     """
-    loops = sampled_loops(rig, thetas, clockwork, smooth)
+    without_lags(rig)
+    each = running_loops(rig, clockwork, smooth, thetas)
+    loops = side_by_side(each)
     radius = float(np.exp(-sigma * clockwork.period))
     ends = [(float(np.min(gains)), float(np.max(gains))) for gains in (kp, kd)]
     seen = on_circle(loops, FREQUENCIES)
@@ -143,7 +149,7 @@ def robust_gains(
             _spread(float(x[max(k - 2, 0)]), float(x[min(k + 2, len(x) - 1)]), high)
             for x, k, (_, high) in zip((p, d), at, ends, strict=True)
         )
-    worst = min(sampled_modulus(Loop(*one), *best) for one in zip(*loops, strict=True))
+    worst = min(sampled_modulus(loop, *best) for loop in each)
     return Robust(*best, worst)
 
 
@@ -161,11 +167,3 @@ def _refusal(loops: Loop, ends: list[tuple[float, float]], sigma: float, radius:
     return (
         f"no gains put every pole of every plant left of -{sigma:g} 1/s; ask for less, sample faster, or fit more logs"
     )
-
-
-def sampled_loops(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, smooth: float) -> Loop:
-    """The PD loops of plants as they run, one for each row of `thetas`. Raises `InputError` as `without_lags` does."""
-    without_lags(rig)
-    plants = transfer(linearised(rig, thetas=thetas)).each()
-    loops = [sampled_loop(plant, clockwork.period, clockwork.lateness, smooth) for plant in plants]
-    return Loop(*(np.stack(x) for x in zip(*loops, strict=True)))

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from rwjax.control.linear import lateness
 from rwjax.control.open_loop import Limits, check, push_at, steady, usable_rate
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque
 from rwjax.errors import InputError
@@ -73,14 +74,17 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
     On the safe side throughout: the motor has its torque at the wheel's top rate, and what resists the axis, friction and load,
     is the most that it may be on the way, $M$, while the axis is driven, and the least, $m$, while it is braked. Accelerating at
     $(\tau - M)/I$ and braking at $(\tau + m)/I$ the wheel turns round at $\Omega = \tau t_1/J$; where that is beyond its top it keeps
-    the top and the axis slows down at $M/I$ meanwhile.
+    the top and the axis slows down at $M/I$ meanwhile. A delay of the drive is part of the time.
     Raises `InputError` as `slew` does.
     """
     check(rig, limits)
     for name, value in (("angle", angle), ("seconds", seconds)):
         if not (value > 0.0 and np.isfinite(value)):
             raise InputError(f"{name} {value:g}: has to be a positive number")
-    I, J = rig.values["axis.inertia"], np.asarray(inertia, float)
+    delay = float(lateness(rig).commands[0])
+    if seconds <= delay:
+        raise InputError(f"seconds {seconds:g}: the drive's delay alone takes {delay:g} s")
+    I, J, seconds = rig.values["axis.inertia"], np.asarray(inertia, float), seconds - delay
     top = usable_rate(rig, limits)
     torque, by_current = push_at(rig, limits, top)
     weak, held = (0 if by_current else 1), (2 if top == limits.top else 1)
@@ -112,7 +116,7 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
     time = np.where(turns, peak / gains + peak / loses, np.inf)
     time = np.where(reached, ramp + hold + (w - slows * hold) / loses, time)
     limit = np.where(turns | ~moves, weak, np.where(reached, held, 3))
-    return Size(J * top, torque, needs_momentum, needs_torque, time, limit)
+    return Size(J * top, torque, needs_momentum, needs_torque, time + delay, limit)
 
 
 def _needed(I: float, M: float, m: float, angle: float, seconds: float) -> tuple[float, float]:

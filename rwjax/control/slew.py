@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import holding
+from rwjax.control.linear import lateness
 from rwjax.control.open_loop import (
     PIECES,
     REACHED,
@@ -74,17 +75,18 @@ def law(rig: Rig, ideal: OnOff, t: Float[np.ndarray, " t"]) -> Float[np.ndarray,
 
 class Slew(NamedTuple):
     """The `ideal` law for the torque that the drive has at its top, what the plant makes of it (`miss` [rad] at its end), and
-    the `best` course of least time on the plant."""
+    the `best` course of least time on the plant; each of its commands is given the `delay` [s] of the drive before it acts."""
 
     ideal: OnOff
     followed: Course
     miss: float
     best: Course
+    delay: float
 
     @property
     def time(self) -> float:
-        """Least time on the plant [s]."""
-        return float(self.best.time[-1])
+        """Least time on the plant, from the first command to rest [s]."""
+        return float(self.best.time[-1]) + self.delay
 
 
 def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
@@ -117,7 +119,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
             f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "
             "turn less far, or spin the wheel the other way beforehand"
         )
-    return Slew(ideal, followed, float(followed.angle[-1]) - angle, best)
+    return Slew(ideal, followed, float(followed.angle[-1]) - angle, best, float(lateness(rig).commands[0]))
 
 
 def _arrived(found: Course, numbers: Array) -> tuple[Array, Array]:

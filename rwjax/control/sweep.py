@@ -32,7 +32,7 @@ def sweep(
     since: int = 0,
 ) -> Response:
     """Responses `(g, r, k)` of the loop from rest, one plant for each row of `thetas` (the rig itself without), to the
-    references' last values, judged from their sample `since` on.
+    references' last values, judged from their sample `since` on. All plants have the delay of the rig.
 
     `references` [rad] at the controller's samples, after whose sample `since` nothing may change.
     Raises `InputError` as `posed` does, and `ValueError` for references that go on changing.
@@ -40,14 +40,14 @@ def sweep(
     references = np.asarray(references)
     if np.any(references[:, since:] != references[:, -1:]):
         raise ValueError(f"the references have to keep their last value from sample {since} on")
-    structure, theta, sign = posed(rig)
+    structure, theta, delayed, sign = posed(rig, clockwork)
     plants = theta[None] if thetas is None else jnp.asarray(thetas)
     gains = jnp.asarray(np.array(controllers, float).reshape(-1, len(Controller._fields)))
     shape = len(gains), len(references), len(plants)
     lanes = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape))
     blocks = -(-lanes.shape[1] // max(1, min(LANES, SAMPLES // references.shape[1])))
     padded = np.pad(lanes, ((0, 0), (0, -lanes.shape[1] % blocks)), mode="edge").reshape(3, blocks, -1)
-    one = partial(_block, structure, clockwork, since, gains, jnp.asarray(references), plants, sign)
+    one = partial(_block, structure, delayed, since, gains, jnp.asarray(references), plants, sign)
     with ThreadPoolExecutor(min(blocks, os.cpu_count() or 1)) as pool:
         found = list(pool.map(one, jnp.asarray(np.moveaxis(padded, 1, 0))))
     return Response(*(jnp.concatenate(x)[: lanes.shape[1]].reshape(shape) for x in zip(*found, strict=True)))

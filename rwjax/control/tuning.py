@@ -10,9 +10,9 @@ from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
 from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
-from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.margins import on_circle, sampled_modulus
-from rwjax.control.region import Loop, sampled_loop, sampled_pid_loop
+from rwjax.control.region import Loop
+from rwjax.control.running import running_loops
 from rwjax.errors import InputError
 from rwjax.plant import Structure
 from rwjax.rig import Rig
@@ -55,12 +55,6 @@ def loss(
     return jnp.mean(time * error**2 + EFFORT * (run.command / most) ** 2)
 
 
-def running_loop(plant: Transfer, clockwork: Clockwork, controller: Controller) -> Loop:
-    """The linear loop as it runs; gains `(kp, kd)`, with an integral `(kp, ki, kd)`."""
-    loop = sampled_pid_loop if float(controller.ki) > 0.0 else sampled_loop
-    return loop(plant, clockwork.period, clockwork.lateness, float(controller.smooth))
-
-
 def is_stable(loop: Loop, *gains: float) -> bool:
     """Whether all poles of a sampled loop lie within the unit circle."""
     return bool(np.all(np.abs(1.0 + loop.poles(*gains)) < 1.0))
@@ -75,11 +69,9 @@ class Judged(NamedTuple):
 
 def judged(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, controller: Controller) -> Judged:
     """What plants, one for each row of `thetas`, make of a controller in their linear loop as it runs, its integral included."""
-    given = (
-        (controller.kp, controller.ki, controller.kd) if float(controller.ki) > 0.0 else (controller.kp, controller.kd)
-    )
-    gains = [float(gain) for gain in given]
-    loops = [running_loop(plant, clockwork, controller) for plant in transfer(linearised(rig, thetas=thetas)).each()]
+    kp, ki, kd = (float(gain) for gain in (controller.kp, controller.ki, controller.kd))
+    gains = (kp, ki, kd) if ki > 0.0 else (kp, kd)
+    loops = running_loops(rig, clockwork, float(controller.smooth), thetas, integral=ki > 0.0)
     margins = [sampled_modulus(loop, *gains) if is_stable(loop, *gains) else 0.0 for loop in loops]
     return Judged(float(np.mean(np.array(margins) > 0.0)), min(margins))
 
@@ -112,15 +104,15 @@ def tune(
     less. The encoder reads the angle itself while tuning: a count has no slope. Raises `InputError` as `posed` does, for gains
     that are negative or all 0, and for a start that is not stable.
     """
-    structure, theta, sign = posed(rig)
-    smooth = clockwork._replace(counts=0)
+    structure, theta, delayed, sign = posed(rig, clockwork)
+    smooth = delayed._replace(counts=0)
     gains = np.array([start.kp, start.ki, start.kd], float)
     if np.any(gains < 0.0) or not np.any(gains > 0.0):
         raise InputError(
             "the gains from which the tuning starts have to be positive, one of them at least; ask for more"
         )
-    loop, used = running_loop(transfer(linearised(rig)), clockwork, start), [0, 1, 2] if gains[1] > 0.0 else [0, 2]
-
+    (loop,) = running_loops(rig, clockwork, float(start.smooth), integral=bool(gains[1] > 0.0))
+    used = [0, 1, 2] if gains[1] > 0.0 else [0, 2]
     seen = on_circle(loop)
 
     def margin(gains: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""The region of stabilising gains as a table and a figure."""
+"""The region of stabilising gains as a table, a figure and a sentence."""
 
 from collections.abc import Mapping
 
@@ -12,6 +12,14 @@ from rwjax.report.plots import AFTER, BEFORE
 OMEGA = np.geomspace(1e-3, 1e4, 4000)  # rad/s, along the boundary
 
 
+def condition(region: Region) -> str:
+    """What every pole of its loops does."""
+    if region.period > 0.0:
+        return f"put every pole of the loop sampled every {region.period:g} s within |z| = exp(-{region.sigma:g} h)"
+    damped = f", with a damping ratio of {region.damping:g} or more" if region.damping > 0.0 else ""
+    return f"put every pole left of -{region.sigma:g} 1/s{damped}"
+
+
 def columns(region: Region, beside: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """`kp`, `kd`, `stable`, one entry for each pair, and what stands beside it."""
     kp, kd = np.meshgrid(region.kp, region.kd, indexing="ij")
@@ -20,7 +28,7 @@ def columns(region: Region, beside: Mapping[str, np.ndarray]) -> dict[str, np.nd
 
 
 def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
-    """The region over both gains, the D-partition's curves on top, the edge of what stands beside it dotted."""
+    """The region over both gains, the D-partition's curves of a continuous loop on top, the edge of what stands beside it dotted."""
     fig, ax = plt.subplots(figsize=(5.5, 4.5), layout="constrained")
     shade = np.where(region.stable.T, 1.0, np.nan)
     if min(region.stable.shape) > 1:
@@ -32,16 +40,12 @@ def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
     else:
         kp, kd = np.meshgrid(region.kp, region.kd, indexing="ij")
         ax.plot(kp[region.stable], kd[region.stable], ".", color=AFTER)
-    pair = boundary(region.plant, OMEGA, region.sigma)
-    ax.plot(*pair, color=AFTER, lw=1.4, label=f"a pair of poles at −{region.sigma:g} ± jω")
-    edge = np.array([region.kd.min(), region.kd.max()])
-    ax.plot(
-        real_boundary(region.plant, edge, region.sigma),
-        edge,
-        color=BEFORE,
-        lw=1.4,
-        label=f"a real pole at −{region.sigma:g}",
-    )
+    if region.period == 0.0:
+        pair = boundary(region.plant, OMEGA, region.sigma)
+        ax.plot(*pair, color=AFTER, lw=1.4, label=f"a pair of poles at −{region.sigma:g} ± jω")
+        edge = np.array([region.kd.min(), region.kd.max()])
+        line = real_boundary(region.plant, edge, region.sigma)
+        ax.plot(line, edge, color=BEFORE, lw=1.4, label=f"a real pole at −{region.sigma:g}")
     for low, high, bound in (
         (region.kp.min(), region.kp.max(), ax.set_xlim),
         (region.kd.min(), region.kd.max(), ax.set_ylim),
@@ -49,8 +53,7 @@ def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
         bound(low, high if high > low else low + 1.0)
     ax.set_xlabel("proportional gain $K_p$ [V/rad]")
     ax.set_ylabel("derivative gain $K_d$ [V s/rad]")
-    ax.set_title(
-        f"{100.0 * region.share:.1f} % of these gains put every pole left of −{region.sigma:g} 1/s", fontsize=9
-    )
-    ax.legend(loc="best", fontsize=8, frameon=False)
+    ax.set_title(f"{100.0 * region.share:.1f} % of these gains {condition(region).replace('-', '−')}", fontsize=9)
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="best", fontsize=8, frameon=False)
     return fig

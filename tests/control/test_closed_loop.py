@@ -19,21 +19,43 @@ TESTBED = parse_rig(TESTBED_TEXT)
 STEP = np.full(800, 0.3)
 
 
-@pytest.mark.parametrize("late", [0.0, 1.0, 1.5, 4.0])
-def test_without_friction_the_loop_is_its_recursion(late: float) -> None:
+def delayed(command: float, reading: float = 0.0) -> str:
+    return f'\n[effects."drive.delay"]\ntau = {command}\n[effects."sensor.delay"]\ntau = {reading}'
+
+
+# steps that the controller takes and times of the rig; 0.003 s is the testbed's, 0.0375 s are three periods and three of four steps
+@pytest.mark.parametrize(
+    ("late", "own"),
+    [
+        (0.0, ""),
+        (1.0, ""),
+        (1.5, ""),
+        (4.0, ""),
+        (0.5, delayed(0.003)),
+        (1.0, delayed(0.01, 0.025)),
+        (2.0, delayed(0.005)),
+    ],
+)
+def test_without_friction_the_loop_is_its_recursion(late: float, own: str) -> None:
     clock, kp, kd, ki, smooth = Clockwork(late=late), 3.0, 2.0, 0.5, 0.02
-    run = run_rig(FREE, Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
-    h, x, v, before, slope, integral, old = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0
+    run = run_rig(parse_rig(FREE_TEXT + own), Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
+    h, x, v, before, slope, integral, given = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, []
+    wait = late * h / 4.0 + {"": 0.0, delayed(0.003): 0.003, delayed(0.01, 0.025): 0.035, delayed(0.005): 0.005}[own]
     for k in range(len(STEP)):
         assert run.angle[k] == pytest.approx(x, abs=1e-10)
         error = 0.3 - x
         slope = (smooth * slope + error - before) / (smooth + h)
         u = kp * error + ki * integral + kd * slope
         integral, before = integral + h * error, error
-        for old_share in np.clip(late - np.arange(4), 0.0, 1.0):
-            command, time = old_share * old + (1.0 - old_share) * u, h / 4.0
+        given.append(u)
+        for step in range(4):  # the mean command of each: what was given `wait` before
+            begin, time = h * k + h / 4.0 * step, h / 4.0
+            change = h * np.floor((begin - wait) / h + 1.0 + 1e-9) + wait  # the next one comes then
+            share = np.clip((change - begin) / time, 0.0, 1.0)
+            last = round((change - wait) / h)
+            old, new = (given[i] if 0 <= i < len(given) else 0.0 for i in (last - 1, last))
+            command = share * old + (1.0 - share) * new
             x, v = x + v * time + 2.0 * command * time**2, v + 4.0 * command * time
-        old = u
 
 
 def test_the_wheel_takes_the_momentum_that_the_axis_gets() -> None:
@@ -163,8 +185,10 @@ def test_what_the_loop_does_not_have_is_refused() -> None:
     lag = FREE_TEXT + '\n[effects."drive.lag"]\nT = 0.1'
     with pytest.raises(InputError, match=r"`drive\.lag`: .* leave it out$"):
         run_rig(parse_rig(lag), Controller(kp=1.0), STEP)
-    late = FREE_TEXT + '\n[effects."drive.delay"]\ntau = 0.1'
-    with pytest.raises(InputError, match=r"`drive\.delay`: .* leave it out; .* up to one period as --late$"):
+    late = FREE_TEXT + '\n[effects."drive.delay"]\ntau = 0.14'
+    with pytest.raises(
+        InputError, match=r"act 0\.14 s after their reading, more than 12 periods of 0\.01 s; sample less"
+    ):
         run_rig(parse_rig(late), Controller(kp=1.0), STEP)
     with pytest.raises(InputError, match="no state `Omega`; this rig has psi, w"):
         run_rig(FREE, Controller(kp=1.0), STEP, Omega=3.0)

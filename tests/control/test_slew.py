@@ -99,6 +99,15 @@ def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
     assert float(found.best.angle[-1]) == pytest.approx(np.radians(90.0), rel=1e-4)
 
 
+def test_with_a_delay_the_same_commands_do_the_same_so_much_later() -> None:
+    angle, delay = np.radians(20.0), 0.02
+    late = replace(rig(0.01), effects={"drive.delay": {"tau": delay}, "sensor.delay": {"tau": 0.05}})
+    found, plain = slew(late, angle, LIMITS), slew(rig(0.01), angle, LIMITS)
+    assert found.delay == delay and found.time == plain.time + delay
+    for ours, other in zip(found.best, plain.best, strict=True):
+        assert np.array_equal(ours, other)
+
+
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="take a `reaction` rig"):
         slew(platform(), 1.0, LIMITS)

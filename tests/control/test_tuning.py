@@ -8,9 +8,9 @@ import pytest
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, posed
-from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import sampled_modulus
-from rwjax.control.tuning import LEAST, _slopes, judged, loss, running_loop, tune
+from rwjax.control.running import running_loops
+from rwjax.control.tuning import LEAST, _slopes, judged, loss, tune
 from rwjax.errors import InputError
 from tests.systems import platform, reaction
 
@@ -19,7 +19,7 @@ RIG = platform()
 
 
 def of(kp: float, kd: float, ki: float = 0.0) -> float:
-    structure, theta, sign = posed(RIG)
+    structure, theta, _, sign = posed(RIG, CLOCK)
     return float(
         loss(structure, theta, CLOCK, _arrays(Controller(kp, ki, kd, 0.02, limit=5.0)), jnp.asarray(REFERENCE), sign)
     )
@@ -30,7 +30,7 @@ def _arrays(controller: Controller) -> Controller:
 
 
 def test_the_slope_is_that_of_the_loss() -> None:
-    structure, theta, sign = posed(RIG)
+    structure, theta, _, sign = posed(RIG, CLOCK)
     gains = np.array([6.0, 0.7, 2.5])
     start = _arrays(Controller(*gains[[0, 1]], kd=2.5, smooth=0.02, limit=5.0))
     value, slope = _slopes(structure, theta, CLOCK, start, jnp.asarray(REFERENCE), sign, jnp.log(gains), jnp.eye(3))
@@ -45,7 +45,7 @@ def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
     start = Controller(2.0, kd=0.5, smooth=0.02, limit=5.0)
     found = tune(RIG, start, REFERENCE, CLOCK)
     assert found.loss[1] < 0.2 * found.loss[0]
-    loop = running_loop(transfer(linearised(RIG)), CLOCK, start)
+    (loop,) = running_loops(RIG, CLOCK, start.smooth)
     grid = [(kp, kd) for kp in np.geomspace(1.0, 60.0, 14) for kd in np.geomspace(0.3, 20.0, 14)]
     best = min(of(*pair) for pair in grid if sampled_modulus(loop, *pair) >= LEAST)
     assert found.loss[1] <= best * 1.001
@@ -65,8 +65,8 @@ def test_where_friction_makes_creases_no_small_move_within_the_margin_does_much_
     law = Controller(6.3, ki=1.9, kd=1.33, smooth=0.02, forward=0.58, dead=0.0035, limit=10.0)
     reference = np.full(600, np.radians(15.0))
     found = tune(rig, law, reference, CLOCK)
-    structure, theta, sign = posed(rig)
-    loop = running_loop(transfer(linearised(rig)), CLOCK, law)
+    structure, theta, _, sign = posed(rig, CLOCK)
+    (loop,) = running_loops(rig, CLOCK, law.smooth, integral=True)
     best = np.array([found.controller.kp, found.controller.ki, found.controller.kd])
     for k in range(3):
         for factor in (0.9, 1.1):
