@@ -71,7 +71,12 @@ def limits(kind: str, seed: int) -> Limits:
     true = believed.with_values(case.truth["true_numbers"])
     one, other = (float(real_boundary(transfer(linearised(rig)), kd, SIGMA)[0]) for rig in (found.rig, true))
     drawn = np.array([float(real_boundary(plant, kd, SIGMA)[0]) for plant in plants])
-    return Limits(one, float(drawn.max()), other, float(np.mean(drawn < other)))
+    return Limits(one, float(drawn.max()), other, rank(drawn, other))
+
+
+def rank(drawn: np.ndarray, true: float) -> float:
+    """Share of the draws that lie below the true limit."""
+    return float(np.mean(drawn < true))
 
 
 def main(rigs: int, kinds: list[str]) -> None:

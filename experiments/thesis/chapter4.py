@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from experiments.thesis.axis_model import axis_model
 from experiments.thesis.left_open import left_open
 from experiments.thesis.region import region
 from experiments.thesis.slews import slews
@@ -11,7 +12,7 @@ from experiments.thesis.table import folder_of
 
 def main(folder: Path) -> None:
     """Prints every table and draws every figure."""
-    for part in (slews, region, square_waves, left_open):
+    for part in (slews, axis_model, region, square_waves, left_open):
         print(part.__doc__)
         part(folder)
 
