@@ -15,7 +15,7 @@ from rwjax.control.slew import on_off, slew
 from rwjax.errors import InputError
 from rwjax.simulate import plant_of
 from rwjax.step import propagator, sliding_step, step
-from tests.systems import platform, reaction
+from tests.systems import platform, reaction, record, run
 
 K, R, J, I = 0.0182, 0.83, 1.24e-4, 0.0495
 AMPS, TOP = 3.0, 4000.0 * 2.0 * np.pi / 60.0
@@ -100,12 +100,20 @@ def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
 
 
 def test_with_a_delay_the_same_commands_do_the_same_so_much_later() -> None:
-    angle, delay = np.radians(20.0), 0.02
+    angle = np.radians(20.0)
+    plain = slew(rig(0.01), angle, LIMITS)
+    h = float(plain.best.time[1])
+    delay = 5.0 * h
     late = replace(rig(0.01), effects={"drive.delay": {"tau": delay}, "sensor.delay": {"tau": 0.05}})
-    found, plain = slew(late, angle, LIMITS), slew(rig(0.01), angle, LIMITS)
+    found = slew(late, angle, LIMITS)
     assert found.delay == delay and found.time == plain.time + delay
     for ours, other in zip(found.best, plain.best, strict=True):
         assert np.array_equal(ours, other)
+    # given to the rig, delay and all: a free run of another part of the library, the encoder read at once
+    command = np.concatenate([np.zeros(10), np.asarray(found.best.command[:-1]), np.zeros(6)])  # the first: held before
+    time, only = h * np.arange(316.0), replace(late, effects={"drive.delay": {"tau": delay}})
+    seen = run(only, record(time, command), {})["yaw_rad"]
+    assert seen[15:] == pytest.approx(np.asarray(found.best.angle), abs=1e-9) and np.all(seen[:16] == 0.0)
 
 
 def test_what_cannot_be_is_refused() -> None:
