@@ -3,6 +3,7 @@
 The public names, in the order of the data: a rig and its logs, a fit, a diagnosis.
 """
 
+from . import interrupt as interrupt  # Ctrl-C of the command comes before what takes long to import
 from . import setup_jax as setup_jax  # float64 and the compilation cache come before any computation
 
 from .errors import InputError as InputError

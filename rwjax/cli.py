@@ -1,7 +1,6 @@
 """Command line: reads the arguments, calls the library, prints. The one place that prints and exits."""
 
 import json
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import Abort, TyperException
 
-from rwjax import __version__, cli_loop, cli_moves, cli_plan, cli_region
+from rwjax import __version__, cli_control, cli_plan, interrupt
 from rwjax.cli_options import Json, Quiet, RigFile, keep_input, of_file, results
 from rwjax.errors import InputError
 from rwjax.link import cli as link
@@ -46,7 +45,6 @@ LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG…", help="log file
 
 
 FEWEST_DRAWS = 40
-INTERRUPTED = 130  # status of a program that Ctrl-C ended
 
 
 class FitMethod(StrEnum):
@@ -88,6 +86,7 @@ def fit(
 ) -> None:
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
     from rwjax.errors import RigError, write_text
+    from rwjax.fit.mistaken import is_question
     from rwjax.log import read_logs
     from rwjax.rig import write_rig
 
@@ -131,6 +130,8 @@ def fit(
         print(f"fitted to {', '.join(log.name for log in records if not log.validate)}; written to {output}")
     for note in result.notes:
         print(f"note: {note}", file=sys.stderr)
+    if output is not None and any(map(is_question, result.notes)):
+        print(f"note: {output} is written even so; its numbers are those of the readings as they are", file=sys.stderr)
 
 
 @app.command()
@@ -141,12 +142,14 @@ def predict(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times."""
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log
+    without readings, only `time_s` and the voltage, starts at rest at 0."""
     import numpy as np
 
     from rwjax.errors import write_text
+    from rwjax.fit.mistaken import asked
     from rwjax.log import read_log
-    from rwjax.predict import predict_log
+    from rwjax.predict import predict_log, unit_of
     from rwjax.rig import read_rig
 
     believed = read_rig(rig)
@@ -173,8 +176,11 @@ def predict(
     else:
         for name, measured in record.outputs.items():
             error = float(np.sqrt(np.nanmean((measured - columns[name]) ** 2)))
-            print(f"{name}: RMS error {error:.4g} of a signal of RMS {float(np.sqrt(np.nanmean(measured**2))):.4g}")
+            size, unit = float(np.sqrt(np.nanmean(measured**2))), unit_of(name)
+            print(f"{name}: RMS error {error:.4g} {unit} of a signal of RMS {size:.4g} {unit}")
         print(f"written to {output}")
+    for question in asked([(record, columns)]):
+        print(f"note: {question}", file=sys.stderr)
 
 
 @app.command()
@@ -243,7 +249,7 @@ def diagnose(
         print(f"  report: {report}")
 
 
-for command in (cli_region.region, *cli_loop.COMMANDS, *cli_moves.COMMANDS, cli_plan.plan):
+for command in (*cli_control.COMMANDS, cli_plan.plan):
     app.command()(command)
 
 
@@ -253,8 +259,9 @@ link.add_to(app)
 def main() -> None:
     """Entry point: one line and status 2 for unusable input."""
     try:
+        interrupt.started()
         status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
-        if status == INTERRUPTED:  # typer makes an exit of Ctrl-C
+        if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C
             raise KeyboardInterrupt
         sys.exit(status)
     except InputError as error:
@@ -266,7 +273,4 @@ def main() -> None:
             print(f"rwjax: {what} (`rwjax COMMAND --help` lists what is right)", file=sys.stderr)
         sys.exit(error.exit_code)
     except (KeyboardInterrupt, Abort):
-        print("rwjax: interrupted", file=sys.stderr)
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(INTERRUPTED)  # threads may be inside compiled code, which must not be torn down under them
+        interrupt.leave()

@@ -1,6 +1,7 @@
 """The command that plans a campaign: which runs tell most about a rig, as large as its limits allow."""
 
 import json
+import math
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +9,7 @@ from typing import Annotated
 import typer
 
 from rwjax.cli_options import RATE, Json, Quiet, RigFile, finite, of_file, positive, results
+from rwjax.errors import InputError
 
 BY_HAND = {
     "platform": "with a known inertia added to the axis (`# add axis.inertia: 0.012` in its log): fixes gain over inertia",
@@ -27,8 +29,12 @@ def plan(
     rpm: Annotated[float | None, typer.Option(help="largest rate of the wheel, 1/min")] = None,
     rate: Annotated[float | None, typer.Option(help="largest rate of the axis, rad/s (a linear one: m/s)")] = None,
     travel: Annotated[
-        float | None,
-        typer.Option(help="largest way of the axis, either way of where the first run begins, rad (a linear one: m)"),
+        str | None,
+        typer.Option(
+            metavar="ANGLE",
+            help="largest way of the axis, either way of where the first run begins: rad (a linear one: m), or degrees with `deg` "
+            "behind the number, such as 40deg",
+        ),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -40,12 +46,13 @@ def plan(
     from rwjax.report.plan import table
     from rwjax.rig import read_one_axis_rig
 
-    options = {"volts": volts, "amps": amps, "rpm": rpm, "rate": rate, "travel": travel}
+    way = None if travel is None else _travel(travel)
+    options = {"volts": volts, "amps": amps, "rpm": rpm, "rate": rate, "travel": way}
     given = {name: value for name, value in options.items() if value is not None}
     finite(**given)
     positive(**given)
     wheel = None if rpm is None else rpm * RATE
-    most = {"current_A": amps, "wheel_rad_s": wheel, "yaw_rad_s": rate, "yaw_rad": travel}
+    most = {"current_A": amps, "wheel_rad_s": wheel, "yaw_rad_s": rate, "yaw_rad": way}
     believed = read_one_axis_rig(rig)
     with of_file(rig):
         within = envelope(believed, volts, {name: value for name, value in most.items() if value is not None})
@@ -57,11 +64,29 @@ def plan(
         print(json.dumps(as_document(found), indent=1))
     else:
         print(table(found))
-        print(f"{len(runs)} runs, {found.seconds / 60.0:.1f} min without the waits between them; written to {written}")
+        print(
+            f"{len(runs)} run{'s' * (len(runs) != 1)}, {found.seconds / 60.0:.1f} min without the waits between them; written to {written}"
+        )
     if quiet:
         return
     unlimited = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.most if name not in within.known]
     if unlimited:
         print(f"note: no limit is known, and the volts alone bound it: {', '.join(unlimited)}", file=sys.stderr)
+    if way is not None and travel is not None and way > 2.0 * math.pi and travel.strip()[-1:].isdigit():
+        turns = way / (2.0 * math.pi)
+        remarks = (f"--travel {travel} is rad, {turns:.3g} turns; degrees are written --travel {travel}deg", *remarks)
     for remark in (*remarks, f"worth a run by hand: {BY_HAND[believed.kind]}"):
         print(f"note: {remark}", file=sys.stderr)
+
+
+def _travel(text: str) -> float:
+    """What `--travel` says [rad]. Raises `InputError` for anything but a number, with `deg` or `°` behind it or not."""
+    plain = text.strip()
+    number = plain.removesuffix("deg").removesuffix("°")
+    try:
+        value = float(number)
+    except ValueError:
+        raise InputError(
+            f"--travel {text}: has to be a number of rad, such as 0.7 (a linear axis: m), or of degrees, such as 40deg"
+        ) from None
+    return value if number == plain else math.radians(value)

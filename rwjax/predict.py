@@ -129,3 +129,11 @@ def predict_log(rig: Rig, log: Log) -> dict[str, np.ndarray]:
     outputs = predict(problem, theta_of(rig, structure), with_floor=False)[0].outputs
     wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
     return {"time_s": log.time, **{name: outputs[name] for name in wanted}}
+
+
+UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
+
+
+def unit_of(output: str) -> str:
+    """The SI unit of an output, from the end of its name."""
+    return next(unit for end, unit in UNITS.items() if output.endswith(end))

@@ -39,6 +39,11 @@ def test_a_plan_is_written_and_told(
         (("--volts", "-1"), "--volts -1: has to be positive"),
         (("--volts", "inf"), "--volts inf: has to be a finite number"),
         (
+            ("--travel", "a turn"),
+            "--travel a turn: has to be a number of rad, such as 0.7 (a linear axis: m), or of degrees",
+        ),
+        (("--travel", "-40deg"), "--travel -0.698132: has to be positive"),
+        (
             ("--volts", "12", "--rpm", "100"),
             "RIG: --rpm: a `platform` rig has no rate of the wheel; leave the option out",
         ),
@@ -56,3 +61,20 @@ def test_a_plan_that_cannot_be_made_is_one_line(
     error = capsys.readouterr().err
     assert error.startswith("rwjax: " + said.replace("RIG", str(rig))) and error.count("\n") == 1
     assert not (tmp_path / "plan").exists()
+
+
+def test_travel_is_rad_or_with_deg_behind_it_degrees(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = {}
+    testbed = DATA / "testbed" / "rig.toml"
+    for given in ("0.5235988", "30deg", "30°", "30"):
+        assert rwjax(monkeypatch, "plan", testbed, "--travel", given, "-o", tmp_path / "plan") == 0
+        said[given] = capsys.readouterr()
+        limits = tomllib.loads((tmp_path / "plan" / "plan.toml").read_text())["limits"]
+        assert limits["yaw_rad"] == pytest.approx(30.0 if given == "30" else 0.5235988, rel=1e-6)
+        assert "-0.0\n" not in (tmp_path / "plan" / "plan.toml").read_text()
+    assert said["30deg"].out == said["0.5235988"].out == said["30°"].out
+    assert "the runs keep to 0.523599 rad (30°; a linear axis: 0.523599 m) either way" in said["30deg"].err
+    assert "note: --travel 30 is rad, 4.77 turns; degrees are written --travel 30deg" in said["30"].err
+    assert "turns" not in said["30deg"].err + said["0.5235988"].err

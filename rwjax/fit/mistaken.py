@@ -1,5 +1,7 @@
 """Readings in another unit or of the other sign than the rig file's numbers make them: no fit finds such a mistake."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from rwjax.fit.problem import START_S, Problem, starts_at_rest
@@ -20,32 +22,48 @@ ABOUT = 1.6
 """Factor by which the rig file's numbers may be off besides."""
 
 
+GIVEN = "what the rig file's numbers give"
+
+
 def mistaken(problem: Problem, theta: np.ndarray) -> list[str]:
-    """A sentence for every output that goes the other way than the rig's own numbers `theta` say, or as many times as far
-    as another unit would make it: the median over the logs that begin at rest, where the command alone sets the rig in
-    motion."""
+    """`asked` of a problem's logs, simulated with the rig's own numbers `theta`."""
     y = np.asarray(free_run(problem.structure, theta, problem.start, problem.batch)[0])
+    names = problem.structure.outputs
+    runs = []
+    for k, log in enumerate(problem.logs):
+        if problem.batch.weight[k].any():
+            samples = by_sample(problem.batch, k, y[k], len(log.time))
+            runs.append((log, {name: samples[:, j] for j, name in enumerate(names)}))
+    return asked(runs)
+
+
+def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[str]:
+    """A sentence for every output that goes the other way than in a simulation with the rig file's numbers, or as many times
+    as far as another unit would make it: the median over the logs that begin at rest, where the command alone sets the rig in
+    motion. `runs`: logs, each with the simulated readings by output."""
     found = []
-    for j, name in enumerate(problem.structure.outputs):
+    for name in dict.fromkeys(name for log, _ in runs for name in log.outputs):
         told = [
-            _compare(log, name, by_sample(problem.batch, k, y[k, ..., j], len(log.time)))
-            for k, log in enumerate(problem.logs)
-            if name in log.outputs and problem.batch.weight[k].any() and starts_at_rest(log)
+            _compare(log, name, simulated[name])
+            for log, simulated in runs
+            if name in log.outputs and starts_at_rest(log)
         ]
         alike, times = np.median(told, axis=0) if told else (0.0, 0.0)
         if not abs(alike) > ALIKE:
             continue
         if times < 0.0:
-            found.append(
-                f"{name} goes against what the rig file's numbers give: is its sign, or that of the command, wrong?"
-            )
+            found.append(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?")
         for unit, many in next((units for end, units in UNITS.items() if name.endswith(end)), ()):
             if 1.0 / ABOUT < abs(times) / many < ABOUT:
                 found.append(
-                    f"{name} is {abs(times):.3g} times what the rig file's numbers give: are the readings in {unit}? "
-                    f"Divide them by {many:.5g}"
+                    f"{name} is {abs(times):.3g} times {GIVEN}: are the readings in {unit}? Divide them by {many:.5g}"
                 )
     return found
+
+
+def is_question(note: str) -> bool:
+    """Whether a note is one of `asked`."""
+    return GIVEN in note
 
 
 def _compare(log: Log, name: str, simulated: np.ndarray) -> tuple[float, float]:

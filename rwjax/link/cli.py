@@ -162,6 +162,7 @@ def run_experiment(
     _needs_pyserial()
     from rwjax.link.played import Task, at_rest, check_plan, of_plan
     from rwjax.link.recorder import check_new, play
+    from rwjax.plan.envelope import in_both
     from rwjax.plan.experiment import Experiment
     from rwjax.plan.files import read_plan
     from rwjax.rig import read_one_axis_rig
@@ -181,7 +182,7 @@ def run_experiment(
                 "" if "axis" in believed.counts_per_rev else ", and no encoder of the axis tells whether it keeps to it"
             )
             print(
-                f"the axis has to stand in the middle of its travel of {travel:g} either way now{followed}",
+                f"the axis has to stand in the middle of its travel of {in_both(travel)} either way now{followed}",
                 file=sys.stderr,
             )
         with results(output or LOGS) as folder:

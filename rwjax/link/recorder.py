@@ -174,7 +174,7 @@ def check_pulses(experiment: Experiment, rig: Rig, shortest: float, longest: flo
     neutral, per_us = rig.pwm
     size = (abs(experiment.amplitude) + abs(experiment.offset)) / abs(per_us)
     span = longest - neutral  # boards drive no further the other way either
-    volts = sorted((end - neutral) * per_us for end in (max(shortest, neutral - span), longest))
+    volts = sorted((end - neutral) * per_us + 0.0 for end in (max(shortest, neutral - span), longest))
     one_way = min(map(abs, volts)) < LITTLE * max(map(abs, volts))
     ends = [neutral + v / per_us for v in experiment.span]
     spare = 1e-6  # us, of rounding

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 
 from rwjax.build import structure_of, theta_of
 from rwjax.errors import InputError
-from rwjax.plan.envelope import Envelope, reaches
+from rwjax.plan.envelope import Envelope, in_both, reaches
 from rwjax.plan.experiment import REST_S, Experiment
 from rwjax.plan.files import Run
 from rwjax.plan.motion import TAIL_S, WAIT_S, left, motion, peaks
@@ -65,7 +65,7 @@ class Design:
         """The experiment of this amplitude [V], as fast as wanted; `turned`: -1 for the other way."""
         offset, way = round(amplitude * self.offset, 4), turned * self.way
         period, length = round(pace * self.period, 2), round(pace * self.length, 2)
-        return Experiment(self.kind, way * amplitude, turned * offset, period, length)
+        return Experiment(self.kind, way * amplitude, turned * offset + 0.0, period, length)  # 0.0, never -0.0
 
     @property
     def reverses(self) -> bool:
@@ -157,7 +157,7 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
             )
     if _short(within):
         remarks.append(
-            f"the runs keep to {within.most['yaw_rad']:g} rad (a linear axis: m) either way of where the axis stands when the first one begins: "
+            f"the runs keep to {in_both(within.most['yaw_rad'])} either way of where the axis stands when the first one begins: "
             "bring it to the middle of its travel before, and play them in this order"
         )
     if (

@@ -99,3 +99,8 @@ def reaches(pwm: Pwm) -> dict[float, float]:
     """The largest command [V] of either sign that the pulses of an ESC can tell; 0 where it does not turn that way."""
     shortest, longest = ((end - pwm.neutral_us) * pwm.volts_per_us for end in PULSES_US)
     return {1.0: max(shortest, longest, 0.0), -1.0: max(-shortest, -longest, 0.0)}
+
+
+def in_both(travel: float) -> str:
+    """A travel of the axis in words, in rad and in degrees."""
+    return f"{travel:g} rad ({math.degrees(travel):.4g}°; a linear axis: {travel:g} m)"
