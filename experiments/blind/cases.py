@@ -229,6 +229,7 @@ def equivalent(kind: str, name: str, truth: Truth) -> list[str]:
     same = {
         "drive.delay": ["sensor.delay"],
         "sensor.delay": ["drive.delay"],
+        "drive.curvature": ["drive.supply_sag"] if truth.curvature < 0.0 == truth.curvature_form else [],
         "parameter.drive.gain": ["parameter.axis.inertia"] if truth.coulomb == 0.0 == truth.gravity else [],
         "axis.bias_torque": ["drive.bias"] + ["axis.asymmetric_friction"] * pure,
         "drive.bias": ["axis.bias_torque"] + ["axis.asymmetric_friction"] * pure,
