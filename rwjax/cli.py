@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from typer.exceptions import Abort, TyperException
 
-from rwjax import __version__, cli_control, cli_plan, interrupt
+from rwjax import __version__, cli_loop, cli_moves, cli_plan, cli_region, interrupt
 from rwjax.cli_options import Json, Quiet, RigFile, keep_input, of_file, results
 from rwjax.errors import InputError
 from rwjax.link import cli as link
@@ -249,7 +249,7 @@ def diagnose(
         print(f"  report: {report}")
 
 
-for command in (*cli_control.COMMANDS, cli_plan.plan):
+for command in (cli_region.region, *cli_loop.COMMANDS, *cli_moves.COMMANDS, cli_plan.plan):
     app.command()(command)
 
 
