@@ -284,6 +284,10 @@ class PeriodicTorque(AxisTorque):
         return with_overtone(self.omega * motion.t, self.s, self.c, self.p, self.q)
 
 
+STIFF = (20.0, 50.0, 100.0, 200.0, 400.0, 900.0, 2000.0, 50.0, 200.0, 800.0, 50.0, 200.0)
+"""Stiffnesses in inertias [1/s²] from which a search begins: between resonances that differ by more than √2 lie hills."""
+
+
 class FlexibleCoupling(Coupling):
     r"""Elastic shaft between drive and axis: a share $s$ of the inertia before it, torque $k\,\delta + c\,\dot\delta$ through it."""
 
@@ -291,17 +295,15 @@ class FlexibleCoupling(Coupling):
     group: ClassVar[str] = "flexible_coupling"
     label: ClassVar[str] = "elastic coupling"
     coordinate: ClassVar[str] = "load"
-    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(0.5, 0.5, 0.5, 0.5, 0.25, 0.25), tex="s")
-    k: Scalar = param(
-        "N m/rad",
-        bounds=(1e-9, 1e6),
-        null=1e3,
-        starts=(20.0, 100.0, 400.0, 2000.0, 100.0, 800.0),
-        scale="inertial",
-        tex="k",
-    )
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.5, starts=(*(0.5,) * 7, 0.25, 0.25, 0.25, 0.75, 0.75), tex="s")
+    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=STIFF, scale="inertial", tex="k")
     c: Scalar = param(
-        "N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(0.3, 0.7, 1.5, 3.0, 0.7, 2.0), scale="inertial", tex="c"
+        "N m s/rad",
+        bounds=(0.0, jnp.inf),
+        null=1.0,
+        starts=tuple(0.07 * k**0.5 for k in STIFF),
+        scale="inertial",
+        tex="c",
     )
 
     def share(self) -> Scalar:
@@ -319,10 +321,10 @@ class Backlash(Coupling):
     group: ClassVar[str] = "backlash"
     label: ClassVar[str] = "backlash"
     coordinate: ClassVar[str] = "load"
-    g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.05, 0.15), tex="g")
-    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3), tex="s")
-    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0, 4000.0), scale="inertial", tex="k")
-    c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(20.0, 20.0), scale="inertial", tex="c")
+    g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.02, 0.05, 0.15, 0.5, 0.05, 0.15), tex="g")
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3, 0.3, 0.3, 0.6, 0.6), tex="s")
+    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0,) * 6, scale="inertial", tex="k")
+    c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(20.0,) * 6, scale="inertial", tex="c")
 
     def share(self) -> Scalar:
         return self.s

@@ -73,11 +73,11 @@ class MissedCounts(Encoder):
     label: ClassVar[str] = "counts missed at speed"
     coordinate: ClassVar[str] = "yaw_rate"
     states: ClassVar[tuple[str, ...]] = ("lost",)
-    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.2, 0.2, 0.1, 0.1), tex="s")
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.2,) * 4, *(0.1,) * 4), tex="s")
     w_m: Scalar = param(
-        "rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.7, 0.4, 0.7, 0.4), scale="sensed_rate", tex="w_m"
+        "rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.85, 0.7, 0.5, 0.35) * 2, scale="sensed_rate", tex="w_m"
     )
-    j: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.1, 0.1), tex="j", optional=True)
+    j: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 4, *(0.1,) * 4), tex="j", optional=True)
 
     def _behind(self, rate: Scalar) -> Scalar:
         over = jnp.abs(rate) - self.w_m
