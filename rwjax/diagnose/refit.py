@@ -88,6 +88,8 @@ class Refits:
     _spaces: dict[Explanation, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
     _done: dict[Explanation, Fit] = field(default_factory=dict)
     _finished: set[Explanation] = field(default_factory=set)
+    _exact: dict[Explanation, bool] = field(default_factory=dict)
+    """Explanations fitted by exact derivatives, and whether that was by the start rule."""
     _ruled: bool = True
 
     @classmethod
@@ -228,10 +230,12 @@ class Refits:
         running = {e: self._begin_at(e, parent, s) for e, s in screened.items()}
         self._keep(running)
         promise = {e: min(s.left, running[e].cost) for e, s in screened.items()}
-        known = min(f.cost for e, f in self._done.items() if e in self._finished)
         for many, steps in HEATS:
-            ahead = [e for e in sorted(new, key=promise.__getitem__) if steps == 1 or promise[e] <= BEHIND * known]
-            ahead = ahead[:many]
+            most = (
+                np.inf if self._ruled else BEHIND * self(parent).cost
+            )  # a complete parent leaves no room far above it
+            ahead = [e for e in new if promise[e] <= most or steps == 1 or parent.contains(e)]
+            ahead = sorted(ahead, key=promise.__getitem__)[:many]
             runs = [(e, f) for e in ahead for f in begun[e][:BEGIN]]
             found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
             for e in ahead:
@@ -245,13 +249,13 @@ class Refits:
         least = min(self._done[e].cost for e in (parent, *wanted))
         ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least]
         ahead = ahead[: HEATS[-1][0]]
-        again = [e for e in new if e in self._finished and e not in ahead]
+        again = [e for e in new if e in self._finished and e not in ahead]  # what it knows may be a better place
         for part in (
             ahead[:1],
             ahead[1:] + again,
         ):  # how far the first one comes says which of the others may still win
             least = min(self._done[e].cost for e in (parent, *wanted))
-            part = [e for e in part if promise[e] <= BEHIND * least or e in again]
+            part = [e for e in part if promise[e] <= BEHIND * least or e in again or parent.contains(e)]
             for e in part:
                 self.progress(" + ".join(e.names) or "the rig as it is")
             self._done |= zip(part, together([self._to_the_end(self._done[e]) for e in part]), strict=True)
@@ -322,16 +326,22 @@ class Refits:
     def exactly(self, explanation: Explanation) -> None:
         """Fits an explanation on by exact derivatives through short windows that begin at what was measured: they go straight
         along a narrow valley where secants of whole runs creep, and find one that whole runs end before."""
+        if self._exact.get(explanation) == self._ruled:
+            return
+        self._exact[explanation] = self._ruled
         begun = self.known(explanation)
-        if begun.problem.structure.latest > self.problem.structure.latest:
-            return  # its readings reach back further than the windows of the layout that all share
-        problem, c = self._of_training(begun.problem.structure), begun.coordinates
-        nodes = measured_nodes(problem, begun.theta)
-        found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
-        if found.cost <= BEHIND * min(f.cost for f in self._done.values()):
-            found = fit(problem, c, found.theta, start=found.start)
-            self._finished.add(explanation)
-        self._keep({explanation: found})
+        structure, c = begun.problem.structure, begun.coordinates
+        if structure.latest <= self.problem.structure.latest:  # else its readings reach back further than the windows
+            problem = self._of_training(structure)
+            nodes = measured_nodes(problem, begun.theta)
+            found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
+            near = found.cost <= BEHIND * min(f.cost for f in self._done.values())
+            if near:
+                found = fit(problem, c, found.theta, start=found.start)
+            self._keep({explanation: found})
+            if near and explanation not in self._finished:
+                self._done[explanation] = together([self._to_the_end(self._done[explanation])])[0]
+                self._finished.add(explanation)
         self._free_starts()
 
     def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:

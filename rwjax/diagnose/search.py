@@ -202,6 +202,24 @@ class Search:
                 found += [e.plus(plain) for e in bare if not {*e.names} & levels_beside(member)]
         return [e for e in dict.fromkeys(found) if e != explanation]
 
+    def _rivals(self, best: Explanation) -> list[Explanation]:
+        """Sets with one member exchanged, fitted, those that leave least by exact derivatives like `best` itself; none where no
+        name will stand."""
+        if not best.names or (self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED):
+            return []
+        rivals = self._exchanged(best)
+        self._fit([e for e in rivals if e not in self.refits], best)
+        for e in (best, *self._ahead(rivals)[:RIVALS]):
+            self.refits.exactly(e)
+        return rivals
+
+    def _surpassing(self, best: Explanation, rivals: list[Explanation]) -> Explanation | None:
+        """The rival with more evidence than `best`, of no more names."""
+        effective = self.effective(best)
+        able = [e for e in rivals if len(e.names) <= len(best.names)]
+        first = max(able, key=lambda e: self.evidence(e, effective), default=best)
+        return first if self.evidence(first, effective) > self.evidence(best, effective) + NEEDED else None
+
     def as_good(self, one: Explanation, other: Explanation) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise."""
         a, b = self._seen(one), self._seen(other)
@@ -257,30 +275,26 @@ class Search:
         """The search from the rig as it is."""
         nothing = Explanation()
         self.refits(nothing)
-        best, alternatives = self._backward(self._forward(nothing)), []
-        for _ in range(EXCHANGES if best.names else 0):
-            hopeless = self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED
-            rivals = [] if hopeless else self._exchanged(best)
-            self._fit([e for e in rivals if e not in self.refits], best)
-            for e in self._ahead(rivals)[:RIVALS]:
-                self.refits.exactly(e)
-            effective = self.effective(best)
-            reference = self.evidence(best, effective)
-            close = [
-                e
-                for e in rivals
-                if self.evidence(e, effective) > reference - (CLOSE_ABOVE if e.contains(best) else CLOSE)
-                or (self.as_good(best, e) and not e.contains(best))
-            ]
-            alternatives = [e for e in close if not any(e.contains(other) for other in close)]
-            alternatives.sort(key=lambda e: -self.evidence(e, effective))
-            if not alternatives or self.gain(alternatives[0], best) <= NEEDED:
+        best = self._backward(self._forward(nothing))
+        rivals = self._rivals(best)
+        for _ in range(EXCHANGES):
+            if (better := self._surpassing(best, rivals)) is None:
                 break
-            best = alternatives[0]
-        same = self._declared(best)
-        alternatives = [e for e in dict.fromkeys([*alternatives, *same]) if e != best]
-        everything = [e for e in self.squares]
+            best = self._backward(better)
+            rivals = self._rivals(best)
         effective = self.effective(best)
+        reference = self.evidence(best, effective)
+        close = [
+            e
+            for e in rivals
+            if self.evidence(e, effective) > reference - (CLOSE_ABOVE if e.contains(best) else CLOSE)
+            or (self.as_good(best, e) and not e.contains(best))
+        ]
+        alternatives = [e for e in close if not any(e.contains(other) for other in close)]
+        alternatives.sort(key=lambda e: -self.evidence(e, effective))
+        same = self._declared(best)
+        alternatives += [e for e in same if e not in alternatives]
+        everything = [e for e in self.squares]
         base = self.evidence(nothing, effective)
         evidence = {e: self.evidence(e, effective) - base for e in everything}
         return Choice(best, tuple(alternatives), tuple(same), evidence, self._ranking(nothing, best, effective))

@@ -349,7 +349,7 @@ class Presliding(AxisElastic):
     label: ClassVar[str] = "elastic displacement before sliding"
     coordinate: ClassVar[str] = "yaw"
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
-    x_s: Scalar = param("rad", bounds=(1e-5, 10.0), null=1e-5, starts=(3e-4, 2e-3, 0.01, 0.05), tex="x_s")
+    x_s: Scalar = param("rad", bounds=(1e-5, 10.0), null=1e-5, starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1), tex="x_s")
     d: Scalar = param(
         "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", optional=True
     )

@@ -103,6 +103,17 @@ def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, sam
     assert [e.names for e in Search(refits)._declared(curved)] == same
 
 
+def test_a_choice_gives_way_to_a_rival_with_more_evidence_and_not_the_other_way_round() -> None:
+    rig = platform("viscous = 0.02")
+    refits = Refits.of(rig, [true_log(rig, **{"drive.curvature": {"c": 0.2}})], [0], lambda text: None)
+    search, wrong, right = Search(refits), Explanation(("drive.saturation",)), Explanation(("drive.curvature",))
+    search.names = ("drive.saturation", "drive.curvature", "parameter.drive.gain")
+    refits.race([wrong, right], Explanation())
+    refits.race(search._exchanged(wrong), Explanation())
+    assert search._surpassing(wrong, search._exchanged(wrong)) == right
+    assert search._surpassing(right, search._rivals(right)) is None
+
+
 def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> None:
     rig, named = platform("viscous = 0.02"), Explanation(("drive.saturation",))
     refits = Refits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 0.9, "n": 2.0}})], [0], lambda text: None)
