@@ -59,7 +59,7 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
     """The command on which two rivals differ most, hardly further than the logs in `train` have gone, and by how much.
 
     `rig`: its name, for the plan. `remains`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a
-    difference below it tells nothing.
+    difference below it tells nothing. Where a rival has end stops, the way until the rig rests counts.
     """
     problem, within = rivals[0].problem, shown(rivals[0], train)
     outputs = sorted({name for k in train for name in problem.logs[k].outputs})
@@ -68,11 +68,14 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
     during = round(TICK_HZ * SECONDS)
     length = np.array([REST_S + e.length for e in experiments])
     lasts = np.arange(during) < TICK_HZ * length[:, None]  # (e, t)
+    stops = any("axis.end_stop" in rival.problem.structure.effects for rival in rivals)
     runs, holds = [], np.ones(len(experiments), bool)
     for rival in rivals:
-        moved = _until_rest(rival, experiments)
+        structure = rival.problem.structure
+        y = readings(structure, rival.theta, experiments, SECONDS + (WAIT_S if stops else 0.0))
+        moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
         peak = peaks(moved)
-        if "yaw_rad" in peak:  # as in a plan whose travel is limited
+        if stops:  # as in a plan whose travel is limited
             coasts = left(moved["yaw_rad_s"])
             peak["yaw_rad"] = peak["yaw_rad"] + coasts
             holds &= coasts <= COASTING * within.most["yaw_rad"]
@@ -84,9 +87,9 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
     best = int(np.argmax(telling))
     names = [" + ".join(rival.names) for rival in rivals]
     if not holds.any():
+        rest = f", or not let it come to rest within {WAIT_S:g} s" if stops else ""
         return Proposal(
-            f"none found that separates {' and '.join(names)}: every command would take the rig further than these logs have gone "
-            "before it comes to rest"
+            f"none found that separates {' and '.join(names)}: every command would take the rig further than these logs have gone{rest}"
         )
     if telling[best] < 1.0:
         return Proposal(
@@ -105,13 +108,6 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
         f"run {in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
         Plan(rig, within.known, (run,)),
     )
-
-
-def _until_rest(rival: Rival, experiments: Sequence[Experiment]) -> dict[str, np.ndarray]:
-    """Motion `(experiment, time)` by output, of an axis long enough for it to come to rest."""
-    structure = rival.problem.structure
-    y = readings(structure, rival.theta, experiments, SECONDS + (WAIT_S if "yaw_rad" in structure.outputs else 0.0))
-    return {name: y[..., k] for k, name in enumerate(structure.outputs)}
 
 
 def in_words(e: Experiment) -> str:

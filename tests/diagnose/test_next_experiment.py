@@ -57,10 +57,10 @@ def test_where_no_run_separates_them_that_is_said() -> None:
     )
 
 
-def test_the_way_until_the_rig_rests_counts() -> None:
+def test_where_the_travel_is_limited_the_way_until_the_rig_rests_counts() -> None:
     """An axis that one rival lets coast for minutes goes on into what no log has shown."""
     rig = platform("viscous = 0.0004")  # slows down within 250 s
-    structure = structure_of(rig).with_effects("axis.coulomb", "drive.deadzone")
+    structure = structure_of(rig).with_effects("axis.end_stop", "axis.coulomb", "drive.deadzone")
     time = np.arange(2001) * 0.01
     log = record(time, 0.9 * ((time > 0.6) & (time < 2.6)) - 0.9 * ((time > 2.6) & (time < 4.6)))
     two = []
@@ -83,9 +83,22 @@ def test_the_way_until_the_rig_rests_counts() -> None:
         assert np.abs(y - y[0]).max() <= BEYOND * most and np.abs(later - later[0]).max() <= COASTING * most
 
 
+def test_where_nothing_limits_the_travel_a_rig_without_friction_may_coast() -> None:
+    rig = platform("viscous = 0.0")
+    structure = structure_of(rig).with_effects("drive.deadzone", "drive.lag")
+    log = record(TIME, np.where(TIME > 0.6, 0.9, 0.0) * (TIME < 4.0))  # it coasts on, as every such log does
+    two = []
+    for effect, number, value in (("drive.deadzone", "u_0", 0.1), ("drive.lag", "T", 0.2)):
+        theta = theta_of(rig, structure)
+        theta[structure.names.index(f"{effect}.{number}")] = value
+        two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
+    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
+    assert plan is not None and "differ by" in sentence
+
+
 def test_where_every_command_goes_too_far_nothing_is_said_to_be_the_same() -> None:
     rig = platform("viscous = 0.002")
-    structure = structure_of(rig).with_effects("axis.bias_torque", "drive.bias")
+    structure = structure_of(rig).with_effects("axis.end_stop", "axis.bias_torque", "drive.bias")
     time = np.arange(501) * 0.01
     log = record(time, np.where(time > 0.6, 0.3 * np.sign(np.sin(2.0 * np.pi * time)), 0.0))
     two = []
@@ -95,4 +108,7 @@ def test_where_every_command_goes_too_far_nothing_is_said_to_be_the_same() -> No
         two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
     sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
     assert plan is None
-    assert sentence.startswith("none found that separates axis.bias_torque and drive.bias: every command would take")
+    assert sentence == (
+        "none found that separates axis.bias_torque and drive.bias: every command would take the rig further than these logs "
+        "have gone, or not let it come to rest within 60 s"
+    )
