@@ -174,15 +174,16 @@ def check_pulses(experiment: Experiment, rig: Rig, shortest: float, longest: flo
     neutral, per_us = rig.pwm
     size = (abs(experiment.amplitude) + abs(experiment.offset)) / abs(per_us)
     span = longest - neutral  # boards drive no further the other way either
-    volts = sorted((end - neutral) * per_us + 0.0 for end in (max(shortest, neutral - span), longest))
-    one_way = min(map(abs, volts)) < LITTLE * max(map(abs, volts))
-    ends = [neutral + v / per_us for v in experiment.span]
+    ends = [(end - neutral) * per_us for end in (max(shortest, neutral - span), longest)]
+    least = LITTLE * max(map(abs, ends))
+    low, high = sorted(end if abs(end) >= least else 0.0 for end in ends)
     spare = 1e-6  # us, of rounding
     small = size <= span + spare
-    if not (small and shortest - spare <= min(ends) and max(ends) <= longest + spare):
-        right = "this ESC turns one way: add an offset" if small and one_way else "give less"
+    beyond = max(low - experiment.span[0], experiment.span[1] - high) / abs(per_us)
+    if not (small and beyond <= spare):
+        right = "this ESC turns one way: add an offset" if small and 0.0 in (low, high) else "give less"
         raise LinkError(
-            f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {volts[0]:g} to {volts[1]:g} V; {right}"
+            f"{experiment.amplitude:g} V about {experiment.offset:g} V: the pulses reach {low:g} to {high:g} V; {right}"
         )
 
 

@@ -397,8 +397,12 @@ def test_a_neutral_pulse_near_an_end_is_said_for_what_it_is() -> None:
     assert rig.pwm
     near, high, no = (replace(rig, pwm=rig.pwm._replace(neutral_us=us)) for us in (1010.0, 1700.0, 1990.0))
     assert to_play(Experiment("square", 1.0, 1.1, 1.0, 1.0), near)[2:4] == (100, 110)
-    with pytest.raises(LinkError, match=r"the pulses reach -0\.2 to 19\.8 V; this ESC turns one way: add an offset"):
+    with pytest.raises(LinkError, match=r"the pulses reach 0 to 19\.8 V; this ESC turns one way: add an offset"):
         to_play(Experiment("square", 2.0, 0.0, 1.0, 1.0), near)
+    little = replace(rig, pwm=rig.pwm._replace(neutral_us=1100.0))  # pulses of 1050 us are there, and mean nothing
+    for reverses in (Experiment("square", 1.0, 0.0, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
+        with pytest.raises(LinkError, match="the pulses reach 0 to 18 V; this ESC turns one way: add an offset"):
+            to_play(reverses, little)
     assert to_play(Experiment("coast-down", -6.0, 0.0, 1.0, 1.0), high)[2:4] == (-600, 0)
     with pytest.raises(LinkError, match="the pulses reach -6 to 6 V; give less"):  # though pulses of 1000 us are -14 V
         to_play(Experiment("coast-down", -7.0, 0.0, 1.0, 1.0), high)
