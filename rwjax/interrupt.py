@@ -32,7 +32,8 @@ def _is_command() -> bool:
     if sys.argv[:1] == ["-m"]:  # what Python puts there until it has found the module
         after = sys.orig_argv.index("-m") + 1 if "-m" in sys.orig_argv else 0
         return sys.orig_argv[after] == "rwjax"
-    return os.path.splitext(os.path.basename((sys.argv or [""])[0]))[0] == "rwjax"
+    program = (sys.argv or [""])[0]  # a process that `multiprocessing` begins takes it over, but was not begun with it
+    return os.path.splitext(os.path.basename(program))[0] == "rwjax" and program in sys.orig_argv
 
 
 while_starting()
