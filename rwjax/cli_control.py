@@ -76,7 +76,9 @@ def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, Spread | N
     other = [f"{name} {new} (not {old})" for name, new, old in compared if new != old]
     said = [f"taken from {fit} where {path} says otherwise: {', '.join(other)}"] if other else []
     if spread.per_run:
-        said.append(f"of {', '.join(spread.per_run)} every run has a value of its own: their mean counts")
+        said.append(
+            f"of {', '.join(spread.per_run)} every run has a value of its own: their mean counts, and their scatter in what is drawn"
+        )
     return found, spread, said
 
 

@@ -28,7 +28,7 @@ TRIES = 100
 
 class Spread(NamedTuple):
     """What a fit says of some numbers: their `names`, estimates `mean` (n,) and `covariance` (n, n). `per_run`: those of which every
-    run has a value of its own, and here stands the mean of the runs."""
+    run has a value of its own; here stands the mean of the runs, and the scatter between them counts, since a plant is a run."""
 
     names: tuple[str, ...]
     mean: Float[np.ndarray, " n"]
@@ -57,10 +57,14 @@ def read_spread(path: Path, rig: Rig) -> Spread:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: is not what `rwjax fit RIG LOG… --json` prints; save that to a file") from None
+    if not names:
+        raise InputError(f"{path}: `covariance_of` is empty, the fit estimates no number; leave --fit out")
     of = np.array([[shared == name for shared in every.values()] for name in names], float)
     of /= of.sum(axis=1, keepdims=True)  # the mean of the runs
     per_run = tuple(dict.fromkeys(shared for name, shared in every.items() if name != shared))
-    return Spread(names, of @ values, of @ covariance @ of.T, per_run)
+    runs = [values[row > 0.0] for row in of]
+    scatter = np.diag([np.var(own, ddof=1) if len(own) > 1 else 0.0 for own in runs])
+    return Spread(names, of @ values, of @ covariance @ of.T + scatter, per_run)
 
 
 def fitted(rig: Rig, spread: Spread) -> Rig:

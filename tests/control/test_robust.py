@@ -157,6 +157,9 @@ def test_a_fit_s_answer_is_read_and_anything_else_refused(tmp_path: Path) -> Non
         path.write_text(wrong)
         with pytest.raises(InputError, match="is not what `rwjax fit"):
             read_spread(path, rig)
+    path.write_text(json.dumps({"numbers": {}, "covariance_of": [], "covariance": []}))
+    with pytest.raises(InputError, match=r"fit\.json: `covariance_of` is empty"):
+        read_spread(path, rig)
     path.write_text(json.dumps(answer | {"rig": "another"}))
     with pytest.raises(InputError, match=r"fit\.json: is a fit of rig `another`, not of"):
         read_spread(path, rig)
@@ -173,4 +176,7 @@ def test_of_what_every_run_has_of_its_own_the_mean_is_taken(tmp_path: Path) -> N
     assert found.mean == pytest.approx([0.05, 0.003])
     drawn = np.array([0.05, 0.002, 0.004]) + np.random.default_rng(1).normal(size=(100_000, 3)) @ A.T
     means = np.stack([drawn[:, 0], drawn[:, 1:].mean(axis=1)])
-    assert found.covariance == pytest.approx(np.cov(means), rel=0.03)  # 5 deviations of a sample variance: 2 %
+    scatter = np.diag([0.0, 2e-6])  # of 0.002 and 0.004: a plant is a run, not their mean
+    assert found.covariance == pytest.approx(
+        np.cov(means) + scatter, rel=0.03
+    )  # 5 deviations of a sample variance: 2 %
