@@ -223,7 +223,7 @@ def share_of_plants(
     """Share of plants (k, …) that each PD gain pair stabilises as in `stable`; 1 in the region of them all."""
     if damping > 0.0:
         each = (stable(pd_loop(p), kp[:, None], kd[None, :], sigma=sigma, damping=damping) for p in plants.each())
-        return np.mean([found.astype(float) for found in each], axis=0)
+        return sum(each, start=np.zeros((len(kp), len(kd)))) / len(plants.num)
     loop = pd_loop(plants)
     return _share(loop.mapped(shift(loop.order, sigma)), kp, kd)
 
