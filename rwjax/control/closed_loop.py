@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import lateness, linearised, transfer
-from rwjax.control.region import MOST_LATE
+from rwjax.control.region import waits
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import PeriodicTorque
 from rwjax.effects.ports import AxisElastic, CommandFilter, Coupling
@@ -68,18 +68,11 @@ class Clockwork(NamedTuple):
     @property
     def waits(self) -> tuple[int, float]:
         """Whole periods in which a command only waits, and the steps of the next one after which it acts."""
-        whole = int(self.late / self.steps + 1e-9)
-        return whole, max(self.late - whole * self.steps, 0.0)
+        return waits(self.late, float(self.steps))
 
     def later(self, time: float) -> "Clockwork":
-        """The clockwork whose commands act `time` [s] later still. Raises `InputError` beyond `MOST_LATE` periods."""
-        more = self._replace(late=self.late + time * self.steps / self.period)
-        if more.waits[0] > MOST_LATE:
-            raise InputError(
-                f"commands act {more.lateness:g} s after their reading, more than {MOST_LATE} periods of {self.period:g} s; "
-                "sample less often"
-            )
-        return more
+        """The clockwork whose commands act `time` [s] later still."""
+        return self._replace(late=self.late + time * self.steps / self.period)
 
 
 class Run(NamedTuple):
@@ -136,7 +129,7 @@ def closed_loop(
         winds = (sign * new != asked) & (jnp.sign(asked) == jnp.sign(error))
         integral = integral + jnp.where(winds, 0.0, clockwork.period * error)
         at = (x[states.index("psi")], x[states.index("w")], new, x[spins] if spins is not None else jnp.zeros_like(new))
-        held = (new, *held)
+        held = jnp.concatenate([new[None], held])
         acts = plant.act(held[-1]), plant.act(held[-2])
 
         def within(carry: tuple, k: Scalar) -> tuple[tuple, None]:  # unrolled it would take four times as long
@@ -150,7 +143,7 @@ def closed_loop(
     first = tuple(start[k] for k in range(len(states)))
     zero = jnp.zeros(())
     error = reference[0] - sense(zero, first, zero)
-    _, found = jax.lax.scan(sample, (zero, first, error, zero, zero, (zero,) * (whole + 1)), reference)
+    _, found = jax.lax.scan(sample, (zero, first, error, zero, zero, jnp.zeros(whole + 1)), reference)
     return Run(*found)
 
 
@@ -171,7 +164,7 @@ def run_rig(
 
     Raises `InputError` as `posed` does, and for a state that the rig lacks.
     """
-    structure, theta, delayed, sign = posed(rig, clockwork)
+    structure, theta, delayed, sign = posed(rig, clockwork, controller)
     if strange := sorted({*start} - {*structure.states}):
         raise InputError(f"no state `{strange[0]}`; this rig has {', '.join(structure.states)}")
     first = jnp.array([start.get(name, 0.0) for name in structure.states])
@@ -185,15 +178,23 @@ def without_lags(rig: Rig) -> None:
         raise InputError(f"`{lags[0]}`: lags and rate limits are not simulated here, leave it out")
 
 
-def posed(rig: Rig, clockwork: Clockwork) -> tuple[Structure, Float[Array, " p"], Clockwork, float]:
-    """Structure, parameter vector, clockwork with the rig's own delays, and sign of a rig whose loop is to be closed.
+def posed(
+    rig: Rig, clockwork: Clockwork, *controllers: Controller
+) -> tuple[Structure, Float[Array, " p"], Clockwork, float]:
+    """Structure, parameter vector, clockwork with the rig's own delays, and sign of a rig whose loop is to be closed by one of these.
 
-    Raises `InputError` as `linearised`, `without_lags` and `Clockwork.later` do.
+    Raises `InputError` as `linearised` and `without_lags` do, and for a limit of the wheel's rate beside a late reading of the
+    angle: the loop is run as if all that the controller reads were late alike.
     """
     without_lags(rig)
-    structure = structure_of(rig)
+    structure, late = structure_of(rig), lateness(rig)
+    if structure.has_wheel and late.readings[0] > 0.0 and any(np.isfinite(float(law.spin)) for law in controllers):
+        raise InputError(
+            f"the wheel's rate is read at once and the angle {late.readings[0]:g} s late, which is not simulated; leave the limit of "
+            "the wheel's rate out, or the delay of the encoder"
+        )
     sign = float(np.sign(transfer(linearised(rig)).num[0]))
-    return structure, jnp.asarray(theta_of(rig, structure)), clockwork.later(float(lateness(rig).loop[0])), sign
+    return structure, jnp.asarray(theta_of(rig, structure)), clockwork.later(float(late.loop[0])), sign
 
 
 def settled(rig: Rig) -> tuple[Structure, Float[Array, " p"]]:

@@ -43,7 +43,7 @@ def moduli_over(loop: Loop, kp: np.ndarray, kd: np.ndarray, where: np.ndarray) -
     """`sampled_modulus` over gains of a PD loop, `modulus` `(p, d)`; no number where the loop is not stable."""
     seen, found = on_circle(loop), np.full(where.shape, np.nan)
     for i, j in np.argwhere(where):
-        found[i, j] = np.min(np.abs(1.0 + np.array([kp[i], kd[j]]) @ seen))
+        found[i, j] = nearest(seen, kp[i], kd[j])
     return {"modulus": found}
 
 
@@ -79,7 +79,12 @@ def on_circle(loop: Loop, frequencies: int = 4000) -> np.ndarray:
 
 def sampled_modulus(loop: Loop, *gains: float) -> float:
     """Least distance of an open sampled loop from -1, to the grid of frequencies."""
-    return float(np.min(np.abs(1.0 + np.asarray(gains) @ on_circle(loop))))
+    return nearest(on_circle(loop), *gains)
+
+
+def nearest(seen: np.ndarray, *gains: float) -> float:
+    """Least distance from -1 of an open loop that was `seen` by each gain `(g, f)`."""
+    return float(np.min(np.abs(1.0 + np.asarray(gains) @ seen)))
 
 
 def _on_axis(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.polynomials import disc, hurwitz, shift, within_sector
+from rwjax.errors import InputError
 from rwjax.rig import Rig
 from rwjax.types import Scalar
 
@@ -62,17 +63,24 @@ def pid_loop(plant: Transfer) -> Loop:
     return _rows(_times_s(plant.den), [_times_s(num), num, _times_s(num, 2)])
 
 
+def waits(late: float, period: float) -> tuple[int, float]:
+    """Whole periods in a delay, and what is left of it, in the same unit."""
+    whole = int(late / period + 1e-9)
+    return whole, max(late - whole * period, 0.0)
+
+
 def sampled_loop(plant: Transfer, period: float, late: float = 0.0, smooth: float = 0.0) -> Loop:
     r"""The same PD law at a sample `period` [s], its derivative a backward difference filtered over `smooth` [s], the command held
     and `late` [s]: what the controller computes and what the rig itself delays.
 
     A polynomial in $z - 1$, which stays well conditioned for a short period, where all z lie close to 1.
-    Raises `ValueError` for a delay of more than `MOST_LATE` periods, whose poles at z = 0 rounding would spread.
+    Raises `InputError` for a delay of more than `MOST_LATE` periods, whose poles at z = 0 rounding would spread.
     """
-    whole = int(np.floor(late / period + 1e-9))
+    whole, part = waits(late, period)
     if whole > MOST_LATE:
-        raise ValueError(f"a delay of {late:g} s is {whole} periods, more than {MOST_LATE}; sample less often")
-    part = max(late - whole * period, 0.0)
+        raise InputError(
+            f"commands act {late:g} s after their reading, more than {MOST_LATE} periods of {period:g} s; sample less often"
+        )
     A, B, C = _companion(plant)
     step = A @ _integral(A, period)
     new = _integral(A, period - part) @ B  # of the command that comes in during the step

@@ -23,7 +23,7 @@ def running_loops(
     """Loops of the rig at an `angle` [rad], or of one plant for each row of `thetas`, each with its own delay; the derivative is
     filtered over `smooth` [s]. Gains `(kp, kd)`, with an `integral` `(kp, ki, kd)`.
 
-    Raises `InputError` as `linearised` and `Clockwork.later` do.
+    Raises `InputError` as `linearised` and `sampled_loop` do.
     """
     thetas = theta_of(rig, structure_of(rig))[None] if thetas is None else thetas
     plants = transfer(linearised(rig, angle, thetas)).each()

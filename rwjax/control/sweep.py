@@ -40,7 +40,7 @@ def sweep(
     references = np.asarray(references)
     if np.any(references[:, since:] != references[:, -1:]):
         raise ValueError(f"the references have to keep their last value from sample {since} on")
-    structure, theta, delayed, sign = posed(rig, clockwork)
+    structure, theta, delayed, sign = posed(rig, clockwork, *controllers)
     plants = theta[None] if thetas is None else jnp.asarray(thetas)
     gains = jnp.asarray(np.array(controllers, float).reshape(-1, len(Controller._fields)))
     shape = len(gains), len(references), len(plants)

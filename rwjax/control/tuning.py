@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
 from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
-from rwjax.control.margins import on_circle, sampled_modulus
+from rwjax.control.margins import nearest, on_circle, sampled_modulus
 from rwjax.control.region import Loop
 from rwjax.control.running import running_loops
 from rwjax.errors import InputError
@@ -104,7 +104,7 @@ def tune(
     less. The encoder reads the angle itself while tuning: a count has no slope. Raises `InputError` as `posed` does, for gains
     that are negative or all 0, and for a start that is not stable.
     """
-    structure, theta, delayed, sign = posed(rig, clockwork)
+    structure, theta, delayed, sign = posed(rig, clockwork, start)
     smooth = delayed._replace(counts=0)
     gains = np.array([start.kp, start.ki, start.kd], float)
     if np.any(gains < 0.0) or not np.any(gains > 0.0):
@@ -116,7 +116,7 @@ def tune(
     seen = on_circle(loop)
 
     def margin(gains: np.ndarray) -> float:
-        return float(np.min(np.abs(1.0 + gains[used] @ seen))) if is_stable(loop, *gains[used]) else -1.0
+        return nearest(seen, *gains[used]) if is_stable(loop, *gains[used]) else -1.0
 
     if margin(gains) < 0.0:
         raise InputError("the loop is not stable with the gains from which the tuning starts; take some of its region")

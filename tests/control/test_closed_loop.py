@@ -34,13 +34,23 @@ def delayed(command: float, reading: float = 0.0) -> str:
         (0.5, delayed(0.003)),
         (1.0, delayed(0.01, 0.025)),
         (2.0, delayed(0.005)),
+        (0.0, delayed(0.1, 0.05)),
     ],
 )
 def test_without_friction_the_loop_is_its_recursion(late: float, own: str) -> None:
     clock, kp, kd, ki, smooth = Clockwork(late=late), 3.0, 2.0, 0.5, 0.02
     run = run_rig(parse_rig(FREE_TEXT + own), Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
     h, x, v, before, slope, integral, given = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, []
-    wait = late * h / 4.0 + {"": 0.0, delayed(0.003): 0.003, delayed(0.01, 0.025): 0.035, delayed(0.005): 0.005}[own]
+    wait = (
+        late * h / 4.0
+        + {
+            "": 0.0,
+            delayed(0.003): 0.003,
+            delayed(0.01, 0.025): 0.035,
+            delayed(0.005): 0.005,
+            delayed(0.1, 0.05): 0.15,
+        }[own]
+    )
     for k in range(len(STEP)):
         assert run.angle[k] == pytest.approx(x, abs=1e-10)
         error = 0.3 - x
@@ -185,10 +195,9 @@ def test_what_the_loop_does_not_have_is_refused() -> None:
     lag = FREE_TEXT + '\n[effects."drive.lag"]\nT = 0.1'
     with pytest.raises(InputError, match=r"`drive\.lag`: .* leave it out$"):
         run_rig(parse_rig(lag), Controller(kp=1.0), STEP)
-    late = FREE_TEXT + '\n[effects."drive.delay"]\ntau = 0.14'
-    with pytest.raises(
-        InputError, match=r"act 0\.14 s after their reading, more than 12 periods of 0\.01 s; sample less"
-    ):
-        run_rig(parse_rig(late), Controller(kp=1.0), STEP)
+    late = TESTBED_TEXT + delayed(0.0, 0.02)
+    run_rig(parse_rig(late), Controller(kp=1.0), STEP)
+    with pytest.raises(InputError, match=r"^the wheel's rate is read at once and the angle 0\.02 s late"):
+        run_rig(parse_rig(late), Controller(kp=1.0, spin=100.0), STEP)
     with pytest.raises(InputError, match="no state `Omega`; this rig has psi, w"):
         run_rig(FREE, Controller(kp=1.0), STEP, Omega=3.0)
