@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import holding
-from rwjax.control.linear import lateness
 from rwjax.control.open_loop import (
+    CHANGING,
     PIECES,
     REACHED,
     STEPS,
@@ -22,10 +22,10 @@ from rwjax.control.open_loop import (
     resting,
     steady,
     torque_at,
+    waiting,
     worst,
 )
 from rwjax.effects import BY_NAME
-from rwjax.effects.axis import DryDrift, PeriodicTorque
 from rwjax.effects.ports import AxisDry, AxisElastic
 from rwjax.errors import InputError
 from rwjax.plant import Structure, friction_level
@@ -36,9 +36,6 @@ MARGIN = 0.9
 """Share of the breakaway torque that a dump uses."""
 SPARE = 0.95
 """Share of the torque that friction or the drive bear with which the search begins."""
-
-
-CHANGING = (PeriodicTorque, DryDrift)
 
 
 class Dump(NamedTuple):
@@ -63,7 +60,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     which $\mu_l T$ grows with the torque, and $M_l$ the load that the axis bears. Where friction or load change over time, no such
     bound is known.
     Raises `InputError` for a rig without a wheel, limits that are not positive, an axis that friction does not hold, or only after it
-    has moved a little.
+    has moved a little, and as `waiting` does.
     """
     check(rig, limits)
     if spin == 0.0 or not np.isfinite(spin):
@@ -82,7 +79,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     left = 1.0 - margin * float(_grows(structure, theta, way))
     room = room / left if left > 0.0 else np.inf  # friction that grows as fast as what it holds
     changes = any(issubclass(BY_NAME[name], CHANGING) for name in rig.effects)
-    delay = float(lateness(rig).commands[0])
+    delay = waiting(rig, spin)
     bound = 0.0 if changes else J * abs(spin) / room + delay
 
     ripple = K**2 * abs(spin) / (2 * PIECES * STEPS * R)  # of a command that is held while the wheel slows over a step

@@ -16,6 +16,9 @@ from scipy.optimize import minimize
 
 from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import holding, settled, without_lags
+from rwjax.control.linear import lateness
+from rwjax.effects import BY_NAME
+from rwjax.effects.axis import DryDrift, PeriodicTorque
 from rwjax.effects.ports import CurrentLimit, WheelDry
 from rwjax.errors import InputError
 from rwjax.plant import Plant, Structure, friction_level
@@ -38,6 +41,9 @@ LONGER = (1.0, 1.4)
 TRIES, GAIN = 4, 2e-3
 """Searches at most, and the share of the time that one has to gain for another to go on from there."""
 PATIENCE = {"maxiter": 200, "ftol": 1e-6}
+STILL = 1e-9
+"""Angle [rad], and share of the wheel's rate, within which nothing moves."""
+CHANGING = (PeriodicTorque, DryDrift)
 BARELY = 1.0 + 1e-9
 """Share of a limit that counts as within it, so that a start at the limit does."""
 
@@ -221,6 +227,32 @@ def resting(rig: Rig, spin: float = 0.0) -> Course:
     structure, theta, start = steady(rig, spin)
     keeps = jnp.array([holding(rig.values) * spin])
     return Course(*(x[0] for x in course(structure, theta, keeps, 1e-3, start)))
+
+
+def waiting(rig: Rig, spin: float = 0.0) -> float:
+    """The drive's delay [s], over which a rig waits for the first command as it is at its beginning: at rest, a command that keeps
+    the `spin` [rad/s] of its wheel given before.
+
+    Raises `InputError` for a rig that does not: one that its load or its drive moves meanwhile, whose wheel changes its rate, or that
+    changes with time.
+    """
+    delay = float(lateness(rig).commands[0])
+    if delay == 0.0:
+        return delay
+    why = next((f"`{name}` changes with time" for name in rig.effects if issubclass(BY_NAME[name], CHANGING)), "")
+    if not why:
+        structure, theta, start = steady(rig, spin)
+        keeps = jnp.full(PIECES * STEPS, holding(rig.values) * spin)
+        seen = course(structure, theta, keeps, delay, start)
+        if not np.max(np.abs(seen.angle)) <= STILL:
+            why = "the axis turns"
+        elif not np.max(np.abs(seen.wheel - spin)) <= STILL * max(abs(spin), 1.0):
+            why = "the wheel changes its rate"
+    if why:
+        raise InputError(
+            f"{why} before the first command acts, after the drive's delay of {delay:g} s; leave the delay out"
+        )
+    return delay
 
 
 Conditions = Callable[[Course, Array], tuple[Array, Array]]

@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import holding
-from rwjax.control.linear import lateness
 from rwjax.control.open_loop import (
     PIECES,
     REACHED,
@@ -21,6 +20,7 @@ from rwjax.control.open_loop import (
     steady,
     torque_at,
     usable_rate,
+    waiting,
 )
 from rwjax.errors import InputError
 from rwjax.rig import Rig
@@ -92,13 +92,15 @@ class Slew(NamedTuple):
 def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     """Slews over `angle` [rad] from rest, the wheel at `spin` [rad/s] beforehand.
 
-    Raises `InputError` for a rig without a wheel, limits that are not positive, and an angle that the search does not reach.
+    Raises `InputError` for a rig without a wheel, limits that are not positive, an angle that the search does not reach, and as
+    `waiting` does.
     """
     check(rig, limits)
     if angle == 0.0 or not np.isfinite(angle):
         raise InputError(f"angle {angle:g} rad: has to be a number other than 0")
     if abs(spin) > fastest_rate(rig, limits):
         raise InputError(f"wheel at {spin:g} rad/s: the limits allow {fastest_rate(rig, limits):g} rad/s")
+    delay = waiting(rig, spin)
     top = usable_rate(rig, limits)
     torque = torque_at(rig, limits, top)
     ideal = on_off(rig.values["axis.inertia"], rig.values["wheel.inertia"], angle, torque, top)
@@ -119,7 +121,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
             f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "
             "turn less far, or spin the wheel the other way beforehand"
         )
-    return Slew(ideal, followed, float(followed.angle[-1]) - angle, best, float(lateness(rig).commands[0]))
+    return Slew(ideal, followed, float(followed.angle[-1]) - angle, best, delay)
 
 
 def _arrived(found: Course, numbers: Array) -> tuple[Array, Array]:

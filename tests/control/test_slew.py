@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rwjax import parse_rig
 from rwjax.build import structure_of, theta_of
-from rwjax.control.open_loop import Limits
+from rwjax.control.open_loop import Limits, waiting
 from rwjax.control.slew import on_off, slew
 from rwjax.errors import InputError
 from rwjax.simulate import plant_of
@@ -114,6 +114,35 @@ def test_with_a_delay_the_same_commands_do_the_same_so_much_later() -> None:
     time, only = h * np.arange(316.0), replace(late, effects={"drive.delay": {"tau": delay}})
     seen = run(only, record(time, command), {})["yaw_rad"]
     assert seen[15:] == pytest.approx(np.asarray(found.best.angle), abs=1e-9) and np.all(seen[:16] == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("held", "effect", "spin", "words"),
+    [
+        ("[axis.gravity]\ntorque = 0.002\nangle = 0.5", "", 0.0, "the axis turns"),
+        ("", '[effects."axis.bias_torque"]\nT = 0.02', 0.0, "the axis turns"),
+        ("", '[effects."drive.bias"]\nu_b = 0.1', 0.0, "the wheel changes its rate"),
+        ("", '[effects."wheel.coulomb"]\nM_c = 1e-4', 50.0, "the wheel changes its rate"),
+        (
+            "",
+            '[effects."axis.periodic_torque"]\ns = 0.001\nc = 0.0\nomega = 3.0',
+            0.0,
+            "`axis.periodic_torque` changes",
+        ),
+        ("", '[effects."axis.bias_torque"]\nT = 0.005', 50.0, ""),
+    ],
+)
+def test_a_delay_counts_only_where_the_rig_waits(held: str, effect: str, spin: float, words: str) -> None:
+    friction = "viscous = 0.001" if held else "coulomb = 0.01"
+    late = parse_rig(
+        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n[axis]\ninertia = {I}\n'
+        f'[axis.friction]\n{friction}\n{held}\n{effect}\n[effects."drive.delay"]\ntau = 0.2'
+    )
+    if not words:
+        assert waiting(late, spin) == 0.2
+        return
+    with pytest.raises(InputError, match=f"^{words}.* the drive's delay of 0.2 s; leave the delay out$"):
+        slew(late, np.radians(5.0), LIMITS, spin)
 
 
 def test_what_cannot_be_is_refused() -> None:
