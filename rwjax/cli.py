@@ -86,7 +86,7 @@ def fit(
 ) -> None:
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
     from rwjax.errors import RigError, write_text
-    from rwjax.fit.mistaken import is_question
+    from rwjax.fit.mistaken import Question
     from rwjax.log import read_logs
     from rwjax.rig import write_rig
 
@@ -130,7 +130,7 @@ def fit(
         print(f"fitted to {', '.join(log.name for log in records if not log.validate)}; written to {output}")
     for note in result.notes:
         print(f"note: {note}", file=sys.stderr)
-    if output is not None and any(map(is_question, result.notes)):
+    if output is not None and any(isinstance(note, Question) for note in result.notes):
         print(f"note: {output} is written even so; its numbers are those of the readings as they are", file=sys.stderr)
 
 

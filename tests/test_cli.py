@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -122,6 +123,25 @@ def test_a_program_that_imports_the_library_keeps_its_ctrl_c() -> None:
     assert done.stdout == "True\n"
 
 
+def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> None:
+    (tmp_path / "rwjax").write_text(
+        "import multiprocessing, signal, rwjax\n"
+        "def ask(): print(signal.getsignal(signal.SIGINT) is signal.default_int_handler, flush=True)\n"
+        "if __name__ == '__main__':\n"
+        "    ask()\n"
+        "    child = multiprocessing.get_context('spawn').Process(target=ask)\n"
+        "    child.start(), child.join()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "rwjax")],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=True,
+    )
+    assert done.stdout == "False\nTrue\n"
+
+
 def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> None:
     lines = [line.split(",") for line in Path(LOGS[0]).read_text().splitlines() if line[:1].isdigit()]
     for factor, asked in ((-1.0, "is its sign, or that of the command, wrong?"), (180.0 / np.pi, "in degrees?")):
@@ -140,6 +160,7 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
     (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))  # every other reading missing
     done = rwjax("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
     assert "is its sign, or that of the command, wrong?" in done.stderr
+    assert re.search(r"times their noise, most yaw_rad of log\.csv, by [\d.]+ rad RMS: the model lacks", done.stderr)
     done = rwjax("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", cwd=tmp_path)
     assert "rig file's numbers give" not in done.stderr and "written even so" not in done.stderr
 

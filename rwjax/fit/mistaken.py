@@ -20,12 +20,14 @@ UNITS = {
 """Units that readings are taken in by mistake, by the end of the column's name: how many of them make one of the right."""
 ABOUT = 1.6
 """Factor by which the rig file's numbers may be off besides."""
-
-
 GIVEN = "what the rig file's numbers give"
 
 
-def mistaken(problem: Problem, theta: np.ndarray) -> list[str]:
+class Question(str):
+    """A note that asks whether readings are of another unit or sign."""
+
+
+def mistaken(problem: Problem, theta: np.ndarray) -> list[Question]:
     """`asked` of a problem's logs, simulated with the rig's own numbers `theta`."""
     y = np.asarray(free_run(problem.structure, theta, problem.start, problem.batch)[0])
     names = problem.structure.outputs
@@ -37,7 +39,7 @@ def mistaken(problem: Problem, theta: np.ndarray) -> list[str]:
     return asked(runs)
 
 
-def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[str]:
+def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question]:
     """A sentence for every output that goes the other way than in a simulation with the rig file's numbers, or as many times
     as far as another unit would make it: the median over the logs that begin at rest, where the command alone sets the rig in
     motion. `runs`: logs, each with the simulated readings by output."""
@@ -52,18 +54,12 @@ def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[str]:
         if not abs(alike) > ALIKE:
             continue
         if times < 0.0:
-            found.append(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?")
+            found.append(Question(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"))
         for unit, many in next((units for end, units in UNITS.items() if name.endswith(end)), ()):
             if 1.0 / ABOUT < abs(times) / many < ABOUT:
-                found.append(
-                    f"{name} is {abs(times):.3g} times {GIVEN}: are the readings in {unit}? Divide them by {many:.5g}"
-                )
+                size = f"{abs(times):.3g} times {GIVEN}"
+                found.append(Question(f"{name} is {size}: are the readings in {unit}? Divide them by {many:.5g}"))
     return found
-
-
-def is_question(note: str) -> bool:
-    """Whether a note is one of `asked`."""
-    return GIVEN in note
 
 
 def _compare(log: Log, name: str, simulated: np.ndarray) -> tuple[float, float]:

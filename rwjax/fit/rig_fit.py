@@ -17,6 +17,7 @@ from rwjax.fit.problem import pose
 from rwjax.fit.scales import sizes_of
 from rwjax.fit.uncertainty import Uncertainty, memory, strongly_tied, uncertainty
 from rwjax.log import Log
+from rwjax.predict import unit_of
 from rwjax.rig import Rig
 
 OFF_BY = (1.0, 0.5, 2.0)
@@ -136,11 +137,14 @@ def _misfit(fitted: Fit) -> list[str]:
     square = 2.0 * (fitted.cost - problem.against_prior(fitted.theta)[0]) / problem.batch.readings
     if square <= COMPLETE:
         return []
-    each = np.sum(fitted.evaluation.residual**2, axis=(1, 2, 3))
-    worst = problem.logs[int(np.argmax(each))].name
+    logged = np.any(problem.batch.weight > 0.0, axis=(1, 2))
+    each = np.where(logged, np.sum(fitted.evaluation.residual**2, axis=(1, 2)), -1.0)
+    log, output = np.unravel_index(int(np.argmax(each)), each.shape)
+    name = problem.structure.outputs[output]
+    miss = f"{name} of {problem.logs[log].name}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
     return [
-        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most in {worst}: the model lacks "
-        "something, and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
+        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most {miss}: the model lacks something, "
+        "and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
     ]
 
 
@@ -165,12 +169,14 @@ def _mean(own: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
     return float(np.mean(own)), float(np.sqrt(estimated + max(float(np.var(own, ddof=1)) - expected, 0.0) / count))
 
 
-def _rms(fitted: Fit) -> dict[str, float]:
+def _rms(fitted: Fit, log: int | slice = slice(None)) -> dict[str, float]:
+    """Of every output over a log, or over all."""
     problem = fitted.problem
     found = {}
     for y, name in enumerate(problem.structure.outputs):
-        seen = problem.batch.weight[..., y] > 0.0
+        weight, residual = problem.batch.weight[log, ..., y], fitted.evaluation.residual[log, ..., y]
+        seen = weight > 0.0
         if seen.any():
-            error = fitted.evaluation.residual[..., y][seen] / problem.batch.weight[..., y][seen]
+            error = residual[seen] / weight[seen]
             found[name] = float(np.sqrt(np.mean(error**2)))
     return found
