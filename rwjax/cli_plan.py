@@ -74,7 +74,10 @@ def plan(
         print(f"note: no limit is known, and the volts alone bound it: {', '.join(unlimited)}", file=sys.stderr)
     if way is not None and travel is not None and way > 2.0 * math.pi and travel.strip()[-1:].isdigit():
         turns = way / (2.0 * math.pi)
-        remarks = (f"--travel {travel} is rad, {turns:.3g} turns; degrees are written --travel {travel}deg", *remarks)
+        remarks = (
+            f"--travel {travel} is rad, {turns:.3g} turns, if the axis turns; degrees are written --travel {travel}deg",
+            *remarks,
+        )
     for remark in (*remarks, f"worth a run by hand: {BY_HAND[believed.kind]}"):
         print(f"note: {remark}", file=sys.stderr)
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from rwjax.plan.experiment import Experiment
+from rwjax.report.plan import volts
 from tests.command import rwjax
 
 DATA = Path(__file__).parents[1] / "data"
@@ -63,6 +65,12 @@ def test_a_plan_that_cannot_be_made_is_one_line(
     assert not (tmp_path / "plan").exists()
 
 
+def test_a_command_about_an_offset_is_told_with_its_sign() -> None:
+    assert volts(Experiment("square", 3.566, -0.535, 6.0, 12.0)) == "±3.57 about -0.535"
+    assert volts(Experiment("multisine", 2.0, 0.0, 4.0, 12.0)) == "±2"
+    assert volts(Experiment("coast-down", -2.0, 0.0, 4.0, 12.0)) == "-2"
+
+
 def test_travel_is_rad_or_with_deg_behind_it_degrees(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,5 +84,7 @@ def test_travel_is_rad_or_with_deg_behind_it_degrees(
         assert "-0.0\n" not in (tmp_path / "plan" / "plan.toml").read_text()
     assert said["30deg"].out == said["0.5235988"].out == said["30°"].out
     assert "the runs keep to 0.523599 rad (30°; a linear axis: 0.523599 m) either way" in said["30deg"].err
-    assert "note: --travel 30 is rad, 4.77 turns; degrees are written --travel 30deg" in said["30"].err
+    assert (
+        "note: --travel 30 is rad, 4.77 turns, if the axis turns; degrees are written --travel 30deg" in said["30"].err
+    )
     assert "turns" not in said["30deg"].err + said["0.5235988"].err

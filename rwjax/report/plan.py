@@ -42,5 +42,6 @@ def table(plan: Plan) -> str:
 
 def volts(e: Experiment) -> str:
     """The size of a command: the level of a coast-down, what it swings by and about of any other."""
-    offset = f" {'+' if e.offset > 0.0 else '-'} {abs(e.offset):.3g}" if e.offset else ""
-    return f"{e.amplitude:.3g}{offset}" if e.kind == "coast-down" else f"±{abs(e.amplitude):.3g}{offset}"
+    if e.kind == "coast-down":
+        return f"{e.amplitude + e.offset:.3g}"
+    return f"±{abs(e.amplitude):.3g}" + (f" about {e.offset:.3g}" if e.offset else "")
