@@ -164,6 +164,7 @@ def size(
         "schema": "rwjax.size/1",
         "needs": {"momentum_N_m_s": found.needs_momentum, "torque_N_m": found.needs_torque},
         "torque_N_m": found.torque,
+        "delay_s": found.delay,
         **{name: v.tolist() if name == "limit" else plain(v) for name, v in columns.items()},
     }
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
@@ -181,7 +182,7 @@ def size(
         )
     else:
         notes.append("none of these rings does it")
-    say(quiet, *notes)
+    say(quiet, *notes, *([f"the drive's delay of {found.delay:g} s is in these times"] if found.delay else []))
 
 
 COMMANDS = (slew, dump, size)

@@ -14,7 +14,6 @@ from rwjax.cli_control import (
     Output,
     Plants,
     Sigma,
-    Smooth,
     clockwork_of,
     own_delay,
     pairs,
@@ -49,7 +48,10 @@ def region(
         float | None, typer.Option(help="of the loop as it runs: sampled at this period [s], held and late")
     ] = None,
     late: Late = 0.0,
-    smooth: Smooth = 0.02,
+    smooth: Annotated[
+        float | None,
+        typer.Option(help="time constant of the derivative's filter [s], with --period", show_default="0.02"),
+    ] = None,
     margins: Annotated[
         bool, typer.Option("--margins", help="beside it, the margins of every pair that is in it")
     ] = False,
@@ -81,6 +83,10 @@ def region(
     believed, held = read_one_axis_rig(rig), math.radians(angle)
     gains = pairs(kp=kp, kd=kd)
     believed, spread, said = with_fit(rig, believed, fit)
+    if period is None and (late != 0.0 or smooth is not None):
+        given = f"--late {late:g}" if late != 0.0 else f"--smooth {smooth:g}"
+        raise InputError(f"{given}: is of the loop as it runs; give --period, or leave it out")
+    smooth = 0.02 if smooth is None else smooth
     if period is None:
         asked = Continuous(sigma, damping, held)
     elif damping > 0.0:
@@ -116,7 +122,7 @@ def region(
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
         what = f"{every} do so for all {plants} plants drawn" if name == "share of plants" else f"{name}: {every}"
         notes.append(f"{what}; {differ} pairs are judged otherwise")
-    if borne and found.stable.any():
+    if borne and np.isfinite(borne["modulus"]).any():
         i, j = np.unravel_index(np.nanargmax(borne["modulus"]), found.stable.shape)
         notes.append(f"largest modulus margin: {borne['modulus'][i, j]:.3g} at kp {gains[0][i]:g}, kd {gains[1][j]:g}")
     notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []

@@ -191,6 +191,14 @@ def test_a_rig_with_a_delay_is_swept_tuned_and_turned(shell: Shell) -> None:
     assert answer["delay_s"] == 0.003 and answer["least_time_s"] == pytest.approx(answer["time_s"][-1] + 0.003)
 
 
+def test_size_says_that_the_delay_is_in_its_times(shell: Shell) -> None:
+    (shell.folder / "late.toml").write_text(DELAYED)
+    wheels = ("--angle", "30", "--seconds", "3", "--amps", "3", "--radius", "50:50:1", "--json")
+    found, plain = (shell("size", name, *wheels) for name in ("late.toml", "rig.toml"))
+    assert "the drive's delay of 0.003 s is in these times\n" in found[2] and "delay" not in plain[2]
+    assert (json.loads(found[1])["delay_s"], json.loads(plain[1])["delay_s"]) == (0.003, 0.0)
+
+
 def test_the_fastest_pair_on_an_edge_is_said(shell: Shell) -> None:
     (shell.folder / "smooth.toml").write_text(RIG[: RIG.index("[effects")])
     few = ("--kp", "40:80:2", "--kd", "8:16:2", "--seconds", "4")
@@ -230,6 +238,13 @@ def test_region_knows_damping_sampling_and_margins(shell: Shell) -> None:
     assert answer["period"] == 0.01 and (np.array(answer["modulus"]) == None).sum() == 121 - np.sum(answer["stable"])  # noqa: E711
 
 
+@pytest.mark.parametrize("more", [(), ("--period", "0.01")])
+def test_a_loop_that_is_not_stable_has_no_margins(shell: Shell, more: tuple[str, ...]) -> None:
+    code, out, err = shell("region", "rig.toml", "--kp", "0:0:1", "--kd", "0:0:1", "--sigma=-3", "--margins", *more)
+    assert code == 0 and table(out)["stable"] == ["1"] and "margin" not in err and "--" not in err, err
+    assert ("exp(3 h)" if more else "left of 3 1/s") in err and np.isnan(float(table(out)["modulus"][0]))
+
+
 def test_neither_table_nor_figure_replaces_what_was_read(shell: Shell) -> None:
     few = ("region", "rig.toml", "--fit", "fit.json", "--plants", "5", "--kp", "1:9:3", "--kd", "1:9:3", "--quiet")
     for output, message in (
@@ -255,6 +270,8 @@ def test_neither_table_nor_figure_replaces_what_was_read(shell: Shell) -> None:
         (("region", "--fit", "rig.toml"), "rig.toml: is not what `rwjax fit RIG LOG… --json` prints"),
         (("region", "--damping", "1"), "--damping 1: has to lie between 0 and below 1"),
         (("region", "--damping", "0.5", "--period", "0.01"), "--damping 0.5: is of the continuous loop"),
+        (("region", "--late", "0.01"), "--late 0.01: is of the loop as it runs; give --period"),
+        (("region", "--smooth", "0.02"), "--smooth 0.02: is of the loop as it runs; give --period"),
         (("region", "--period", "0"), "--period 0: has to be positive"),
         (("sweep", "--kp", "1:2"), "--kp 1:2: has to be FROM:TO:COUNT"),
         (("sweep", "--step", "0"), "--step 0: has to be a number other than 0"),

@@ -58,7 +58,7 @@ def slew_time(I: float, angle: float, momentum: Float[np.ndarray, "..."] | float
 class Size(NamedTuple):
     """What wheels `(…)` can do: `momentum` J Ω [N m s] at the top rate and `torque` [N m] that the motor has there; `needs_momentum`
     and `needs_torque` for the wanted time, friction included; `time` [s] of the fastest slew, infinite where the angle is not
-    reached; `limit`: index into `LIMITS` of what binds."""
+    reached, the drive's `delay` [s] in it; `limit`: index into `LIMITS` of what binds."""
 
     momentum: Float[np.ndarray, "..."]
     torque: float
@@ -66,6 +66,7 @@ class Size(NamedTuple):
     needs_torque: float
     time: Float[np.ndarray, "..."]
     limit: Int[np.ndarray, "..."]
+    delay: float
 
 
 def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: float, limits: Limits) -> Size:
@@ -116,7 +117,7 @@ def size(rig: Rig, inertia: Float[np.ndarray, "..."], angle: float, seconds: flo
     time = np.where(turns, peak / gains + peak / loses, np.inf)
     time = np.where(reached, ramp + hold + (w - slows * hold) / loses, time)
     limit = np.where(turns | ~moves, weak, np.where(reached, held, 3))
-    return Size(J * top, torque, needs_momentum, needs_torque, time + delay, limit)
+    return Size(J * top, torque, needs_momentum, needs_torque, time + delay, limit, delay)
 
 
 def _needed(I: float, M: float, m: float, angle: float, seconds: float) -> tuple[float, float]:

@@ -15,9 +15,11 @@ OMEGA = np.geomspace(1e-3, 1e4, 4000)  # rad/s, along the boundary
 def condition(region: Region) -> str:
     """What every pole of its loops does."""
     if region.period > 0.0:
-        return f"put every pole of the loop sampled every {region.period:g} s within |z| = exp(-{region.sigma:g} h)"
+        return (
+            f"put every pole of the loop sampled every {region.period:g} s within |z| = exp({0.0 - region.sigma:g} h)"
+        )
     damped = f", with a damping ratio of {region.damping:g} or more" if region.damping > 0.0 else ""
-    return f"put every pole left of -{region.sigma:g} 1/s{damped}"
+    return f"put every pole left of {0.0 - region.sigma:g} 1/s{damped}"
 
 
 def columns(region: Region, beside: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -41,11 +43,12 @@ def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
         kp, kd = np.meshgrid(region.kp, region.kd, indexing="ij")
         ax.plot(kp[region.stable], kd[region.stable], ".", color=AFTER)
     if region.period == 0.0:
+        edge = f"{0.0 - region.sigma:g}".replace("-", "−")
         pair = boundary(region.plant, OMEGA, region.sigma)
-        ax.plot(*pair, color=AFTER, lw=1.4, label=f"a pair of poles at −{region.sigma:g} ± jω")
-        edge = np.array([region.kd.min(), region.kd.max()])
-        line = real_boundary(region.plant, edge, region.sigma)
-        ax.plot(line, edge, color=BEFORE, lw=1.4, label=f"a real pole at −{region.sigma:g}")
+        ax.plot(*pair, color=AFTER, lw=1.4, label=f"a pair of poles at {edge} ± jω")
+        ends = np.array([region.kd.min(), region.kd.max()])
+        line = real_boundary(region.plant, ends, region.sigma)
+        ax.plot(line, ends, color=BEFORE, lw=1.4, label=f"a real pole at {edge}")
     for low, high, bound in (
         (region.kp.min(), region.kp.max(), ax.set_xlim),
         (region.kd.min(), region.kd.max(), ax.set_ylim),

@@ -111,6 +111,14 @@ def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
     assert np.array_equal(asked.share(late, thetas, GRID, GRID) == 1.0, found.stable)
 
 
+def test_without_a_derivative_its_filter_is_none_of_the_loop() -> None:
+    kp, kd, rig = np.array([0.05, 0.1]), np.array([0.0, 0.05]), RIG.with_values({"axis.friction.viscous": 0.1})
+    slow, fast = Sampled(0.25, CLOCK, 5.0), Sampled(0.25, CLOCK, 0.0)
+    found, thetas = slow.region(rig, kp, kd), theta_of(rig, structure_of(rig))[None]
+    assert np.array_equal(found.stable[:, 0], fast.region(rig, kp, kd).stable[:, 0]) and found.stable[1, 0]
+    assert np.array_equal(slow.share(rig, thetas, kp, kd) == 1.0, found.stable)
+
+
 def test_a_damped_region_and_its_margins() -> None:
     plain, damped = (Continuous(0.5, damping).region(RIG, GRID, RATES) for damping in (0.0, 0.7))
     plant = transfer(linearised(RIG))
