@@ -1,7 +1,7 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
-`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]` skips
-what the file holds already. With a limit the cases are spread evenly over the set, or over the groups asked for.
+`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
+[--index 17 …]` skips what the file holds already. With a limit the cases are spread evenly over the set, or over the groups asked for.
 """
 
 import argparse
@@ -103,8 +103,10 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--limit", type=int)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
+    parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
     a = parser.parse_args()
-    run(spread([row for row in cases(a.name) if row["group"] in a.group], a.limit), a.path, a.processes)
+    wanted = [row for row in cases(a.name) if row["group"] in a.group and (a.index is None or row["index"] in a.index)]
+    run(spread(wanted, a.limit), a.path, a.processes)
 
 
 if __name__ == "__main__":
