@@ -132,7 +132,10 @@ def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused
         assert status == 0 and (logs / f"{second.name}.csv").exists(), error
     else:
         before, why = error.splitlines()
-        assert before == "the axis has to stand in the middle of its travel of 0.31 rad (17.76°; a linear axis: 0.31 m) either way now"
+        assert (
+            before
+            == "the axis has to stand in the middle of its travel of 0.31 rad (17.76°; a linear axis: 0.31 m) either way now"
+        )
         assert status == 2 and why.startswith("rwjax: run `again`: the axis stands -0.")
         assert error.endswith("beyond the 0.31 of the plan; bring it back there and go on with --run again\n")
         assert {path.name for path in logs.iterdir()} == {"forth.csv", "forth.raw", "forth.notes"}
