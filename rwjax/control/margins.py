@@ -43,7 +43,7 @@ def moduli_over(loop: Loop, kp: np.ndarray, kd: np.ndarray, where: np.ndarray) -
     """`sampled_modulus` over gains of a PD loop, `modulus` `(p, d)`; no number where the loop is not stable."""
     seen, found = on_circle(loop), np.full(where.shape, np.nan)
     for i, j in np.argwhere(where):
-        found[i, j] = nearest(seen, kp[i], kd[j])
+        found[i, j] = nearest(seen, float(kp[i]), float(kd[j]))
     return {"modulus": found}
 
 
