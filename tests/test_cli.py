@@ -3,8 +3,10 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +99,10 @@ def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
     assert not (tmp_path / "out").exists()
 
 
+heard = partial(subprocess.run, preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL))
+"""A process that Ctrl-C reaches, also where the tests themselves run in the background and do not hear it."""
+
+
 @pytest.mark.parametrize("program", [("-m", "rwjax"), (str(Path(sys.executable).with_name("rwjax")),)])
 @pytest.mark.parametrize("library", ["jax", "typer"])
 def test_ctrl_c_while_the_program_starts_is_one_line(tmp_path: Path, program: tuple[str, ...], library: str) -> None:
@@ -105,7 +111,7 @@ def test_ctrl_c_while_the_program_starts_is_one_line(tmp_path: Path, program: tu
         "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(9)\n"
     )
     paths = {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
-    done = subprocess.run(
+    done = heard(
         [sys.executable, *program, "--version"], capture_output=True, text=True, env=os.environ | paths, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
@@ -113,7 +119,7 @@ def test_ctrl_c_while_the_program_starts_is_one_line(tmp_path: Path, program: tu
 
 def test_a_program_that_imports_the_library_keeps_its_ctrl_c() -> None:
     ask = "import signal, rwjax; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
-    done = subprocess.run(
+    done = heard(
         [sys.executable, "-c", ask],
         capture_output=True,
         text=True,
@@ -132,7 +138,7 @@ def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> N
         "    child = multiprocessing.get_context('spawn').Process(target=ask)\n"
         "    child.start(), child.join()\n"
     )
-    done = subprocess.run(
+    done = heard(
         [sys.executable, str(tmp_path / "rwjax")],
         capture_output=True,
         text=True,
@@ -142,6 +148,7 @@ def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> N
     assert done.stdout == "False\nTrue\n"
 
 
+@pytest.mark.slow
 def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> None:
     lines = [line.split(",") for line in Path(LOGS[0]).read_text().splitlines() if line[:1].isdigit()]
     for factor, asked in ((-1.0, "is its sign, or that of the command, wrong?"), (180.0 / np.pi, "in degrees?")):

@@ -171,6 +171,7 @@ def test_one_row_of_wheels_or_gains_is_drawn_too(shell: Shell) -> None:
 DELAYED = RIG + '[effects."drive.delay"]\ntau = 0.003\n'
 
 
+@pytest.mark.slow
 def test_a_rig_with_a_delay_is_swept_tuned_and_turned(shell: Shell) -> None:
     (shell.folder / "late.toml").write_text(DELAYED)
     words = "the rig's own delays are in the loop: commands 0.003 s, readings 0 s\n"

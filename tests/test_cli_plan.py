@@ -71,6 +71,7 @@ def test_a_command_about_an_offset_is_told_with_its_sign() -> None:
     assert volts(Experiment("coast-down", -2.0, 0.0, 4.0, 12.0)) == "-2"
 
 
+@pytest.mark.slow
 def test_travel_is_rad_or_with_deg_behind_it_degrees(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -148,6 +148,7 @@ def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
     assert one != Explanation(("axis.stribeck",))
 
 
+@pytest.mark.slow
 def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> None:
     rig, rng = wheel(), np.random.default_rng(1)
     command = np.where(TIME > 1.0, 0.5, 0.0)
