@@ -6,7 +6,7 @@ import re
 import signal
 import subprocess
 import sys
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -99,10 +99,15 @@ def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
     assert not (tmp_path / "out").exists()
 
 
-heard = partial(subprocess.run, preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL))
-"""A process that Ctrl-C reaches, also where the tests themselves run in the background and do not hear it."""
+@pytest.fixture
+def hears_ctrl_c() -> Iterator[None]:
+    """Lets what a test begins hear Ctrl-C, which it inherits to ignore where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize("program", [("-m", "rwjax"), (str(Path(sys.executable).with_name("rwjax")),)])
 @pytest.mark.parametrize("library", ["jax", "typer"])
 def test_ctrl_c_while_the_program_starts_is_one_line(tmp_path: Path, program: tuple[str, ...], library: str) -> None:
@@ -111,15 +116,16 @@ def test_ctrl_c_while_the_program_starts_is_one_line(tmp_path: Path, program: tu
         "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(9)\n"
     )
     paths = {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
-    done = heard(
+    done = subprocess.run(
         [sys.executable, *program, "--version"], capture_output=True, text=True, env=os.environ | paths, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_program_that_imports_the_library_keeps_its_ctrl_c() -> None:
     ask = "import signal, rwjax; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
-    done = heard(
+    done = subprocess.run(
         [sys.executable, "-c", ask],
         capture_output=True,
         text=True,
@@ -129,6 +135,7 @@ def test_a_program_that_imports_the_library_keeps_its_ctrl_c() -> None:
     assert done.stdout == "True\n"
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> None:
     (tmp_path / "rwjax").write_text(
         "import multiprocessing, signal, rwjax\n"
@@ -138,7 +145,7 @@ def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> N
         "    child = multiprocessing.get_context('spawn').Process(target=ask)\n"
         "    child.start(), child.join()\n"
     )
-    done = heard(
+    done = subprocess.run(
         [sys.executable, str(tmp_path / "rwjax")],
         capture_output=True,
         text=True,
