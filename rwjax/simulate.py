@@ -103,13 +103,24 @@ def _acting(plant: Plant, run: Batch, pace: Scalar | float) -> tuple[Float[Array
     return steps, readings.reshape(W, -1)
 
 
-def _each_log(one, batch: Batch, *of_log: Array):
-    """`one(run, *values)` for every log of a batch, side by side; only indices of steps have no axis of logs."""
+def _one_log(one, batch: Batch):
+    """`one(run, *values)` with the indices of steps, which have no axis of logs, put back into `run`; and the batch without them."""
     indices = ("step_index", "late_index", "crowd")
     shared = {name: jnp.asarray(getattr(batch, name)) for name in indices}
-    return jax.vmap(lambda run, *values: one(run._replace(**shared), *values))(
-        batch._replace(**dict.fromkeys(indices, batch.h)), *of_log
-    )
+    runs = jax.tree.map(jnp.asarray, batch._replace(**dict.fromkeys(indices, batch.h)))
+    return (lambda run, *values: one(run._replace(**shared), *values)), runs
+
+
+def _side_by_side(one, batch: Batch, *of_log: Array):
+    """`one(run, *values)` for every log of a batch."""
+    each, runs = _one_log(one, batch)
+    return jax.vmap(each)(runs, *of_log)
+
+
+def _log_by_log(one, batch: Batch, *of_log: Array):
+    """The same one after the other: of windows and derivatives side by side, those of one log stay in the nearest cache."""
+    each, runs = _one_log(one, batch)
+    return jax.lax.map(lambda values: each(*values), (runs, *of_log))
 
 
 def _window(plant: AnyPlant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: Float[Array, "m *channels"]):
@@ -180,7 +191,7 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
             jnp.arange(W, dtype=float), nodes, u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
         )
 
-    return _each_log(one_log, batch, nodes)
+    return _log_by_log(one_log, batch, nodes)
 
 
 @partial(jax.jit, static_argnames="structure")
@@ -252,7 +263,7 @@ def evaluate(
 @stored(tuple)
 def free_run(structure: Structure, theta: Float[Any, " t"], start: Float[Any, "l n"], batch: Batch):
     """Readings of whole logs from their first state, and the states at the windows' starts."""
-    return _each_log(lambda run, x0: _whole(structure, theta, run, x0), batch, start)
+    return _side_by_side(lambda run, x0: _whole(structure, theta, run, x0), batch, start)
 
 
 @stored(lambda found: found[0])
@@ -261,7 +272,7 @@ def free_runs(
 ):
     """Readings `(l, w, q, y)` of the first `windows` of logs from their first state, every log with numbers of its own;
     those of later windows are 0."""
-    return [_each_log(lambda run, x0, theta: _first(structure, theta, run, x0, windows), batch, start, theta)]
+    return [_side_by_side(lambda run, x0, theta: _first(structure, theta, run, x0, windows), batch, start, theta)]
 
 
 def _one_by_one(plant: AnyPlant, run: Batch):

@@ -25,7 +25,11 @@ MOST_PROGRAMS = 100
 """Programs that a process holds; of more, those not called for longest are dropped and read again. Each takes up to 350 memory
 maps, of which Linux gives a process 65 530, and up to 50 MB."""
 
-OPTIONS = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion", "xla_cpu_use_fusion_emitters": False}
+OPTIONS = {
+    "xla_disable_hlo_passes": "while-loop-invariant-code-motion",
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_backend_optimization_level": 1,
+}
 """What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
 with several kinds of friction otherwise works out the same power twelve times. Without the newer way to emit fused expressions
 a program compiles in half the time and runs as fast or faster."""

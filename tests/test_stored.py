@@ -1,5 +1,6 @@
 """Traced programs on disk: a new process traces nothing, a spoilt file is no harm, and what is differentiated is traced."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from rwjax import stored as module
+from rwjax.setup_jax import WHOLE_LOOPS
 from rwjax.stored import stored
 
 FIT = """
@@ -71,3 +73,26 @@ def test_the_programs_not_called_for_longest_are_dropped(monkeypatch: pytest.Mon
     for n in (1, 2, 1, 3, 1, 2):
         assert np.array_equal(twice("any", np.arange(float(n)))[0], 2.0 * np.arange(n))
     assert made == [(1,), (2,), (3,), (2,)]
+
+
+@pytest.mark.parametrize(
+    ("own", "kept"),
+    [
+        ("", WHOLE_LOOPS),
+        ("--xla_cpu_enable_fast_math=false", f"--xla_cpu_enable_fast_math=false {WHOLE_LOOPS}"),
+        (WHOLE_LOOPS.replace("1000000000000", "0"), WHOLE_LOOPS.replace("1000000000000", "0")),
+    ],
+    ids=["none", "others", "the same"],
+)
+def test_flags_that_a_user_has_set_stay(own: str, kept: str) -> None:
+    code = "import os, rwjax; print(os.environ['XLA_FLAGS'])"
+    call = [sys.executable, "-c", code]
+    assert subprocess.check_output(call, env=os.environ | {"XLA_FLAGS": own}, text=True).strip() == kept
+
+
+def test_a_loop_is_compiled_as_one_function() -> None:
+    def loop(x: jax.Array) -> jax.Array:
+        return jax.lax.scan(lambda c, _: (c + 0.01 * jnp.sin(c), c), x, length=1000)[1]
+
+    program = jax.jit(loop).lower(jnp.ones(64)).compile()
+    assert "xla_cpu_small_call" in program.as_text()

@@ -1,8 +1,8 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own refits.
 
 `python -m experiments.blind.draw calibrate [--processes 1]` appends to `experiments/blind/sets/calibrate.jsonl` what is
-not there yet. `calibrate` and `explore` are to be looked at as often as one likes, `test` once: `explore` was drawn as a test set and became
-this when causes that it showed to be missed were worked on.
+not there yet. `calibrate` and `explore` are to be looked at as often as one likes, `test` and `second` once: `explore` was drawn as a test set and became
+this when causes that it showed to be missed were worked on; `second` is for the search as it was mended after `test`.
 
 A line: place in the set and group, kind, effect, the size wanted, seed, amplitude; by refits from the truth the size, what the
 true effect leaves (`left`, as a size), misfits of the runs fitted without and with it, relative errors of its numbers;
@@ -55,6 +55,7 @@ PLANS = {
     "calibrate": Plan(30_000, each=4, wrong=2, outside=5, pairs=20, none=100),
     "explore": Plan(50_000, each=8, wrong=3, outside=10, pairs=40, none=200),
     "test": Plan(70_000, each=8, wrong=3, outside=10, pairs=40, none=200),
+    "second": Plan(110_000, each=8, wrong=3, outside=10, pairs=40, none=200),
 }
 
 

@@ -1,7 +1,9 @@
 """Refits: the rig's free numbers and an explanation's together, from several starts."""
 
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from rwjax.effects import plain
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
-from rwjax.fit.lanes import Search, together
+from rwjax.fit.lanes import THREADS, Search, together
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
 from rwjax.fit.secant import derived, descend, placed, point
@@ -250,10 +252,11 @@ class Refits:
         ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least]
         ahead = ahead[: HEATS[-1][0]]
         again = [e for e in new if e in self._finished and e not in ahead]  # what it knows may be a better place
-        for part in (
-            ahead[:1],
-            ahead[1:] + again,
-        ):  # how far the first one comes says which of the others may still win
+        parts = [ahead[:1], ahead[1:] + again]  # how far the first one comes says which of the others may still win
+        if len(new) > HEATS[-1][0] and not self._finished & {*ahead[:1]}:
+            self.exactly(ahead[:1])
+            parts = parts[1:] if self._finished & {*ahead[:1]} else parts
+        for part in parts:
             least = min(self._done[e].cost for e in (parent, *wanted))
             part = [e for e in part if promise[e] <= BEHIND * least or e in again or parent.contains(e)]
             for e in part:
@@ -317,32 +320,36 @@ class Refits:
         """The fit of an explanation to the last digit: by exact derivatives, then by secants, which see across the creases of
         stick and slip."""
         ruled = self._ruled
-        self.exactly(explanation)
+        self.exactly([explanation])
         if self._ruled != ruled:
-            self.exactly(explanation)
+            self.exactly([explanation])
         self._keep({explanation: together([self._polished(self(explanation), LAST_DIGIT)])[0]})
         return self._done[explanation]
 
-    def exactly(self, explanation: Explanation) -> None:
-        """Fits an explanation on by exact derivatives through short windows that begin at what was measured: they go straight
+    def exactly(self, explanations: Iterable[Explanation]) -> None:
+        """Fits explanations on by exact derivatives through short windows that begin at what was measured: they go straight
         along a narrow valley where secants of whole runs creep, and find one that whole runs end before."""
-        if self._exact.get(explanation) == self._ruled:
-            return
-        self._exact[explanation] = self._ruled
-        begun = self.known(explanation)
-        structure, c = begun.problem.structure, begun.coordinates
-        if structure.latest <= self.problem.structure.latest:  # else its readings reach back further than the windows
-            problem = self._of_training(structure)
-            nodes = measured_nodes(problem, begun.theta)
-            found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
-            near = found.cost <= BEHIND * min(f.cost for f in self._done.values())
-            if near:
-                found = fit(problem, c, found.theta, start=found.start)
-            self._keep({explanation: found})
-            if near and explanation not in self._finished:
-                self._done[explanation] = together([self._to_the_end(self._done[explanation])])[0]
-                self._finished.add(explanation)
+        wanted = [e for e in dict.fromkeys(explanations) if self._exact.get(e) != self._ruled]
+        begun = [self.known(e) for e in wanted]
+        self._exact |= dict.fromkeys(wanted, self._ruled)
+        most = BEHIND * min(f.cost for f in self._done.values())
+        with ThreadPoolExecutor(THREADS) as pool:
+            found = dict(zip(wanted, pool.map(partial(self._exactly, most=most), begun), strict=True))
+        self._keep(found)
+        near = [e for e in wanted if found[e].cost <= most and e not in self._finished]
+        self._done |= zip(near, together([self._to_the_end(self._done[e]) for e in near]), strict=True)
+        self._finished |= {*near}
         self._free_starts()
+
+    def _exactly(self, begun: Fit, most: float) -> Fit:
+        """A fit after a glance by exact derivatives, and to the end where that leaves at `most` so much."""
+        structure, c = begun.problem.structure, begun.coordinates
+        if structure.latest > self.problem.structure.latest:  # its readings reach back further than the windows
+            return begun
+        problem = self._of_training(structure)
+        nodes = measured_nodes(problem, begun.theta)
+        found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
+        return found if found.cost > most else fit(problem, c, found.theta, start=found.start)
 
     def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
         return _carried_on(self._of_training(begun.problem.structure), begun, MOST_STEPS, tolerance)

@@ -7,7 +7,6 @@ same thing for the kind of rig.
 """
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -166,13 +165,11 @@ class Search:
             if not tried:
                 break
             self._fit(tried, explanation)
-            for most, further in (
-                (SEARCHED, partial(self.refits.search, parent=explanation)),
-                (EXACT, self.refits.exactly),
-            ):
-                for e in self._ahead(tried)[: most[len(explanation.names)]]:
-                    if self.excess(self._leader(tried)) > enough:
-                        further(e)
+            for e in self._ahead(tried)[: SEARCHED[len(explanation.names)]]:
+                if self.excess(self._leader(tried)) > enough:
+                    self.refits.search(e, explanation)
+            if self.excess(self._leader(tried)) > enough:
+                self.refits.exactly(self._ahead(tried)[: EXACT[len(explanation.names)]])
             best = self._leader(tried)
             if not self.worthwhile(best, explanation):
                 break
@@ -209,8 +206,7 @@ class Search:
             return []
         rivals = self._exchanged(best)
         self._fit([e for e in rivals if e not in self.refits], best)
-        for e in (best, *self._ahead(rivals)[:RIVALS]):
-            self.refits.exactly(e)
+        self.refits.exactly([best, *self._ahead(rivals)[:RIVALS]])
         return rivals
 
     def _surpassing(self, best: Explanation, rivals: list[Explanation]) -> Explanation | None:

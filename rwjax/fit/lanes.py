@@ -12,11 +12,12 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from rwjax.fit.problem import Problem
 from rwjax.simulate import free_runs
 
-LANES = 32
+LANES = 16
 """Free runs in one call."""
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -31,6 +32,9 @@ class Wanted(NamedTuple):
     logs: np.ndarray
     windows: int
 
+
+BLAS = ThreadpoolController().select(user_api="blas")
+"""The threads of matrix products would wait for their next one busily, on the cores that the runs need."""
 
 T = TypeVar("T")
 Search = Generator[Wanted, np.ndarray, T]
@@ -86,7 +90,7 @@ def together(searches: Sequence[Search[T]]) -> list[T]:
         asked = _Asked(number, wanted)
         waiting.setdefault(asked.program, []).extend((asked, lane) for lane in range(asked.missing))
 
-    with ThreadPoolExecutor(THREADS) as pool:
+    with BLAS.limit(limits=1), ThreadPoolExecutor(THREADS) as pool:
         for number in range(len(searches)):
             go_on(number, None)
         while running or waiting:

@@ -34,12 +34,17 @@ dampings between which they go."""
 def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.ndarray]) -> Search[np.ndarray]:
     """Residuals `(b, l, w, q, y)` in units of noise for several parameter vectors and first states."""
     batch, logs = problem.batch, problem.told
+    if not len(logs):
+        return np.zeros((len(theta), *batch.reading.shape))
+    windows = int(np.max(batch.windows_of[logs]))
+    y = yield Wanted(problem, np.stack(theta), np.stack(start), logs, windows)
+    with np.errstate(over="ignore", invalid="ignore"):
+        y -= batch.reading[logs, :windows]
+        y *= batch.weight[logs, :windows]
+    if y.shape[1:] == batch.reading.shape:
+        return y
     found = np.zeros((len(theta), *batch.reading.shape))
-    if len(logs):
-        windows = int(np.max(batch.windows_of[logs]))
-        y = yield Wanted(problem, np.stack(theta), np.stack(start), logs, windows)
-        with np.errstate(over="ignore", invalid="ignore"):
-            found[:, logs, :windows] = (y - batch.reading[logs, :windows]) * batch.weight[logs, :windows]
+    found[:, logs, :windows] = y
     return found
 
 
@@ -67,17 +72,21 @@ def slopes(
     local = np.zeros((k + n, *residual.shape))
     if k + len(states):
         r = yield from residuals(problem, [*thetas, *[theta] * len(states)], [*[start] * k, *moved])
+        change = np.array([(thetas[j] - theta)[c.index[j]] for j in range(k)])
         with np.errstate(all="ignore"):
-            for j in range(k):
-                change = (thetas[j] - theta)[c.index[j]]
-                local[j] = (r[j] - residual) / change if change else 0.0
-            for j, s in enumerate(states):
-                local[k + s] = (r[k + j] - residual) / width[:, s, None, None, None]
-    local[~np.isfinite(local).all(axis=(1, 2, 3, 4))] = 0.0  # a run that leaves the range of numbers: not moved
+            r -= residual
+            r[:k] *= np.where(change == 0.0, 0.0, 1.0 / change)[:, None, None, None, None]
+            r[k:] /= width.T[states][..., None, None, None]
+        if len(states) == n:
+            local = r
+        else:
+            local[[*range(k), *(k + states)]] = r
     chain = np.zeros((L, problem.batch.windows, n, k + n))
     chain[..., k:] = np.eye(n)
     by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
     with np.errstate(over="ignore", invalid="ignore"):
+        out = ~np.isfinite(np.einsum("lkr,lkr->k", by_log, by_log))
+        local[out] = 0.0  # a run that leaves the range of numbers: not moved
         H = by_log @ np.swapaxes(by_log, 1, 2)
         g = (by_log @ residual.reshape(L, -1, 1))[..., 0]
     return Evaluation(
@@ -171,7 +180,8 @@ def cost_of(problem: Problem, theta: np.ndarray, residual: np.ndarray | None) ->
     if residual is None:
         return np.inf
     with np.errstate(over="ignore", invalid="ignore"):
-        cost = 0.5 * float(np.sum(residual**2)) + problem.against_prior(theta)[0]
+        flat = residual.ravel()
+        cost = 0.5 * float(flat @ flat) + problem.against_prior(theta)[0]
     return cost if np.isfinite(cost) else np.inf
 
 

@@ -123,7 +123,7 @@ def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> Non
     theta = raced.theta.copy()
     theta[k] = 0.7, 300.0
     refits._done[named] = together([placed(replace(raced, theta=theta))])[0]
-    refits.exactly(named)
+    refits.exactly([named])
     found = refits.known(named)
     assert 2.0 * found.cost < 1.2 * found.problem.batch.readings
     assert found.theta[k] == pytest.approx([0.9, 2.0], rel=0.1)
@@ -198,7 +198,7 @@ def test_a_fit_by_exact_derivatives_holds_the_residual_of_its_free_runs(effect: 
     refits = Refits.of(rig, [true_log(rig, **{effect: numbers})], [0], lambda text: None)
     refits.race([named], Explanation())
     refits._done[named] = replace(refits.known(named), cost=np.inf)  # whatever is found now is taken
-    refits.exactly(named)
+    refits.exactly([named])
     found = refits.known(named)
     free_run = together([residuals(found.problem, [found.theta], [found.start])])[0][0]
     assert found.evaluation.residual == pytest.approx(free_run, abs=1e-6)
