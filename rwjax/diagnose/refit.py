@@ -1,7 +1,6 @@
 """Refits: the rig's free numbers and an explanation's together, from several starts."""
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -14,7 +13,7 @@ from rwjax.effects import plain
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.end_to_end import Fit, fit
-from rwjax.fit.lanes import THREADS, Search, together
+from rwjax.fit.lanes import Search, on_threads, together
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
 from rwjax.fit.secant import derived, descend, placed, point
@@ -146,12 +145,12 @@ class Refits:
         nothing = Explanation()
         problem = self.problem_of(nothing).only(self.train)
         coordinates, starts = self._space(nothing)
-        tried = [
-            fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
-            for start in starts
-            for nodes in (measured_nodes(problem, start), None)
-        ]
-        return min(tried, key=lambda f: f.cost)
+        begin = [(start, nodes) for start in starts for nodes in (measured_nodes(problem, start), None)]
+
+        def tried(start: np.ndarray, nodes: np.ndarray | None) -> Fit:
+            return fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
+
+        return min(on_threads(tried, *zip(*begin, strict=True)), key=lambda f: f.cost)
 
     def _posed(self, structure: Structure) -> Problem:
         if structure not in self._problems:
@@ -228,15 +227,29 @@ class Refits:
         if not wanted:
             return {}
         new = [e for e in wanted if e not in self._finished or parent.contains(e) or e.contains(parent)]
-        screened, begun = self._begun(new, parent)
+        promise = self._heats(new, parent)
+        least = self._least((parent, *wanted))
+        ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least][: HEATS[-1][0]]
+        again = [e for e in new if e in self._finished and e not in ahead]  # what it knows may be a better place
+        parts = [ahead[:1], ahead[1:] + again]  # how far the first one comes says which of the others may still win
+        if len(new) > HEATS[-1][0] and not self._finished & {*ahead[:1]}:
+            self.exactly(ahead[:1])
+            parts = parts[1:] if self._finished & {*ahead[:1]} else parts
+        for part in parts:
+            least = self._least((parent, *wanted))
+            self._finish([e for e in part if promise[e] <= BEHIND * least or e in again or parent.contains(e)])
+        self._settle()
+        return {e: self._done[e] for e in wanted}
+
+    def _heats(self, explanations: Sequence[Explanation], parent: Explanation) -> dict[Explanation, float]:
+        """Brings explanations as far as the heats let them come; what each promises to leave."""
+        screened, begun = self._begun(explanations, parent)
         running = {e: self._begin_at(e, parent, s) for e, s in screened.items()}
         self._keep(running)
         promise = {e: min(s.left, running[e].cost) for e, s in screened.items()}
+        most = np.inf if self._ruled else BEHIND * self(parent).cost  # a complete parent leaves no room far above it
         for many, steps in HEATS:
-            most = (
-                np.inf if self._ruled else BEHIND * self(parent).cost
-            )  # a complete parent leaves no room far above it
-            ahead = [e for e in new if promise[e] <= most or steps == 1 or parent.contains(e)]
+            ahead = [e for e in explanations if promise[e] <= most or steps == 1 or parent.contains(e)]
             ahead = sorted(ahead, key=promise.__getitem__)[:many]
             runs = [(e, f) for e in ahead for f in begun[e][:BEGIN]]
             found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
@@ -248,24 +261,20 @@ class Refits:
                 promise[e] = min(promised)
                 begun[e] = [running[e]] if coming[0] is running[e] else [running[e], coming[0]]
             self._keep({e: running[e] for e in ahead})
-        least = min(self._done[e].cost for e in (parent, *wanted))
-        ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= CLOSE * least]
-        ahead = ahead[: HEATS[-1][0]]
-        again = [e for e in new if e in self._finished and e not in ahead]  # what it knows may be a better place
-        parts = [ahead[:1], ahead[1:] + again]  # how far the first one comes says which of the others may still win
-        if len(new) > HEATS[-1][0] and not self._finished & {*ahead[:1]}:
-            self.exactly(ahead[:1])
-            parts = parts[1:] if self._finished & {*ahead[:1]} else parts
-        for part in parts:
-            least = min(self._done[e].cost for e in (parent, *wanted))
-            part = [e for e in part if promise[e] <= BEHIND * least or e in again or parent.contains(e)]
-            for e in part:
-                self.progress(" + ".join(e.names) or "the rig as it is")
-            self._done |= zip(part, together([self._to_the_end(self._done[e]) for e in part]), strict=True)
-            self._finished |= {*part}
-            self._free_starts()
-        self._settle()
-        return {e: self._done[e] for e in wanted}
+        return promise
+
+    def _least(self, explanations: Iterable[Explanation]) -> float:
+        """Least cost of these explanations so far."""
+        return min(self._done[e].cost for e in explanations)
+
+    def _finish(self, explanations: Sequence[Explanation]) -> None:
+        """Carries fits to the end."""
+        for e in explanations:
+            self.progress(" + ".join(e.names) or "the rig as it is")
+        ends = together([self._to_the_end(self._done[e]) for e in explanations])
+        self._done |= zip(explanations, ends, strict=True)
+        self._finished |= {*explanations}
+        self._free_starts()
 
     def _begun(
         self, explanations: Sequence[Explanation], parent: Explanation
@@ -332,14 +341,10 @@ class Refits:
         wanted = [e for e in dict.fromkeys(explanations) if self._exact.get(e) != self._ruled]
         begun = [self.known(e) for e in wanted]
         self._exact |= dict.fromkeys(wanted, self._ruled)
-        most = BEHIND * min(f.cost for f in self._done.values())
-        with ThreadPoolExecutor(THREADS) as pool:
-            found = dict(zip(wanted, pool.map(partial(self._exactly, most=most), begun), strict=True))
+        most = BEHIND * self._least(self._done)
+        found = dict(zip(wanted, on_threads(partial(self._exactly, most=most), begun), strict=True))
         self._keep(found)
-        near = [e for e in wanted if found[e].cost <= most and e not in self._finished]
-        self._done |= zip(near, together([self._to_the_end(self._done[e]) for e in near]), strict=True)
-        self._finished |= {*near}
-        self._free_starts()
+        self._finish([e for e in wanted if found[e].cost <= most and e not in self._finished])
 
     def _exactly(self, begun: Fit, most: float) -> Fit:
         """A fit after a glance by exact derivatives, and to the end where that leaves at `most` so much."""

@@ -6,10 +6,12 @@ call costs a third of a call of its own.
 """
 
 import os
-from collections.abc import Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from functools import partial
+from threading import Condition
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -53,7 +55,7 @@ class _Asked:
         batch = self.wanted.problem.batch
         self.missing = len(self.wanted.theta) * len(self.wanted.logs)
         slots = batch.slot_step.shape[2]
-        self.y = np.zeros((self.missing, self.wanted.windows, slots, len(self.wanted.problem.structure.outputs)))
+        self.y = np.empty((self.missing, self.wanted.windows, slots, len(self.wanted.problem.structure.outputs)))
 
     @property
     def program(self) -> tuple:
@@ -75,38 +77,90 @@ def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
     return np.asarray(y)[: len(part), : wanted.windows]
 
 
+def on_threads(function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]:
+    """What a function makes of each row of arguments, which are computed at the same time."""
+    with BLAS.limit(limits=1), ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(function, *arguments))
+
+
 def together(searches: Sequence[Search[T]]) -> list[T]:
     """What several searches return, all carried out side by side."""
-    found: dict[int, T] = {}
-    waiting: dict[tuple, list[tuple[_Asked, int]]] = {}
-    running: dict[Future, list[tuple[_Asked, int]]] = {}
-
-    def go_on(number: int, y: np.ndarray | None) -> None:
+    work = _Work([*searches])
+    with BLAS.limit(limits=1), ThreadPoolExecutor(THREADS) as pool:
+        crew = [pool.submit(work.until_done) for _ in range(THREADS)]
         try:
-            wanted = next(searches[number]) if y is None else searches[number].send(y)
+            for member in crew:
+                member.result()
+        finally:
+            work.stop()
+    return [work.found[number] for number in range(len(searches))]
+
+
+class _Work:
+    """Searches on their way: each thread takes lanes that fill a call, else goes on with a search whose readings are there, else
+    runs the lanes that there are."""
+
+    def __init__(self, searches: list[Search[Any]]) -> None:
+        self.searches = searches
+        self.found: dict[int, Any] = {}
+        self.ready: list[tuple[int, np.ndarray | None]] = [(number, None) for number in reversed(range(len(searches)))]
+        self.waiting: dict[tuple, list[tuple[_Asked, int]]] = {}
+        self.busy = 0
+        self.stopped = False
+        self.changed = Condition()
+
+    def stop(self) -> None:
+        """Nothing more is begun."""
+        with self.changed:
+            self.stopped = True
+            self.changed.notify_all()
+
+    def until_done(self) -> None:
+        """What one thread does."""
+        try:
+            while (job := self._next()) is not None:
+                job()
+                with self.changed:
+                    self.busy -= 1
+                    self.changed.notify_all()
+        except BaseException:
+            self.stop()
+            raise
+
+    def _next(self) -> Callable[[], None] | None:
+        with self.changed:
+            while not self.stopped:
+                fullest = max(self.waiting, key=lambda program: len(self.waiting[program]), default=None)
+                if self.ready and (fullest is None or len(self.waiting[fullest]) < LANES):
+                    self.busy += 1
+                    return partial(self._go_on, *self.ready.pop())
+                if fullest is not None:
+                    lanes = self.waiting.pop(fullest)
+                    if lanes[LANES:]:
+                        self.waiting[fullest] = lanes[LANES:]
+                    self.busy += 1
+                    return partial(self._simulate, lanes[:LANES])
+                if not self.busy:
+                    return None
+                self.changed.wait()
+        return None
+
+    def _go_on(self, number: int, y: np.ndarray | None) -> None:
+        try:
+            wanted = next(self.searches[number]) if y is None else self.searches[number].send(y)
         except StopIteration as end:
-            found[number] = end.value
+            self.found[number] = end.value
             return
         asked = _Asked(number, wanted)
-        waiting.setdefault(asked.program, []).extend((asked, lane) for lane in range(asked.missing))
+        with self.changed:
+            self.waiting.setdefault(asked.program, []).extend((asked, lane) for lane in range(asked.missing))
 
-    with BLAS.limit(limits=1), ThreadPoolExecutor(THREADS) as pool:
-        for number in range(len(searches)):
-            go_on(number, None)
-        while running or waiting:
-            while waiting and len(running) < THREADS:
-                fullest = max(waiting, key=lambda program: len(waiting[program]))
-                lanes = waiting.pop(fullest)
-                if lanes[LANES:]:
-                    waiting[fullest] = lanes[LANES:]
-                running[pool.submit(_run, lanes[:LANES])] = lanes[:LANES]
-            for done in wait(running, return_when=FIRST_COMPLETED).done:
-                y = done.result()
-                part = running.pop(done)
-                for k, (asked, lane) in enumerate(part):
-                    asked.y[lane] = y[k]
-                    asked.missing -= 1
-                    if not asked.missing:
-                        shape = (len(asked.wanted.theta), len(asked.wanted.logs), *asked.y.shape[1:])
-                        go_on(asked.search, asked.y.reshape(shape))
-    return [found[number] for number in range(len(searches))]
+    def _simulate(self, part: list[tuple[_Asked, int]]) -> None:
+        for (asked, lane), y in zip(part, _run(part), strict=True):
+            asked.y[lane] = y
+        with self.changed:
+            for asked, _ in part:
+                asked.missing -= 1
+                if not asked.missing:
+                    shape = (len(asked.wanted.theta), len(asked.wanted.logs), *asked.y.shape[1:])
+                    self.ready.append((asked.search, asked.y.reshape(shape)))

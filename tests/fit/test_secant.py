@@ -59,6 +59,23 @@ def test_every_search_gets_its_own_runs_however_many_share_a_call() -> None:
     assert max(worst for f in found for worst in f) < 1e-9
 
 
+def test_what_goes_wrong_in_one_search_ends_all() -> None:
+    problem = several(platform())
+    theta = theta_of(platform(), problem.structure)[None]
+    rounds = []
+
+    def search(fails: bool) -> Search[None]:
+        for _ in range(10_000):
+            yield Wanted(problem, theta, problem.start[None], np.arange(3), 2)
+            rounds.append(fails)
+            if fails and rounds.count(True) == 3:
+                raise ZeroDivisionError("here")
+
+    with pytest.raises(ZeroDivisionError, match="here"):
+        together([search(False), search(True), search(False)])
+    assert len(rounds) < 1000
+
+
 def test_the_first_windows_are_those_of_the_whole_run() -> None:
     problem = several(platform())
     theta, every = theta_of(platform(), problem.structure)[None], np.arange(3)
