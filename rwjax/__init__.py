@@ -1,6 +1,7 @@
 """Why does the model of a reaction-wheel testbed differ from the rig? Fit, compare, diagnose, with JAX.
 
-The public names, in the order of the data: a rig and its logs, a fit, a diagnosis.
+The names here read and write a rig and its logs. What is made of them, in the order of the data: `rwjax.fit.rig_fit.fit_rig`,
+`rwjax.predict.predict_log`, `rwjax.compare.compare`, `rwjax.diagnose.diagnosis.diagnose`, and `rwjax.control`.
 """
 
 from . import interrupt as interrupt  # Ctrl-C of the command comes before what takes long to import

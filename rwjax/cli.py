@@ -112,7 +112,7 @@ def fit(
             result = identify(believed, records)
     text = write_rig(result.rig)
     if output is not None:
-        keep_input(output, *logs)
+        keep_input(output, rig, *logs)
         write_text(output, text, InputError)
     if as_json:
         print(json.dumps(result.json(), indent=1))

@@ -56,7 +56,10 @@ def clockwork_of(rig: "Rig", period: float, late: float, smooth: float) -> "Cloc
     finite(period=period, late=late, smooth=smooth)
     positive(period=period)
     if not 0.0 <= late <= period:
-        raise InputError(f"--late {late:g}: has to lie between 0 and the period of {period:g} s")
+        raise InputError(
+            f"--late {late:g}: has to lie between 0 and the period of {period:g} s; a longer delay of the command or the encoder belongs "
+            "into the rig file, as effect drive.delay or sensor.delay"
+        )
     if smooth < 0.0:
         raise InputError("--smooth: must not be negative")
     steps = max(STEPS, math.ceil(period / LONGEST - 1e-9))
@@ -99,11 +102,13 @@ def write(
     figure: "Callable[[], Figure]",
     answer: dict,
     as_json: bool,
-) -> None:
-    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted. A device gets the table alone."""
+) -> list[str]:
+    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted. A device gets the table alone.
+    Returns a line on what was written."""
     from rwjax.errors import write_text
     from rwjax.report.control import write_png
 
+    written = []
     if output is not None:
         if output.suffix.lower() == ".png":
             raise InputError(
@@ -114,10 +119,12 @@ def write(
         if output.is_file():
             keep_input(output.with_suffix(".png"), *inputs)
             write_png(figure(), output.with_suffix(".png"))
+            written.append(f"written to {output}, the figure to {output.with_suffix('.png')}")
     if as_json:
         print(json.dumps(answer, allow_nan=False))
     elif output is None:
         print(text, end="")
+    return written
 
 
 def plain(values: "np.ndarray") -> list | float | None:

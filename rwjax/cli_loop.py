@@ -102,7 +102,7 @@ def sweep(
     maps = {name: plain(np.asarray(getattr(found, field))) for name, (field, _, _) in MAPS.items()}
     answer = {"schema": "rwjax.sweep/1", "kp": rows.tolist(), "kd": cols.tolist(), **maps}
     figure = partial(draw_maps, rows, cols, found, f"responses to {step:g}°, limit {volts:g} V")
-    write((rig,), output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
+    written = write((rig,), output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
     settles = np.isfinite(found.settling)
     notes = [f"{int(settles.sum())} of {settles.size} gain pairs settle within 2 % of the step"]
     if settles.any():
@@ -113,7 +113,7 @@ def sweep(
             for name, text, values, k in (("kp", kp, rows, i), ("kd", kd, cols, j))
             if len(values) > 1 and values[k] > 0.0 and values[k] in (values.min(), values.max())
         ]
-    say(quiet, *notes, *own_delay(believed))
+    say(quiet, *notes, *own_delay(believed), *written)
 
 
 def tune(

@@ -68,13 +68,14 @@ def slew(
     figure = partial(
         draw_courses, {"fastest on the plant": found.best, "ideal on-off law": found.followed}, f"{angle:g}° slew"
     )
-    write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
+    written = write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     say(
         quiet,
-        f"ideal on-off law: {ideal.time:.3f} s ({ideal.ramp:.3f} up, {ideal.hold:.3f} held, {ideal.ramp:.3f} down), wheel to "
-        f"{ideal.top / RATE:.0f} 1/min; on this rig it ends {abs(miss):.3g}° {'short' if miss * angle < 0.0 else 'beyond'}",
+        f"ideal on-off law, no friction, with the torque that the motor has left at {found.top / RATE:.0f} 1/min: {ideal.time:.3f} s "
+        f"({ideal.ramp:.3f} up, {ideal.hold:.3f} held, {ideal.ramp:.3f} down), wheel to {ideal.top / RATE:.0f} 1/min; on this rig it ends {abs(miss):.3g}° {'short' if miss * angle < 0.0 else 'beyond'}",
         f"fastest on this rig: {found.time:.3f} s; the wheel goes on at {float(found.best.wheel[-1]) / RATE:.0f} 1/min",
         *_delayed(found.delay),
+        *written,
     )
 
 
@@ -109,7 +110,7 @@ def dump(
         **{name: np.asarray(value).tolist() for name, value in of_course(found.best).items()},
     }
     figure = partial(draw_courses, {f"from {spin:g} 1/min": found.best}, "the wheel stops, the axis does not move")
-    write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
+    written = write((rig,), output, csv(of_course(found.best)), figure, answer, as_json)
     say(
         quiet,
         f"{found.time:.3f} s; "
@@ -120,6 +121,7 @@ def dump(
         )
         + f"the axis moves by {moved:.2g}°",
         *_delayed(found.delay),
+        *written,
     )
 
 
@@ -168,9 +170,9 @@ def size(
         **{name: v.tolist() if name == "limit" else plain(v) for name, v in columns.items()},
     }
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
-    write((rig,), output, csv(columns), figure, answer, as_json)
+    written = write((rig,), output, csv(columns), figure, answer, as_json)
     notes = [
-        f"needed without a hold: {found.needs_momentum:.3g} N m s and {found.needs_torque:.3g} N m; the motor has "
+        f"needed if the wheel turns round halfway: {found.needs_momentum:.3g} N m s and {found.needs_torque:.3g} N m; the motor has "
         f"{found.torque:.3g} N m at the wheel's top rate"
     ]
     fits = found.time <= seconds
@@ -181,8 +183,10 @@ def size(
             f"{inertia[i, j]:.3g} kg m², {found.time[i, j]:.3g} s; {LIMITS[int(found.limit[i, j])]} binds"
         )
     else:
-        notes.append("none of these rings does it")
-    say(quiet, *notes, *([f"the drive's delay of {found.delay:g} s is in these times"] if found.delay else []))
+        notes.append(f"none of these rings, up to {1e3 * outer.max():g} mm by {1e3 * thick.max():g} mm, does it")
+    say(
+        quiet, *notes, *written, *([f"the drive's delay of {found.delay:g} s is in these times"] if found.delay else [])
+    )
 
 
 COMMANDS = (slew, dump, size)

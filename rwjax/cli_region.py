@@ -30,11 +30,9 @@ if TYPE_CHECKING:
 
 
 def _without(rig: "Rig", effect: str) -> "Rig":
-    from rwjax.errors import nearest
-
     if effect not in rig.effects:
-        held = f"nearest `{nearest(effect, rig.effects)}`" if rig.effects else "it holds none"
-        raise InputError(f"--without {effect}: the rig file holds no such effect; {held}")
+        held = ", ".join(rig.effects) or "none"
+        raise InputError(f"--without {effect}: the rig file holds no such effect; it holds {held}")
     return replace(rig, effects={name: numbers for name, numbers in rig.effects.items() if name != effect})
 
 
@@ -116,7 +114,9 @@ def region(
         **{name: plain(value) for name, value in borne.items()},
     }
     inputs = (rig,) if fit is None else (rig, fit)
-    write(inputs, output, csv(columns(found, beside | borne)), lambda: draw_region(found, beside), answer, as_json)
+    written = write(
+        inputs, output, csv(columns(found, beside | borne)), lambda: draw_region(found, beside), answer, as_json
+    )
     notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs {condition(found)}"]
     for name, value in beside.items():
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
@@ -128,5 +128,6 @@ def region(
     notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
     lacking = without_lateness(believed, sampled=period is not None)
     notes += [f"left out: {', '.join(lacking)}, which no transfer function holds"] if lacking else []
-    notes += own_delay(believed) if period is not None else []
-    say(quiet, *said, *notes, *taken_as(believed))
+    late_rig = own_delay(believed)
+    notes += late_rig if period is not None or not late_rig else ["with --period the rig's own delays are in the loop"]
+    say(quiet, *said, *notes, *taken_as(believed), *written)

@@ -58,5 +58,7 @@ def write_text(path: str | os.PathLike[str], text: str, error: type[InputError])
             temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)
+    except FileNotFoundError:
+        raise error(f"{path}: cannot be written: there is no folder {target.parent}; make it first") from None
     except OSError as bad:
         raise error(f"{path}: cannot be written: {bad.strerror}; give a path in a writable folder") from None

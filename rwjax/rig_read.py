@@ -155,7 +155,7 @@ def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:
         if parameter:
             low = known[name][parameter].bounds[0]
             sign = "positive" if low > 0.0 else "zero or positive" if low == 0.0 else "any"
-            parameters[parameter] = _number(f"effects.{key}", value, sign)
+            parameters[parameter] = _number(f'effects."{name}".{parameter}', value, sign)
     for name, parameters in given.items():
         for parameter in [p for p in known[name] if p not in parameters]:
             unit = known[name][parameter].unit

@@ -266,7 +266,7 @@ def test_neither_table_nor_figure_replaces_what_was_read(shell: Shell) -> None:
     [
         (
             ("region", "--without", "axis.strbeck"),
-            "rig.toml: --without axis.strbeck: the rig file holds no such effect; nearest",
+            "rig.toml: --without axis.strbeck: the rig file holds no such effect; it holds",
         ),
         (("region", "--fit", "rig.toml"), "rig.toml: is not what `rwjax fit RIG LOG… --json` prints"),
         (("region", "--damping", "1"), "--damping 1: has to lie between 0 and below 1"),

@@ -1,8 +1,12 @@
 """The documentation names everything that a user may write, and the README only commands that exist."""
 
 import re
+from importlib import import_module
 from pathlib import Path
 
+import pytest
+
+import rwjax
 from rwjax import parse_rig
 from rwjax.cli import app
 from rwjax.effects import EFFECTS
@@ -42,3 +46,18 @@ def test_the_readme_names_only_commands_that_exist() -> None:
     assert {*re.findall(r"^\$ rwjax +(\w+)", text, re.M)} <= commands
     for module in re.findall(r"python -m ([\w.]+)", text):
         assert (ROOT / f"{module.replace('.', '/')}.py").exists(), module
+
+
+def test_the_readmes_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(ROOT)
+    (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)
+    names: dict = {}
+    exec(example, names)
+    assert len(names["angle"]) == len(names["logs"][0].time)
+    assert float(capsys.readouterr().out.split()[0]) > 0.0
+
+
+def test_what_the_package_says_to_call_is_there() -> None:
+    for path in re.findall(r"`(rwjax\.[\w.]+\.\w+)`", rwjax.__doc__ or ""):
+        module, _, name = path.rpartition(".")
+        assert callable(getattr(import_module(module), name)), path

@@ -130,7 +130,7 @@ MALFORMED = [
     (PLATFORM + "gravity.angle = 1", "`axis.gravity.angle` means nothing without `axis.gravity.torque`"),
     (
         PLATFORM + "[effects.'axis.stribeck']\nM_c = 0.1\nM_e = 0.1\nv_s = 0",
-        "`effects.axis.stribeck.v_s` is 0.0; it has to be positive",
+        '`effects."axis.stribeck".v_s` is 0.0; it has to be positive',
     ),
     (
         FRICTION + "viscous = 1\npolynomial = [1, 2, 3, 4]",

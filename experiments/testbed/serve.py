@@ -38,13 +38,14 @@ def main(arguments: list[str]) -> None:
     """Serves until Ctrl-C."""
     case = arguments[0] if arguments else "none"
     if case not in CHANGES:
-        sys.exit(f"no case {case}; there are {', '.join(CHANGES)}")
+        sys.exit(f"no case {case}: what the rig file lacks, one of {', '.join(CHANGES)}; none without an argument")
     if packages := missing():
         sys.exit(f"needs the Debian packages {' '.join(packages)}")
     master, slave = os.openpty()
     tty.setraw(slave)
     os.set_blocking(master, False)
     print(os.ttyname(slave), flush=True)
+    print(f"until Ctrl-C; for example: rwjax monitor data/testbed/rig.toml {os.ttyname(slave)}", file=sys.stderr)
     try:
         serve(bench(truth(case)), master)
     except KeyboardInterrupt:

@@ -74,10 +74,11 @@ def law(rig: Rig, ideal: OnOff, t: Float[np.ndarray, " t"]) -> Float[np.ndarray,
 
 
 class Slew(NamedTuple):
-    """The `ideal` law for the torque that the drive has at its top, what the plant makes of it (`miss` [rad] at its end), and
+    """The `ideal` law for the torque that the drive has at the wheel's `top` rate [rad/s], what the plant makes of it (`miss` [rad] at its end), and
     the `best` course of least time on the plant; each of its commands is given the `delay` [s] of the drive before it acts."""
 
     ideal: OnOff
+    top: float
     followed: Course
     miss: float
     best: Course
@@ -121,7 +122,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
             f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "
             "turn less far, or spin the wheel the other way beforehand"
         )
-    return Slew(ideal, followed, float(followed.angle[-1]) - angle, best, delay)
+    return Slew(ideal, top, followed, float(followed.angle[-1]) - angle, best, delay)
 
 
 def _arrived(found: Course, numbers: Array) -> tuple[Array, Array]:

@@ -18,6 +18,9 @@ UNITS = {
     "_A": (("mA", 1000.0),),
 }
 """Units that readings are taken in by mistake, by the end of the column's name: how many of them make one of the right."""
+COUNTED = 180.0 / np.pi
+"""Times that an angle in degrees is one in rad; what is even larger may be counted."""
+MILLI = 1e-3
 ABOUT = 1.6
 """Factor by which the rig file's numbers may be off besides."""
 GIVEN = "what the rig file's numbers give"
@@ -42,8 +45,9 @@ def mistaken(problem: Problem, theta: np.ndarray) -> list[Question]:
 def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question]:
     """A sentence for every output that goes the other way than in a simulation with the rig file's numbers, or as many times
     as far as another unit would make it: the median over the logs that begin at rest, where the command alone sets the rig in
-    motion. `runs`: logs, each with the simulated readings by output."""
-    found = []
+    motion; and one where all of them are as if the command were given in thousandths. `runs`: logs, each with the simulated
+    readings by output."""
+    found, small = [], []
     for name in dict.fromkeys(name for log, _ in runs for name in log.outputs):
         told = [
             _compare(log, name, simulated[name])
@@ -51,14 +55,21 @@ def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question
             if name in log.outputs and starts_at_rest(log)
         ]
         alike, times = np.median(told, axis=0) if told else (0.0, 0.0)
+        small.append(abs(alike) > ALIKE and 1.0 / ABOUT < abs(times) / MILLI < ABOUT)
         if not abs(alike) > ALIKE:
             continue
         if times < 0.0:
             found.append(Question(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"))
-        for unit, many in next((units for end, units in UNITS.items() if name.endswith(end)), ()):
+        size = f"{name} is {abs(times):.3g} times {GIVEN}"
+        units = next((units for end, units in UNITS.items() if name.endswith(end)), ())
+        for unit, many in units:
             if 1.0 / ABOUT < abs(times) / many < ABOUT:
-                size = f"{abs(times):.3g} times {GIVEN}"
-                found.append(Question(f"{name} is {size}: are the readings in {unit}? Divide them by {many:.5g}"))
+                found.append(Question(f"{size}: are the readings in {unit}? Divide them by {many:.5g}"))
+        if is_angle(name) and abs(times) > ABOUT * COUNTED:
+            turn, column = f"about {2.0 * np.pi * abs(times):.2g} to a turn", name.removesuffix("_rad") + "_counts"
+            found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))
+    if small and all(small):
+        found.append(Question(f"all readings are a thousandth of {GIVEN}: is the command in mV? Divide it by 1000"))
     return found
 
 

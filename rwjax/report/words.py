@@ -26,7 +26,8 @@ def verdict_sentence(d: Diagnosis) -> str:
         return f"The rig lacks {listed(d.effects)}; or {others}: these logs cannot tell them apart."
     if d.effects:
         part = f"{100 * g.closed:.0f} % of the gap" if g.closed is not None else "part of the gap"
-        return f"Unknown: {listed(d.effects)} explains {part}, but what is left stands above the floor and fits no effect of the library."
+        explain = "explains" if len(d.effects) == 1 else "together explain"
+        return f"Unknown: {listed(d.effects)} {explain} {part}, but what is left stands above the floor and fits no effect of the library."
     return "Unknown: a gap above the floor remains that no effect of the library explains."
 
 
