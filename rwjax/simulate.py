@@ -118,7 +118,8 @@ def _side_by_side(one, batch: Batch, *of_log: Array):
 
 
 def _log_by_log(one, batch: Batch, *of_log: Array):
-    """The same one after the other: of windows and derivatives side by side, those of one log stay in the nearest cache."""
+    """The same one after the other: of windows and derivatives side by side, those of one log stay in a processor's nearest
+    cache."""
     each, runs = _one_log(one, batch)
     return jax.lax.map(lambda values: each(*values), (runs, *of_log))
 
@@ -191,7 +192,8 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
             jnp.arange(W, dtype=float), nodes, u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
         )
 
-    return _log_by_log(one_log, batch, nodes)
+    through = _log_by_log if jax.default_backend() == "cpu" else _side_by_side
+    return through(one_log, batch, nodes)
 
 
 @partial(jax.jit, static_argnames="structure")

@@ -28,11 +28,12 @@ maps, of which Linux gives a process 65 530, and up to 50 MB."""
 OPTIONS = {
     "xla_disable_hlo_passes": "while-loop-invariant-code-motion",
     "xla_cpu_use_fusion_emitters": False,
-    "xla_backend_optimization_level": 1,
 }
+ON_PROCESSOR = {"xla_backend_optimization_level": 1}
 """What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
 with several kinds of friction otherwise works out the same power twelve times. Without the newer way to emit fused expressions
-a program compiles in half the time and runs as fast or faster."""
+a program compiles in half the time and runs as fast or faster; at the first level of optimisation, on a processor, a loop that is one
+function compiles in 0.8 instead of 1.1 s and runs as fast."""
 
 _programs: dict[object, Callable] = {}
 _lock = Lock()
@@ -87,7 +88,8 @@ def _program(name: str, key: object, flat: Callable, arrays: list[Any], lasting:
         _write(path, traced.serialize())
     else:
         traced = export.deserialize(data)
-    return jax.jit(traced.call, compiler_options=OPTIONS)
+    own = ON_PROCESSOR if jax.default_backend() == "cpu" else {}
+    return jax.jit(traced.call, compiler_options=OPTIONS | own)
 
 
 def stored(result: Callable) -> Callable:

@@ -79,10 +79,12 @@ def test_the_programs_not_called_for_longest_are_dropped(monkeypatch: pytest.Mon
     ("own", "kept"),
     [
         ("", WHOLE_LOOPS),
-        ("--xla_cpu_enable_fast_math=false", f"--xla_cpu_enable_fast_math=false {WHOLE_LOOPS}"),
-        (WHOLE_LOOPS.replace("1000000000000", "0"), WHOLE_LOOPS.replace("1000000000000", "0")),
+        (WHOLE_LOOPS, WHOLE_LOOPS),
+        ("--xla_cpu_enable_fast_math=false", f"{WHOLE_LOOPS} --xla_cpu_enable_fast_math=false"),
+        (WHOLE_LOOPS.replace("1000000000000", "0"), f"{WHOLE_LOOPS} {WHOLE_LOOPS.replace('1000000000000', '0')}"),
+        ("/path/of/flags", "/path/of/flags"),
     ],
-    ids=["none", "others", "the same"],
+    ids=["none", "of a parent process", "others", "another threshold, which counts", "a file"],
 )
 def test_flags_that_a_user_has_set_stay(own: str, kept: str) -> None:
     code = "import os, rwjax; print(os.environ['XLA_FLAGS'])"

@@ -65,6 +65,26 @@ def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOL
     return (yield from derived(found))
 
 
+def _ended(problem: Problem, begun: Fit) -> Search[Fit]:
+    """A fit carried to the end, once more with the numbers of its form at their null where they have moved."""
+    found = yield from _carried_on(problem, begun, LAST)
+    theta = found.theta.copy()
+    for k in found.coordinates.index:
+        null = plain(problem.structure.names[k])
+        theta[k] = theta[k] if null is None else null
+    if np.array_equal(theta, found.theta):
+        return found
+    again = yield from _carried_on(problem, replace(found, theta=theta), LAST)
+    return min(found, again, key=lambda f: f.cost)
+
+
+def _exactly(problem: Problem, begun: Fit, most: float) -> Fit:
+    """A fit after a glance by exact derivatives, and carried to their end where the glance leaves at most so much."""
+    nodes, c = measured_nodes(problem, begun.theta), begun.coordinates
+    found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
+    return found if found.cost > most else fit(problem, c, found.theta, start=found.start)
+
+
 def promise_of(cost: float, before: float, parent: float) -> float:
     """Cost if the next heat, of twice the steps, brings a fit twice as far, in proportion, as the last one brought it from
     `before`; one that began above the parent's cost and has come down to it has gained what it leaves less than the parent."""
@@ -221,7 +241,8 @@ class Refits:
         """Fits of several explanations side by side, from a parent's estimates, in heats: those that leave least go on.
 
         What comes close to the best after the last heat is fitted to the end. What lost an earlier race runs again, and so
-        does a special case of the parent, which may know a better place.
+        does a special case of the parent, which may know a better place. Of more explanations than the last heat takes, the one
+        that promises most is carried to its end by exact derivatives.
         """
         wanted = list(dict.fromkeys(explanations))
         if not wanted:
@@ -269,6 +290,8 @@ class Refits:
 
     def _finish(self, explanations: Sequence[Explanation]) -> None:
         """Carries fits to the end."""
+        if not explanations:
+            return
         for e in explanations:
             self.progress(" + ".join(e.names) or "the rig as it is")
         ends = together([self._to_the_end(self._done[e]) for e in explanations])
@@ -313,48 +336,41 @@ class Refits:
                 self._done[e] = fitted
 
     def _to_the_end(self, begun: Fit) -> Search[Fit]:
-        """A fit carried to the end, once more with the numbers of its form at their null where they have moved."""
-        problem = self._of_training(begun.problem.structure)
-        found = yield from _carried_on(problem, begun, LAST)
-        theta = found.theta.copy()
-        for k in found.coordinates.index:
-            null = plain(problem.structure.names[k])
-            theta[k] = theta[k] if null is None else null
-        if np.array_equal(theta, found.theta):
-            return found
-        again = yield from _carried_on(problem, replace(found, theta=theta), LAST)
-        return min(found, again, key=lambda f: f.cost)
+        """A fit carried to the end."""
+        return _ended(self._of_training(begun.problem.structure), begun)
 
     def polish(self, explanation: Explanation) -> Fit:
         """The fit of an explanation to the last digit: by exact derivatives, then by secants, which see across the creases of
         stick and slip."""
-        ruled = self._ruled
         self.exactly([explanation])
-        if self._ruled != ruled:
-            self.exactly([explanation])
         self._keep({explanation: together([self._polished(self(explanation), LAST_DIGIT)])[0]})
         return self._done[explanation]
 
     def exactly(self, explanations: Iterable[Explanation]) -> None:
         """Fits explanations on by exact derivatives through short windows that begin at what was measured: they go straight
-        along a narrow valley where secants of whole runs creep, and find one that whole runs end before."""
-        wanted = [e for e in dict.fromkeys(explanations) if self._exact.get(e) != self._ruled]
-        begun = [self.known(e) for e in wanted]
-        self._exact |= dict.fromkeys(wanted, self._ruled)
+        along a narrow valley where secants of whole runs creep, and find one that whole runs end before. Those whose readings
+        reach back further than the windows are left as they are; once more where this frees the first states."""
+        wanted = [
+            e for e in dict.fromkeys(explanations) if self._exact.get(e) != self._ruled and self._within_windows(e)
+        ]
+        if not wanted:
+            return
+        ruled, begun = self._ruled, [self.known(e) for e in wanted]
+        self._exact |= dict.fromkeys(wanted, ruled)
+        problems = [self._of_training(f.problem.structure) for f in begun]
         most = BEHIND * self._least(self._done)
-        found = dict(zip(wanted, on_threads(partial(self._exactly, most=most), begun), strict=True))
+        found = dict(zip(wanted, on_threads(partial(_exactly, most=most), problems, begun), strict=True))
         self._keep(found)
-        self._finish([e for e in wanted if found[e].cost <= most and e not in self._finished])
+        near = [e for e in wanted if found[e].cost <= most and e not in self._finished]
+        if near:
+            self._finish(near)
+        else:
+            self._free_starts()
+        if self._ruled != ruled:
+            self.exactly(wanted)
 
-    def _exactly(self, begun: Fit, most: float) -> Fit:
-        """A fit after a glance by exact derivatives, and to the end where that leaves at `most` so much."""
-        structure, c = begun.problem.structure, begun.coordinates
-        if structure.latest > self.problem.structure.latest:  # its readings reach back further than the windows
-            return begun
-        problem = self._of_training(structure)
-        nodes = measured_nodes(problem, begun.theta)
-        found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
-        return found if found.cost > most else fit(problem, c, found.theta, start=found.start)
+    def _within_windows(self, explanation: Explanation) -> bool:
+        return structure_for(self.rig, explanation).latest <= self.problem.structure.latest
 
     def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
         return _carried_on(self._of_training(begun.problem.structure), begun, MOST_STEPS, tolerance)

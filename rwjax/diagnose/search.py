@@ -47,6 +47,8 @@ SEARCHED = (3, 1, 1)
 them suffices."""
 EXACT = (6, 3, 3)
 """The same that are fitted on by exact derivatives where none of them suffices then."""
+AT_A_TIME = 2
+"""Of these, before it is seen whether one suffices: the same on every machine, on which the answer must not depend."""
 EXCHANGES = 3
 """Times at most that a choice gives way to a rival with more evidence."""
 RIVALS = 3
@@ -168,8 +170,10 @@ class Search:
             for e in self._ahead(tried)[: SEARCHED[len(explanation.names)]]:
                 if self.excess(self._leader(tried)) > enough:
                     self.refits.search(e, explanation)
-            if self.excess(self._leader(tried)) > enough:
-                self.refits.exactly(self._ahead(tried)[: EXACT[len(explanation.names)]])
+            ahead = self._ahead(tried)[: EXACT[len(explanation.names)]]
+            for k in range(0, len(ahead), AT_A_TIME):
+                if self.excess(self._leader(tried)) > enough:
+                    self.refits.exactly(ahead[k : k + AT_A_TIME])
             best = self._leader(tried)
             if not self.worthwhile(best, explanation):
                 break
@@ -206,7 +210,8 @@ class Search:
             return []
         rivals = self._exchanged(best)
         self._fit([e for e in rivals if e not in self.refits], best)
-        self.refits.exactly([best, *self._ahead(rivals)[:RIVALS]])
+        self.refits.exactly([best])  # which may free the first states
+        self.refits.exactly(self._ahead(rivals)[:RIVALS])
         return rivals
 
     def _surpassing(self, best: Explanation, rivals: list[Explanation]) -> Explanation | None:

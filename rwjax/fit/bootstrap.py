@@ -5,17 +5,16 @@ A stretch that is drawn twice weighs twice, one that is not drawn weighs nothing
 What is known besides the logs is drawn anew, too, from its own distribution.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 
 from rwjax.fit.end_to_end import Fit, fit
+from rwjax.fit.lanes import on_threads
 from rwjax.fit.problem import Problem
 
 STRETCHES = 24
 """Stretches into which all logs together are cut: enough to draw from, each long against the residual's memory."""
-THREADS = 2
 
 
 def _resampled(problem: Problem, rng: np.random.Generator) -> Problem:
@@ -48,5 +47,4 @@ def bootstrap(fitted: Fit, draws: int, seed: int = 0) -> np.ndarray:
         again = fit(problem, fitted.coordinates, fitted.theta, start=fitted.start, most_steps=15, tolerance=1e-5)
         return again.theta[fitted.coordinates.index]
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        return np.array(list(pool.map(one, problems)))
+    return np.array(on_threads(one, problems))

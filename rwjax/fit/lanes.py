@@ -6,11 +6,12 @@ call costs a third of a call of its own.
 """
 
 import os
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from threading import Condition
+from threading import Condition, Lock
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -24,9 +25,47 @@ LANES = 16
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+class _OneThread:
+    """Keeps the matrix products of numpy and scipy on one thread, in the whole process, while any thread is within: theirs would wait for the
+    next product busily, on the cores that the runs need."""
+
+    def __init__(self) -> None:
+        self.within, self.limit = 0, None
+        self.lock = Lock()
+
+    def __enter__(self) -> None:
+        with self.lock:
+            self.within += 1
+            if self.limit is None:
+                self.limit = ThreadpoolController().limit(limits=1, user_api="blas")
+
+    def __exit__(self, *error: object) -> None:
+        with self.lock:
+            self.within -= 1
+            if self.limit is not None and not self.within:
+                self.limit.restore_original_limits()
+                self.limit = None
+
+
+ONE_THREAD = _OneThread()
+
+
+@contextmanager
+def _threads() -> Iterator[ThreadPoolExecutor]:
+    """Threads that an error or Ctrl-C does not wait for."""
+    pool = ThreadPoolExecutor(THREADS)
+    try:
+        with ONE_THREAD:
+            yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
 class Wanted(NamedTuple):
     """Free runs of some `logs` of a problem for parameter vectors `theta` (b, t) from first states `start` (b, l, n), in their
-    first `windows`. What is sent back are readings `(b, logs, windows, q, y)`."""
+    first `windows`. What is sent back are readings `(b, logs, windows, q, y)`, which are the search's own to change."""
 
     problem: Problem
     theta: np.ndarray
@@ -34,9 +73,6 @@ class Wanted(NamedTuple):
     logs: np.ndarray
     windows: int
 
-
-BLAS = ThreadpoolController().select(user_api="blas")
-"""The threads of matrix products would wait for their next one busily, on the cores that the runs need."""
 
 T = TypeVar("T")
 Search = Generator[Wanted, np.ndarray, T]
@@ -79,16 +115,16 @@ def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
 
 def on_threads(function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]:
     """What a function makes of each row of arguments, which are computed at the same time."""
-    with BLAS.limit(limits=1), ThreadPoolExecutor(THREADS) as pool:
+    with _threads() as pool:
         return list(pool.map(function, *arguments))
 
 
 def together(searches: Sequence[Search[T]]) -> list[T]:
     """What several searches return, all carried out side by side."""
     work = _Work([*searches])
-    with BLAS.limit(limits=1), ThreadPoolExecutor(THREADS) as pool:
-        crew = [pool.submit(work.until_done) for _ in range(THREADS)]
+    with _threads() as pool:
         try:
+            crew = [pool.submit(work.until_done) for _ in range(THREADS)]
             for member in crew:
                 member.result()
         finally:
@@ -97,7 +133,7 @@ def together(searches: Sequence[Search[T]]) -> list[T]:
 
 
 class _Work:
-    """Searches on their way: each thread takes lanes that fill a call, else goes on with a search whose readings are there, else
+    """Searches on their way: each thread takes lanes that fill a call, else goes on with the search whose readings came last, else
     runs the lanes that there are."""
 
     def __init__(self, searches: list[Search[Any]]) -> None:

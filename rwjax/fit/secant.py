@@ -1,7 +1,7 @@
 """Fits by secants: free runs alone, many side by side, with no derivative to be compiled.
 
 A search tries dozens of structures for a few steps each. Compiling exact sensitivities of each takes longer than the
-search; a free run is compiled in a second, and 32 side by side take a third of the time of one after the other. Secants
+search; a free run is compiled in a second, and 16 side by side take a third of the time of one after the other. Secants
 over finite spans also see the valley of a sum of squares that stick and slip fill with creases.
 """
 
@@ -83,10 +83,10 @@ def slopes(
             local[[*range(k), *(k + states)]] = r
     chain = np.zeros((L, problem.batch.windows, n, k + n))
     chain[..., k:] = np.eye(n)
-    by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
     with np.errstate(over="ignore", invalid="ignore"):
-        out = ~np.isfinite(np.einsum("lkr,lkr->k", by_log, by_log))
-        local[out] = 0.0  # a run that leaves the range of numbers: not moved
+        beyond = ~np.isfinite(np.einsum("klwqy,klwqy->k", local, local))
+        local[beyond] = 0.0  # a run that leaves the range of numbers, or whose square does: not moved
+        by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
         H = by_log @ np.swapaxes(by_log, 1, 2)
         g = (by_log @ residual.reshape(L, -1, 1))[..., 0]
     return Evaluation(

@@ -129,6 +129,21 @@ def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> Non
     assert found.theta[k] == pytest.approx([0.9, 2.0], rel=0.1)
 
 
+def test_exact_derivatives_take_several_and_leave_what_reaches_back_too_far() -> None:
+    rig = platform("viscous = 0.02")
+    several = [Explanation((name,)) for name in ("axis.coulomb", "sensor.delay", "axis.quadratic_drag")]
+    log = true_log(rig, **{"axis.quadratic_drag": {"c": 0.01}})
+    refits = Refits.of(rig, [log], [0], lambda text: None)
+    refits.race(several, Explanation())
+    late, before = several[1], [refits.known(e) for e in several]
+    refits.exactly(several)
+    after = [refits.known(e) for e in several]
+    assert refits.known(late) is before[1]
+    assert all(b.cost <= a.cost for a, b in zip(before, after, strict=True))
+    refits.exactly(several)
+    assert all(refits.known(e) is f for e, f in zip(several, after, strict=True))
+
+
 def test_a_screen_also_begins_where_the_free_numbers_suit_the_start() -> None:
     rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
     named = Explanation(("sensor.scale",))
