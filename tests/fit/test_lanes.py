@@ -17,11 +17,13 @@ def test_results_come_in_the_order_of_the_arguments() -> None:
 
 
 def test_an_error_does_not_wait_for_what_runs_beside_it() -> None:
-    go_on, ended = Event(), Event()
+    begun, go_on, ended = Event(), Event(), Event()
 
     def job(fails: bool) -> None:
         if fails:
+            begun.wait(5.0)
             raise ZeroDivisionError("here")
+        begun.set()
         go_on.wait(5.0)
         ended.set()
 
