@@ -104,6 +104,8 @@ def fit(
             raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
         identify = partial(fit_rig, bootstrap=bootstrap)
 
+    if output is not None:
+        keep_input(output, rig, *logs)
     with _progress(quiet) as progress:
         believed = read_rig(rig)
         records = read_logs(logs, believed)
@@ -112,7 +114,6 @@ def fit(
             result = identify(believed, records)
     text = write_rig(result.rig)
     if output is not None:
-        keep_input(output, rig, *logs)
         write_text(output, text, InputError)
     if as_json:
         print(json.dumps(result.json(), indent=1))

@@ -179,6 +179,17 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
     assert "rig file's numbers give" not in done.stderr and "written even so" not in done.stderr
 
 
+@pytest.mark.parametrize("which", [0, 1], ids=["the rig file", "a log"])
+def test_a_fit_spares_its_inputs(which: int, tmp_path: Path) -> None:
+    given = [tmp_path / "rig.toml", tmp_path / "log.csv"]
+    given[0].write_bytes((DEMO / "rig.toml").read_bytes())
+    given[1].write_bytes(Path(LOGS[0]).read_bytes())
+    before = given[which].read_bytes()
+    done = rwjax("fit", "rig.toml", "log.csv", "-o", given[which].name, cwd=tmp_path)
+    assert done.returncode == 2 and "is the input; give another path with -o" in done.stderr
+    assert given[which].read_bytes() == before
+
+
 def test_predict_without_outputs_starts_at_rest_at_zero(tmp_path: Path) -> None:
     rows = "\n".join(f"{0.01 * k:.2f},{0.5 if k > 20 else 0}" for k in range(100))
     (tmp_path / "u.csv").write_text(f"time_s,voltage_V\n{rows}\n")

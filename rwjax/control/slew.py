@@ -74,8 +74,9 @@ def law(rig: Rig, ideal: OnOff, t: Float[np.ndarray, " t"]) -> Float[np.ndarray,
 
 
 class Slew(NamedTuple):
-    """The `ideal` law for the torque that the drive has at the wheel's `top` rate [rad/s], what the plant makes of it (`miss` [rad] at its end), and
-    the `best` course of least time on the plant; each of its commands is given the `delay` [s] of the drive before it acts."""
+    """The `ideal` law for the torque that the drive has at the wheel's `top` rate [rad/s], what the plant makes of it (`miss`
+    [rad] at its end), and the `best` course of least time on the plant; each of its commands is given the `delay` [s] of the
+    drive before it acts."""
 
     ideal: OnOff
     top: float

@@ -26,8 +26,8 @@ THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 
 
 
 class _OneThread:
-    """Keeps the matrix products of numpy and scipy on one thread, in the whole process, while any thread is within: theirs would wait for the
-    next product busily, on the cores that the runs need."""
+    """Keeps the matrix products of numpy and scipy on one thread, in the whole process, while any thread is within: theirs
+    would wait for the next product busily, on the cores that the runs need."""
 
     def __init__(self) -> None:
         self.within, self.limit = 0, None

@@ -21,6 +21,7 @@ UNITS = {
 COUNTED = 180.0 / np.pi
 """Times that an angle in degrees is one in rad; what is even larger may be counted."""
 MILLI = 1e-3
+"""What is seen of the motion where a command is given in thousandths of its unit."""
 ABOUT = 1.6
 """Factor by which the rig file's numbers may be off besides."""
 GIVEN = "what the rig file's numbers give"
