@@ -14,7 +14,8 @@ class Parameter:
     `unit`: SI unit as text. `bounds`: physically possible values. `null`: the value at which the effect is absent.
     `starts`: values from which a search begins, in units of the scale named by `scale` (see `rwjax.fit.scales`) and from
     the one named by `origin` on; `None` is the null value.
-    `optional`: a rig file may leave it out and has it at its null.
+    `optional`: a rig file may leave it out and has it at its null; it belongs to the effect's form.
+    `fitted`: a search estimates it; else it stays where the search begins.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Parameter:
     origin: str | None
     tex: str
     optional: bool
+    fitted: bool
 
     def begin(self, sizes: Mapping[str, float]) -> tuple[float, ...]:
         """Values from which a search begins, for these sizes of the scales."""
@@ -45,12 +47,11 @@ def param(
     origin: str | None = None,
     tex: str = "",
     optional: bool = False,
+    fitted: bool = True,
 ) -> Any:
     """Field of an effect with its meaning attached."""
-    meta = dict(
-        unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, origin=origin, tex=tex, optional=optional
-    )
-    return eqx.field(metadata={"param": meta})
+    meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, origin=origin, tex=tex)
+    return eqx.field(metadata={"param": meta | dict(optional=optional, fitted=fitted)})
 
 
 def parameters(cls: type) -> dict[str, Parameter]:

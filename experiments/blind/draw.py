@@ -5,7 +5,8 @@ not there yet. `calibrate` and `explore` are to be looked at as often as one lik
 this when causes that it showed to be missed were worked on; `second` is for the search as it was mended after `test`.
 
 A line: place in the set and group, kind, effect, the size wanted, seed, amplitude; by refits from the truth the size, what the
-true effect leaves (`left`, as a size), misfits of the runs fitted without and with it, relative errors of its numbers;
+true effect leaves (`left`, as a size), the size where first states follow the interface's rule (`by_rule`: a run that moves
+within its first 0.5 s may hide in them what is missing), misfits of the runs fitted without and with it, relative errors of its numbers;
 `repeatable` (see the oracle); of a pair the size without either name (`needed`); why seeds before this one were `dropped`,
 all of them where the line has no seed.
 """
@@ -24,7 +25,7 @@ import numpy as np
 
 from experiments.blind.cases import KINDS, Case, kinds_of, make_case, split
 from experiments.blind.draws import EFFECTS
-from experiments.blind.oracle import STEP, Fit, judge, perfect, refit, size
+from experiments.blind.oracle import STEP, Fit, by_rule, judge, perfect, refit, size
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, EVALUATIONS, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
@@ -104,18 +105,23 @@ def pair(kind: str, rng: np.random.Generator) -> str:
 
 def carried(case: Case, base: Fit | None = None) -> dict:
     """The oracle's judgement, in the simulator's own step where a coarser one leaves something."""
-    found = judge(case, base, COARSE)
     if base is None:
-        return found
+        return judge(case, step=COARSE)
+    base = refit(case, None, step=COARSE, first=base.numbers)  # to its end
+    found = judge(case, base, COARSE)
     found = judge(case, base, STEP) if found["left"] > 0.5 else found
     if not SMALLEST / WITHIN < found["size"] < LARGEST * WITHIN:
-        raise OutOfReach(f"size {found['size']:.3g} in the simulator's own step")
+        raise OutOfReach(f"size {found['size']:.3g} at the end of the refit, in the simulator's own step")
     if found["repeatable"] > 1.0:
         raise OutOfReach(f"no run can be repeated: they spread by {found['repeatable']:.3g} floors")
     if found["left"] > LEAVES * found["size"]:
         raise OutOfReach(f"the true effect leaves {found['left']:.3g} of {found['size']:.3g}")
     if found["misfit_without"] < SEEN * found["misfit_with"]:
         raise OutOfReach(f"only the runs held out show it: misfit {found['misfit_without']:.3g}")
+    ruled = refit(case, None, evaluations=EVALUATIONS, step=COARSE, first=base.numbers, begin=by_rule)
+    found["by_rule"] = size(ruled.gap, perfect(case, COARSE, by_rule))
+    if found["by_rule"] < SMALLEST / WITHIN:
+        raise OutOfReach(f"first states hide it: size {found['by_rule']:.3g} by the start rule")
     return found
 
 

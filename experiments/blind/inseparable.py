@@ -18,8 +18,9 @@ from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE
 
 TOLERANCE = 0.2  # floors
-TRIES = 4  # random draws from which the other explanation is refitted
+TRIES = 8  # random draws from which the other explanation is refitted
 MOST = 4  # explanations of a case that are asked about
+EVALUATIONS = 100  # at most, of a refit
 
 
 def beside(path: Path) -> Path:
@@ -66,7 +67,7 @@ def ask(line: dict, done: set[tuple[int, str]]) -> list[dict]:
     true, noise, found = refit(case, line["effect"], step=COARSE), perfect(case, COARSE), []
     for option in open_ones:
         name = "+".join(sorted(option))
-        other = refit(case, name, tries=TRIES, step=COARSE)
+        other = refit(case, name, tries=TRIES, evaluations=EVALUATIONS, step=COARSE)
         judged = {"index": line["index"], "option": name, "inseparable": as_good(other, true, noise)}
         found.append(judged | {"misfit": round(other.misfit, 4), "misfit_true": round(true.misfit, 4)})
     return found

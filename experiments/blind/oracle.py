@@ -7,6 +7,7 @@ effect's number open, the logs do not carry it. `judge` answers for a case, `ref
 
 import argparse
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,8 @@ from experiments.blind.simulator import STEP
 from experiments.blind.truth import PSI, THETA, Truth
 
 FIRST = 0.5  # s, part of a run that its start is taken from
+DISTINCT = 3.5  # standard errors above which a rate is no longer zero
+MOVES = np.array([1e-3, 1e-2, 1e-2, 0.1, 0.01])  # by which first states are moved: rad, rad/s, rad, rad/s, A
 REST = 1e-7  # rad, shift of the start that shows whether a run can be repeated
 SIGNED = (
     *("asymmetry", "bias_torque", "bias_command", "gain_asymmetry", "curvature", "scale", "clock", "jump"),
@@ -75,37 +78,89 @@ def floor(prepared: Prepared) -> dict[str, float]:
     return {c: float(np.hypot(f, step.get(c, 0.0) / np.sqrt(12.0))) for c, f in prepared.scene.floor.items()}
 
 
-def perfect(case: Case, step: float = STEP) -> dict[str, float]:
+Start = Callable[[Truth, Run, float], np.ndarray]
+"""First state of a run."""
+
+
+def _first(run: Run) -> tuple[np.ndarray, Recorded]:
+    """Which samples a start is taken from, and the run as far as these."""
+    first = run.record.time < run.record.time[0] + FIRST
+    return first, replace(run.record, at=run.record.at[first])
+
+
+def at_rest(truth: Truth, run: Run, step: float) -> np.ndarray:
+    """Rest, where a run's first readings say it stood: every run of the simulator begins so."""
+    first, early = _first(run)
+    start, wheel = np.zeros(5), truth.kind == 0
+    for _ in range(2):
+        clean = readings(truth, replace(early, start=start), run.read, step)
+        for state, names, own in ((PSI, ("yaw_counts", "yaw_rad"), not wheel), (THETA, ("wheel_counts",), wheel)):
+            for name in set(names) & set(run.read):
+                gain = np.exp(truth.scale) if own else 1.0  # of the encoder that may be off
+                start[state] += float(np.mean(run.read[name][first] - clean[name])) / gain
+        if truth.cogging != 0.0 and "wheel_counts" not in run.read:
+            start[THETA] = settled(truth, start)[THETA]
+    return start
+
+
+def rests(run: Run) -> bool:
+    """Whether command and rates are indistinguishable from zero over the first 0.5 s."""
+    first, _ = _first(run)
+    t = run.record.time[first] - np.mean(run.record.time[first])
+    for name in set(run.read) - {"current_A"}:
+        y = run.read[name][first]
+        rate = name.endswith("rad_s")
+        value = np.mean(y) if rate else t @ y / (t @ t)
+        error = np.std(y - np.mean(y) - (0.0 if rate else value * t)) / np.sqrt(len(t) if rate else t @ t)
+        if abs(value) > DISTINCT * error > 0.0:
+            return False
+    return not np.any(run.record.command[first])
+
+
+def by_rule(truth: Truth, run: Run, step: float) -> np.ndarray:
+    """The interface's start: least squares of all first states over the first 0.5 s, unless the run rests there."""
+    start = at_rest(truth, run, step)
+    if rests(run):
+        return start
+    first, early = _first(run)
+
+    def clean(at: np.ndarray) -> np.ndarray:
+        found = readings(truth, replace(early, start=at), run.read, step)
+        return np.concatenate([found[name] / spread[name] for name in run.read])
+
+    spread = {name: max(float(np.std(np.diff(y[first]))), 1e-6) for name, y in run.read.items()}
+    read = np.concatenate([y[first] / spread[name] for name, y in run.read.items()])
+    for _ in range(3):
+        now = clean(start)
+        J = np.stack([clean(start + move) - now for move in np.diag(MOVES)], axis=1)
+        change = np.linalg.lstsq(J, read - now, rcond=1e-6)[0] * MOVES
+        if not np.all(np.isfinite(change)):
+            break
+        start = start + change
+    return start
+
+
+def free_run(truth: Truth, run: Run, step: float = STEP, begin: Start = at_rest) -> dict[str, np.ndarray]:
+    """What the logged columns would hold under a run's command."""
+    return readings(truth, replace(run.record, start=begin(truth, run, step)), run.read, step)
+
+
+def perfect(case: Case, step: float = STEP, begin: Start = at_rest) -> dict[str, float]:
     """What the true rig leaves of each column of the runs held out: the floor, or more where the start's error grows."""
     label = case.truth
     prepared = prepare(label["kind"], label["effect"], label["seed"])
     held_out = [run for run in parse(case, prepared) if run.validate]
-    gap = _gap(Truth(**label["parameters"]), held_out, step)
+    gap = _gap(Truth(**label["parameters"]), held_out, step, begin)
     return {name: max(noise, gap[name]) for name, noise in floor(prepared).items()}
 
 
-def free_run(truth: Truth, run: Run, step: float = STEP) -> dict[str, np.ndarray]:
-    """What the logged columns would hold under a run's command, from rest where its first readings say it stood."""
-    first = run.record.time < run.record.time[0] + FIRST
-    early = replace(run.record, at=run.record.at[first])
-    start = np.zeros(5)
-    for _ in range(2):
-        clean = readings(truth, replace(early, start=start), run.read, step)
-        for state, names in ((PSI, ("yaw_counts", "yaw_rad")), (THETA, ("wheel_counts",))):
-            for name in set(names) & set(run.read):
-                start[state] += float(np.mean(run.read[name][first] - clean[name]))
-        if truth.cogging != 0.0 and "wheel_counts" not in run.read:
-            start[THETA] = settled(truth, start)[THETA]
-    return readings(truth, replace(run.record, start=start), run.read, step)
-
-
 def _weighted(
-    truth: Truth, runs: list[Run], noise: dict[str, float], prepared: Prepared, step: float = STEP
+    truth: Truth, runs: list[Run], noise: dict[str, float], prepared: Prepared, step: float, begin: Start
 ) -> np.ndarray:
     """Residuals in units of the floor; a constant that half a count explains is taken off."""
     parts = []
     for run in runs:
-        clean = free_run(truth, run, step)
+        clean = free_run(truth, run, step, begin)
         for name, y in run.read.items():
             residual = y - clean[name]
             if name in prepared.rig.sensors.counts:
@@ -129,7 +184,13 @@ def _value(truth: Truth, name: str) -> float:
 
 
 def fit(
-    start: Truth, names: list[str], runs: list[Run], prepared: Prepared, evaluations: int = 30, step: float = STEP
+    start: Truth,
+    names: list[str],
+    runs: list[Run],
+    prepared: Prepared,
+    evaluations: int = 30,
+    step: float = STEP,
+    begin: Start = at_rest,
 ) -> Fit:
     """Least squares over `names` (dotted: of the rig file; others: fields of `Truth`) on the runs not held out."""
     noise = prepared.scene.floor
@@ -148,7 +209,7 @@ def fit(
 
     def residual(x: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):  # a trial may run away
-            return _weighted(at(x), train, noise, prepared, step)
+            return _weighted(at(x), train, noise, prepared, step, begin)
 
     x, error = np.ones(len(names)), np.zeros(len(names))
     if names:
@@ -163,16 +224,16 @@ def fit(
         {name: float(_value(truth, name)) for name in names},
         dict(zip(names, error.tolist(), strict=True)),
         float(np.sqrt(np.mean(last**2))),
-        _gap(truth, held_out, step),
+        _gap(truth, held_out, step, begin),
     )
 
 
-def _gap(truth: Truth, runs: list[Run], step: float) -> dict[str, float]:
+def _gap(truth: Truth, runs: list[Run], step: float, begin: Start) -> dict[str, float]:
     """RMS of free runs by column, in SI."""
     found: dict[str, list[np.ndarray]] = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for run in runs:
-            clean = free_run(truth, run, step)
+            clean = free_run(truth, run, step, begin)
             for name, y in run.read.items():
                 found.setdefault(name, []).append(np.nan_to_num(y - clean[name], nan=1e6))
         return {name: float(np.sqrt(np.mean(np.concatenate(off) ** 2))) for name, off in found.items()}
@@ -185,6 +246,7 @@ def refit(
     evaluations: int = 30,
     step: float = STEP,
     first: dict[str, float] | None = None,
+    begin: Start = at_rest,
 ) -> Fit:
     """The rig with `effect` fitted to a case: its own effects from the truth, any other from `tries` random draws.
 
@@ -211,7 +273,7 @@ def refit(
         names = [n for n in names if n != "coulomb" or "axis.friction.coulomb" not in names]
         for name, value in (first or {}).items():
             truth = _with(truth, name, value) if name in names else truth
-        fits.append(fit(truth, names, runs, prepared, evaluations, step))
+        fits.append(fit(truth, names, runs, prepared, evaluations, step, begin))
     return min(fits, key=lambda one: one.misfit)
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from rwjax.build import structure_of, theta_of
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import Backlash, FlexibleCoupling, Stribeck
-from rwjax.effects.drive import SHARP, DriveLag
+from rwjax.effects.drive import SHARP, Curvature, DriveLag
 from rwjax.effects.ports import AxisElastic, CommandDelay, CommandFilter, EncoderDelay
 from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
@@ -26,6 +26,8 @@ SLIDING = 1e-6
 """Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two, or taken, where it has none."""
 CANCELS = 1e-13
 """Share of what a number is summed from, or of what it is one radian on, below which it is rounding."""
+SHORTEST = 1e-3
+"""Share of a drive's first lag that its second one has at least, where some plants have a second one."""
 
 
 class Linear(NamedTuple):
@@ -74,10 +76,11 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
         raise InputError("kind `wheel`: there is no axis to hold at an angle; take a `platform` or `reaction` rig")
     whole = structure_of(rig)
     structure, theta = _beside(whole, theta_of(rig, whole) if thetas is None else np.asarray(thetas))
-    A, B, C = (np.asarray(x) for x in _matrices(structure, jnp.asarray(theta), jnp.asarray(angle)))
-    elsewhere = np.asarray(_matrices(structure, jnp.asarray(theta), jnp.asarray(angle + 1.0))[0])
+    lags = _lags(structure, theta)
+    A, B, C = (np.asarray(x) for x in _matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle)))
+    elsewhere = np.asarray(_matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle + 1.0))[0])
     A = np.where(np.abs(A) > CANCELS * np.abs(elsewhere), A, 0.0)  # a load's slope at its summit is rounding
-    states = (*structure.states, *(f"{e}:u" for e in structure.effects if BY_NAME[e] is DriveLag))
+    states = (*structure.states, *(f"{DriveLag.name}:u_{k + 1}" for k in range(lags)))
     acts, moves, shows = (np.any(x, axis=tuple(range(theta.ndim - 1))) for x in (A, B, C))
     use = _reached(acts, moves) & _reached(acts.T, shows)
     if not use.any():
@@ -88,7 +91,7 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
 
 def _beside(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:
     """Structure and numbers of what a loop feels beside its angle: no lag of 0 s, no ripple, nothing elastic before sliding, a
-    coupling for closed play."""
+    coupling for closed play, no power of the command, whose slope at 0 is none or without limit."""
     names, renamed = structure.names, {Backlash.name: FlexibleCoupling.name}
     idle = f"{DriveLag.name}.T" in names and not np.any(theta[..., names.index(f"{DriveLag.name}.T")])
     elastic = {name for name in structure.effects if issubclass(BY_NAME[name], AxisElastic)}
@@ -98,12 +101,20 @@ def _beside(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndar
     of = {name: name for name in structure.numbers} | {
         f"{new}.{number}": f"{old}.{number}" for new, old in kept.items() for number in parameters(BY_NAME[new])
     }
-    return found, theta[..., [names.index(of[name]) for name in found.names]]
+    theta = theta[..., [names.index(of[name]) for name in found.names]]
+    return found, np.where([name == f"{Curvature.name}.p" for name in found.names], 0.0, theta)
 
 
-@partial(jax.jit, static_argnums=0)
-@partial(jnp.vectorize, excluded=(0, 2), signature="(p)->(n,n),(n),(n)")
-def _matrices(structure: Structure, theta: Float[Array, " p"], angle: Scalar) -> tuple[Array, ...]:
+def _lags(structure: Structure, theta: np.ndarray) -> int:
+    """Lags in a row between command and voltage."""
+    if DriveLag.name not in structure.effects:
+        return 0
+    return 1 + bool(np.any(theta[..., structure.names.index(f"{DriveLag.name}.q")]))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+@partial(jnp.vectorize, excluded=(0, 1, 3), signature="(p)->(n,n),(n),(n)")
+def _matrices(structure: Structure, lags: int, theta: Float[Array, " p"], angle: Scalar) -> tuple[Array, ...]:
     """Derivatives of the rates by state and command and of the encoder's angle by state."""
     plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = jnp.zeros(len(structure.states)).at[structure.states.index("psi")].set(angle)
@@ -117,9 +128,10 @@ def _matrices(structure: Structure, theta: Float[Array, " p"], angle: Scalar) ->
     A, B = jax.jacfwd(rates, argnums=(0, 1))(rest, zero)
     A, C = A + _slopes(plant, rest), jax.jacfwd(read)(rest)
     for lag in (effect for effect in plant.effects if isinstance(effect, DriveLag)):
-        fast = 1.0 / lag.T
-        A = jnp.block([[A, B[:, None]], [jnp.zeros((1, len(A))), -fast[None, None]]])
-        B, C = jnp.append(jnp.zeros_like(B), fast), jnp.append(C, 0.0)
+        for T in (lag.T * jnp.maximum(lag.q, SHORTEST), lag.T)[2 - lags :]:  # the last one drives the plant
+            fast = 1.0 / T
+            A = jnp.block([[A, B[:, None]], [jnp.zeros((1, len(A))), -fast[None, None]]])
+            B, C = jnp.append(jnp.zeros_like(B), fast), jnp.append(C, 0.0)
     return A, B, C
 
 
@@ -247,6 +259,8 @@ TAKEN = {
 def taken_as(rig: Rig) -> tuple[str, ...]:
     """What stands in the transfer function for effects of a rig that it cannot hold, a line each."""
     lines = [f"{name}: {TAKEN[name]}" for name in rig.effects if name in TAKEN]
+    if rig.effects.get("drive.curvature", {}).get("p", 0.0):
+        lines.append("drive.curvature: its power is left out, the gain is that at `u_1`")
     if rig.effects.get("drive.saturation", {}).get("n", SHARP) < SHARP:
         lines.append("drive.saturation: the gain is that of small commands")
     fall = rig.effects.get("axis.stribeck", {})

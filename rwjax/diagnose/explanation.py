@@ -25,8 +25,12 @@ CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.preslidin
 LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
     "axis.friction_drift": ("axis.viscous",),
     "axis.spring": ("axis.bias_torque",),
+    "axis.backlash": ("axis.flexible_coupling",),
 }
 """Effects of which another is a special case or a limit."""
+COUPLINGS = ("axis.flexible_coupling", "axis.backlash")
+HANDED_ON = (("M_c", ("axis.coulomb", *CONTAINS_COULOMB)), *((name, COUPLINGS) for name in ("s", "k", "c")))
+"""Numbers that are the same thing in several effects."""
 
 
 def on_one_axis(name: str) -> str:
@@ -141,7 +145,9 @@ def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
     given: set[str] = set()  # axes, by their plain dry friction, to which an effect before has brought a level
     for effect in (name for name in BY_NAME if name in explanation.effects):
         plain = beside(effect, "axis.coulomb")
-        for name in parameters(BY_NAME[effect]):
+        for name, known in parameters(BY_NAME[effect]).items():
+            if not known.fitted:
+                continue
             if name == "M_c" and brings_level(effect):
                 if models_dry(rig, effect) or plain in held | given:
                     continue
@@ -150,13 +156,14 @@ def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
     return tuple(free)
 
 
-def levels(wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
-    """Coulomb levels among the `wanted` numbers, each with the one among the `known` that is the same thing."""
-    one_axis = [f"{effect}.M_c" for effect in ("axis.coulomb", *CONTAINS_COULOMB)]
+def handed_on(wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
+    """Those of the `wanted` numbers of effects that are the same thing as one among the `known`, each with it."""
     found = []
-    for names in (one_axis, *([on_half(name, k) for name in one_axis] for k in range(len(HALVES)))):
-        same = next((name for name in names if name in known), None)
-        found += [(name, same) for name in names if name in wanted and same is not None]
+    for number, effects in HANDED_ON:
+        one_axis = [f"{effect}.{number}" for effect in effects]
+        for names in (one_axis, *([on_half(name, k) for name in one_axis] for k in range(len(HALVES)))):
+            same = next((name for name in names if name in known), None)
+            found += [(name, same) for name in names if name in wanted and same is not None]
     return found
 
 
@@ -193,7 +200,7 @@ def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coor
     for effect in structure.effects:
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
-            if effect in explanation.effects and names[k] in free:
+            if effect in explanation.effects and (names[k] in free or not p.fitted):
                 options[k] = p.begin(sizes(effect))
     count = max((len(values) for values in options.values()), default=1)
     starts = []

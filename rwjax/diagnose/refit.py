@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from rwjax.build import theta_of
-from rwjax.diagnose.explanation import Explanation, free_names, levels, space, structure_for
+from rwjax.diagnose.explanation import Explanation, free_names, handed_on, space, structure_for
 from rwjax.diagnose.screen import Candidate, Screen, Screened
 from rwjax.effects import plain
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
@@ -209,9 +209,9 @@ class Refits:
         own = {*free_names(self.rig, explanation)}
         shared = {*free_names(self.rig, parent)} & own
         values = self(parent).numbers()
-        for level, same in levels(own - shared, {*free_names(self.rig, parent)}):
-            values[level] = values[same]
-            shared.add(level)
+        for name, same in handed_on(own - shared, {*free_names(self.rig, parent)}):
+            values[name] = values[same]
+            shared.add(name)
         known = np.array([name in shared for name in structure.names])
         free = np.array([name in own for name in structure.names])
         added = free & ~known
@@ -261,6 +261,13 @@ class Refits:
             self._finish([e for e in part if promise[e] <= BEHIND * least or e in again or parent.contains(e)])
         self._settle()
         return {e: self._done[e] for e in wanted}
+
+    def again(self, explanations: Sequence[Explanation], parent: Explanation) -> None:
+        """Races explanations from another parent's estimates, however far they have come from their own."""
+        ended = self._finished & {*explanations}
+        self._finished -= ended
+        self.race(explanations, parent)
+        self._finished |= ended
 
     def _heats(self, explanations: Sequence[Explanation], parent: Explanation) -> dict[Explanation, float]:
         """Brings explanations as far as the heats let them come; what each promises to leave."""

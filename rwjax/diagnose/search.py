@@ -37,6 +37,7 @@ from rwjax.diagnose.thresholds import (
     WORTH,
     WORTH_BESIDES,
 )
+from rwjax.effects import plain
 from rwjax.fit.end_to_end import Fit
 from rwjax.rig_names import HALVES, on_half
 
@@ -51,6 +52,8 @@ AT_A_TIME = 2
 """Of these, before it is seen whether one suffices: the same on every machine, on which the answer must not depend."""
 EXCHANGES = 3
 """Times at most that a choice gives way to a rival with more evidence."""
+AGAIN = 6
+"""Rivals of a choice, those that leave least, that begin once more from its estimates."""
 RIVALS = 3
 """Rivals of a choice, those that leave least, that are fitted on by exact derivatives before they are judged."""
 
@@ -87,14 +90,17 @@ class Search:
             self.count = dict(zip(fitted.problem.structure.outputs, share, strict=True))
         return self.squares[explanation][1]
 
-    def _numbers(self, explanation: Explanation) -> int:
-        return len(free_names(self.rig, explanation)) - len(self.rig.free)
+    def _numbers(self, explanation: Explanation) -> tuple[int, int]:
+        """How many numbers of its own an explanation has, and how many of its effects' forms."""
+        own = free_names(self.rig, explanation)[len(self.rig.free) :]
+        form = sum(plain(name) is not None for name in own)
+        return len(own) - form, form
 
     def evidence(self, explanation: Explanation, effective: dict[str, float]) -> float:
         """Log evidence of an explanation for given effective samples, and of what the rig file says besides."""
         fitted = self.refits.known(explanation)
         against, _ = fitted.problem.against_prior(fitted.theta)
-        return log_evidence(self._seen(explanation), self._numbers(explanation), effective) - against
+        return log_evidence(self._seen(explanation), *self._numbers(explanation), effective) - against
 
     def effective(self, explanation: Explanation) -> dict[str, float]:
         """Effective samples of an explanation's residual."""
@@ -195,12 +201,12 @@ class Search:
         """Sets with one member exchanged; a member that brings a Coulomb level, also for that level and another."""
         found = []
         for member in explanation.names:
-            plain = beside(member, "axis.coulomb")
+            level = beside(member, "axis.coulomb")
             rest = explanation.without(member)
             bare = [rest.plus(name) for name in self.names if name not in explanation.names]
             found += bare
-            if brings_level(member) and not models_dry(self.rig, member) and plain in self.names:
-                found += [e.plus(plain) for e in bare if not {*e.names} & levels_beside(member)]
+            if brings_level(member) and not models_dry(self.rig, member) and level in self.names:
+                found += [e.plus(level) for e in bare if not {*e.names} & levels_beside(member)]
         return [e for e in dict.fromkeys(found) if e != explanation]
 
     def _rivals(self, best: Explanation) -> list[Explanation]:
@@ -211,6 +217,7 @@ class Search:
         rivals = self._exchanged(best)
         self._fit([e for e in rivals if e not in self.refits], best)
         self.refits.exactly([best])  # which may free the first states
+        self.refits.again(self._ahead(rivals)[:AGAIN], best)
         self.refits.exactly(self._ahead(rivals)[:RIVALS])
         return rivals
 
@@ -240,9 +247,8 @@ class Search:
             if self._falls(best):
                 groups.append(["drive.curvature", "drive.supply_sag"])
         for number in (n for n in best.numbers if on_one_axis(n) == "motor.resistance"):
-            groups.append(
-                [f"parameter.{number}", beside(number, "drive.supply_sag")]
-            )  # a source's resistance lies in series
+            if self.refits.known(best).numbers()[number] > self.rig.numbers[number]:  # a source's lies in series
+                groups.append([f"parameter.{number}", beside(number, "drive.supply_sag")])
         found = []
         for group in groups:
             same = [name for name in group if name in self.names]
@@ -252,19 +258,23 @@ class Search:
         return found
 
     def _falls(self, best: Explanation) -> bool:
-        """Whether a curved drive's gain falls with the command's size, as that of a sagging supply does: where no current is
-        known, the command alone says how much it is loaded."""
-        return "drive.curvature" not in best.names or self.refits.known(best).numbers()["drive.curvature.c"] < 0.0
+        """Whether a curved drive's gain falls with the command's size, most of all where that is large, as that of a sagging
+        supply does: where no current is known, the command alone says how much it is loaded."""
+        if "drive.curvature" not in best.names:
+            return True
+        c, p, u_1 = (self.refits.known(best).numbers()[f"drive.curvature.{name}"] for name in ("c", "p", "u_1"))
+        bend = np.log1p(abs(c) * u_1) - np.log1p(0.5 * abs(c) * u_1)  # from half the largest command to all of it
+        return bool(c < 0.0 and bend > abs(p) * np.log(2.0))
 
     def _instead(self, best: Explanation, member: str, name: str) -> Explanation | None:
         """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
-        other, plain = best.without(member).plus(name), beside(member, "axis.coulomb")
+        other, level = best.without(member).plus(name), beside(member, "axis.coulomb")
         if models_dry(self.rig, member):
             return other
         if brings_level(member):
-            return other if brings_level(name) else other.plus(plain)
+            return other if brings_level(name) else other.plus(level)
         if brings_level(name):
-            return other.without(plain) if plain in best.names else None
+            return other.without(level) if level in best.names else None
         return other
 
     def nothing(self) -> Choice:

@@ -164,6 +164,13 @@ STRAIGHT = 1e-3
 """Exponent below which a power is as good as the exponential that it tends to."""
 
 
+def worn(y: Scalar | float, x: Scalar, s: Scalar) -> Scalar:
+    """What is left of `y` after a way `x` along which it falls at the rate `y^(1 - s)`."""
+    straight = s > STRAIGHT
+    s, known = jnp.where(straight, s, 1.0), jnp.maximum(y, 1e-9)
+    return jnp.where(straight, jnp.maximum(known**s - s * x, 1e-9) ** (1.0 / s), y * jnp.exp(-x))
+
+
 class DryDrift(AxisDry):
     r"""Friction that changes over the run: a level of dry friction $(1 + d\,f(t))$ times what the rig has warm, and $B\,w\,f(t)$
     besides, with $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
@@ -179,9 +186,7 @@ class DryDrift(AxisDry):
     s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", optional=True)
 
     def _cold(self, motion: Motion) -> Scalar:
-        straight, x = self.s > STRAIGHT, motion.t / self.tau
-        s = jnp.where(straight, self.s, 1.0)
-        return jnp.where(straight, jnp.maximum(1.0 - s * x, 1e-9) ** (1.0 / s), jnp.exp(-x))
+        return worn(1.0, motion.t / self.tau, self.s)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.B * jnp.abs(motion.w) * self._cold(motion)
@@ -321,10 +326,12 @@ class Backlash(Coupling):
     group: ClassVar[str] = "backlash"
     label: ClassVar[str] = "backlash"
     coordinate: ClassVar[str] = "load"
-    g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.02, 0.05, 0.15, 0.5, 0.05, 0.15), tex="g")
-    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3, 0.3, 0.3, 0.6, 0.6), tex="s")
-    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0,) * 6, scale="inertial", tex="k")
-    c: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(20.0,) * 6, scale="inertial", tex="c")
+    g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.02, 0.05, 0.15, 0.5, 0.05, 0.15, 0.05, 0.15, 0.5), tex="g")
+    s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3, 0.3, 0.3, 0.6, 0.6, 0.3, 0.3, 0.3), tex="s")
+    k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0,), scale="inertial", tex="k")
+    c: Scalar = param(
+        "N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(*(20.0,) * 6, *(100.0,) * 3), scale="inertial", tex="c"
+    )
 
     def share(self) -> Scalar:
         return self.s
@@ -337,9 +344,9 @@ class Backlash(Coupling):
 
 
 class Presliding(AxisElastic):
-    r"""Elastic, hysteretic displacement before sliding, $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)/x_s$ with the friction $z$ times its level
-    (Dahl 1968, with exponent 1: thesis eq. 3.8; exact in the angle, whatever the step), and damping of the displacement,
-    $d\,x_s\dot z$ (Canudas de Wit et al. 1995, eq. 3).
+    r"""Elastic, hysteretic displacement before sliding, $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)^{1-s}/x_s$ with the friction $z$ times its
+    level (Dahl 1968; with $s = 0$ thesis eq. 3.8, with $s > 0$ it slides after a finite way; exact in the angle, whatever the
+    step), and damping of the displacement, $d\,x_s\dot z$ for $s = 0$ (Canudas de Wit et al. 1995, eq. 3).
 
     $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
     """
@@ -349,7 +356,10 @@ class Presliding(AxisElastic):
     label: ClassVar[str] = "elastic displacement before sliding"
     coordinate: ClassVar[str] = "yaw"
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
-    x_s: Scalar = param("rad", bounds=(1e-5, 10.0), null=1e-5, starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1), tex="x_s")
+    x_s: Scalar = param(
+        "rad", bounds=(1e-5, 10.0), null=1e-5, starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1) * 2, tex="x_s"
+    )
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 6), tex="s", optional=True)
     d: Scalar = param(
         "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", optional=True
     )
@@ -361,5 +371,5 @@ class Presliding(AxisElastic):
         return self.d * motion.w * (1.0 - self.mine(motion)[0] * jnp.sign(motion.w))
 
     def after(self, z: Scalar, travel: Scalar) -> Scalar:
-        toward = jnp.sign(travel)
-        return toward + (z - toward) * jnp.exp(-jnp.abs(travel) / self.x_s)
+        toward, way = jnp.sign(travel), jnp.abs(travel) / self.x_s
+        return toward + jnp.sign(z - toward) * worn(jnp.abs(z - toward), way, self.s)

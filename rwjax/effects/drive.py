@@ -12,6 +12,8 @@ from rwjax.types import Scalar
 
 SHARP = 5000.0
 """Exponent of a saturation whose corner is as good as sharp: 0.014 % below it."""
+SMALLEST = 1e-9
+"""Command, in that at which a curve's power is 1, below which the power changes no more."""
 JUMPS = (0.015, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3)
 """A jump shows only by the samples that it keeps at 0: no slope leads from one to the next."""
 
@@ -89,39 +91,51 @@ class AsymmetricGain(CommandMap):
 
 
 class Curvature(CommandMap):
-    r"""Gain that varies smoothly with the command's size, $u_e = u\,(1 + c|u|)$ for $c > 0$, $u/(1 - c|u|)$ for $c < 0$."""
+    r"""Gain that varies smoothly with the command's size: $u_e = u\,(1 + c|u|)\,|u/u_1|^p$ for $c > 0$, $u\,|u/u_1|^p/(1 - c|u|)$
+    for $c < 0$; $p$ is 0 where it is straight at small commands, and $u_1$ the largest command of the logs in a search."""
 
     name: ClassVar[str] = "drive.curvature"
     label: ClassVar[str] = "curved characteristic of the drive"
     coordinate: ClassVar[str] = "voltage"
-    c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1), scale="per_command", tex="c")
+    c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1, 0.0, 0.0), scale="per_command", tex="c")
+    p: Scalar = param("1", bounds=(-0.8, 3.0), starts=(0.0, 0.0, 0.1, -0.1), tex="p", optional=True)
+    u_1: Scalar = param(
+        "V", bounds=(1e-6, 1e6), null=1.0, starts=(1.0,), scale="peak", tex="u_1", optional=True, fitted=False
+    )
 
     def command(self, u: Scalar) -> Scalar:
         bend = jnp.abs(self.c * u)
-        return jnp.where(self.c > 0.0, u * (1.0 + bend), u / (1.0 + bend))
+        power = jnp.maximum(jnp.abs(u) / self.u_1, SMALLEST) ** self.p
+        return jnp.where(self.c > 0.0, u * (1.0 + bend), u / (1.0 + bend)) * power
 
 
 class DriveLag(CommandFilter):
-    r"""The command acts through a first-order lag, $T\dot u_e + u_e = u$."""
+    r"""The command acts through a lag, $T\dot u_e + u_e = u$, and a second one of $q T$ behind it."""
 
     name: ClassVar[str] = "drive.lag"
     label: ClassVar[str] = "lag of the drive"
     coordinate: ClassVar[str] = "voltage"
-    T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1), tex="T")
+    T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1, 0.03, 0.1), tex="T")
+    q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", optional=True)
 
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-        on = self.T > 0.0
-        T = jnp.where(on, self.T, 1.0)
-        keep = jnp.where(on, jnp.exp(-h / T), 0.0)
-        mean = jnp.where(on, (1.0 - keep) * T / h, 0.0)  # of what is left of the old value, over a step
+        return _behind(self.q * self.T, _behind(self.T, command, h), h)
 
-        def both(left: tuple, right: tuple) -> tuple:
-            return left[0] * right[0], left[1] * right[0] + right[1]
 
-        change = jnp.concatenate([command[:1], (1.0 - keep) * command[:-1]])
-        gains = jnp.concatenate([jnp.zeros(1), jnp.broadcast_to(keep, command[1:].shape)])
-        begin = jax.lax.associative_scan(both, (gains, change))[1]
-        return command + mean * (begin - command)
+def _behind(T: Scalar, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+    """Mean over every step of what follows a command, constant over each, with a lag `T`."""
+    on = T > 0.0
+    T = jnp.where(on, T, 1.0)
+    keep = jnp.where(on, jnp.exp(-h / T), 0.0)
+    mean = jnp.where(on, (1.0 - keep) * T / h, 0.0)  # of what is left of the old value, over a step
+
+    def both(left: tuple, right: tuple) -> tuple:
+        return left[0] * right[0], left[1] * right[0] + right[1]
+
+    change = jnp.concatenate([command[:1], (1.0 - keep) * command[:-1]])
+    gains = jnp.concatenate([jnp.zeros(1), jnp.broadcast_to(keep, command[1:].shape)])
+    begin = jax.lax.associative_scan(both, (gains, change))[1]
+    return command + mean * (begin - command)
 
 
 class RateLimit(CommandFilter):

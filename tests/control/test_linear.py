@@ -143,3 +143,9 @@ def test_a_cold_winding_is_named_and_a_sharp_limit_is_not() -> None:
     heats = stiff(0.06, '[effects."motor.heating"]\nc = 0.02\ntau = 30.0')
     assert taken_as(parse_rig(heats)) == ("motor.heating: as at the first instant, the winding cold",)
     assert taken_as(parse_rig(platform(effects='[effects."drive.saturation"]\nu_m = 6.0'))) == ()
+
+
+def test_a_power_of_the_command_is_left_out_and_named() -> None:
+    bent = parse_rig(platform(effects='[effects."drive.curvature"]\nc = 0.0\np = 0.2\nu_1 = 3.0'))
+    assert np.array_equal(linearised(bent).B, linearised(parse_rig(platform())).B)
+    assert taken_as(bent)[-1] == "drive.curvature: its power is left out, the gain is that at `u_1`"

@@ -162,6 +162,8 @@ def test_drives_and_friction_in_the_loop() -> None:
     assert plain.den == pytest.approx([1.0, 0.2, 0.0], abs=1e-12)
     lag = of('[effects."drive.lag"]\nT = 0.1')
     assert lag.den == pytest.approx(np.polymul(plain.den, [1.0, 10.0]), abs=1e-12)
+    two = of('[effects."drive.lag"]\nT = 0.1\nq = 0.4')
+    assert two.den == pytest.approx(np.polymul(lag.den, [1.0, 25.0]), abs=1e-9)
     dead = '[effects."drive.deadzone"]\nu_0 = 0.3\n[effects."drive.delay"]\ntau = 0.02\n[effects."axis.coulomb"]\nM_c = 0.1'
     assert of(dead).den == pytest.approx(plain.den, abs=1e-12)  # fed forward
     falling = of('[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 1.0')

@@ -188,6 +188,7 @@ MOTIONS = [
     ),
     Known("motor.current_limit", {"i_m": 0.9}, LOCKED, ON, {}, AMPERE, lambda y: 0.9 * ON, 1e-12, SETTLED),
     Known("drive.lag", {"T": 0.2}, FREE, PUSH, {}, RATE, lambda y: _lag(0.2), 1e-9),
+    Known("drive.lag", {"T": 0.2, "q": 0.5}, FREE, PUSH, {}, RATE, lambda y: 2.0 * _lag(0.2) - _lag(0.1), 1e-4),
     Known(
         "drive.rate_limit",
         {"r": 2.0},
@@ -209,6 +210,7 @@ MOTIONS = [
     Known("drive.asymmetric_gain", {"a": 0.1}, FREE, -PUSH, {}, RATE, lambda y: -3.6 * AFTER, 1e-9),
     Known("drive.curvature", {"c": 0.25}, FREE, -PUSH, {}, RATE, lambda y: -5.0 * AFTER, 1e-9),
     Known("drive.curvature", {"c": -0.25}, FREE, PUSH, {}, RATE, lambda y: 3.2 * AFTER, 1e-9),
+    Known("drive.curvature", {"c": 0.25, "p": 0.5, "u_1": 4.0}, FREE, -PUSH, {}, RATE, lambda y: -2.5 * AFTER, 1e-9),
     Known("drive.supply_sag", {"rho": 0.2}, LOCKED, ON, {}, AMPERE, lambda y: ON / (R + 0.2), 1e-8, SETTLED),
     Known("sensor.scale", {"s": 0.1}, FREE, REST, W0, PSI, lambda y: 2.2 * TIME, 1e-9),
     Known(
