@@ -215,8 +215,8 @@ class Search:
         if not best.names or (self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED):
             return []
         rivals = self._exchanged(best)
-        self._fit([e for e in rivals if e not in self.refits], best)
         self.refits.exactly([best])  # which may free the first states
+        self._fit([e for e in rivals if e not in self.refits], best)
         self.refits.again(self._ahead(rivals)[:AGAIN], best)
         self.refits.exactly(self._ahead(rivals)[:RIVALS])
         return rivals

@@ -115,16 +115,17 @@ class BiasTorque(AxisTorque):
 
 
 class QuadraticDrag(AxisTorque):
-    r"""Drag with speed squared, $M = c\,w|w|$."""
+    r"""Drag with speed squared, or nearly, $M = c\,w\,|w|^{p - 1}$; $p = 2$ where the flow is turbulent, less in transition."""
 
     name: ClassVar[str] = "axis.quadratic_drag"
     group: ClassVar[str] = "friction"
     label: ClassVar[str] = "drag with speed squared"
     coordinate: ClassVar[str] = "yaw_rate"
     c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate2", tex="c")
+    p: Scalar = param("1", bounds=(1.3, 3.0), null=2.0, starts=(2.0,), tex="p", optional=True)
 
     def torque(self, motion: Motion) -> Scalar:
-        return -self.c * motion.w * jnp.abs(motion.w)
+        return -self.c * motion.w * jnp.maximum(jnp.abs(motion.w), SLOWEST) ** (self.p - 1.0)
 
 
 class AngleFriction(AxisDry):
@@ -357,9 +358,13 @@ class Presliding(AxisElastic):
     coordinate: ClassVar[str] = "yaw"
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     x_s: Scalar = param(
-        "rad", bounds=(1e-5, 10.0), null=1e-5, starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1) * 2, tex="x_s"
+        "rad",
+        bounds=(1e-5, 10.0),
+        null=1e-5,
+        starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 1e-3, 0.01, 0.1),
+        tex="x_s",
     )
-    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 6), tex="s", optional=True)
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 3), tex="s", optional=True)
     d: Scalar = param(
         "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", optional=True
     )

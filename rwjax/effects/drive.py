@@ -119,23 +119,24 @@ class DriveLag(CommandFilter):
     q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", optional=True)
 
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-        return _behind(self.q * self.T, _behind(self.T, command, h), h)
+        lags = [_kept(T, h) for T in (self.T, self.q * self.T)]
+
+        def step(now: tuple[Scalar, ...], wanted: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+            end = []
+            for x, (keep, mean) in zip(now, lags, strict=True):
+                end.append(wanted + keep * (x - wanted))
+                wanted = wanted + mean * (x - wanted)
+            return tuple(end), wanted
+
+        return jax.lax.scan(step, (command[0], command[0]), command)[1]
 
 
-def _behind(T: Scalar, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-    """Mean over every step of what follows a command, constant over each, with a lag `T`."""
+def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
+    """Share of its distance from a constant command that a lag keeps over a step of `h`, at its end and in the mean."""
     on = T > 0.0
     T = jnp.where(on, T, 1.0)
     keep = jnp.where(on, jnp.exp(-h / T), 0.0)
-    mean = jnp.where(on, (1.0 - keep) * T / h, 0.0)  # of what is left of the old value, over a step
-
-    def both(left: tuple, right: tuple) -> tuple:
-        return left[0] * right[0], left[1] * right[0] + right[1]
-
-    change = jnp.concatenate([command[:1], (1.0 - keep) * command[:-1]])
-    gains = jnp.concatenate([jnp.zeros(1), jnp.broadcast_to(keep, command[1:].shape)])
-    begin = jax.lax.associative_scan(both, (gains, change))[1]
-    return command + mean * (begin - command)
+    return keep, jnp.where(on, (1.0 - keep) * T / h, 0.0)
 
 
 class RateLimit(CommandFilter):

@@ -17,7 +17,7 @@ from rwjax.diagnose.verdict import judge
 from rwjax.diagnose.where import missing_torque
 from rwjax.fit.lanes import together
 from rwjax.fit.rig_fit import fit_rig
-from rwjax.fit.secant import placed, residuals
+from rwjax.fit.secant import derived, placed, residuals
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -101,6 +101,54 @@ def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, sam
     )
     refits.race([curved], Explanation())
     assert [e.names for e in Search(refits)._declared(curved)] == same
+
+
+@pytest.mark.parametrize(("factor", "same"), [(1.2, [("drive.supply_sag",)]), (0.8, [])])
+def test_a_winding_of_more_resistance_may_be_a_source_in_series_and_one_of_less_may_not(
+    factor: float, same: list[tuple[str, ...]]
+) -> None:
+    rig, wrong = wheel(), Explanation(("parameter.motor.resistance",))
+    true = replace(rig, numbers=rig.numbers | {"motor.resistance": factor * rig.numbers["motor.resistance"]})
+    asked = record(TIME, 4.0 * COMMAND, {name: np.zeros_like(TIME) for name in ("wheel_rad_s", "current_A")})
+    noise = np.random.default_rng(0)
+    y = {name: v + noise.normal(0.0, 0.01, len(v)) for name, v in run(true, asked, {}).items() if name in asked.outputs}
+    refits = Refits.of(rig, [record(TIME, 4.0 * COMMAND, y)], [0], lambda text: None)
+    refits.race([wrong], Explanation())
+    assert [e.names for e in Search(refits)._declared(wrong)] == same
+
+
+def test_a_rival_that_stands_at_a_wrong_place_begins_again_from_the_choice() -> None:
+    rig = platform("viscous = 0.02")
+    refits = Refits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 4.0, "n": 2.0}})], [0], lambda text: None)
+    choice, rival = Explanation(("drive.supply_sag",)), Explanation(("drive.saturation",))
+    refits.race([choice, rival], Explanation())
+    best = refits.known(rival)
+    k = [best.problem.structure.names.index(f"drive.saturation.{name}") for name in ("u_m", "n")]
+    theta = best.theta.copy()
+    theta[k] = 1.25, 5000.0
+    refits._done[rival] = together([placed(replace(best, theta=theta))])[0]
+    refits._finished.add(rival)
+    stuck = refits.known(rival).cost
+    refits.race([rival], choice)
+    assert refits.known(rival).cost == stuck  # a race leaves alone what has come to its end
+    refits.again([rival], choice)
+    assert refits.known(rival).cost < 1.1 * best.cost < 0.2 * stuck and refits.ended(rival)
+
+
+def test_a_play_of_nothing_is_the_coupling_that_it_hands_its_numbers_to() -> None:
+    rig, true = platform("viscous = 0.02"), {"s": 0.6, "k": 60.0, "c": 0.1}
+    refits = Refits.of(rig, [true_log(rig, **{"axis.flexible_coupling": true})], [0], lambda text: None)
+    play, elastic = Explanation(("axis.backlash",)), Explanation(("axis.flexible_coupling",))
+    refits.race([play], Explanation())
+    begun = refits.known(play)
+    theta = begun.theta.copy()
+    for name, value in (true | {"g": 0.0}).items():
+        theta[begun.problem.structure.names.index(f"axis.backlash.{name}")] = value
+    refits._done[play] = together([derived(together([placed(replace(begun, theta=theta))])[0])])[0]
+    refits.race([elastic], play)
+    found = refits.known(elastic)
+    assert {name: found.numbers()[f"axis.flexible_coupling.{name}"] for name in true} == pytest.approx(true, rel=0.1)
+    assert Search(refits)._leader([play, elastic]) == elastic
 
 
 def test_a_choice_gives_way_to_a_rival_with_more_evidence_and_not_the_other_way_round() -> None:

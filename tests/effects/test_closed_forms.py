@@ -65,6 +65,16 @@ MOTIONS = [
     ),
     Known("axis.asymmetric_friction", {"d": 0.02}, DRY, REST, W0, RATE, lambda y: np.maximum(2 - 0.7 * TIME, 0), 1e-10),
     Known("axis.quadratic_drag", {"c": 0.05}, FREE, REST, W0, RATE, lambda y: 2.0 / (1.0 + TIME), 1e-5),
+    Known(
+        "axis.quadratic_drag",
+        {"c": 0.05, "p": 1.5},
+        FREE,
+        REST,
+        W0,
+        RATE,
+        lambda y: (0.5**0.5 + TIME / 4.0) ** -2,
+        1e-5,
+    ),
     Known("axis.angle_friction", {"s_1": 0.4}, DRY, REST, {"w": 3.0}, RATE, _angle, 1e-5, TIME < 5.0),
     Known("axis.load_friction", {"mu": 0.1}, FREE, PUSH, {}, RATE, lambda y: 3.6 * AFTER, 1e-9),
     Known(
