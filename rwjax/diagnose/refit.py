@@ -152,6 +152,10 @@ class Refits:
         """Best fit of an explanation as far as a race has brought it."""
         return self._done[explanation] if explanation in self._done else self(explanation)
 
+    def places(self, explanation: Explanation) -> int:
+        """From how many places an explanation may begin."""
+        return len(self._space(explanation)[1])
+
     def ended(self, explanation: Explanation) -> bool:
         """Whether the fit of an explanation was carried to the end."""
         return explanation in self._finished

@@ -46,6 +46,8 @@ LEADING, CLOSE_COST = 3, 1.5
 SEARCHED = (3, 1, 1)
 """Explanations that a race left ahead, beside so many names, and that are searched from all of their places where none of
 them suffices."""
+MANY = 5
+"""Places from which an explanation may begin that count as many."""
 EXACT = (6, 3, 3)
 """The same that are fitted on by exact derivatives where none of them suffices then."""
 AT_A_TIME = 2
@@ -180,11 +182,23 @@ class Search:
             for k in range(0, len(ahead), AT_A_TIME):
                 if self.excess(self._leader(tried)) > enough:
                     self.refits.exactly(ahead[k : k + AT_A_TIME])
+            if not explanation.names:
+                self._last_resort(tried, enough)
             best = self._leader(tried)
             if not self.worthwhile(best, explanation):
                 break
             explanation = best
         return explanation
+
+    def _last_resort(self, explanations: list[Explanation], enough: float) -> None:
+        """Single names that are searched from many places, each from all of them while nothing suffices: between the places lie
+        hills, over which no few steps show the way."""
+        many = [e for e in self._ahead(explanations)[SEARCHED[0] :] if self.refits.places(e) >= MANY]
+        for e in many:
+            if self.excess(self._leader(explanations)) > enough:
+                self.refits.search(e, Explanation())
+        if many and self.excess(self._leader(explanations)) > enough:
+            self.refits.exactly(self._ahead(explanations)[:AT_A_TIME])
 
     def _backward(self, explanation: Explanation) -> Explanation:
         while len(explanation.names) > 1:
