@@ -55,7 +55,7 @@ AT_A_TIME = 2
 EXCHANGES = 3
 """Times at most that a choice gives way to a rival with more evidence."""
 AGAIN = 6
-"""Rivals of a choice, those that leave least, that begin once more from its estimates."""
+"""Rivals of a choice, those that leave least, that begin once more from its estimates; what contains it has begun there."""
 RIVALS = 3
 """Rivals of a choice, those that leave least, that are fitted on by exact derivatives before they are judged."""
 
@@ -231,7 +231,7 @@ class Search:
         rivals = self._exchanged(best)
         self.refits.exactly([best])  # which may free the first states
         self._fit([e for e in rivals if e not in self.refits], best)
-        self.refits.again(self._ahead(rivals)[:AGAIN], best)
+        self.refits.again([e for e in self._ahead(rivals) if not e.contains(best)][:AGAIN], best)
         self.refits.exactly(self._ahead(rivals)[:RIVALS])
         return rivals
 
