@@ -11,11 +11,12 @@ pytest.importorskip("numba", reason="the separate simulator needs the extra `exp
 import experiments.blind
 from experiments.blind.cases import KINDS, amplitude_for, kinds_of, make_case, prepare, settled, write_case
 from experiments.blind.draws import EFFECTS, put
-from experiments.blind.oracle import judge, refit
+from experiments.blind.oracle import at_rest, by_rule, judge, parse, refit, rests
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sensors import readings
 from experiments.blind.simulator import STEP
+from experiments.blind.truth import PSI, Truth
 from rwjax import read_logs, read_rig
 
 WRONG = tuple(f"parameter.{name}" for name in FIELD)
@@ -144,6 +145,30 @@ def test_the_oracle_closes_the_gap_with_the_truth_and_not_with_another_effect() 
     assert found["relative_error"]["delay"] < 0.01
     assert found["repeatable"] < 0.1
     assert refit(case, "drive.bias").misfit > 3.0 * found["misfit_with"]
+
+
+def test_a_scaled_encoder_does_not_shift_where_the_oracle_starts() -> None:
+    case = make_case("platform", "sensor.scale", 3, 4.0, raw=False)
+    truth = Truth(**case.truth["parameters"])
+    assert abs(truth.scale) > 0.1
+    for run, start in zip(
+        parse(case, prepare("platform", "sensor.scale", 3)), case.truth["starts"].values(), strict=True
+    ):
+        assert at_rest(truth, run, STEP)[PSI] == pytest.approx(start[PSI], abs=2e-3)
+
+
+def test_the_start_rule_takes_rest_as_it_is_and_motion_from_the_first_half_second() -> None:
+    case = make_case("platform", "none", 1, raw=False)
+    truth = Truth(**case.truth["parameters"])
+    (run, *_) = parse(case, prepare("platform", "none", 1))
+    assert rests(run) and np.array_equal(by_rule(truth, run, STEP), at_rest(truth, run, STEP))
+    time, w = run.record.time - run.record.time[0], 0.4
+    free = replace(truth, coulomb=0.0, excess=0.0, viscous=0.0, gravity=0.0)
+    angle = {name: 0.2 + w * time for name in run.read if name in ("yaw_rad", "yaw_counts")}
+    rate = {name: np.full_like(time, w) for name in run.read if name == "yaw_rad_s"}
+    moving = replace(run, read=angle | rate)
+    assert not rests(moving)
+    assert by_rule(free, moving, STEP)[:2] == pytest.approx([0.2, w], abs=1e-6)
 
 
 def test_the_simulator_shares_no_code_with_the_library() -> None:
