@@ -13,7 +13,15 @@ from typer.testing import CliRunner
 from rwjax import parse_rig, read_log, read_rig, write_rig
 from rwjax.build import structure_of, theta_of
 from rwjax.diagnose.diagnosis import diagnose
-from rwjax.diagnose.explanation import Explanation, candidates, coordinate_of, free_names, handed_on, structure_for
+from rwjax.diagnose.explanation import (
+    LEVEL,
+    Explanation,
+    candidates,
+    coordinate_of,
+    free_names,
+    handed_on,
+    structure_for,
+)
 from rwjax.errors import InputError, LogError, RigError
 from rwjax.fit.problem import pose
 from rwjax.fit.rig_fit import fit_rig
@@ -196,8 +204,8 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     free = free_names(WHOLE, both)
     assert "yaw.stribeck.M_c" in free and "pitch.stribeck.M_c" not in free
     assert both.contains(Explanation(("yaw.coulomb",))) and not both.contains(Explanation(("wheel_1.coulomb",)))
-    assert handed_on({"yaw.stribeck.M_c"}, {"pitch.coulomb.M_c"}) == []
-    assert handed_on({"yaw.stribeck.M_c"}, {"yaw.coulomb.M_c"}) == [("yaw.stribeck.M_c", "yaw.coulomb.M_c")]
+    assert handed_on(LEVEL, {"yaw.stribeck.M_c"}, {"pitch.coulomb.M_c"}) == []
+    assert handed_on(LEVEL, {"yaw.stribeck.M_c"}, {"yaw.coulomb.M_c"}) == [("yaw.stribeck.M_c", "yaw.coulomb.M_c")]
     assert coordinate_of("pitch.stribeck") == "pitch_rate" and coordinate_of("parameter.pitch.inertia") == "load"
     structure = structure_for(WHOLE, Explanation(("yaw.coulomb",)))
     assert "yaw.stribeck" in structure.effects and "pitch.stribeck" not in structure.effects

@@ -28,7 +28,7 @@ from experiments.blind.draws import EFFECTS
 from experiments.blind.oracle import STEP, Fit, by_rule, judge, perfect, refit, size
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
-from experiments.blind.sizes import COARSE, EVALUATIONS, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
+from experiments.blind.sizes import COARSE, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
 
 SETS = Path(__file__).parent / "sets"
 GROUPS = ("single", "outside", "pair", "none")
@@ -107,7 +107,7 @@ def carried(case: Case, base: Fit | None = None) -> dict:
     """The oracle's judgement, in the simulator's own step where a coarser one leaves something."""
     if base is None:
         return judge(case, step=COARSE)
-    base = refit(case, None, step=COARSE, first=base.numbers)  # to its end
+    base = refit(case, None, step=COARSE, first=base.numbers)  # nearer to its end
     found = judge(case, base, COARSE)
     found = judge(case, base, STEP) if found["left"] > 0.5 else found
     if not SMALLEST / WITHIN < found["size"] < LARGEST * WITHIN:
@@ -118,7 +118,7 @@ def carried(case: Case, base: Fit | None = None) -> dict:
         raise OutOfReach(f"the true effect leaves {found['left']:.3g} of {found['size']:.3g}")
     if found["misfit_without"] < SEEN * found["misfit_with"]:
         raise OutOfReach(f"only the runs held out show it: misfit {found['misfit_without']:.3g}")
-    ruled = refit(case, None, evaluations=EVALUATIONS, step=COARSE, first=base.numbers, begin=by_rule)
+    ruled = refit(case, None, step=COARSE, first=base.numbers, begin=by_rule)
     found["by_rule"] = size(ruled.gap, perfect(case, COARSE, by_rule))
     if found["by_rule"] < SMALLEST / WITHIN:
         raise OutOfReach(f"first states hide it: size {found['by_rule']:.3g} by the start rule")
@@ -131,7 +131,7 @@ def needed(case: Case) -> dict[str, float]:
     first, second = split(case.truth["effect"])
     left = {}
     for name, other in ((first, second), (second, first)):
-        left[name] = size(refit(case, other, evaluations=EVALUATIONS, step=COARSE).gap, noise)
+        left[name] = size(refit(case, other, step=COARSE).gap, noise)
         if left[name] < OF_PAIR:
             raise OutOfReach(f"{name} hardly matters: size {left[name]:.3g} without it")
     return left

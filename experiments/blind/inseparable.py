@@ -64,7 +64,7 @@ def ask(line: dict, done: set[tuple[int, str]]) -> list[dict]:
     if not open_ones:
         return []
     case = make_case(line["kind"], line["effect"], line["seed"], line["amplitude"], raw=False)
-    true, noise, found = refit(case, line["effect"], step=COARSE), perfect(case, COARSE), []
+    true, noise, found = refit(case, line["effect"], evaluations=EVALUATIONS, step=COARSE), perfect(case, COARSE), []
     for option in open_ones:
         name = "+".join(sorted(option))
         other = refit(case, name, tries=TRIES, evaluations=EVALUATIONS, step=COARSE)

@@ -23,6 +23,7 @@ from experiments.blind.truth import PSI, THETA, Truth
 
 FIRST = 0.5  # s, part of a run that its start is taken from
 DISTINCT = 3.5  # standard errors above which a rate is no longer zero
+ROUNDING = 1e-9  # rad/s
 MOVES = np.array([1e-3, 1e-2, 1e-2, 0.1, 0.01])  # by which first states are moved: rad, rad/s, rad, rad/s, A
 REST = 1e-7  # rad, shift of the start that shows whether a run can be repeated
 SIGNED = (
@@ -112,7 +113,7 @@ def rests(run: Run) -> bool:
         rate = name.endswith("rad_s")
         value = np.mean(y) if rate else t @ y / (t @ t)
         error = np.std(y - np.mean(y) - (0.0 if rate else value * t)) / np.sqrt(len(t) if rate else t @ t)
-        if abs(value) > DISTINCT * error > 0.0:
+        if abs(value) > max(DISTINCT * error, ROUNDING):
             return False
     return not np.any(run.record.command[first])
 

@@ -128,7 +128,7 @@ def _matrices(structure: Structure, lags: int, theta: Float[Array, " p"], angle:
     A, B = jax.jacfwd(rates, argnums=(0, 1))(rest, zero)
     A, C = A + _slopes(plant, rest), jax.jacfwd(read)(rest)
     for lag in (effect for effect in plant.effects if isinstance(effect, DriveLag)):
-        for T in (lag.T * jnp.maximum(lag.q, SHORTEST), lag.T)[2 - lags :]:  # the last one drives the plant
+        for T in (lag.T * jnp.maximum(lag.q, SHORTEST), lag.T)[2 - lags :]:  # the first one drives the plant
             fast = 1.0 / T
             A = jnp.block([[A, B[:, None]], [jnp.zeros((1, len(A))), -fast[None, None]]])
             B, C = jnp.append(jnp.zeros_like(B), fast), jnp.append(C, 0.0)
@@ -258,9 +258,9 @@ TAKEN = {
 
 def taken_as(rig: Rig) -> tuple[str, ...]:
     """What stands in the transfer function for effects of a rig that it cannot hold, a line each."""
-    lines = [f"{name}: {TAKEN[name]}" for name in rig.effects if name in TAKEN]
-    if rig.effects.get("drive.curvature", {}).get("p", 0.0):
-        lines.append("drive.curvature: its power is left out, the gain is that at `u_1`")
+    power = "its power is left out, the gain is that of small commands without it"
+    taken = TAKEN | ({"drive.curvature": power} if rig.effects.get("drive.curvature", {}).get("p", 0.0) else {})
+    lines = [f"{name}: {taken[name]}" for name in rig.effects if name in taken]
     if rig.effects.get("drive.saturation", {}).get("n", SHARP) < SHARP:
         lines.append("drive.saturation: the gain is that of small commands")
     fall = rig.effects.get("axis.stribeck", {})

@@ -28,9 +28,10 @@ LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
     "axis.backlash": ("axis.flexible_coupling",),
 }
 """Effects of which another is a special case or a limit."""
-COUPLINGS = ("axis.flexible_coupling", "axis.backlash")
-HANDED_ON = (("M_c", ("axis.coulomb", *CONTAINS_COULOMB)), *((name, COUPLINGS) for name in ("s", "k", "c")))
-"""Numbers that are the same thing in several effects."""
+Alike = tuple[tuple[str, ...], tuple[str, ...]]
+"""Names of numbers, and the effects in which they are the same thing."""
+LEVEL: Alike = (("M_c",), ("axis.coulomb", *CONTAINS_COULOMB))
+CONTACT: Alike = (("s", "k", "c"), ("axis.flexible_coupling", "axis.backlash"))
 
 
 def on_one_axis(name: str) -> str:
@@ -156,10 +157,11 @@ def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
     return tuple(free)
 
 
-def handed_on(wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
+def handed_on(alike: Alike, wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
     """Those of the `wanted` numbers of effects that are the same thing as one among the `known`, each with it."""
     found = []
-    for number, effects in HANDED_ON:
+    numbers, effects = alike
+    for number in numbers:
         one_axis = [f"{effect}.{number}" for effect in effects]
         for names in (one_axis, *([on_half(name, k) for name in one_axis] for k in range(len(HALVES)))):
             same = next((name for name in names if name in known), None)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from rwjax.build import theta_of
-from rwjax.diagnose.explanation import Explanation, free_names, handed_on, space, structure_for
+from rwjax.diagnose.explanation import CONTACT, LEVEL, Explanation, free_names, handed_on, space, structure_for
 from rwjax.diagnose.screen import Candidate, Screen, Screened
 from rwjax.effects import plain
 from rwjax.fit.anchored import COMPLETE, complete, fit_anchored
@@ -213,7 +213,7 @@ class Refits:
         own = {*free_names(self.rig, explanation)}
         shared = {*free_names(self.rig, parent)} & own
         values = self(parent).numbers()
-        for name, same in handed_on(own - shared, {*free_names(self.rig, parent)}):
+        for name, same in handed_on(LEVEL, own - shared, {*free_names(self.rig, parent)}):
             values[name] = values[same]
             shared.add(name)
         known = np.array([name in shared for name in structure.names])
@@ -222,10 +222,14 @@ class Refits:
         null = theta_of(self.rig, structure)
         bases = [np.where(known, self._in_order(structure, values), start) for start in starts]
         lost = any(self._lost(name, values[name]) for name in shared)  # what the rig lacks may have driven them there
+        alike = dict(handed_on(CONTACT, own - shared, {*free_names(self.rig, parent)}))
         bounds = np.tile([-np.inf, np.inf], (len(null), 1))
         bounds[moves.index] = moves.bounds
         off, start = np.where(added, null, bases[0]), self._start(problem, self(parent))
-        besides = starts if lost else ()
+        besides = [*(starts if lost else ())]
+        if alike:
+            handed = [values[alike[name]] if name in alike else bases[0][k] for k, name in enumerate(structure.names)]
+            besides.append(np.array(handed))
         return Candidate(problem, start, off, bases, besides, free, added & (null == 0.0), bounds)
 
     def _lost(self, name: str, value: float) -> bool:
@@ -267,11 +271,12 @@ class Refits:
         return {e: self._done[e] for e in wanted}
 
     def again(self, explanations: Sequence[Explanation], parent: Explanation) -> None:
-        """Races explanations from another parent's estimates, however far they have come from their own."""
-        ended = self._finished & {*explanations}
-        self._finished -= ended
+        """Races explanations from another parent's estimates, however far they have come from their own; one that comes further
+        and is left behind has to be carried to the end again."""
+        ended = {e: self._done[e] for e in explanations if e in self._finished}
+        self._finished -= {*ended}
         self.race(explanations, parent)
-        self._finished |= ended
+        self._finished |= {e for e, fitted in ended.items() if self._done[e] is fitted}
 
     def _heats(self, explanations: Sequence[Explanation], parent: Explanation) -> dict[Explanation, float]:
         """Brings explanations as far as the heats let them come; what each promises to leave."""

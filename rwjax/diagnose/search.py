@@ -55,7 +55,8 @@ AT_A_TIME = 2
 EXCHANGES = 3
 """Times at most that a choice gives way to a rival with more evidence."""
 AGAIN = 6
-"""Rivals of a choice, those that leave least, that begin once more from its estimates; what contains it has begun there."""
+"""Rivals of a choice, those that leave least, that begin once more from its estimates; not what contains it, which has begun
+there if it left more."""
 RIVALS = 3
 """Rivals of a choice, those that leave least, that are fitted on by exact derivatives before they are judged."""
 
@@ -175,7 +176,8 @@ class Search:
             if not tried:
                 break
             self._fit(tried, explanation)
-            for e in self._ahead(tried)[: SEARCHED[len(explanation.names)]]:
+            searched = self._ahead(tried)[: SEARCHED[len(explanation.names)]]
+            for e in searched:
                 if self.excess(self._leader(tried)) > enough:
                     self.refits.search(e, explanation)
             ahead = self._ahead(tried)[: EXACT[len(explanation.names)]]
@@ -183,17 +185,17 @@ class Search:
                 if self.excess(self._leader(tried)) > enough:
                     self.refits.exactly(ahead[k : k + AT_A_TIME])
             if not explanation.names:
-                self._last_resort(tried, enough)
+                self._last_resort(tried, searched, enough)
             best = self._leader(tried)
             if not self.worthwhile(best, explanation):
                 break
             explanation = best
         return explanation
 
-    def _last_resort(self, explanations: list[Explanation], enough: float) -> None:
-        """Single names that are searched from many places, each from all of them while nothing suffices: between the places lie
-        hills, over which no few steps show the way."""
-        many = [e for e in self._ahead(explanations)[SEARCHED[0] :] if self.refits.places(e) >= MANY]
+    def _last_resort(self, explanations: list[Explanation], searched: list[Explanation], enough: float) -> None:
+        """Single names that may begin at many places and were not searched so far, each searched while nothing suffices: between
+        the places lie hills, over which no few steps show the way."""
+        many = [e for e in self._ahead(explanations) if e not in searched and self.refits.places(e) >= MANY]
         for e in many:
             if self.excess(self._leader(explanations)) > enough:
                 self.refits.search(e, Explanation())

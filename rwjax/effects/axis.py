@@ -125,7 +125,10 @@ class QuadraticDrag(AxisTorque):
     p: Scalar = param("1", bounds=(1.3, 3.0), null=2.0, starts=(2.0,), tex="p", optional=True)
 
     def torque(self, motion: Motion) -> Scalar:
-        return -self.c * motion.w * jnp.maximum(jnp.abs(motion.w), SLOWEST) ** (self.p - 1.0)
+        size = jnp.abs(motion.w)
+        return (
+            -self.c * motion.w * jnp.where(size > SLOWEST, jnp.maximum(size, SLOWEST) ** (self.p - 1.0), 0.0)
+        )  # level at 0
 
 
 class AngleFriction(AxisDry):

@@ -104,9 +104,9 @@ class Curvature(CommandMap):
     )
 
     def command(self, u: Scalar) -> Scalar:
-        bend = jnp.abs(self.c * u)
-        power = jnp.maximum(jnp.abs(u) / self.u_1, SMALLEST) ** self.p
-        return jnp.where(self.c > 0.0, u * (1.0 + bend), u / (1.0 + bend)) * power
+        size, rises = jnp.abs(u), self.c > 0.0
+        power = jnp.maximum(size / self.u_1, SMALLEST) ** self.p
+        return jnp.where(rises, u * (1.0 + self.c * size), u / (1.0 - jnp.where(rises, 0.0, self.c) * size)) * power
 
 
 class DriveLag(CommandFilter):
@@ -134,9 +134,9 @@ class DriveLag(CommandFilter):
 def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
     """Share of its distance from a constant command that a lag keeps over a step of `h`, at its end and in the mean."""
     on = T > 0.0
-    T = jnp.where(on, T, 1.0)
-    keep = jnp.where(on, jnp.exp(-h / T), 0.0)
-    return keep, jnp.where(on, (1.0 - keep) * T / h, 0.0)
+    some = jnp.where(on, T, 1.0)
+    keep = jnp.where(on, jnp.exp(-h / some), 0.0)
+    return keep, (1.0 - keep) * T / h
 
 
 class RateLimit(CommandFilter):

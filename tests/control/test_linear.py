@@ -148,4 +148,11 @@ def test_a_cold_winding_is_named_and_a_sharp_limit_is_not() -> None:
 def test_a_power_of_the_command_is_left_out_and_named() -> None:
     bent = parse_rig(platform(effects='[effects."drive.curvature"]\nc = 0.0\np = 0.2\nu_1 = 3.0'))
     assert np.array_equal(linearised(bent).B, linearised(parse_rig(platform())).B)
-    assert taken_as(bent)[-1] == "drive.curvature: its power is left out, the gain is that at `u_1`"
+    assert taken_as(bent) == ("drive.curvature: its power is left out, the gain is that of small commands without it",)
+
+
+def test_drag_has_no_slope_at_standstill() -> None:
+    drag = '[effects."axis.quadratic_drag"]\nc = 0.05\np = 1.3'
+    assert transfer(linearised(parse_rig(platform("coulomb = 0.1", drag)))).den == pytest.approx(
+        [1.0, 0.0, 0.0], abs=0.0
+    )

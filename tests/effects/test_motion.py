@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.effects import axis, sensor
+from rwjax.effects import axis, drive, sensor
 from tests.effects.rigs import DRY, FREE, REST, RIGS, TIME, go, motion
 from tests.systems import platform, record, run
 from tests.systems import wheel as wheel_rig
@@ -120,3 +120,12 @@ def test_a_braked_wheel_stops_when_the_closed_form_says() -> None:
     assert 0.2 < stop < 2.5
     assert np.max(np.abs(y["wheel_rad_s"] - exact)) < 1e-10 * Omega0  # samples beside the stop are exact too
     assert np.all(y["wheel_rad_s"][t > stop + 0.01] == 0.0)
+
+
+def test_a_curve_has_one_slope_by_its_bend_on_either_side_of_none() -> None:
+    def by_c(c: float, u: float) -> float:
+        given = {"p": jnp.asarray(0.1), "u_1": jnp.asarray(3.0)}
+        return float(jax.grad(lambda c: drive.Curvature(c=c, **given).command(jnp.asarray(u)))(jnp.asarray(c)))
+
+    for u in (2.0, -2.0):
+        assert by_c(0.0, u) == pytest.approx(by_c(1e-9, u), rel=1e-6) == pytest.approx(by_c(-1e-9, u), rel=1e-6)
