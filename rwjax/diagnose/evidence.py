@@ -3,8 +3,8 @@ r"""Evidence for one explanation against another, with the number of independent
 With residual sums of squares $S_y$ of output $y$ and $n_y$ effective samples, the log evidence of an explanation with
 $k$ numbers of its own and $f$ of its effects' forms is $-\sum_y \tfrac12 n_y \ln S_y - \tfrac12 k \ln \sum_y n_y - f$: with the
 noise variance profiled out, what says that something is missing counts as Schwarz has it (Ann. Stat. 6 (1978)), and what says
-in which form as Akaike has it, since no form is more likely beforehand for having fewer numbers. Residuals of a wrong or incomplete model are correlated; counting every sample would
-name something on every rig.
+in which form as Akaike has it, since no form is more likely beforehand for having fewer numbers. Residuals of a wrong or
+incomplete model are correlated; counting every sample would name something on every rig.
 """
 
 import numpy as np

@@ -126,9 +126,8 @@ class QuadraticDrag(AxisTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         size = jnp.abs(motion.w)
-        return (
-            -self.c * motion.w * jnp.where(size > SLOWEST, jnp.maximum(size, SLOWEST) ** (self.p - 1.0), 0.0)
-        )  # level at 0
+        power = jnp.where(size > SLOWEST, jnp.maximum(size, SLOWEST) ** (self.p - 1.0), 0.0)  # level at standstill
+        return -self.c * motion.w * power
 
 
 class AngleFriction(AxisDry):
