@@ -1,6 +1,6 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own refits.
 
-`python -m experiments.blind.draw calibrate [--processes 1]` appends to `experiments/blind/sets/calibrate.jsonl` what is
+`python -m experiments.blind.draw calibrate [--processes 1] [--group single …]` appends to `experiments/blind/sets/calibrate.jsonl` what is
 not there yet. `calibrate` and `explore` are to be looked at as often as one likes, `test` and `second` once: `explore` was drawn as a test set and became
 this when causes that it showed to be missed were worked on; `second` is for the search as it was mended after `test`.
 
@@ -190,10 +190,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=PLANS)
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     a = parser.parse_args()
     path = SETS / f"{a.name}.jsonl"
     done = {row["index"] for row in read(path)}
-    todo = [place for place in places(a.name) if place.index not in done]
+    todo = [place for place in places(a.name) if place.group in a.group and place.index not in done]
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(a.processes, context) as pool, appending(path) as file:
         for k, row in enumerate(pool.map(partial(draw, a.name), todo), 1):

@@ -1,12 +1,15 @@
 """Is what the library names instead of the truth as good as the truth? The simulator, refitted with both, answers.
 
-`python -m experiments.blind.inseparable RESULTS.jsonl` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
+`python -m experiments.blind.inseparable RESULTS.jsonl [--processes 2]` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
 An explanation counts as inseparable where its refit leaves no more than the true effect's, to `TOLERANCE` floors, of the
 runs fitted (all columns together) and of those held out (each column). What has more names than the truth is not asked
 about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
 """
 
 import argparse
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from json import dumps
 from pathlib import Path
 
@@ -77,13 +80,14 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("path", type=Path)
-    path = parser.parse_args().path
-    done = {(one["index"], one["option"]) for one in read(beside(path))}
-    with appending(beside(path)) as file:
-        for line in read(path):
-            for judged in ask(line, done):
-                file.write(dumps(judged) + "\n")
-                file.flush()
+    parser.add_argument("--processes", type=int, default=1)
+    a = parser.parse_args()
+    done = {(one["index"], one["option"]) for one in read(beside(a.path))}
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(a.processes, context) as pool, appending(beside(a.path)) as file:
+        for found in pool.map(partial(ask, done=done), read(a.path)):
+            file.writelines(dumps(judged) + "\n" for judged in found)
+            file.flush()
 
 
 if __name__ == "__main__":
