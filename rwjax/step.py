@@ -32,13 +32,17 @@ TAYLOR_TERMS = 10
 SQUARINGS = 10  # h*|A| up to 2**10 / 4, e.g. an electrical time constant of 20 us in steps of 5 ms
 
 
+Matrix = tuple[tuple[Scalar, ...], ...]
+"""Rows of entries, each an array of its own: of many plants side by side a step reads an entry's values in one piece."""
+
+
 class Propagator(NamedTuple):
     """The linear part and its exponential functions for one step length."""
 
-    A: Float[Array, "n n"]
-    E: Float[Array, "n n"]
-    phi1: Float[Array, "n n"]
-    phi2: Float[Array, "n n"]
+    A: Matrix
+    E: Matrix
+    phi1: Matrix
+    phi2: Matrix
 
 
 def propagator(plant: AnyPlant, h: Scalar) -> Propagator:
@@ -60,7 +64,7 @@ def propagator(plant: AnyPlant, h: Scalar) -> Propagator:
         return E @ E, (E @ phi1 + phi1) / 2.0, (E @ phi2 + phi1 + phi2) / 4.0
 
     E, phi1, phi2 = jax.lax.fori_loop(0, SQUARINGS, double, (E, phi1, phi2))
-    return Propagator(A, E, h * phi1, h * phi2)
+    return Propagator(*(tuple(tuple(row) for row in M) for M in (A, E, h * phi1, h * phi2)))
 
 
 def _smooth_jacobian(plant: AnyPlant) -> Float[Array, "n n"]:
@@ -84,9 +88,9 @@ def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
     return A, np.linalg.matrix_power(np.eye(n, dtype=int) + A, n) > 0
 
 
-def _times(M: Float[Array, "n n"], x: State, used: np.ndarray) -> State:
+def _times(M: Matrix, x: State, used: np.ndarray) -> State:
     return tuple(
-        sum((M[r, c] * x[c] for c in np.flatnonzero(used[r])), start=jnp.zeros_like(x[r])) for r in range(len(x))
+        sum((M[r][c] * x[c] for c in np.flatnonzero(used[r])), start=jnp.zeros_like(x[r])) for r in range(len(x))
     )
 
 

@@ -108,7 +108,7 @@ def test_the_exponential_functions_are_those_of_scipy(inductance: float, h: floa
     augmented = np.zeros((3 * n, 3 * n))  # exp of [[A, 1, 0], [0, 0, 1], [0, 0, 0]] h holds E, h phi1, h^2 phi2
     augmented[:n, :n], augmented[:n, n : 2 * n], augmented[n : 2 * n, 2 * n :] = A, np.eye(n), np.eye(n)
     exact = expm(h * augmented)[:n]
-    found = np.concatenate([p.E, p.phi1, h * p.phi2], axis=1)
+    found = np.concatenate([p.E, p.phi1, h * np.asarray(p.phi2)], axis=1)
     for block in range(3):
         columns = slice(block * n, (block + 1) * n)
         assert np.max(np.abs(found[:, columns] - exact[:, columns])) < 1e-9 * np.max(np.abs(exact[:, columns]))

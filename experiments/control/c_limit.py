@@ -6,7 +6,6 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -63,9 +62,9 @@ def of_rig() -> CRig:
     structure = structure_of(rig())
     plant = plant_of(structure, jnp.asarray(theta_of(rig(), structure)))
     h = PERIOD / STEPS
-    p = jax.tree.map(np.asarray, propagator(plant, jnp.asarray(h)))
+    p = propagator(plant, jnp.asarray(h))
     keep = [structure.states.index(name) for name in ("psi", "w", "Omega", "i")]
-    matrices = (np.ascontiguousarray(M[np.ix_(keep, keep)]).ravel() for M in (p.E, p.phi1, p.phi2))
+    matrices = (np.asarray(M)[np.ix_(keep, keep)].ravel() for M in (p.E, p.phi1, p.phi2))
     arrays = [(ctypes.c_double * 16)(*m) for m in matrices]
     return CRig(
         I, COULOMB, STATIC - COULOMB, 1.0 / V_S, -VISCOUS, b, -K, 0.0, *arrays, 1.0 / L, h, LIMIT, SMOOTH, PERIOD
