@@ -185,7 +185,7 @@ def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
     held = {name.lower(): name for name in rig.values}  # keys of notes are read in small letters
     for key, value in sheet.notes.items():
         word, _, name = (part.strip() for part in key.partition(" "))
-        if word != "add" or "." not in name or " " in name:  # any other note
+        if word != "add" or " " in name or not ("." in name or is_number(value)):  # any other note
             continue
         if name not in held:
             near = nearest(name, rig.values)

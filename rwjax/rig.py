@@ -77,7 +77,19 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
     except (ValueError, RecursionError) as error:
         line = re.search(r"at line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else f"{path}"
-        raise RigError(f"{where}: not valid TOML: {error}; write `key = value` under `[section]` headers") from None
+        remedy = _remedy(text.splitlines()[int(line[1]) - 1] if line else "", path)
+        raise RigError(f"{where}: not valid TOML: {error}; {remedy}") from None
+
+
+def _remedy(line: str, path: str | os.PathLike[str]) -> str:
+    """What would be right instead of a line that is no TOML."""
+    if Path(path).suffix.lower() == ".csv":
+        return "the rig file comes first, then the logs"
+    if re.search(r"=\s*[-+]?\d+,\d", line):
+        return "decimals take a point: 0.06"
+    if re.search(r"=\s*[-+.\deE]*\d\s*[a-zA-Z%°µ]", line):
+        return "a unit does not stand in the file, all numbers are in SI: 0.06 # kg m2"
+    return "write `key = value` under `[section]` headers"
 
 
 def _rig(document: dict[str, Any], stem: str) -> Rig:

@@ -32,6 +32,8 @@ def test_a_plan_is_written_and_told(
     assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b", "--json", "--quiet") == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == written and err == ""
+    assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
+    assert "replaces the plan of rig `thesis platform`" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

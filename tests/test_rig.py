@@ -83,6 +83,10 @@ FREE = PLATFORM + "[fit]\nfree = "
 MALFORMED = [
     ("kind = wheel", "rig.toml:1: not valid TOML: Invalid value"),
     ("a = 1\n[motor\n", "rig.toml:2: not valid TOML"),
+    ("kind = wheel", "write `key = value` under `[section]` headers"),
+    ("[axis]\ninertia = 0,06", "decimals take a point: 0.06"),
+    ("[axis]\ninertia = 0.06 kg m2", "a unit does not stand in the file, all numbers are in SI: 0.06 # kg m2"),
+    ("[axis]\ninertia = 6e-2kg", "a unit does not stand in the file"),
     ("name = 'x'", 'no `kind`; write kind = "wheel", "platform", "reaction" or "two_axis"'),
     ("kind = 'car'", '`kind` is \'car\'; write kind = "wheel", "platform", "reaction" or "two_axis"'),
     ("kind = 'platform'\nname = 3", '`name` is 3; it has to be a text in quotes, "3"'),

@@ -57,6 +57,9 @@ def read_spread(path: Path, rig: Rig) -> Spread:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: is not what `rwjax fit RIG LOG… --json` prints; save that to a file") from None
+    of_effects = (name for name in rig.free if name.rpartition(".")[0] in rig.effects)
+    if names and (other := next((name for name in of_effects if name not in names), None)):
+        raise InputError(f"{path}: a fit without `{other}`, which the rig file frees; run `rwjax fit` on that rig file")
     if not names:
         raise InputError(f"{path}: `covariance_of` is empty, the fit estimates no number; leave --fit out")
     of = np.array([[shared == name for shared in every.values()] for name in names], float)

@@ -1,7 +1,7 @@
 """The diagnosis of the sim-to-real gap: floor, where, which, how far, verdict, next experiment."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -11,11 +11,11 @@ from rwjax.diagnose.explanation import Explanation, coordinate_of
 from rwjax.diagnose.gap import Gap, Held, Split, gap, headline, held_out
 from rwjax.diagnose.next_experiment import Proposal, Rival, propose
 from rwjax.diagnose.refit import Refits
-from rwjax.diagnose.remarks import ran_away, remarks
+from rwjax.diagnose.remarks import moves, ran_away, remarks
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import Verdict, judge, stands_out
 from rwjax.diagnose.where import Where, locate
-from rwjax.effects import BY_NAME
+from rwjax.effects import BY_NAME, unit_of_number
 from rwjax.fit.end_to_end import Fit
 from rwjax.fit.uncertainty import Uncertainty, uncertainty
 from rwjax.held_out import folds
@@ -31,13 +31,15 @@ LISTED = 3  # names whose held-out gap is worked out for the ranking, where a ra
 
 @dataclass(frozen=True)
 class Rung:
-    """One step of the waterfall: `names` so far, held-out RMS [SI] of the headline signal, and the base numbers with
-    their standard errors and their shift against the rig without effects, in its standard errors and in percent."""
+    """One step of the waterfall: `names` so far, held-out RMS [SI] of the headline signal, the base numbers with their standard
+    errors and their shift against the rig without effects, in its standard errors and in percent, and the numbers of
+    what is named with theirs."""
 
     names: tuple[str, ...]
     rms: float
     numbers: dict[str, tuple[float, float]]
     drift: dict[str, tuple[float, float]]
+    own: dict[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,14 @@ class Ranked:
 class Diagnosis:
     """Everything that the report shows; `json` is what other programs read.
 
-    `proposal`: the next experiment as a plan, where it is a command that can be played; `waterfall`: the rig as it is, then the named effects one after the other; `beside`: the same for the alternatives.
+    `untold`: why the logs tell nothing, where they do not; `proposal`: the next experiment as a plan, where it is a command that can
+    be played; `waterfall`: the rig as it is, then the named effects one after the other; `beside`: the same for the alternatives.
     """
 
     rig: Rig
     logs: tuple[Log, ...]
     verdict: Verdict
+    untold: str | None
     effects: tuple[str, ...]
     alternatives: tuple[tuple[str, ...], ...]
     ranking: tuple[Ranked, ...]
@@ -143,11 +147,15 @@ class Diagnosis:
                     "numbers": {
                         name: {
                             "value": value,
-                            "standard_error": error if np.isfinite(error) else None,
+                            "standard_error": _plain(error),
                             "shift_sigmas": _plain(rung.drift[name][0]),
                             "shift_percent": _plain(rung.drift[name][1]),
                         }
                         for name, (value, error) in rung.numbers.items()
+                    },
+                    "effect_numbers": {
+                        name: {"value": value, "standard_error": _plain(error), "unit": unit_of_number(name)}
+                        for name, (value, error) in rung.own.items()
                     },
                 }
                 for rung in (*self.waterfall, *self.beside)
@@ -180,7 +188,9 @@ def _laid_out(logs: Sequence[Log]) -> tuple[str, tuple[Log, ...], tuple[int, ...
 def _worst_windows(before: Held, logs: tuple[Log, ...], signal: str) -> tuple[tuple[str, float, float, float], ...]:
     """Seconds of the held-out logs that hold the most squared error."""
     total = float(np.sum(before.square[signal]))
-    found = []
+    found: list[tuple[str, float, float, float]] = []
+    if total == 0.0:
+        return ()
     for k, by_output in before.error.items():
         if signal not in by_output:
             continue
@@ -197,6 +207,7 @@ def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, 
     fitted = refits(explanation)
     error, value = uncertainty(fitted).standard_error, fitted.numbers()
     numbers = {name: (value[name], error.get(name, np.inf)) for name in refits.rig.free}
+    own = {name: (value[name], error[name]) for name in fitted.free if name not in numbers}
     base = numbers if base is None else base
     drift = {}
     for name, (old, old_error) in base.items():
@@ -206,7 +217,7 @@ def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, 
             (new - old) / scale if np.isfinite(scale) and scale > 0.0 else np.nan,
             100.0 * (new - old) / abs(old) if old else np.nan,
         )
-    return Rung(explanation.names, rms, numbers, drift)
+    return Rung(explanation.names, rms, numbers, drift, own)
 
 
 def _by_importance(best: Explanation, rms: Callable[[Explanation], float]) -> Explanation:
@@ -217,13 +228,15 @@ def _by_importance(best: Explanation, rms: Callable[[Explanation], float]) -> Ex
 
 
 def _corrected(rig: Rig, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
+    """The rig with what is named and with the estimates; a fit of it estimates the same numbers."""
     kept = fitted.problem.structure._replace(
         effects=tuple(e for e in BY_NAME if e in (*rig.effects, *explanation.effects))
     )
     values = fitted.numbers()
     theta = np.array([values[name] for name in kept.names])
     errors = {name: error for name, error in spread.standard_error.items() if np.isfinite(error)}
-    return rig_with(rig, kept, theta, errors)
+    free = (*rig.free, *(name for name in fitted.free if name in kept.names and name not in rig.free))
+    return replace(rig_with(rig, kept, theta, errors), free=free)
 
 
 def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lambda text: None) -> Diagnosis:
@@ -262,9 +275,10 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
     lost = ran_away(rig, refits(nothing)) if verdict == "none" else ()
-    verdict = "unknown" if lost else verdict
+    untold = _untold(every, lost) if verdict == "none" else None
+    verdict = "unknown" if untold else verdict
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
-    named = Explanation() if verdict == "none" or no_help or lost else best
+    named = Explanation() if verdict == "none" or no_help or untold else best
     if not named.names:
         after, gaps = before, bare
 
@@ -285,8 +299,8 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     coordinate = coordinate_of(named.names[0]) if named.names and verdict != "unknown" else None
     left = {name: g.after for name, g in gaps.items()}
     proposed = (
-        Proposal(f"runs in which what {', '.join(lost)} belongs to turns")
-        if lost
+        Proposal(f"runs in which {_part(lost)} turns")
+        if untold
         else _next(
             refits, verdict, [e for e in dict.fromkeys([best, *choice.alternatives]) if e not in choice.same], left
         )
@@ -295,6 +309,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         rig=rig,
         logs=every,
         verdict=verdict,
+        untold=untold,
         effects=named.names,
         alternatives=tuple(e.names for e in choice.alternatives) if verdict == "ambiguous" else (),
         ranking=tuple(ranking),
@@ -314,6 +329,18 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         fitted=fitted,
         spread=spread,
     )
+
+
+def _untold(logs: tuple[Log, ...], lost: tuple[str, ...]) -> str | None:
+    """Why logs that a rig explains tell nothing of it; `lost`: its numbers that ran away."""
+    if not any(moves(log) for log in logs):
+        return "nothing moves in these logs"
+    return f"{_part(lost)} hardly moves in these logs" if lost else None
+
+
+def _part(lost: tuple[str, ...]) -> str:
+    """The part of a rig that some of its numbers belong to, the rig where there are none."""
+    return f"what {', '.join(lost)} belongs to" if lost else "the rig"
 
 
 def _shares(search: Search, choice: Choice) -> dict[str, float]:

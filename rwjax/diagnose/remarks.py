@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rwjax import noise
 from rwjax.build import theta_of
 from rwjax.fit.end_to_end import Fit
 from rwjax.fit.mistaken import mistaken
@@ -16,6 +17,20 @@ NEAR = 1.1  # a command this little above the width moves nothing that could be 
 
 RAN_AWAY = 1e4
 """Times the rig file's value above which a fitted number says that its part does not move in these logs."""
+
+
+MOVES = 3.0
+"""Spread of readings, in units of their noise, above which they tell of a motion."""
+
+
+def moves(log: Log) -> bool:
+    """Whether any reading of a log changes by more than its noise."""
+    for name, value in log.outputs.items():
+        seen = value[np.isfinite(value)]
+        smallest = max(noise.rapid(seen), noise.quantisation(log, name))
+        if len(seen) and np.ptp(seen) > 0.0 and np.std(seen) > MOVES * smallest:
+            return True
+    return False
 
 
 def ran_away(rig: Rig, fitted: Fit) -> tuple[str, ...]:
@@ -54,6 +69,8 @@ def remarks(
             f"{', '.join(lost)}: more than {RAN_AWAY:g} times what the rig file says, so that part hardly moves in these logs "
             "and what holds it is not told: use runs in which it turns"
         )
+    if not any(moves(log) for log in logs):
+        found.append("no reading changes by more than its noise: nothing moves in these logs")
     if rig.per_run:
         found.append(
             f"{', '.join(rig.per_run)}: one value for all runs, since a held-out run's own value (fit.per_run) is not known"

@@ -3,7 +3,7 @@
 from rwjax.effects import axis, drive, motor, sensor, two_axis, wheel
 from rwjax.effects.ports import Effect as Effect
 from rwjax.param import parameters
-from rwjax.rig_names import SUBSYSTEMS, TWO_AXIS
+from rwjax.rig_names import NUMBERS, SUBSYSTEMS, TWO_AXIS
 
 EFFECTS: tuple[type[Effect], ...] = (
     axis.Viscous,
@@ -67,6 +67,13 @@ def plain(number: str) -> float | None:
     effect, _, name = number.rpartition(".")
     found = parameters(BY_NAME[effect])[name] if effect in BY_NAME else None
     return found.null if found is not None and found.optional else None
+
+
+def unit_of_number(number: str) -> str:
+    """SI unit of a number of the rig file or of an effect, "" where it has none."""
+    effect, _, name = number.rpartition(".")
+    unit = parameters(BY_NAME[effect])[name].unit if effect in BY_NAME else NUMBERS[number].unit
+    return "" if unit == "1" else unit
 
 
 def register(effect: type[Effect]) -> None:

@@ -20,6 +20,8 @@ UNITS = {
 """Units that readings are taken in by mistake, by the end of the column's name: how many of them make one of the right."""
 COUNTED = 180.0 / np.pi
 """Times that an angle in degrees is one in rad; what is even larger may be counted."""
+EDGES = 4.0
+"""Edges that an encoder counts for each of its lines."""
 MILLI = 1e-3
 """What is seen of the motion where a command is given in thousandths of its unit."""
 ABOUT = 1.6
@@ -66,6 +68,11 @@ def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question
         for unit, many in units:
             if 1.0 / ABOUT < abs(times) / many < ABOUT:
                 found.append(Question(f"{size}: are the readings in {unit}? Divide them by {many:.5g}"))
+        counted = any(log.resolution.get(name) for log, _ in runs)
+        if counted and any(1.0 / ABOUT < abs(times) / many < ABOUT for many in (EDGES, 1.0 / EDGES)):
+            found.append(
+                Question(f"{size}: does `counts_per_rev` say edges, as they are counted? A line has 4 of them")
+            )
         if is_angle(name) and abs(times) > ABOUT * COUNTED:
             turn, column = f"about {2.0 * np.pi * abs(times):.2g} to a turn", name.removesuffix("_rad") + "_counts"
             found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))

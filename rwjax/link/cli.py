@@ -62,7 +62,7 @@ def _needs_pyserial() -> None:
     try:
         import serial  # noqa: F401
     except ImportError:
-        raise InputError("this command talks to a serial port and needs pyserial: pip install 'rwjax[link]'") from None
+        raise InputError("this command talks to a serial port and needs pyserial: pip install pyserial") from None
 
 
 def _notes(role: str) -> dict[str, str]:

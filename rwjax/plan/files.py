@@ -69,6 +69,13 @@ class Plan:
         return Plan(self.rig, self.limits, tuple(run for run in self.runs if run.name in names))
 
 
+def earlier_rig(folder: Path) -> str | None:
+    """The rig of the plan that a folder holds already, None where it holds none that can be read."""
+    with suppress(InputError):
+        return read_plan(folder).rig if (folder / FILE).exists() else None
+    return None
+
+
 def write_plan(folder: Path, plan: Plan) -> Path:
     """Writes `plan.toml` and a CSV for each run into `folder`; returns the path of the former, which is written last. Nothing
     of a plan that was there before stays."""

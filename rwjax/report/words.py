@@ -1,7 +1,14 @@
 """The diagnosis in words, for the terminal and the head of the report."""
 
-from rwjax.diagnose.diagnosis import Diagnosis
+from math import isfinite
+
+from rwjax.diagnose.diagnosis import Diagnosis, Rung
+from rwjax.effects import unit_of_number
 from rwjax.report.plots import UNIT, spoken
+
+SURE, FAR_PERCENT = 3.0, 10.0
+"""Standard errors, of both fits, by which a number's shift is worth a line; and the shift that is where its error with the effects
+alone is that much smaller: the gap inflates the error without them."""
 
 
 def listed(names: tuple[str, ...]) -> str:
@@ -17,6 +24,8 @@ def verdict_sentence(d: Diagnosis) -> str:
         if g.closed is not None
         else ""
     )
+    if d.untold:
+        return f"Unknown: {d.untold}, so that they do not say whether anything is missing."
     if d.verdict == "none":
         return f"Nothing is missing: the rig explains the logs down to the floor ({g.before:.3g} of {g.floor:.3g} {UNIT[d.signal]})."
     if d.verdict == "effect":
@@ -29,6 +38,27 @@ def verdict_sentence(d: Diagnosis) -> str:
         explain = "explains" if len(d.effects) == 1 else "together explain"
         return f"Unknown: {listed(d.effects)} {explain} {part}, but what is left stands above the floor and fits no effect of the library."
     return "Unknown: a gap above the floor remains that no effect of the library explains."
+
+
+def numbers_of(rung: Rung) -> list[str]:
+    """The numbers of every effect of a rung in a line of its own."""
+    lines: dict[str, list[str]] = {}
+    for number, (value, error) in rung.own.items():
+        effect, _, name = number.rpartition(".")
+        spread = f" ± {error:.2g}" if isfinite(error) else ""
+        lines.setdefault(effect, []).append(f"{name} = {value:.4g}{spread} {unit_of_number(number)}".rstrip())
+    return [f"{effect}: {', '.join(numbers)}" for effect, numbers in lines.items()]
+
+
+def _moved(first: Rung, last: Rung) -> list[str]:
+    """The base numbers that move as the effects are added, beyond chance or far."""
+    lines = []
+    for name, (sigmas, percent) in last.drift.items():
+        way = abs(last.numbers[name][0] - first.numbers[name][0])
+        far = abs(percent) > FAR_PERCENT and way > SURE * last.numbers[name][1]
+        if abs(sigmas) > SURE or far:
+            lines.append(f"{name} moves by {percent:+.1f} % ({sigmas:+.1f} sigma) when the effects are added")
+    return lines
 
 
 def text(d: Diagnosis) -> list[str]:
@@ -48,10 +78,8 @@ def text(d: Diagnosis) -> list[str]:
             "of the excess squared error"
         )
     if len(d.waterfall) > 1:
-        base = d.waterfall[-1]
-        for name, (sigmas, percent) in base.drift.items():
-            if abs(sigmas) > 3.0:
-                lines.append(f"  {name} moves by {percent:+.1f} % ({sigmas:+.1f} sigma) when the effects are added")
+        first, last = d.waterfall[0], d.waterfall[-1]
+        lines += [f"  {line}" for line in (*numbers_of(last), *_moved(first, last))]
     lines += [f"  note: {remark}" for remark in d.remarks]
     lines.append(f"  held out: {d.held_out}; next experiment: {d.next_experiment}")
     return lines

@@ -1,6 +1,7 @@
 """Plants drawn from a fit, gains that hold for all of them, and the largest worst-case margin."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -160,6 +161,10 @@ def test_a_fit_s_answer_is_read_and_anything_else_refused(tmp_path: Path) -> Non
     path.write_text(json.dumps({"numbers": {}, "covariance_of": [], "covariance": []}))
     with pytest.raises(InputError, match=r"fit\.json: `covariance_of` is empty"):
         read_spread(path, rig)
+    path.write_text(json.dumps(answer))
+    corrected = replace(rig, effects={"axis.coulomb": {"M_c": 0.01}}, free=("axis.inertia", "axis.coulomb.M_c"))
+    with pytest.raises(InputError, match=r"fit\.json: a fit without `axis\.coulomb\.M_c`, which the rig file frees"):
+        read_spread(path, corrected)
     path.write_text(json.dumps(answer | {"rig": "another"}))
     with pytest.raises(InputError, match=r"fit\.json: is a fit of rig `another`, not of"):
         read_spread(path, rig)

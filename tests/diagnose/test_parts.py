@@ -18,6 +18,7 @@ from rwjax.diagnose.where import missing_torque
 from rwjax.fit.lanes import together
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.fit.secant import derived, placed, residuals
+from rwjax.report.words import verdict_sentence
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -226,6 +227,15 @@ def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
     one, other = Explanation(("axis.stribeck", "axis.bias_torque")), Explanation(("axis.bias_torque", "axis.stribeck"))
     assert one == other and {one: 1}[other] == 1
     assert one != Explanation(("axis.stribeck",))
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-4], ids=["exact", "noisy"])
+@pytest.mark.filterwarnings("error")
+def test_logs_in_which_nothing_moves_do_not_say_that_nothing_is_missing(noise: float) -> None:
+    still = 0.3 + np.random.default_rng(0).normal(0.0, noise, len(TIME))
+    found = diagnose(platform(), [record(TIME, np.zeros(len(TIME)), {"yaw_rad": still})])
+    assert found.verdict == "unknown" and not found.effects
+    assert "nothing moves in these logs" in verdict_sentence(found) and "turns" in found.next_experiment
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """Readings and commands in another unit or of the other sign are asked about, right ones are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,14 @@ def log(factor: float) -> Log:
 def test_one_question_is_asked(factor: float, says: str) -> None:
     (question,) = asked([(log(factor), {"yaw_rad": 1.2 * YAW})])
     assert says in question
+
+
+@pytest.mark.parametrize("factor", [4.0, 0.25])
+def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: float) -> None:
+    counted = replace(log(factor), resolution={"yaw_rad": 2.0 * np.pi / 1000.0})
+    (question,) = asked([(counted, {"yaw_rad": 1.2 * YAW})])
+    assert "does `counts_per_rev` say edges" in question
+    assert asked([(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.7, 1.4, 8.0, 0.05])

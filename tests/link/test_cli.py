@@ -154,7 +154,7 @@ def test_without_pyserial_it_says_what_to_install(
 
     monkeypatch.setattr(builtins, "__import__", without)
     assert rwjax(monkeypatch, "monitor", RIG, "port") == 2
-    assert capsys.readouterr().err.endswith("needs pyserial: pip install 'rwjax[link]'\n")
+    assert capsys.readouterr().err.endswith("needs pyserial: pip install pyserial\n")
 
 
 def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:
