@@ -17,7 +17,7 @@ from rwjax.diagnose.diagnosis import Diagnosis
 from rwjax.effects import unit_of_number
 from rwjax.errors import InputError, write_text
 from rwjax.report import plots
-from rwjax.report.words import verdict_sentence
+from rwjax.report.words import verdict_sentence, where_words
 from rwjax.rig import write_rig
 
 Plot = Callable[[Diagnosis, Axes], Axes]
@@ -71,7 +71,13 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         loader=jinja2.PackageLoader("rwjax", "report"),
         autoescape=jinja2.select_autoescape(["j2"], default=True),
     )
-    environment.filters |= {"short": short, "percent": percent, "signed": signed, "unit_of_number": unit_of_number}
+    environment.filters |= {
+        "short": short,
+        "percent": percent,
+        "signed": signed,
+        "unit_of_number": unit_of_number,
+        "where_words": where_words,
+    }
     page = environment.get_template("report.html.j2").render(
         d=d, sentence=verdict_sentence(d), figures=figures, unit=plots.UNIT, corrected=write_rig(d.corrected)
     )

@@ -3,12 +3,16 @@
 from math import isfinite
 
 from rwjax.diagnose.diagnosis import Diagnosis, Rung
+from rwjax.diagnose.where import Where
 from rwjax.effects import unit_of_number
 from rwjax.report.plots import UNIT, spoken
 
 SURE, FAR_PERCENT = 3.0, 10.0
 """Standard errors, of both fits, by which a number's shift is worth a line; and the shift that is where its error with the effects
 alone is that much smaller: the gap inflates the error without them."""
+
+AS_MUCH = 0.005
+"""Difference in the share of the excess below which laws in two coordinates remove as much."""
 
 
 def listed(names: tuple[str, ...]) -> str:
@@ -38,6 +42,13 @@ def verdict_sentence(d: Diagnosis) -> str:
         explain = "explains" if len(d.effects) == 1 else "together explain"
         return f"Unknown: {listed(d.effects)} {explain} {part}, but what is left stands above the floor and fits no effect of the library."
     return "Unknown: a gap above the floor remains that no effect of the library explains."
+
+
+def where_words(where: Where) -> str:
+    """The coordinate of a law, and those in which another removes as much."""
+    alike = [name for name, share in where.shares.items() if name != where.coordinate and share > where.share - AS_MUCH]
+    name, *others = (one.replace("_", " ") for one in (where.coordinate, *alike))
+    return name + (f" (as one in {', '.join(others)})" if others else "")
 
 
 def numbers_of(rung: Rung) -> list[str]:
@@ -74,8 +85,7 @@ def text(d: Diagnosis) -> list[str]:
         )
     if d.where is not None and d.verdict != "none":
         lines.append(
-            f"  where: {d.subsystem}; a law in {d.where.coordinate.replace('_', ' ')} removes {100 * d.where.share:.0f} % "
-            "of the excess squared error"
+            f"  where: {d.subsystem}; a law in {where_words(d.where)} removes {100 * d.where.share:.0f} % of the excess squared error"
         )
     if len(d.waterfall) > 1:
         first, last = d.waterfall[0], d.waterfall[-1]
