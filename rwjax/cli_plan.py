@@ -42,7 +42,7 @@ def plan(
     """Plan the runs that tell most effects of RIG apart, within its limits; writes plan.toml and a CSV for each."""
     from rwjax.plan.campaign import recommend
     from rwjax.plan.envelope import LIMITS, envelope
-    from rwjax.plan.files import Plan, as_document, earlier_rig, write_plan
+    from rwjax.plan.files import Plan, as_document, replaced, write_plan
     from rwjax.report.plan import table
     from rwjax.rig import read_one_axis_rig
 
@@ -59,7 +59,7 @@ def plan(
         runs, remarks = recommend(believed, within)
     found = Plan(believed.name, within.known, runs)
     with results(output) as folder:
-        replaced = earlier_rig(folder)
+        lost = replaced(folder, found.rig)
         written = write_plan(folder, found)
     if as_json:
         print(json.dumps(as_document(found), indent=1))
@@ -70,8 +70,8 @@ def plan(
         )
     if quiet:
         return
-    if replaced is not None:
-        print(f"note: this replaces the plan of rig `{replaced}` that was there, and its runs", file=sys.stderr)
+    if lost is not None:
+        print(f"note: this replaces {lost}", file=sys.stderr)
     unlimited = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.most if name not in within.known]
     if unlimited:
         print(f"note: no limit is known, and the volts alone bound it: {', '.join(unlimited)}", file=sys.stderr)

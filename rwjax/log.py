@@ -183,9 +183,10 @@ def _added(sheet: Sheet, rig: Rig) -> dict[str, float]:
     """Known differences of the rig's numbers in this run, from notes `# add axis.inertia: 0.012`."""
     found = {}
     held = {name.lower(): name for name in rig.values}  # keys of notes are read in small letters
+    last = {name.rpartition(".")[2] for name in held}
     for key, value in sheet.notes.items():
         word, _, name = (part.strip() for part in key.partition(" "))
-        if word != "add" or " " in name or not ("." in name or is_number(value)):  # any other note
+        if word != "add" or " " in name or not ("." in name or name in last):  # any other note
             continue
         if name not in held:
             near = nearest(name, rig.values)

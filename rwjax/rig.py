@@ -77,7 +77,9 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
     except (ValueError, RecursionError) as error:
         line = re.search(r"at line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else f"{path}"
-        remedy = _remedy(text.splitlines()[int(line[1]) - 1] if line else "", path)
+        remedy = _remedy(
+            text.splitlines()[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path
+        )
         raise RigError(f"{where}: not valid TOML: {error}; {remedy}") from None
 
 
@@ -86,9 +88,9 @@ def _remedy(line: str, path: str | os.PathLike[str]) -> str:
     if Path(path).suffix.lower() == ".csv":
         return "the rig file comes first, then the logs"
     if re.search(r"=\s*[-+]?\d+,\d", line):
-        return "decimals take a point: 0.06"
-    if re.search(r"=\s*[-+.\deE]*\d\s*[a-zA-Z%°µ]", line):
-        return "a unit does not stand in the file, all numbers are in SI: 0.06 # kg m2"
+        return "a number has no comma: decimals take a point (0.06), thousands nothing (4096)"
+    if re.search(r"=\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(?![\deE.])\s*[a-zA-Z%°µΩ\[]", line):
+        return "a unit does not stand in the file, all numbers are in SI (0.06 # kg m2); a text stands in quotes"
     return "write `key = value` under `[section]` headers"
 
 

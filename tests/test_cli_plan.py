@@ -32,8 +32,17 @@ def test_a_plan_is_written_and_told(
     assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b", "--json", "--quiet") == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == written and err == ""
-    assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
-    assert "replaces the plan of rig `thesis platform`" in capsys.readouterr().err
+    earlier = tmp_path / "b" / "plan.toml"
+    own = earlier.read_text()
+    for text, said in (
+        (own, ""),
+        (own.replace("thesis platform", "bench"), "note: this replaces the plan of rig `bench` and its runs\n"),
+        ("rig =", "note: this replaces a plan.toml that could not be read\n"),
+    ):
+        earlier.write_text(text)
+        assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
+        notes = capsys.readouterr().err
+        assert said in notes and ("replaces" in notes) == bool(said)
 
 
 @pytest.mark.parametrize(

@@ -270,7 +270,8 @@ def test_milliseconds_are_noticed(log):
 
 
 def test_what_a_run_had_more_is_read_by_name(log):
-    assert log(["# add grease: the red one", HEADER, *ROWS]).added == {}  # a remark
+    for remark in ("# add grease: the red one", "# add: 5", "# add magnet: 2"):
+        assert log([remark, HEADER, *ROWS]).added == {}
     assert log(["# add axis.inertia: 0.012", HEADER, *ROWS]).added == {"axis.inertia": 0.012}
     effect = parse_rig(
         'kind = "platform"\ndrive.gain = 1\naxis.inertia = 1\nencoder.counts_per_rev = 256\n'
@@ -286,7 +287,7 @@ def test_what_a_run_had_more_is_read_by_name(log):
         ("# add axis.inertia: -2", "makes `axis.inertia` -1 from 1"),
         ("# rle: validate", "did you mean `# role: validate`?"),
         ("# add axis.intertia: 1", "the rig file has no `axis.intertia`; the nearest is `axis.inertia`"),
-        ("# add inertia: 0.01", "the rig file has no `inertia`; the nearest is `axis.inertia`"),
+        ("# add inertia: 0.01 kg m2", "the rig file has no `inertia`; the nearest is `axis.inertia`"),
         ("# add axis.inertia: much", "has to be one number, such as `# add axis.inertia: 0.012`"),
         ("# add axis.inertia: inf", "has to be one number"),
     ],

@@ -47,9 +47,10 @@ def read_spread(path: Path, rig: Rig) -> Spread:
             raise InputError(f"{path}: no `covariance`, as of the two-stage method; fit end to end")
         every = {name: name.split(" in ")[0] for name in found["covariance_of"]}  # `NAME in LOG`: a run's own
         names = tuple(dict.fromkeys(every.values()))
-        if any(v is None for row in found["covariance"] for v in row):
+        silent = [name for k, name in enumerate(every) if found["covariance"][k][k] is None]
+        if silent:
             raise InputError(
-                f"{path}: `covariance`: the logs say nothing of some of {', '.join(names)}; fix these numbers"
+                f"{path}: `covariance`: the logs say nothing of {', '.join(silent)}; take it out of fit.free"
             )
         values = np.array([found["numbers"][name]["value"] for name in every], float)
         covariance = np.array(found["covariance"], float).reshape(len(every), len(every))
@@ -57,11 +58,11 @@ def read_spread(path: Path, rig: Rig) -> Spread:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: is not what `rwjax fit RIG LOG… --json` prints; save that to a file") from None
-    of_effects = (name for name in rig.free if name.rpartition(".")[0] in rig.effects)
-    if names and (other := next((name for name in of_effects if name not in names), None)):
-        raise InputError(f"{path}: a fit without `{other}`, which the rig file frees; run `rwjax fit` on that rig file")
     if not names:
         raise InputError(f"{path}: `covariance_of` is empty, the fit estimates no number; leave --fit out")
+    of_effects = (name for name in rig.free if name.rpartition(".")[0] in rig.effects)  # as a diagnosis adds them
+    if (other := next((name for name in of_effects if name not in names), None)) is not None:
+        raise InputError(f"{path}: a fit without `{other}`, which the rig file frees; run `rwjax fit` on that rig file")
     of = np.array([[shared == name for shared in every.values()] for name in names], float)
     of /= of.sum(axis=1, keepdims=True)  # the mean of the runs
     per_run = tuple(dict.fromkeys(shared for name, shared in every.items() if name != shared))

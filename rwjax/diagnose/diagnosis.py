@@ -127,6 +127,7 @@ class Diagnosis:
         return {
             "schema": SCHEMA,
             "verdict": self.verdict,
+            "untold": self.untold,
             "effects": list(self.effects),
             "alternatives": [list(names) for names in self.alternatives],
             "ranking": [
@@ -228,14 +229,15 @@ def _by_importance(best: Explanation, rms: Callable[[Explanation], float]) -> Ex
 
 
 def _corrected(rig: Rig, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
-    """The rig with what is named and with the estimates; a fit of it estimates the same numbers."""
+    """The rig with what is named and with the estimates; a fit of it estimates the same numbers, but those of an effect that
+    these logs do not tell."""
     kept = fitted.problem.structure._replace(
         effects=tuple(e for e in BY_NAME if e in (*rig.effects, *explanation.effects))
     )
     values = fitted.numbers()
     theta = np.array([values[name] for name in kept.names])
     errors = {name: error for name, error in spread.standard_error.items() if np.isfinite(error)}
-    free = (*rig.free, *(name for name in fitted.free if name in kept.names and name not in rig.free))
+    free = (*rig.free, *(name for name in errors if name in kept.names and name not in rig.free))
     return replace(rig_with(rig, kept, theta, errors), free=free)
 
 

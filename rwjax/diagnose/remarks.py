@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rwjax import noise
 from rwjax.build import theta_of
 from rwjax.fit.end_to_end import Fit
 from rwjax.fit.mistaken import mistaken
 from rwjax.fit.uncertainty import Uncertainty
 from rwjax.log import Log
+from rwjax.noise import of_readings
 from rwjax.rig import Rig
 
 WIDE = 0.2  # of the command's largest size: a stretch without commands that is worth a remark
@@ -19,16 +19,18 @@ RAN_AWAY = 1e4
 """Times the rig file's value above which a fitted number says that its part does not move in these logs."""
 
 
-MOVES = 3.0
-"""Spread of readings, in units of their noise, above which they tell of a motion."""
+MOVES, TOGETHER = 4.0, 25
+"""Range of the readings' mean over so many samples, in units of their noise, above which they tell of a motion: of white noise it
+is below 2, of a counter between two counts 3.5."""
 
 
 def moves(log: Log) -> bool:
     """Whether any reading of a log changes by more than its noise."""
+    noise = of_readings(log)
     for name, value in log.outputs.items():
         seen = value[np.isfinite(value)]
-        smallest = max(noise.rapid(seen), noise.quantisation(log, name))
-        if len(seen) and np.ptp(seen) > 0.0 and np.std(seen) > MOVES * smallest:
+        mean = np.convolve(seen, np.full(TOGETHER, 1.0 / TOGETHER), "valid") if len(seen) >= TOGETHER else seen
+        if len(seen) and np.ptp(mean) > MOVES * noise[name]:
             return True
     return False
 
@@ -69,8 +71,6 @@ def remarks(
             f"{', '.join(lost)}: more than {RAN_AWAY:g} times what the rig file says, so that part hardly moves in these logs "
             "and what holds it is not told: use runs in which it turns"
         )
-    if not any(moves(log) for log in logs):
-        found.append("no reading changes by more than its noise: nothing moves in these logs")
     if rig.per_run:
         found.append(
             f"{', '.join(rig.per_run)}: one value for all runs, since a held-out run's own value (fit.per_run) is not known"

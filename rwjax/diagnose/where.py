@@ -60,7 +60,7 @@ class Where:
     def json(self) -> dict:
         """Shares by coordinate, regimes, bands and momentum as plain objects."""
         return {
-            "shares": {name: share for name, share in self.shares.items() if np.isfinite(share)},
+            "shares": self.shares,
             "regimes": [{"regime": r.name, "share": r.share, "of_time": r.of_time, "p": r.p} for r in self.regimes],
             "bands": [
                 {"from_hz": b.low, "to_hz": b.high, "share": b.share, "of_noise": b.of_time, "p": b.p}

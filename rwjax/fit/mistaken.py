@@ -68,11 +68,10 @@ def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question
         for unit, many in units:
             if 1.0 / ABOUT < abs(times) / many < ABOUT:
                 found.append(Question(f"{size}: are the readings in {unit}? Divide them by {many:.5g}"))
-        counted = any(log.resolution.get(name) for log, _ in runs)
-        if counted and any(1.0 / ABOUT < abs(times) / many < ABOUT for many in (EDGES, 1.0 / EDGES)):
-            found.append(
-                Question(f"{size}: does `counts_per_rev` say edges, as they are counted? A line has 4 of them")
-            )
+        if any(log.resolution.get(name) for log, _ in runs):
+            for many, do in ((EDGES, "times 4"), (1.0 / EDGES, "divided by 4")):
+                if 1.0 / ABOUT < abs(times) / many < ABOUT:
+                    found.append(Question(f"{size}: a line has 4 edges; should its encoder's counts_per_rev be {do}?"))
         if is_angle(name) and abs(times) > ABOUT * COUNTED:
             turn, column = f"about {2.0 * np.pi * abs(times):.2g} to a turn", name.removesuffix("_rad") + "_counts"
             found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))

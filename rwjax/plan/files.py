@@ -69,11 +69,15 @@ class Plan:
         return Plan(self.rig, self.limits, tuple(run for run in self.runs if run.name in names))
 
 
-def earlier_rig(folder: Path) -> str | None:
-    """The rig of the plan that a folder holds already, None where it holds none that can be read."""
-    with suppress(InputError):
-        return read_plan(folder).rig if (folder / FILE).exists() else None
-    return None
+def replaced(folder: Path, rig: str) -> str | None:
+    """What a new plan for a rig replaces in a folder, besides an earlier one for the same rig."""
+    if not (folder / FILE).exists():
+        return None
+    try:
+        other = read_plan(folder).rig
+    except InputError:
+        return f"a {FILE} that could not be read"
+    return None if other == rig else f"the plan of rig `{other}` and its runs"
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:

@@ -4,7 +4,7 @@ from math import isfinite
 
 from rwjax.diagnose.diagnosis import Diagnosis, Rung
 from rwjax.diagnose.where import Where
-from rwjax.effects import unit_of_number
+from rwjax.effects import BY_NAME, unit_of_number
 from rwjax.report.plots import UNIT, spoken
 
 SURE, FAR_PERCENT = 3.0, 10.0
@@ -46,29 +46,37 @@ def verdict_sentence(d: Diagnosis) -> str:
 
 def where_words(where: Where) -> str:
     """The coordinate of a law, and those in which another removes as much."""
-    alike = [name for name, share in where.shares.items() if name != where.coordinate and share > where.share - AS_MUCH]
+    alike = [
+        name
+        for name, share in where.shares.items()
+        if name != where.coordinate and abs(share - where.share) < AS_MUCH < where.share
+    ]
     name, *others = (one.replace("_", " ") for one in (where.coordinate, *alike))
     return name + (f" (as one in {', '.join(others)})" if others else "")
 
 
 def numbers_of(rung: Rung) -> list[str]:
-    """The numbers of every effect of a rung in a line of its own."""
+    """The numbers of what a rung names, those of an effect in one line."""
     lines: dict[str, list[str]] = {}
     for number, (value, error) in rung.own.items():
         effect, _, name = number.rpartition(".")
-        spread = f" ± {error:.2g}" if isfinite(error) else ""
-        lines.setdefault(effect, []).append(f"{name} = {value:.4g}{spread} {unit_of_number(number)}".rstrip())
-    return [f"{effect}: {', '.join(numbers)}" for effect, numbers in lines.items()]
+        head, symbol = (f"{effect}: ", name) if effect in BY_NAME else ("", number)
+        spread = f"± {error:.2g}" if isfinite(error) else "(not told by these logs)"
+        unit = f" {unit_of_number(number)}".rstrip()
+        lines.setdefault(head or number, []).append(f"{symbol} = {value:.4g} {spread}{unit}")
+    return [(head if head.endswith(": ") else "") + ", ".join(numbers) for head, numbers in lines.items()]
 
 
-def _moved(first: Rung, last: Rung) -> list[str]:
+def moved(first: Rung, last: Rung) -> list[str]:
     """The base numbers that move as the effects are added, beyond chance or far."""
     lines = []
     for name, (sigmas, percent) in last.drift.items():
-        way = abs(last.numbers[name][0] - first.numbers[name][0])
-        far = abs(percent) > FAR_PERCENT and way > SURE * last.numbers[name][1]
+        (before, _), (after, error) = first.numbers[name], last.numbers[name]
+        far = not abs(percent) <= FAR_PERCENT and abs(after - before) > SURE * error
         if abs(sigmas) > SURE or far:
-            lines.append(f"{name} moves by {percent:+.1f} % ({sigmas:+.1f} sigma) when the effects are added")
+            way = f"{percent:+.1f} %" if isfinite(percent) else f"{after - before:+.3g}"
+            chance = f" ({sigmas:+.1f} sigma)" if isfinite(sigmas) else ""
+            lines.append(f"{name} moves by {way}{chance} when the effects are added")
     return lines
 
 
@@ -89,7 +97,7 @@ def text(d: Diagnosis) -> list[str]:
         )
     if len(d.waterfall) > 1:
         first, last = d.waterfall[0], d.waterfall[-1]
-        lines += [f"  {line}" for line in (*numbers_of(last), *_moved(first, last))]
+        lines += [f"  {line}" for line in (*numbers_of(last), *moved(first, last))]
     lines += [f"  note: {remark}" for remark in d.remarks]
     lines.append(f"  held out: {d.held_out}; next experiment: {d.next_experiment}")
     return lines

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.diagnose.diagnosis import diagnose
+from rwjax.diagnose.diagnosis import Rung, diagnose
 from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.gap import Gap
 from rwjax.diagnose.refit import Refits, promise_of
-from rwjax.diagnose.remarks import ran_away
+from rwjax.diagnose.remarks import moves, ran_away
 from rwjax.diagnose.screen import Screen
 from rwjax.diagnose.search import Choice, Search
 from rwjax.diagnose.verdict import judge
-from rwjax.diagnose.where import missing_torque
+from rwjax.diagnose.where import Where, missing_torque
 from rwjax.fit.lanes import together
 from rwjax.fit.rig_fit import fit_rig
 from rwjax.fit.secant import derived, placed, residuals
-from rwjax.report.words import verdict_sentence
+from rwjax.report.words import moved, numbers_of, verdict_sentence, where_words
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -236,6 +236,68 @@ def test_logs_in_which_nothing_moves_do_not_say_that_nothing_is_missing(noise: f
     found = diagnose(platform(), [record(TIME, np.zeros(len(TIME)), {"yaw_rad": still})])
     assert found.verdict == "unknown" and not found.effects
     assert "nothing moves in these logs" in verdict_sentence(found) and "turns" in found.next_experiment
+
+
+SLOW = np.sin(0.5 * TIME)
+
+
+@pytest.mark.parametrize(
+    ("motion", "moved"),
+    [
+        (np.zeros(len(TIME)), False),
+        (1e-3 * SLOW, False),
+        (3e-3 * SLOW, True),
+        (5e-3 * (np.abs(TIME - 8.0) < 0.25), True),
+        (1.0 * TIME, True),
+    ],
+    ids=["rest", "one deviation", "three deviations", "a short pulse", "turning"],
+)
+def test_what_stands_above_the_noise_moves(motion: np.ndarray, moved: bool) -> None:
+    noise = np.random.default_rng(2).normal(0.0, 1e-3, len(TIME))
+    assert moves(record(TIME, COMMAND, {"yaw_rad": 0.3 + motion + noise})) is moved
+
+
+def test_a_counter_between_two_counts_does_not_move() -> None:
+    step = 2.0 * np.pi / 2048.0
+    flicker = record(TIME, COMMAND, {"yaw_rad": step * (TIME % 0.5 < 0.26)})
+    assert not moves(replace(flicker, resolution={"yaw_rad": step}))
+
+
+def rung(numbers: dict[str, tuple[float, float]], own: dict[str, tuple[float, float]], drift=(np.nan, np.nan)) -> Rung:
+    return Rung((), 1.0, numbers, dict.fromkeys(numbers, drift), own)
+
+
+def test_numbers_are_told_with_their_errors_and_units() -> None:
+    own = {"axis.stribeck.M_c": (0.45, 0.01), "axis.stribeck.n": (1.5, np.inf), "axis.inertia": (0.2, 0.003)}
+    assert numbers_of(rung({}, own)) == [
+        "axis.stribeck: M_c = 0.45 ± 0.01 N m, n = 1.5 (not told by these logs)",
+        "axis.inertia = 0.2 ± 0.003 kg m2",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "drift", "told"),
+    [
+        ((1.0, 0.1), (1.04, 0.01), (0.4, 4.0), []),
+        ((1.0, 0.01), (1.06, 0.01), (4.2, 6.0), ["J moves by +6.0 % (+4.2 sigma) when the effects are added"]),
+        ((1.0, 5.0), (1.9, 0.01), (0.2, 90.0), ["J moves by +90.0 % (+0.2 sigma) when the effects are added"]),
+        ((1.0, 5.0), (1.9, 4.0), (0.1, 90.0), []),
+        ((1.0, np.inf), (2.0, 0.01), (np.nan, 100.0), ["J moves by +100.0 % when the effects are added"]),
+        ((0.0, 5.0), (2.0, 0.01), (0.4, np.nan), ["J moves by +2 (+0.4 sigma) when the effects are added"]),
+        ((1.0, 0.1), (9.0, np.inf), (np.nan, 800.0), []),
+    ],
+    ids=["hardly", "surely", "far", "far by chance", "not told before", "from none", "not told after"],
+)
+def test_base_numbers_that_move_are_told(before, after, drift, told: list[str]) -> None:
+    assert moved(rung({"J": before}, {}), rung({"J": after}, {}, drift)) == told
+
+
+def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
+    def words(**shares: float) -> str:
+        return where_words(Where("yaw_rate", shares["yaw_rate"], None, None, shares, ()))
+
+    assert words(yaw_rate=0.99, yaw=0.989, voltage=0.5) == "yaw rate (as one in yaw)"
+    assert words(yaw_rate=0.4, voltage=1.0) == "yaw rate" == words(yaw_rate=0.0, yaw=0.0)
 
 
 @pytest.mark.slow

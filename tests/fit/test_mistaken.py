@@ -1,5 +1,6 @@
 """Readings and commands in another unit or of the other sign are asked about, right ones are not."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -33,14 +34,18 @@ def test_one_question_is_asked(factor: float, says: str) -> None:
     assert says in question
 
 
-@pytest.mark.parametrize("factor", [4.0, 0.25])
-def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: float) -> None:
-    counted = replace(log(factor), resolution={"yaw_rad": 2.0 * np.pi / 1000.0})
-    (question,) = asked([(counted, {"yaw_rad": 1.2 * YAW})])
-    assert "does `counts_per_rev` say edges" in question
+def counted(factor: float) -> Log:
+    return replace(log(factor), resolution={"yaw_rad": 2.0 * np.pi / 1000.0})
+
+
+@pytest.mark.parametrize(("factor", "do"), [(4.0, "times 4"), (0.25, "divided by 4")])
+def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: float, do: str) -> None:
+    (question,) = asked([(counted(factor), {"yaw_rad": 1.2 * YAW})])
+    assert f"should its encoder's counts_per_rev be {do}?" in question
     assert asked([(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
 
 
+@pytest.mark.parametrize("given", [log, counted])
 @pytest.mark.parametrize("factor", [1.0, 0.7, 1.4, 8.0, 0.05])
-def test_numbers_that_are_off_besides_ask_nothing(factor: float) -> None:
-    assert asked([(log(factor), {"yaw_rad": YAW})]) == []
+def test_numbers_that_are_off_besides_ask_nothing(factor: float, given: Callable[[float], Log]) -> None:
+    assert asked([(given(factor), {"yaw_rad": YAW})]) == []
