@@ -1,8 +1,8 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own refits.
 
 `python -m experiments.blind.draw calibrate [--processes 1] [--group single …]` appends to `experiments/blind/sets/calibrate.jsonl` what is
-not there yet. `calibrate` and `explore` are to be looked at as often as one likes, `test` and `second` once: `explore` was drawn as a test set and became
-this when causes that it showed to be missed were worked on; `second` is for the search as it was mended after `test`.
+not there yet. `calibrate` and `explore` are to be looked at as often as one likes; `test` and then `second`, drawn after the search had been
+mended by what `test` showed, have been looked at: the next claim needs a set of its own, with seeds that served nothing else.
 
 A line: place in the set and group, kind, effect, the size wanted, seed, amplitude; by refits from the truth the size, what the
 true effect leaves (`left`, as a size), the size where first states follow the interface's rule (`by_rule`: a run that moves

@@ -1,7 +1,7 @@
 """Thresholds of the search and the verdict: how much evidence, and how much of a gap, a name needs.
 
-Proposals, tried on simulated cases of `experiments/blind/sets/calibrate.jsonl` and `explore.jsonl`, frozen while the set `test` was run,
-whose results are in `experiments/blind/results/test.jsonl` and docs/verdict.md.
+Proposals, tried on simulated cases of `experiments/blind/sets/calibrate.jsonl` and `explore.jsonl`, frozen while the set `second` was run,
+whose results are in `experiments/blind/results/second.jsonl` and docs/verdict.md.
 """
 
 from typing import NamedTuple
