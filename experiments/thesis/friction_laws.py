@@ -28,7 +28,7 @@ LAWS: dict[str, tuple[Law, list[float]]] = {  # effects of numbers, and where a 
     "Coulomb, eq. 3.7": (lambda M_c: (Coulomb(M_c),), [0.5]),
     "Coulomb and viscous": (lambda M_c, b: (Coulomb(M_c), Viscous(b)), [0.3, 0.1]),
     "Stribeck and viscous": (
-        lambda M_c, M_e, v_s, b: (Stribeck(M_c, M_e, v_s, jnp.asarray(2.0), jnp.asarray(0.0)), Viscous(b)),
+        lambda M_c, M_e, v_s, b: (Stribeck(M_c, M_e, v_s, jnp.asarray(2.0)), Viscous(b)),
         [0.2, 0.2, 2.0, 0.1],
     ),
 }

@@ -10,7 +10,7 @@ from rwjax.param import param
 from rwjax.types import Scalar
 
 SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no finite value
-LIGHT = 1e-4  # weight of a tail times its power of the speed, below which three terms of a series are exact
+LEAST = 1e-12  # of a heavy tail's exponent: so near 0 the fall is the exponential's to twelve digits, its slope to four
 
 
 class Viscous(AxisTorque):
@@ -57,11 +57,8 @@ class Stribeck(AxisDry):
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         fast = jnp.exp(self.n * jnp.log(jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST)))  # quicker than a power
-        heavy = self.r * fast
-        light = heavy < LIGHT
-        some = jnp.where(light, 1.0, heavy)
-        bend = jnp.where(light, 1.0 - heavy / 2.0 + heavy * heavy / 3.0, jnp.log1p(some) / some)
-        return self.M_c + self.M_e * jnp.exp(-fast * bend)
+        r = self.r + LEAST
+        return self.M_c + self.M_e * jnp.exp(-jnp.log1p(r * fast) / r)
 
 
 class AsymmetricFriction(AxisDry):
