@@ -113,16 +113,16 @@ def _grid_of(log: Log, refine: int) -> tuple[float, int]:
     dt = float(np.median(np.diff(log.time)))
     if log.outputs and all(map(is_angle, log.outputs)):
         dt *= max(1, int(LONGEST_STEP / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
+    h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
     span = log.time[-1] - log.time[0]
-    steps = max(1, round(span / dt * int(np.ceil(dt / LONGEST_STEP - 1e-9)))) * refine
-    h = span / steps
+    steps = max(1, round(span / h))
     if steps > MOST_STEPS:
         widest = int(np.argmax(np.diff(log.time)))
         raise LogError(
             f"{log.name}: {span:.4g} s in steps of {h:.2g} s are too many; the widest gap, {np.diff(log.time)[widest]:.4g} s, "
             f"follows {log.time[widest]:.6g} s: split the log there, or check `time_s`"
         )
-    return h, steps  # regular samples fall on grid points to rounding
+    return span / steps, steps  # regular samples fall on grid points to rounding
 
 
 def _recent(log: Log) -> tuple[np.ndarray, np.ndarray]:
@@ -146,17 +146,16 @@ def lay_out(
 
     `refine` divides the time step further, to check that a result does not depend on it.
     """
-    refine *= structure.parts
     names = structure.outputs
     grids = [_grid_of(log, refine) for log in logs]
-    longest = max(steps for _, steps in grids) // refine
+    longest = max(steps for _, steps in grids)
     recent = [_recent(log) for log in logs]
     per_window = 32
     while per_window * 512 < longest * len(logs) and per_window < 1024:
         per_window *= 2
-    windows = _padded(-(-longest // per_window))
     per_window *= refine
     overlap = int(np.ceil(structure.latest / min(h for h, _ in grids) - 1e-9))
+    windows = _padded(-(-longest // per_window))
     samples = _padded(max(len(log.time) + len(before) for log, (before, _) in zip(logs, recent, strict=True)))
     L = len(logs)
     t_command = np.zeros((L, samples + 1))

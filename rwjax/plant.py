@@ -136,11 +136,6 @@ class Structure(NamedTuple):
         ports = (BY_NAME[effect] for effect in self.effects)
         return sum((port.longest for port in ports if issubclass(port, EncoderDelay)), 0.0)
 
-    @property
-    def parts(self) -> int:
-        """Parts into which its effects need a time step divided."""
-        return max((BY_NAME[effect].parts for effect in self.effects), default=1)
-
     def vector(self, given: Mapping[str, float]) -> list[float]:
         """The numbers given by name in the order of the parameter vector, 0 for the others."""
         return [given.get(name, 0.0) for name in self.names]
@@ -404,7 +399,6 @@ def one_axis(structure: Structure, numbers: Numbers) -> Plant:
                 M_e=numbers["axis.friction.static"] - numbers.get("axis.friction.coulomb", jnp.zeros(())),
                 v_s=numbers["axis.friction.stribeck_velocity"],
                 n=jnp.asarray(2.0),
-                r=jnp.asarray(0.0),
             )
         )
     if "axis.friction.b3" in numbers:

@@ -10,7 +10,6 @@ from scipy.integrate import solve_ivp
 
 from rwjax import Log, adaptive
 from rwjax.build import structure_of, theta_of
-from rwjax.effects.ports import Coupling
 from rwjax.rig import Rig
 from rwjax.simulate import plant_of
 from tests.systems import platform, reaction, record, run, wheel
@@ -137,20 +136,6 @@ def test_the_step_has_second_order_while_a_stribeck_axis_slides() -> None:
         np.max(np.abs(run(platform(STRIBECK), log, {"w": 0.05}, refine=r)["yaw_rad"] - exact)) for r in (1, 2, 4, 8)
     ]
     assert -np.polyfit(np.log([1, 2, 4, 8]), np.log(error), 1)[0] == pytest.approx(2.0, abs=0.15)  # no kink: no scatter
-
-
-def test_the_step_is_divided_where_the_drive_is_elastic(monkeypatch: pytest.MonkeyPatch) -> None:
-    # 20 Hz, 10 steps a swing, against dry friction: undivided, the error passes the noise of a common encoder
-    log = record(SHORT, np.round(0.5 * np.sign(np.sin(4.0 * SHORT + 0.1)), 2))
-    elastic = {"axis.flexible_coupling": {"s": 0.5, "k": 395.0, "c": 0.6}}
-    exact = reference(platform(STRIBECK), log, {}, elastic)["yaw_rad"]
-
-    def error() -> float:
-        return float(np.max(np.abs(run(platform(STRIBECK), log, {}, effects=elastic)["yaw_rad"] - exact)))
-
-    divided = error()
-    monkeypatch.setattr(Coupling, "parts", 1)
-    assert np.ptp(exact) > 0.5 and divided < 1e-4 < 4e-4 < error()
 
 
 def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> None:

@@ -17,7 +17,6 @@ from rwjax.fit.lanes import Search, on_threads, together
 from rwjax.fit.nodes import measured_nodes
 from rwjax.fit.problem import Problem, pose
 from rwjax.fit.secant import derived, descend, placed, point
-from rwjax.grid import Batch, lay_out
 from rwjax.log import Log
 from rwjax.noise import pooled
 from rwjax.plant import Structure
@@ -106,7 +105,6 @@ class Refits:
     train: tuple[int, ...]
     progress: Callable[[str], None]
     _problems: dict[Structure, Problem] = field(default_factory=dict)
-    _batches: dict[int, Batch] = field(default_factory=dict)
     _training: dict[Structure, Problem] = field(default_factory=dict)
     _spaces: dict[Explanation, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
     _done: dict[Explanation, Fit] = field(default_factory=dict)
@@ -181,21 +179,12 @@ class Refits:
     def _posed(self, structure: Structure) -> Problem:
         if structure not in self._problems:
             posed = pose(structure, self.problem.logs, self.problem.noise, prior=self.rig.prior)
-            own, alike = posed.batch, self._laid_out(structure.parts)  # free runs need no windows of their own
-            self._problems[structure] = replace(posed, batch=alike._replace(which=own.which, plus=own.plus))
+            own = posed.batch
+            alike = self.problem.batch._replace(
+                which=own.which, plus=own.plus
+            )  # free runs need no windows of their own
+            self._problems[structure] = replace(posed, batch=alike)
         return self._problems[structure]
-
-    def _laid_out(self, parts: int) -> Batch:
-        """All logs in the windows of the rig as it is, its time step divided into so many parts."""
-        if parts not in self._batches:
-            of_rig, problem = self.problem.structure, self.problem
-            finer = parts // of_rig.parts
-            self._batches[parts] = (
-                problem.batch
-                if finer <= 1
-                else lay_out(of_rig, problem.logs, [problem.noise] * len(problem.logs), refine=finer)
-            )
-        return self._batches[parts]
 
     def _of_training(self, structure: Structure) -> Problem:
         if structure not in self._training:

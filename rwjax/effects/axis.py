@@ -10,7 +10,6 @@ from rwjax.param import param
 from rwjax.types import Scalar
 
 SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no finite value
-LEAST = 1e-12  # of a heavy tail's exponent: so near 0 the fall is the exponential's to twelve digits, its slope to four
 
 
 class Viscous(AxisTorque):
@@ -39,11 +38,10 @@ class Coulomb(AxisDry):
 
 
 class Stribeck(AxisDry):
-    r"""Breakaway friction above sliding friction, $M = [M_c + M_e\,(1 + r\,|w/v_s|^n)^{-1/r}]\,\mathrm{sgn}\,w$: an exponential's fall
-    $e^{-|w/v_s|^n}$ for $r = 0$, Lorentz's slow one for $r = 1$, of which a search takes either; a rig file's has $n = 2$, $r = 0$.
+    r"""Breakaway friction above sliding friction, $M = [M_c + M_e\,e^{-|w/v_s|^n}]\,\mathrm{sgn}\,w$; a rig file's has $n = 2$.
 
     $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise; the breakaway level is $M_c + M_e$.
-    Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 8; Hess and Soom (1990) for $r = 1$.
+    Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 8.
     """
 
     name: ClassVar[str] = "axis.stribeck"
@@ -51,14 +49,12 @@ class Stribeck(AxisDry):
     coordinate: ClassVar[str] = "yaw_rate"
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     M_e: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_s - M_c")
-    v_s: Scalar = param("rad/s", bounds=(1e-3, 1e2), null=1.0, starts=(0.03, 0.1, 0.3, 0.1), scale="rate", tex="v_s")
-    n: Scalar = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0, 2.0), tex="n", optional=True)
-    r: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.0, 1.0), tex="r", optional=True, fitted=False)
+    v_s: Scalar = param("rad/s", bounds=(1e-3, 1e2), null=1.0, starts=(0.03, 0.1, 0.3), scale="rate", tex="v_s")
+    n: Scalar = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", optional=True)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
-        fast = jnp.exp(self.n * jnp.log(jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST)))  # quicker than a power
-        r = self.r + LEAST
-        return self.M_c + self.M_e * jnp.exp(-jnp.log1p(r * fast) / r)
+        fall = jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST) ** self.n
+        return self.M_c + self.M_e * jnp.exp(-fall)
 
 
 class AsymmetricFriction(AxisDry):
@@ -135,8 +131,8 @@ class QuadraticDrag(AxisTorque):
 
 
 class AngleFriction(AxisDry):
-    r"""Dry friction that varies with the angle: a level $1 + s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi + s_3\sin 3\psi
-    + c_3\cos 3\psi$ times what the rig has at large; with the third harmonic one tight spot, which fewer make too wide."""
+    r"""Dry friction that varies with the angle: a level $1 + s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$ times what
+    the rig has at large."""
 
     name: ClassVar[str] = "axis.angle_friction"
     group: ClassVar[str] = "angle_friction"
@@ -147,16 +143,12 @@ class AngleFriction(AxisDry):
     c_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.3, 0.0, 0.0), tex="c_1")
     s_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.3, 0.0), tex="s_2")
     c_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.3), tex="c_2")
-    s_3: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), tex="s_3", optional=True)
-    c_3: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), tex="c_3", optional=True)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return jnp.zeros_like(motion.t)
 
     def share(self, motion: Motion) -> Scalar:
-        third = 3.0 * motion.psi
-        spot = self.s_3 * jnp.sin(third) + self.c_3 * jnp.cos(third)
-        return two_harmonics(motion.psi, self.s_1, self.c_1, self.s_2, self.c_2) + spot
+        return two_harmonics(motion.psi, self.s_1, self.c_1, self.s_2, self.c_2)
 
 
 class LoadFriction(AxisDry):

@@ -45,8 +45,6 @@ class Effect(eqx.Module):
     """Effects of one group are compiled together where any of them is looked for, at their null if it is another."""
     at_angle: ClassVar[bool] = False
     """Whether it depends on where its body stands, not only on how far it turns: an unseen first angle then matters."""
-    parts: ClassVar[int] = 1
-    """Parts into which it needs a time step divided: of what swings or strikes within a few steps."""
     states: ClassVar[tuple[str, ...]] = ()
     """Names of its own states."""
 
@@ -209,7 +207,6 @@ class Winding(Effect):
 class Coupling(Effect):
     """What lies between the drive's side of the axis and the axis itself; states: twist [rad] and slip [rad/s]."""
 
-    parts: ClassVar[int] = 4
     states: ClassVar[tuple[str, ...]] = ("twist", "slip")
 
     @abstractmethod

@@ -153,19 +153,6 @@ def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     assert search.excess(many) < 0.1 and refits.known(few) is fitted  # of which there are two places alone
 
 
-def test_a_step_that_is_divided_leaves_every_reading_in_its_place() -> None:
-    t = np.sort(np.concatenate([np.arange(1500) * 0.0113, [3.0071, 9.0]]))
-    log = record(t, np.sign(np.sin(1.7 * t)), {"yaw_rad": np.sin(t)})
-    refits = Refits.of(platform("viscous = 0.02"), [log], [0], lambda text: None)
-    coarse = refits.problem_of(Explanation(("axis.coulomb",))).batch
-    fine = refits.problem_of(Explanation(("axis.backlash",))).batch
-    assert fine.h == pytest.approx(coarse.h / 4.0, rel=1e-12)
-    assert np.array_equal(fine.slot_sample, coarse.slot_sample) and np.array_equal(fine.weight, coarse.weight)
-    step = len(coarse.step_index) * np.arange(coarse.windows)[:, None]
-    place = [(x.slot_step + x.slot_part + n * step) / n for x, n in ((coarse, 1), (fine, 4))]
-    assert np.max(np.abs(place[1] - place[0])[coarse.slot_sample >= 0]) < 1e-6
-
-
 def test_a_play_of_nothing_is_the_coupling_that_it_hands_its_numbers_to() -> None:
     rig, true = platform("viscous = 0.02"), {"s": 0.6, "k": 60.0, "c": 0.1}
     refits = Refits.of(rig, [true_log(rig, **{"axis.flexible_coupling": true})], [0], lambda text: None)

@@ -50,16 +50,6 @@ def _angle(y: dict[str, np.ndarray]) -> np.ndarray:
     return np.sqrt(np.maximum(9.0 - 2.0 / I * (0.05 * psi + 0.02 * (1.0 - np.cos(psi))), 0.0))
 
 
-def _third(y: dict[str, np.ndarray]) -> np.ndarray:
-    psi = y["yaw_rad"]
-    return np.sqrt(np.maximum(9.0 - 2.0 / I * (0.05 * psi + 0.005 * (1.0 - np.cos(3.0 * psi))), 0.0))
-
-
-def _lorentz(y: dict[str, np.ndarray]) -> np.ndarray:
-    energy = 6.0 - 0.03 / I * y["yaw_rad"]  # w^2/2 + w^4/4 from w = 2 on, which 0.03/(1 + w^2) takes away
-    return np.sqrt(np.sqrt(1.0 + 4.0 * np.maximum(energy, 0.0)) - 1.0)
-
-
 def _warm(c: float, tau: float, V: float) -> float:
     return 0.5 * (np.sqrt(1.0 + 4.0 * c * tau * (V / R) ** 2) - 1.0)  # q (1 + q) = c tau (V/R)^2
 
@@ -73,7 +63,6 @@ MOTIONS = [
     Known(
         "axis.stribeck", {"M_c": 0.03, "M_e": 0.0}, FREE, REST, W0, RATE, lambda y: np.maximum(2 - 0.3 * TIME, 0), 1e-10
     ),
-    Known("axis.stribeck", {"M_e": 0.03, "r": 1.0}, FREE, REST, W0, RATE, _lorentz, 1e-5),
     Known("axis.asymmetric_friction", {"d": 0.02}, DRY, REST, W0, RATE, lambda y: np.maximum(2 - 0.7 * TIME, 0), 1e-10),
     Known("axis.quadratic_drag", {"c": 0.05}, FREE, REST, W0, RATE, lambda y: 2.0 / (1.0 + TIME), 1e-5),
     Known(
@@ -87,7 +76,6 @@ MOTIONS = [
         1e-5,
     ),
     Known("axis.angle_friction", {"s_1": 0.4}, DRY, REST, {"w": 3.0}, RATE, _angle, 1e-5, TIME < 5.0),
-    Known("axis.angle_friction", {"s_3": 0.3}, DRY, REST, {"w": 3.0}, RATE, _third, 1e-5, TIME < 5.0),
     Known("axis.load_friction", {"mu": 0.1}, FREE, PUSH, {}, RATE, lambda y: 3.6 * AFTER, 1e-9),
     Known(
         "axis.friction_drift",
