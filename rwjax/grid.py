@@ -75,6 +75,11 @@ class Batch(NamedTuple):
         taken = {name: getattr(self, name)[logs] for name in self._fields if name not in alike}
         return self._replace(**taken, **dict.fromkeys(alike[3:], taken["h"]))
 
+    def of(self, log: int) -> "Batch":
+        """One log by itself."""
+        alike = ("step_index", "late_index", "crowd")
+        return self._replace(**{name: getattr(self, name)[log : log + 1] for name in self._fields if name not in alike})
+
     def until(self, time: float) -> "Batch":
         """The windows in which the first `time` seconds of every log lie."""
         windows = int(time / (np.min(self.h) * len(self.step_index))) + 1

@@ -21,7 +21,7 @@ from rwjax.diagnose.explanation import (
     models_dry,
     on_one_axis,
 )
-from rwjax.diagnose.refit import Refits
+from rwjax.diagnose.refit import BEHIND, Refits
 from rwjax.diagnose.thresholds import (
     CLOSE,
     CLOSE_ABOVE,
@@ -151,8 +151,10 @@ class Search:
         leading = sorted((e for e in tried if tried[e].cost <= CLOSE_COST * least), key=lambda e: tried[e].cost)
         for e in leading[:LEADING]:
             self.refits.race([o for o in (parent, *explanations) if e.contains(o)], e)
+        best = min((parent, *tried), key=lambda e: self.refits.known(e).cost)
         for e in tried:
             special = [o for o in tried if e.contains(o) and self.refits.known(o).cost < self.refits.known(e).cost]
+            special = [o for o in special if not self._far_behind(o, best)]
             if special:
                 self.refits.race([e], min(special, key=lambda o: self.refits.known(o).cost))
 
@@ -162,6 +164,11 @@ class Search:
         best = max(explanations, key=lambda e: self.evidence(e, effective))
         simpler = [e for e in explanations if best.contains(e) and self.gain(best, e) <= NEEDED]
         return max(simpler, key=lambda e: self.evidence(e, effective), default=best)
+
+    def _far_behind(self, explanation: Explanation, best: Explanation) -> bool:
+        """Whether an explanation leaves so much more than one that reaches the noise that no further start is tried."""
+        known = self.refits.known
+        return self.excess(best) <= NOTHING_LEFT and known(explanation).cost > BEHIND * known(best).cost
 
     def _ahead(self, explanations: list[Explanation]) -> list[Explanation]:
         """Explanations, those that leave least first."""
@@ -233,8 +240,9 @@ class Search:
         rivals = self._exchanged(best)
         self.refits.exactly([best])  # which may free the first states
         self._fit([e for e in rivals if e not in self.refits], best)
-        self.refits.again([e for e in self._ahead(rivals) if not e.contains(best)][:AGAIN], best)
-        self.refits.exactly(self._ahead(rivals)[:RIVALS])
+        near = [e for e in self._ahead(rivals) if not e.contains(best) and not self._far_behind(e, best)]
+        self.refits.again(near[:AGAIN], best)
+        self.refits.exactly([e for e in self._ahead(rivals)[:RIVALS] if not self._far_behind(e, best)])
         return rivals
 
     def _surpassing(self, best: Explanation, rivals: list[Explanation]) -> Explanation | None:

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 
 from rwjax.effects.harmonics import two_harmonics, with_overtone
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque, Coupling, Motion
+from rwjax.effects.powers import power
 from rwjax.param import param
 from rwjax.types import Scalar
 
@@ -53,7 +54,7 @@ class Stribeck(AxisDry):
     n: Scalar = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", optional=True)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
-        fall = jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST) ** self.n
+        fall = power(jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST), self.n)
         return self.M_c + self.M_e * jnp.exp(-fall)
 
 
@@ -126,8 +127,8 @@ class QuadraticDrag(AxisTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         size = jnp.abs(motion.w)
-        power = jnp.where(size > SLOWEST, jnp.maximum(size, SLOWEST) ** (self.p - 1.0), 0.0)  # level at standstill
-        return -self.c * motion.w * power
+        rises = jnp.where(size > SLOWEST, power(jnp.maximum(size, SLOWEST), self.p - 1.0), 0.0)  # level at standstill
+        return -self.c * motion.w * rises
 
 
 class AngleFriction(AxisDry):
@@ -171,7 +172,7 @@ def worn(y: Scalar | float, x: Scalar, s: Scalar) -> Scalar:
     """What is left of `y` after a way `x` along which it falls at the rate `y^(1 - s)`."""
     straight = s > STRAIGHT
     s, known = jnp.where(straight, s, 1.0), jnp.maximum(y, 1e-9)
-    return jnp.where(straight, jnp.maximum(known**s - s * x, 1e-9) ** (1.0 / s), y * jnp.exp(-x))
+    return jnp.where(straight, power(jnp.maximum(power(known, s) - s * x, 1e-9), 1.0 / s), y * jnp.exp(-x))
 
 
 class DryDrift(AxisDry):

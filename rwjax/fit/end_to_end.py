@@ -14,6 +14,7 @@ import numpy as np
 
 from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.kinks import across_kinks
+from rwjax.fit.lanes import on_threads
 from rwjax.fit.problem import Problem
 from rwjax.simulate import Evaluation, evaluate, free_run
 
@@ -57,10 +58,23 @@ class Fit:
 
 
 def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
-    """`evaluate` with its columns by the numbers first, zeros up to a multiple of `COLUMNS`, the states last."""
+    """`evaluate` with its columns by the numbers first, zeros up to a multiple of `COLUMNS`, the states last; log by log, those with
+    readings in the residual on a thread each, all others 0."""
     padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
     padded[: len(numbers)] = numbers
-    return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, problem.batch)))
+
+    def one(log: int) -> Evaluation:
+        found = evaluate(problem.structure, theta, padded, nodes[log : log + 1], problem.batch.of(log))
+        return Evaluation(*(np.asarray(a) for a in found))
+
+    told = problem.told.tolist() or [0]
+    found = dict(zip(told, on_threads(one, told), strict=True))
+    if len(nodes) == 1:
+        return found[0]
+    nothing = Evaluation(*(np.zeros_like(a) for a in found[told[0]]))
+    every = [found.get(log, nothing) for log in range(len(nodes))]
+    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}  # of logs
+    return Evaluation(*(np.concatenate([getattr(e, name) for e in every], axis[name]) for name in axis))
 
 
 def _run_each(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

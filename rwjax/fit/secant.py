@@ -84,10 +84,12 @@ def slopes(
     chain = np.zeros((L, problem.batch.windows, n, k + n))
     chain[..., k:] = np.eye(n)
     with np.errstate(over="ignore", invalid="ignore"):
-        beyond = ~np.isfinite(np.einsum("klwqy,klwqy->k", local, local))
-        local[beyond] = 0.0  # a run that leaves the range of numbers, or whose square does: not moved
         by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
         H = by_log @ np.swapaxes(by_log, 1, 2)
+        beyond = ~np.isfinite(np.einsum("lkk->k", H))
+        if beyond.any():
+            local[beyond] = 0.0  # a run that leaves the range of numbers, or whose square does: not moved
+            H = by_log @ np.swapaxes(by_log, 1, 2)
         g = (by_log @ residual.reshape(L, -1, 1))[..., 0]
     return Evaluation(
         residual, local, chain, np.zeros((L, problem.batch.windows, n)), H, g, np.zeros_like(chain[..., 0])

@@ -6,12 +6,12 @@ import pytest
 from rwjax import Log
 from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.fit.coordinates import coordinates
-from rwjax.fit.end_to_end import by_start, first_states, sensitivities
+from rwjax.fit.end_to_end import COLUMNS, by_start, first_states, sensitivities
 from rwjax.fit.lanes import LANES, Search, Wanted, together
 from rwjax.fit.problem import Problem, pose
 from rwjax.fit.secant import by_start_rule, descend, placed, point, residuals, slopes
 from rwjax.rig import Rig
-from rwjax.simulate import free_run
+from rwjax.simulate import evaluate, free_run
 from tests.systems import platform, reaction, record, run
 
 TIME = np.arange(600) * 0.01
@@ -120,6 +120,20 @@ def test_slopes_are_the_sensitivities_of_a_smooth_plant() -> None:
         for k, column in enumerate(columns):
             scale = np.max(np.abs(through[..., column]))
             assert np.max(np.abs(e.local[k, log] - through[..., column])) < 1e-4 * scale
+
+
+def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_reading_counts() -> None:
+    problem = several(platform("viscous = 0.02")).only((0, 2))
+    theta = theta_of(platform("viscous = 0.02"), problem.structure)
+    numbers = np.array([problem.structure.names.index(name) for name in ("axis.inertia", "axis.friction.viscous")])
+    _, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, problem.start, problem.batch))
+    padded = np.append(numbers, [len(theta)] * (COLUMNS - len(numbers)))
+    at_once = evaluate(problem.structure, theta, padded, nodes, problem.batch)
+    found = sensitivities(problem, theta, numbers, nodes)
+    for name, one, all_of_them in zip(found._fields, found, at_once, strict=True):
+        one, whole = (np.moveaxis(np.asarray(a), 1 if name == "local" else 0, 0) for a in (one, all_of_them))
+        assert not one[1].any()
+        assert np.max(np.abs(one[[0, 2]] - whole[[0, 2]])) <= 1e-12 * np.max(np.abs(whole)), name
 
 
 def test_a_descent_by_secants_finds_the_numbers_of_runs_without_noise() -> None:
