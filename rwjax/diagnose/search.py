@@ -168,7 +168,7 @@ class Search:
     def _far_behind(self, explanation: Explanation, best: Explanation) -> bool:
         """Whether an explanation leaves so much more than one that reaches the noise that no further start is tried."""
         known = self.refits.known
-        return self.excess(best) <= NOTHING_LEFT and known(explanation).cost > BEHIND * known(best).cost
+        return bool(self.excess(best) <= NOTHING_LEFT and known(explanation).cost > BEHIND * known(best).cost)
 
     def _ahead(self, explanations: list[Explanation]) -> list[Explanation]:
         """Explanations, those that leave least first."""

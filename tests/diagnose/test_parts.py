@@ -9,7 +9,7 @@ from rwjax import parse_rig
 from rwjax.diagnose.diagnosis import Rung, diagnose
 from rwjax.diagnose.explanation import Explanation
 from rwjax.diagnose.gap import Gap
-from rwjax.diagnose.refit import Refits, promise_of
+from rwjax.diagnose.refit import BEHIND, Refits, promise_of
 from rwjax.diagnose.remarks import moves, ran_away
 from rwjax.diagnose.screen import Screen
 from rwjax.diagnose.search import Choice, Search
@@ -178,6 +178,24 @@ def test_a_choice_gives_way_to_a_rival_with_more_evidence_and_not_the_other_way_
     refits.race(search._exchanged(wrong), Explanation())
     assert search._surpassing(wrong, search._exchanged(wrong)) == right
     assert search._surpassing(right, search._rivals(right)) is None
+
+
+@pytest.mark.parametrize("choice", ["drive.curvature", "parameter.drive.gain"])
+def test_what_is_far_behind_begins_no_more_where_the_choice_reaches_the_noise(
+    choice: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, best = platform("viscous = 0.02"), Explanation((choice,))
+    refits = Refits.of(rig, [true_log(rig, noise=2e-3, **{"drive.curvature": {"c": 0.2}})], [0], lambda text: None)
+    search = Search(refits)
+    search.names = ("drive.saturation", "drive.curvature", "parameter.drive.gain", "parameter.axis.inertia")
+    monkeypatch.setattr("rwjax.diagnose.search.HOPELESS", 0.0)  # rivals of a wrong choice are asked for, too
+    refits.race([Explanation((name,)) for name in search.names], Explanation())
+    begun: set[Explanation] = set()
+    monkeypatch.setattr(refits, "again", lambda explanations, parent: begun.update(explanations))
+    rivals = search._rivals(best)
+    far = {e for e in rivals if refits.known(e).cost > BEHIND * refits.known(best).cost}
+    assert far
+    assert begun == {*rivals} - (far if choice == "drive.curvature" else set())
 
 
 def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> None:
