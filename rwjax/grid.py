@@ -25,6 +25,10 @@ EARLIEST = 1.0
 MOST_STEPS = 5_000_000  # of one log: three hours at 400 Hz
 
 
+ALIKE = ("step_index", "late_index", "crowd")
+"""Entries of a batch that have no axis of logs."""
+
+
 class Batch(NamedTuple):
     """Several logs as arrays. Axes: log `l`, window `w`, grid step within a window `m`, reading slot `q`, output `y`.
 
@@ -71,14 +75,13 @@ class Batch(NamedTuple):
 
     def inputs_of(self, logs: np.ndarray) -> "Batch":
         """What a free run needs of these logs, as often as they are named; no readings."""
-        alike = ("step_index", "late_index", "crowd", "slot_sample", "reading", "weight", "share")
-        taken = {name: getattr(self, name)[logs] for name in self._fields if name not in alike}
-        return self._replace(**taken, **dict.fromkeys(alike[3:], taken["h"]))
+        unused = ("slot_sample", "reading", "weight", "share")
+        taken = {name: getattr(self, name)[logs] for name in self._fields if name not in ALIKE + unused}
+        return self._replace(**taken, **dict.fromkeys(unused, taken["h"]))
 
     def of(self, log: int) -> "Batch":
         """One log by itself."""
-        alike = ("step_index", "late_index", "crowd")
-        return self._replace(**{name: getattr(self, name)[log : log + 1] for name in self._fields if name not in alike})
+        return self._replace(**{name: getattr(self, name)[log : log + 1] for name in self._fields if name not in ALIKE})
 
     def until(self, time: float) -> "Batch":
         """The windows in which the first `time` seconds of every log lie."""

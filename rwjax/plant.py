@@ -398,7 +398,7 @@ def one_axis(structure: Structure, numbers: Numbers) -> Plant:
                 M_c=jnp.zeros_like(numbers["axis.friction.static"]),
                 M_e=numbers["axis.friction.static"] - numbers.get("axis.friction.coulomb", jnp.zeros(())),
                 v_s=numbers["axis.friction.stribeck_velocity"],
-                n=jnp.asarray(2.0),
+                n=2.0,
             )
         )
     if "axis.friction.b3" in numbers:

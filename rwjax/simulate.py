@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from rwjax.grid import Batch
+from rwjax.grid import ALIKE, Batch
 from rwjax.plant import Plant, Structure, one_axis
 from rwjax.plants import AnyPlant, assemble
 from rwjax.step import propagator, step, with_friction
@@ -104,10 +104,9 @@ def _acting(plant: Plant, run: Batch, pace: Scalar | float) -> tuple[Float[Array
 
 
 def _side_by_side(one, batch: Batch, *of_log: Array):
-    """`one(run, *values)` for every log of a batch; the indices of steps have no axis of logs."""
-    indices = ("step_index", "late_index", "crowd")
-    shared = {name: jnp.asarray(getattr(batch, name)) for name in indices}
-    runs = jax.tree.map(jnp.asarray, batch._replace(**dict.fromkeys(indices, batch.h)))
+    """`one(run, *values)` for every log of a batch."""
+    shared = {name: jnp.asarray(getattr(batch, name)) for name in ALIKE}
+    runs = jax.tree.map(jnp.asarray, batch._replace(**dict.fromkeys(ALIKE, batch.h)))
     return jax.vmap(lambda run, *values: one(run._replace(**shared), *values))(runs, *of_log)
 
 

@@ -24,7 +24,7 @@ from rwjax.diagnose.search import Search
 from rwjax.report.html import write_report
 
 STAGES = {
-    "the rig as it is": (Refits, "__call__"),
+    "single fits, that of the rig as it is": (Refits, "__call__"),
     "probes of all candidates, where to begin": (Screen, "predict"),
     "races": (Refits, "_heats"),
     "fits to the end": (Refits, "_finish"),

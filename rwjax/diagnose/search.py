@@ -55,10 +55,10 @@ AT_A_TIME = 2
 EXCHANGES = 3
 """Times at most that a choice gives way to a rival with more evidence."""
 AGAIN = 6
-"""Rivals of a choice, those that leave least, that begin once more from its estimates; not what contains it, which has begun
-there if it left more."""
+"""Rivals of a choice, those that leave least, that begin once more from its estimates unless they are far behind; not what contains
+it, which has begun there if it left more."""
 RIVALS = 3
-"""Rivals of a choice, those that leave least, that are fitted on by exact derivatives before they are judged."""
+"""Rivals of a choice, those that leave least, that are fitted on by exact derivatives before they are judged, unless they are far behind."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Search:
 
     def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
         """Fits all from a parent; then the parent and special cases of what leads from there, and what leaves more than a
-        special case of it from that one."""
+        special case of it from that one, unless that is far behind."""
         tried = self.refits.race(explanations, parent)
         least = min((f.cost for f in tried.values()), default=0.0)
         leading = sorted((e for e in tried if tried[e].cost <= CLOSE_COST * least), key=lambda e: tried[e].cost)
@@ -233,8 +233,8 @@ class Search:
         return [e for e in dict.fromkeys(found) if e != explanation]
 
     def _rivals(self, best: Explanation) -> list[Explanation]:
-        """Sets with one member exchanged, fitted, those that leave least by exact derivatives like `best` itself; none where no
-        name will stand."""
+        """Sets with one member exchanged, fitted, those that leave least and are not far behind by exact derivatives like `best`
+        itself; none where no name will stand."""
         if not best.names or (self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED):
             return []
         rivals = self._exchanged(best)

@@ -51,7 +51,7 @@ class Stribeck(AxisDry):
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     M_e: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_s - M_c")
     v_s: Scalar = param("rad/s", bounds=(1e-3, 1e2), null=1.0, starts=(0.03, 0.1, 0.3), scale="rate", tex="v_s")
-    n: Scalar = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", optional=True)
+    n: Scalar | float = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", optional=True)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         fall = power(jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST), self.n)

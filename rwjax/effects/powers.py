@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from rwjax.types import Scalar
 
 
-def power(base: Scalar, exponent: Scalar) -> Scalar:
-    r"""$x^p = e^{p \ln x}$ of a positive base, to $|p \ln x|$ roundings: XLA calls its own power once for each of many lanes."""
-    return jnp.exp(exponent * jnp.log(base))
+def power(base: Scalar, exponent: Scalar | float) -> Scalar:
+    r"""$x^p$ of a base above 0; with an exponent that is a number to be found, $e^{p \ln x}$ to $|p \ln x|$ roundings: of its own power XLA
+    works out one lane after the other, of exponential and logarithm several at once."""
+    return base**exponent if isinstance(exponent, float) else jnp.exp(exponent * jnp.log(base))

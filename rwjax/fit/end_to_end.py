@@ -16,11 +16,14 @@ from rwjax.fit.coordinates import Coordinates
 from rwjax.fit.kinks import across_kinks
 from rwjax.fit.lanes import on_threads
 from rwjax.fit.problem import Problem
+from rwjax.grid import Batch
 from rwjax.simulate import Evaluation, evaluate, free_run
 
 WINDOW_STEPS = 8
 COLUMNS = 8
 """Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
+LONG = 4000
+"""Steps of a log from which a call of its own costs less than it saves."""
 LARGEST_DAMPING = 1e8
 LIGHT = 1e-9
 """Damping below which a fit with a prior may end: a prior is light against readings, and heavy damping hides it."""
@@ -58,19 +61,20 @@ class Fit:
 
 
 def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
-    """`evaluate` with its columns by the numbers first, zeros up to a multiple of `COLUMNS`, the states last; log by log, those with
-    readings in the residual on a thread each, all others 0."""
+    """`evaluate` with its columns by the numbers first, zeros up to a multiple of `COLUMNS`, the states last.
+
+    Of several long logs each has a call and a thread of its own; those without readings in the residual are left at 0.
+    """
     padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
     padded[: len(numbers)] = numbers
 
-    def one(log: int) -> Evaluation:
-        found = evaluate(problem.structure, theta, padded, nodes[log : log + 1], problem.batch.of(log))
-        return Evaluation(*(np.asarray(a) for a in found))
+    def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
+        return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch)))
 
-    told = problem.told.tolist() or [0]
-    found = dict(zip(told, on_threads(one, told), strict=True))
-    if len(nodes) == 1:
-        return found[0]
+    batch, told = problem.batch, problem.told.tolist()
+    if len(nodes) == 1 or not told or batch.windows * len(batch.step_index) < LONG:
+        return of(nodes, batch)
+    found = dict(zip(told, on_threads(lambda log: of(nodes[log : log + 1], batch.of(log)), told), strict=True))
     nothing = Evaluation(*(np.zeros_like(a) for a in found[told[0]]))
     every = [found.get(log, nothing) for log in range(len(nodes))]
     axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}  # of logs

@@ -115,8 +115,6 @@ def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
 
 def on_threads(function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]:
     """What a function makes of each row of arguments, which are computed at the same time."""
-    if len(arguments[0]) == 1:
-        return [function(*(values[0] for values in arguments))]
     with _threads() as pool:
         return list(pool.map(function, *arguments))
 

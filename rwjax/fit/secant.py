@@ -87,8 +87,9 @@ def slopes(
         by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
         H = by_log @ np.swapaxes(by_log, 1, 2)
         beyond = ~np.isfinite(np.einsum("lkk->k", H))
-        if beyond.any():
-            local[beyond] = 0.0  # a run that leaves the range of numbers, or whose square does: not moved
+        if beyond.any():  # a run that leaves the range of numbers, or whose square does: not moved
+            local[beyond] = 0.0
+            by_log = np.moveaxis(local.reshape(k + n, L, -1), 1, 0)
             H = by_log @ np.swapaxes(by_log, 1, 2)
         g = (by_log @ residual.reshape(L, -1, 1))[..., 0]
     return Evaluation(

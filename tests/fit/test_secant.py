@@ -122,7 +122,28 @@ def test_slopes_are_the_sensitivities_of_a_smooth_plant() -> None:
             assert np.max(np.abs(e.local[k, log] - through[..., column])) < 1e-4 * scale
 
 
-def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_reading_counts() -> None:
+@pytest.mark.parametrize("beyond", [np.inf, np.nan, 1e160])
+def test_a_number_whose_run_leaves_the_range_of_numbers_is_not_moved(beyond: float) -> None:
+    rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
+    problem = several(rig)
+    theta = theta_of(rig, problem.structure)
+    free = np.array([name in rig.free for name in problem.structure.names])
+    c = coordinates(theta, free, bounds_of(rig, problem.structure), np.maximum(np.abs(theta), 1e-3))
+    search = slopes(problem, c, theta, problem.start, np.zeros_like(problem.batch.reading), 1e-2)
+    wanted = next(search)
+    y = np.stack([problem.batch.reading[wanted.logs, : wanted.windows] + 0.1] * len(wanted.theta))
+    y[0] = beyond
+    with pytest.raises(StopIteration) as end:
+        search.send(y)
+    e = end.value.value
+    assert not e.local[0].any() and e.local[1].any()
+    assert np.all(np.isfinite(e.H)) and not e.H[:, 0].any() and np.all(e.H[:, 1, 1] > 0.0)
+
+
+def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_reading_counts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("rwjax.fit.end_to_end.LONG", 0)
     problem = several(platform("viscous = 0.02")).only((0, 2))
     theta = theta_of(platform("viscous = 0.02"), problem.structure)
     numbers = np.array([problem.structure.names.index(name) for name in ("axis.inertia", "axis.friction.viscous")])
