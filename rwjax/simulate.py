@@ -103,11 +103,24 @@ def _acting(plant: Plant, run: Batch, pace: Scalar | float) -> tuple[Float[Array
     return steps, readings.reshape(W, -1)
 
 
-def _side_by_side(one, batch: Batch, *of_log: Array):
-    """`one(run, *values)` for every log of a batch."""
+def _one_log(one, batch: Batch):
+    """`one(run, *values)` with the indices of steps, which have no axis of logs, put back into `run`; and the batch without them."""
     shared = {name: jnp.asarray(getattr(batch, name)) for name in ALIKE}
     runs = jax.tree.map(jnp.asarray, batch._replace(**dict.fromkeys(ALIKE, batch.h)))
-    return jax.vmap(lambda run, *values: one(run._replace(**shared), *values))(runs, *of_log)
+    return (lambda run, *values: one(run._replace(**shared), *values)), runs
+
+
+def _side_by_side(one, batch: Batch, *of_log: Array):
+    """`one(run, *values)` for every log of a batch."""
+    each, runs = _one_log(one, batch)
+    return jax.vmap(each)(runs, *of_log)
+
+
+def _log_by_log(one, batch: Batch, *of_log: Array):
+    """The same one after the other: of windows and derivatives side by side, those of one log stay in a processor's nearest
+    cache."""
+    each, runs = _one_log(one, batch)
+    return jax.lax.map(lambda values: each(*values), (runs, *of_log))
 
 
 def _window(plant: AnyPlant, p, h: Scalar, t0: Scalar, x0: Float[Array, " n"], u: Float[Array, "m *channels"]):
@@ -178,7 +191,8 @@ def _simulate_windows(structure: Structure, theta, nodes: Float[Array, "l w n"],
             jnp.arange(W, dtype=float), nodes, u, at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
         )
 
-    return _side_by_side(one_log, batch, nodes)
+    through = _log_by_log if jax.default_backend() == "cpu" else _side_by_side
+    return through(one_log, batch, nodes)
 
 
 @partial(jax.jit, static_argnames="structure")

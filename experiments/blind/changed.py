@@ -1,6 +1,6 @@
 """What a later run of some cases says otherwise: `python -m experiments.blind.changed EARLIER.jsonl LATER.jsonl`.
 
-Cases with one true name or a cause outside the list that both files hold, by their outcome (see `score`) in each.
+Cases with one true name, a cause outside the list or nothing missing that both files hold, by their outcome (see `score`) in each.
 """
 
 import argparse
@@ -13,9 +13,11 @@ from experiments.speed.table import show
 
 
 def judgement(line: Line, alike: Judged) -> str:
-    """`right`, or what it is instead; of a cause outside the list `unknown` is right."""
-    if line["group"] == "outside":
-        return {"unknown": "right", "none": "none"}.get(line.get("verdict", ""), "wrong")
+    """`right`, or what it is instead; of a cause outside the list `unknown` is right, where nothing is missing `none`."""
+    if line["group"] in ("outside", "none"):
+        right = "unknown" if line["group"] == "outside" else "none"
+        said = line.get("verdict", "error")
+        return "right" if said == right else said if said in ("none", "unknown", "error") else "wrong"
     found = outcome(line, alike)
     return "right" if found in RIGHT else found
 
@@ -31,7 +33,7 @@ def main() -> None:
     for index, same in alike.items():  # what the oracle has said of the same logs still holds
         now.setdefault(index, set()).update(same)
     both = [(first[line["index"]], line) for line in read(a.later) if line["index"] in first]
-    for group, title in (("single", "One cause"), ("outside", "A cause outside the list")):
+    for group, title in (("single", "One cause"), ("outside", "A cause outside the list"), ("none", "Nothing missing")):
         pairs = [(judgement(old, alike), judgement(new, now)) for old, new in both if new["group"] == group]
         count = Counter(pairs)
         table = [[old, new, str(count[old, new])] for old, new in sorted(count, key=lambda p: (p[0] != "right", p))]
