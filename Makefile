@@ -23,7 +23,7 @@ firmware-test: $(READY)
 	@$(BIN)/python -m firmware.simavr.avr
 	@$(MAKE) -s -C firmware
 	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 tests/firmware tests/link \
-		tests/plan/test_experiment.py $(ARGS)
+		tests/planning/test_experiment.py $(ARGS)
 
 lint: $(READY)
 	@$(BIN)/ruff check .

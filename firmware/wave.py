@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rwjax.plan.experiment import TONES, WAVE_SAMPLES, wave
+from rwjax.planning.experiment import TONES, WAVE_SAMPLES, wave
 
 TARGET = Path(__file__).parent / "rwbed" / "wave.h"
 

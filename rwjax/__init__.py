@@ -1,24 +1,42 @@
 """Why does the model of a reaction-wheel testbed differ from the rig? Fit, compare, diagnose, with JAX.
 
-The names here read and write a rig and its logs. What is made of them, in the order of the data: `rwjax.fit.rig_fit.fit_rig`,
-`rwjax.predict.predict_log`, `rwjax.compare.compare`, `rwjax.diagnose.diagnosis.diagnose`, and `rwjax.control`.
+`read_rig` and `read_logs` read the files. `fit`, `predict`, `compare` and `diagnose` work on a rig and its logs. `region`, `tune` and
+`sweep` choose gains. `simulate` runs the model. Each name is imported when it is first used: JAX comes with the first that computes.
 """
 
-from . import interrupt as interrupt  # Ctrl-C of the command comes before what takes long to import
-from . import setup_jax as setup_jax  # float64 and the compilation cache come before any computation
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-from .errors import InputError as InputError
-from .errors import LogError as LogError
-from .errors import RigError as RigError
-from .rig import Rig as Rig
-from .rig import parse_rig as parse_rig
-from .rig import read_rig as read_rig
-from .rig import write_rig as write_rig
-from .log import Log as Log
-from .log import read_log as read_log
-from .log import read_logs as read_logs
-from .log import write_log as write_log
-from .held_out import Fold as Fold
-from .held_out import folds as folds
+if TYPE_CHECKING:
+    from .rig.model import Rig as Rig
 
 __version__ = "0.1.0"
+
+_HOME = {
+    "InputError": "errors",
+    "LogError": "errors",
+    "RigError": "errors",
+    "Rig": "rig.model",
+    "read_rig": "rig.read",
+    "parse_rig": "rig.read",
+    "write_rig": "rig.write",
+    "Log": "logs.log",
+    "read_log": "logs.read",
+    "read_logs": "logs.read",
+    "write_log": "logs.write",
+    "Fold": "logs.held_out",
+    "folds": "logs.held_out",
+}
+"""Where each public name lives."""
+
+__all__ = ["__version__", *_HOME]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module `rwjax` has no attribute `{name}`")
+    return getattr(import_module(f"rwjax.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,5 +1,5 @@
 """`python -m rwjax`: the command line."""
 
-from rwjax.cli import main
+from rwjax.cli.main import main
 
 main()

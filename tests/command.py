@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from rwjax.cli import main
+from rwjax.cli.main import main
 
 
 def rwjax(patch: pytest.MonkeyPatch, *arguments: object) -> int:

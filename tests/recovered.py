@@ -8,17 +8,17 @@ import numpy as np
 
 from experiments.blind.cases import make_case, write_case
 from rwjax import read_logs, read_rig
-from rwjax.build import bounds_of, structure_of, theta_of
-from rwjax.diagnose.explanation import Explanation, free_names
+from rwjax.diagnosis.hypothesis import Explanation, free_names
 from rwjax.effects import BY_NAME
-from rwjax.fit.anchored import fit_anchored
-from rwjax.fit.coordinates import coordinates
-from rwjax.fit.end_to_end import Fit, fit
-from rwjax.fit.lanes import together
-from rwjax.fit.problem import pose
-from rwjax.fit.scales import scales, sizes_of
-from rwjax.fit.secant import descend, placed, point
-from rwjax.param import parameters
+from rwjax.effects.parameter import parameters
+from rwjax.fitting.batched_runs import together
+from rwjax.fitting.coordinates import coordinates
+from rwjax.fitting.initial_state_from_start import fit_anchored
+from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.problem import pose
+from rwjax.fitting.scales import scales, sizes_of
+from rwjax.fitting.secant import descend, placed, point
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 
 
 @dataclass(frozen=True)

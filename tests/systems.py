@@ -3,11 +3,11 @@
 import numpy as np
 
 from rwjax import Log, parse_rig
-from rwjax.build import structure_of, theta_of
-from rwjax.fit.problem import pose
-from rwjax.grid import by_sample
-from rwjax.rig import Rig
-from rwjax.simulate import free_run
+from rwjax.fitting.problem import pose
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.model import Rig
+from rwjax.simulation.batch import by_sample
+from rwjax.simulation.shooting import free_run
 
 MOTOR = """
 [motor]

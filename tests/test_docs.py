@@ -8,11 +8,11 @@ import pytest
 
 import rwjax
 from rwjax import parse_rig
-from rwjax.cli import app
+from rwjax.cli.main import app
 from rwjax.effects import EFFECTS
-from rwjax.log import COLUMNS, INPUTS
-from rwjax.param import parameters
-from rwjax.rig_names import COEFFICIENTS, KEYS
+from rwjax.effects.parameter import parameters
+from rwjax.kinds import COEFFICIENTS, KEYS
+from rwjax.logs.columns import COLUMNS, INPUTS
 
 ROOT = Path(__file__).parents[1]
 

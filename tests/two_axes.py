@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from rwjax import parse_rig
-from rwjax.build import structure_of, theta_of
-from rwjax.plant import Structure
-from rwjax.rig import Rig
-from rwjax.simulate import plant_of
-from rwjax.step import propagator, step
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import plant_of
+from rwjax.simulation.step import propagator, step
 
 GIMBAL = """
 [gimbal]

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, motion, two_axis
 
 FREE = 1e12  # ohm: a motor that is not connected

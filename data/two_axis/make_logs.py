@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax.log import read_log, write_log
-from rwjax.predict import predict_log
-from rwjax.rig import read_rig
+from rwjax.fitting.predict import predict_log
+from rwjax.logs.read import read_log
+from rwjax.logs.write import write_log
+from rwjax.rig.read import read_rig
 
 HERE = Path(__file__).parent
 COUNT = 2.0 * np.pi / 4096

@@ -1,4 +1,4 @@
-"""Limits of the verdict from a campaign over the set `calibrate`, those that `rwjax/diagnose/thresholds.py` holds beside them.
+"""Limits of the verdict from a campaign over the set `calibrate`, those that `rwjax/diagnosis/settings.py` holds beside them.
 
 `python -m experiments.blind.calibrate RESULTS.jsonl` judges every case again under each combination of limits. Of those that
 name a cause on at most `FALSE` of the rigs that lack nothing and on at most `CONFIDENT` of the causes outside the list, it
@@ -15,9 +15,9 @@ from typing import NamedTuple
 from experiments.blind.draw import read
 from experiments.blind.score import RIGHT, Judged, judged, outcome
 from experiments.speed.table import show
-from rwjax.diagnose.gap import Gap
-from rwjax.diagnose.thresholds import VERDICT, Limits
-from rwjax.diagnose.verdict import verdict
+from rwjax.diagnosis.gap import Gap
+from rwjax.diagnosis.settings import VERDICT, Limits
+from rwjax.diagnosis.verdict import verdict
 
 FALSE, CONFIDENT = 0.01, 0.1
 GRID = {

@@ -20,7 +20,7 @@ from time import perf_counter
 from experiments.blind.cases import KINDS, make_case, write_case
 from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
 from rwjax import read_logs, read_rig
-from rwjax.diagnose.diagnosis import diagnose
+from rwjax.diagnosis.diagnosis import diagnose
 
 EACH = 40  # cases until a worker, whose memory grows with every program, gives way to a new one
 LISTED = 5  # names of the ranking that are kept

@@ -23,7 +23,7 @@ from experiments.blind.cases import split
 from experiments.blind.draw import read
 from experiments.blind.inseparable import beside, options
 from experiments.speed.table import show
-from rwjax.diagnose.explanation import coordinate_of
+from rwjax.diagnosis.hypothesis import coordinate_of
 
 CLASSES = ("exact", "set", "twin", "wider", "wrong", "unknown", "none", "error")
 RIGHT = ("exact", "set")

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from experiments.control.problem import COULOMB, LIMIT, PERIOD, SMOOTH, STATIC, STEPS, V_S, VISCOUS, I, K, L, b, rig
-from rwjax.build import structure_of, theta_of
-from rwjax.simulate import plant_of
-from rwjax.step import propagator
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.simulation.shooting import plant_of
+from rwjax.simulation.step import propagator
 
 SOURCE = Path(__file__).with_name("c_limit.c")
 BUILD = Path(__file__).parents[2] / "build"

@@ -23,7 +23,7 @@ from rwjax.control.linear import linearised, transfer
 from rwjax.control.region import real_boundary
 from rwjax.control.robust import Spread, draw
 from rwjax.errors import InputError
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.fitting.fit_rig import fit_rig
 
 FIRST_SEED = 90_000
 PLANTS = 1000

@@ -18,13 +18,13 @@ from experiments.blind.simulator import STEP, advance, simulate
 from experiments.blind.truth import LAG_1, LAG_2, LOAD, PLAY, PSI, PSI_DRIVE, SLEW, STATES, Truth
 from experiments.speed.table import show
 from rwjax import Log, Rig, parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, breakaway
 from rwjax.control.robust import robust_gains
 from rwjax.control.tuning import tune
-from rwjax.diagnose.diagnosis import diagnose
+from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.errors import InputError
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.plant.from_rig import structure_of, theta_of
 
 COUNTS, TICK, TOP = 2048, 0.01, 8.0  # s, V
 CLOCK = Clockwork(TICK, counts=COUNTS)

@@ -14,12 +14,12 @@ from experiments.control import c_limit, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from experiments.speed.run import machine
 from experiments.speed.table import ratio, show, timed
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, run_rig
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.polynomials import shift
 from rwjax.control.region import Loop, pd_loop, share_of_plants, stable
 from rwjax.control.sweep import sweep
+from rwjax.plant.from_rig import structure_of, theta_of
 
 ROUNDS = 9
 SAME = 1e-9

@@ -18,9 +18,9 @@ from scipy.stats import binomtest
 
 from experiments.blind.cases import KINDS, make_case, write_case
 from rwjax import read_logs, read_rig
-from rwjax.fit.bootstrap import bootstrap
-from rwjax.fit.profile import interval
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.fitting.bootstrap import bootstrap
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.profile import interval
 
 FIRST_SEED = 50_000
 EVERY = 20

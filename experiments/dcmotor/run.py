@@ -11,11 +11,11 @@ import numpy as np
 
 from experiments.realdata import dcmotor
 from rwjax import read_log, read_rig
-from rwjax.build import structure_of, theta_of
-from rwjax.diagnose.diagnosis import diagnose
-from rwjax.fit.problem import pose
-from rwjax.fit.rig_fit import fit_rig
-from rwjax.predict import errors, predict
+from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.predict import errors, predict
+from rwjax.fitting.problem import pose
+from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.report.html import write_report
 from rwjax.report.words import text
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from experiments.realdata import dcmotor, emps
 from rwjax import Log, Rig, read_log, read_rig
-from rwjax.compare import compare
+from rwjax.methods.comparison import compare
 from rwjax.report.comparison import table
 
 FOLDERS = Path(__file__).parents[1]

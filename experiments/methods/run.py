@@ -13,7 +13,7 @@ import numpy as np
 
 from experiments.blind.cases import KINDS, make_case, write_case
 from rwjax import read_logs, read_rig
-from rwjax.compare import METHODS, compare
+from rwjax.methods.comparison import METHODS, compare
 
 FIRST_SEED = 70_000
 

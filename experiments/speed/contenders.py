@@ -14,7 +14,7 @@ from experiments.speed import c_limit, scipy_ivp, scipy_numba
 from experiments.speed.curves import one_start
 from experiments.speed.problem import BELIEVED, FREE, arrays, log, rig
 from experiments.speed.table import ratio, seconds, show, timed
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.fitting.fit_rig import fit_rig
 
 ROUNDS = 11
 CASADI_ROUNDS = 5

@@ -15,10 +15,10 @@ from experiments.speed import c_limit, scipy_numba
 from experiments.speed.problem import BELIEVED, COUNT, EFFECTS, arrays, log, posed, rig, with_effects
 from experiments.speed.table import seconds, show, timed
 from rwjax import write_log
-from rwjax.fit.end_to_end import Fit, fit
-from rwjax.fit.nodes import measured_nodes
-from rwjax.fit.rig_fit import fit_rig
-from rwjax.rig import write_rig
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.shooting_nodes import measured_nodes
+from rwjax.rig.write import write_rig
 
 LENGTHS = (10.0, 30.0, 60.0, 300.0, 1800.0, 10800.0)
 NUMBA_UP_TO = 1800.0  # s: its dense Jacobian of a longer log takes minutes

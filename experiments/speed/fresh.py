@@ -11,7 +11,7 @@ import sys  # noqa: E402
 def main(folder: str) -> None:
     """Reads `rig.toml` and `log.csv` of a folder and fits."""
     from rwjax import read_log, read_rig
-    from rwjax.fit.rig_fit import fit_rig
+    from rwjax.fitting.fit_rig import fit_rig
 
     imported = time.perf_counter()
     rig = read_rig(f"{folder}/rig.toml")

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from experiments.blind.simulator import STEP, Truth, simulate
-from rwjax.build import bounds_of, structure_of, theta_of
-from rwjax.fit.coordinates import Coordinates, coordinates
-from rwjax.fit.problem import Problem, pose
-from rwjax.fit.scales import sizes_of
-from rwjax.grid import by_sample
-from rwjax.log import Log
-from rwjax.rig import Rig, parse_rig
+from rwjax.fitting.coordinates import Coordinates, coordinates
+from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.scales import sizes_of
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.rig.model import Rig
+from rwjax.rig.read import parse_rig
+from rwjax.simulation.batch import by_sample
 
 TICK = 0.01  # s
 COUNT = 2.0 * np.pi / 2048

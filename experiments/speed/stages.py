@@ -13,14 +13,15 @@ from functools import wraps
 from pathlib import Path
 from typing import Any
 
+from rwjax.diagnose import diagnosis
+
 from experiments.speed.diagnosis import CASES, write
 from experiments.speed.run import machine
 from experiments.speed.table import show, timed
 from rwjax import read_logs, read_rig
-from rwjax.diagnose import diagnosis
-from rwjax.diagnose.refit import Refits
-from rwjax.diagnose.screen import Screen
-from rwjax.diagnose.search import Search
+from rwjax.diagnosis.model_fits import Refits
+from rwjax.diagnosis.score_screen import Screen
+from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.report.html import write_report
 
 STAGES = {

@@ -7,10 +7,11 @@ from experiments.testbed.plant import Testbed
 from firmware.simavr.avr import Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.link.played import at_rest
+from rwjax.link.play_plan import at_rest
 from rwjax.link.recorder import Recorded, play, record
-from rwjax.plan.experiment import Experiment
-from rwjax.rig import Rig, read_rig
+from rwjax.planning.experiment import Experiment
+from rwjax.rig.model import Rig
+from rwjax.rig.read import read_rig
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "testbed"
 RIG = FOLDER / "rig.toml"

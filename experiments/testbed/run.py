@@ -14,10 +14,10 @@ from typing import Any
 from experiments.testbed.campaign import RIG, campaign
 from experiments.testbed.cases import CHANGES, expected, truth
 from firmware.simavr.avr import missing
-from rwjax.diagnose.diagnosis import diagnose
-from rwjax.log import read_logs
+from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.logs.read import read_logs
 from rwjax.report.html import write_report
-from rwjax.rig import read_rig
+from rwjax.rig.read import read_rig
 
 OUTPUT = Path(__file__).resolve().parents[2] / "build" / "testbed"
 

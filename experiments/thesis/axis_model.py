@@ -9,10 +9,10 @@ from experiments.thesis.regenerate import FRICTION
 from experiments.thesis.table import row
 from experiments.thesis.testbed import INERTIA
 from rwjax import Rig, parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import breakaway
 from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.open_loop import course
+from rwjax.plant.from_rig import structure_of, theta_of
 
 TORQUE, RATES = 0.01, (0.0, 1.38, 5.0)  # N m beyond what is fed forward; rad/s
 TIMES, STEP = (1.0, 2.0, 4.0), 1e-3  # s

@@ -8,7 +8,7 @@ from experiments.thesis.square_waves import CLOCK, STIFF, controller, wave
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import AMPS, TOP, VOLTS, yaw_testbed
 from rwjax.control.closed_loop import Controller, breakaway
-from rwjax.control.dumping import Dump, dump
+from rwjax.control.momentum_dump import Dump, dump
 from rwjax.control.open_loop import Course, Limits, course, steady
 from rwjax.control.tuning import tune
 from rwjax.report.control import draw_courses

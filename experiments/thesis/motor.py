@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from experiments.thesis.table import row, run, save
 from rwjax import parse_rig
-from rwjax.predict import predict_log
+from rwjax.fitting.predict import predict_log
 
 K, R, J = 0.0182, 0.83, 1.24e-4  # N m/A, ohm, kg m2: Table 3.1
 SLOPE = 54.39  # rad/s per volt, measured limit speed over voltage (listing A.3)

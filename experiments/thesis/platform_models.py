@@ -12,7 +12,7 @@ import numpy as np
 from experiments.thesis.regenerate import FRICTION, GAIN
 from experiments.thesis.table import rms, row, run, save
 from rwjax import Rig, parse_rig
-from rwjax.predict import predict_log
+from rwjax.fitting.predict import predict_log
 
 INERTIA = 0.228  # kg m2, Table 3.2
 DAMPING = 0.09091  # 1/s, eq. 3.6

@@ -11,11 +11,11 @@ from experiments.thesis.platform_models import INERTIA, PLATFORM, platform_rig, 
 from experiments.thesis.regenerate import FRICTION, GAIN, SPEED
 from experiments.thesis.table import rms, row, run, save
 from rwjax import Log, Rig, read_log
-from rwjax.build import structure_of, theta_of
-from rwjax.fit.problem import pose
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.predict import errors, predict, predict_log
+from rwjax.fitting.problem import pose
 from rwjax.methods.two_stage import POLYNOMIAL, two_stage
-from rwjax.predict import errors, predict, predict_log
+from rwjax.plant.from_rig import structure_of, theta_of
 
 COAST_DOWN = Path(__file__).parents[2] / "data" / "thesis" / "coast_down.csv"
 TIME = np.arange(1501) * 0.01

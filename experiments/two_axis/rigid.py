@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 
 G = 9.81  # m/s2
 K, R = 0.0182, 0.83  # of both motors [N m/A, ohm]

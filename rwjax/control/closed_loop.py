@@ -14,7 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import lateness, linearised, transfer
 from rwjax.control.region import waits
 from rwjax.effects import BY_NAME
@@ -22,10 +21,11 @@ from rwjax.effects.axis import PeriodicTorque
 from rwjax.effects.ports import AxisElastic, CommandFilter, Coupling
 from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
-from rwjax.plant import Structure, friction_level
-from rwjax.rig import Rig
-from rwjax.simulate import one_axis_plant_of
-from rwjax.step import propagator, step, with_friction
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import one_axis_plant_of
+from rwjax.simulation.step import propagator, step, with_friction
 from rwjax.types import Scalar
 
 LEAST, FARTHEST, COMMANDS = 1e-6, 1e6, 600

@@ -18,8 +18,8 @@ from rwjax.control.region import (
     stable,
     stable_sampled,
 )
-from rwjax.control.running import running_loops, side_by_side
-from rwjax.rig import Rig
+from rwjax.control.sampled_loop import running_loops, side_by_side
+from rwjax.rig.model import Rig
 
 
 class Continuous(NamedTuple):

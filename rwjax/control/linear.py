@@ -9,17 +9,17 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.build import structure_of, theta_of
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import Backlash, FlexibleCoupling, Stribeck
 from rwjax.effects.drive import SHARP, Curvature, DriveLag
+from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import AxisElastic, CommandDelay, CommandFilter, EncoderDelay
 from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
-from rwjax.param import parameters
-from rwjax.plant import Plant, Structure, friction_sum
-from rwjax.rig import Rig, with_one_axis
-from rwjax.simulate import one_axis_plant_of
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.one_axis import Plant, Structure, friction_sum
+from rwjax.rig.model import Rig, with_one_axis
+from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
 SLIDING = 1e-6

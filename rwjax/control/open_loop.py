@@ -14,17 +14,17 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import holding, settled, without_lags
 from rwjax.control.linear import lateness
 from rwjax.effects import BY_NAME
 from rwjax.effects.axis import DryDrift, PeriodicTorque
 from rwjax.effects.ports import CurrentLimit, WheelDry
 from rwjax.errors import InputError
-from rwjax.plant import Plant, Structure, friction_level
-from rwjax.rig import Rig
-from rwjax.simulate import one_axis_plant_of
-from rwjax.step import propagator, sliding_step, step, with_friction
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.one_axis import Plant, Structure, friction_level
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import one_axis_plant_of
+from rwjax.simulation.step import propagator, sliding_step, step, with_friction
 from rwjax.types import Scalar
 
 PIECES = 30

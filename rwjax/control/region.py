@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from rwjax.control.linear import Transfer, linearised, transfer
 from rwjax.control.polynomials import disc, hurwitz, shift, within_sector
 from rwjax.errors import InputError
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
 MOST_LATE = 12

@@ -9,13 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, without_lags
 from rwjax.control.margins import on_circle, sampled_modulus
 from rwjax.control.region import Loop, share_of_sampled
-from rwjax.control.running import running_loops, side_by_side
+from rwjax.control.sampled_loop import running_loops, side_by_side
 from rwjax.errors import InputError, read_text
-from rwjax.rig import Rig
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.rig.model import Rig
 
 FREQUENCIES = 300
 """Along which the worst-case margin of a map is taken; that of the chosen gains along many more."""

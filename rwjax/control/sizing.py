@@ -12,9 +12,9 @@ from rwjax.control.linear import lateness
 from rwjax.control.open_loop import Limits, check, push_at, steady, usable_rate
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque
 from rwjax.errors import InputError
-from rwjax.plant import Structure, friction_level
-from rwjax.rig import Rig
-from rwjax.simulate import one_axis_plant_of
+from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
 ALUMINIUM = 2700.0  # kg/m3

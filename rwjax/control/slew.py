@@ -23,7 +23,7 @@ from rwjax.control.open_loop import (
     waiting,
 )
 from rwjax.errors import InputError
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 
 FINE = 2e-3  # s, longest step in which the ideal law is held on the plant
 SAFE = 0.5

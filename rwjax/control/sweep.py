@@ -15,8 +15,8 @@ from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import Clockwork, Controller, Run, closed_loop, posed
 from rwjax.control.response import Response, step_response
-from rwjax.plant import Structure
-from rwjax.rig import Rig
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
 LANES, SAMPLES = 800, 8_000_000

@@ -12,10 +12,10 @@ from scipy.optimize import minimize
 from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
 from rwjax.control.margins import nearest, on_circle, sampled_modulus
 from rwjax.control.region import Loop
-from rwjax.control.running import running_loops
+from rwjax.control.sampled_loop import running_loops
 from rwjax.errors import InputError
-from rwjax.plant import Structure
-from rwjax.rig import Rig
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
 EFFORT = 1e-3

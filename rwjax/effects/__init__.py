@@ -1,9 +1,10 @@
 """Effects that a rig may have beside its base equations; the order of tables, reports and docs."""
 
+from rwjax import setup_jax as setup_jax  # float64 comes before any computation
 from rwjax.effects import axis, drive, motor, sensor, two_axis, wheel
+from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Effect as Effect
-from rwjax.param import parameters
-from rwjax.rig_names import NUMBERS, SUBSYSTEMS, TWO_AXIS
+from rwjax.kinds import NUMBERS, SUBSYSTEMS, TWO_AXIS
 
 EFFECTS: tuple[type[Effect], ...] = (
     axis.Viscous,

@@ -5,9 +5,9 @@ from typing import ClassVar
 import jax.numpy as jnp
 
 from rwjax.effects.harmonics import two_harmonics, with_overtone
+from rwjax.effects.parameter import param
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque, Coupling, Motion
 from rwjax.effects.powers import power
-from rwjax.param import param
 from rwjax.types import Scalar
 
 SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no finite value

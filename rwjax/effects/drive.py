@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from rwjax.effects.parameter import param
 from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
-from rwjax.param import param
 from rwjax.types import Scalar
 
 SHARP = 5000.0

@@ -4,8 +4,8 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
+from rwjax.effects.parameter import param
 from rwjax.effects.ports import CurrentLimit, Motion, MotorTorque, Winding
-from rwjax.param import param
 from rwjax.types import Scalar
 
 

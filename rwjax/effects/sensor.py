@@ -5,8 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 
 from rwjax.effects.harmonics import two_harmonics
+from rwjax.effects.parameter import param
 from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Motion
-from rwjax.param import param
 from rwjax.types import Scalar
 
 

@@ -4,9 +4,9 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from typing import ClassVar
 
+from rwjax.effects.parameter import param
 from rwjax.effects.ports import Clock, Coupling, Effect, EncoderDelay
-from rwjax.param import param
-from rwjax.rig_names import HALVES, on_half
+from rwjax.kinds import HALVES, on_half
 from rwjax.types import Scalar
 
 OF_THE_LOG = (EncoderDelay, Clock)
@@ -46,7 +46,7 @@ class Tilt(Effect):
 class Gyroscopic(Tilt):
     r"""Gyroscopic coupling: wheel 1 leans by $s\theta$ at a pitch of $\theta$, its momentum $H$ then turns with the bodies:
     $s\sin(s\theta)\,H\,\dot\theta$ on yaw and $-s\sin(s\theta)\,H\,\dot\psi$ on pitch, and the motor's torque on yaw falls by
-    $\cos(s\theta)$ (`rwjax.two_axis`). $s = 1$: the pitch body carries the wheel; $s = 0$: the yaw body does. All of it begins with
+    $\cos(s\theta)$ (`rwjax.plant.two_axis`). $s = 1$: the pitch body carries the wheel; $s = 0$: the yaw body does. All of it begins with
     $s^2$, so a fit of $s$ has to begin beside 0.
     """
 

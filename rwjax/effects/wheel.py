@@ -5,8 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 
 from rwjax.effects.harmonics import with_overtone
+from rwjax.effects.parameter import param
 from rwjax.effects.ports import Motion, WheelDry, WheelTorque
-from rwjax.param import param
 from rwjax.types import Scalar
 
 

@@ -9,7 +9,7 @@ from binascii import crc_hqx
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from rwjax.plan.experiment import SHAPES
+from rwjax.planning.experiment import SHAPES
 
 LONGEST = 55  # bytes on the wire, the zero included; a frame of the board is never longer
 MAX_BODY = 48

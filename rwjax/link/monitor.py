@@ -9,8 +9,8 @@ from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import Session, faults
 from rwjax.link.stream import channels
-from rwjax.plan.experiment import TICK_HZ
-from rwjax.rig import Rig
+from rwjax.planning.experiment import TICK_HZ
+from rwjax.rig.model import Rig
 
 RATE_TICKS = 10  # over which a rate is taken: 0.1 s
 

@@ -18,9 +18,9 @@ from rwjax.link import frames
 from rwjax.link.frames import Sample
 from rwjax.link.session import LinkError, Port, Session, faults, reason
 from rwjax.link.stream import channels, check_board, check_rig, numbered, refuse_existing, write_logs
-from rwjax.plan.envelope import LITTLE, PULSES_US, check_neutral
-from rwjax.plan.experiment import TICK_HZ, Experiment
-from rwjax.rig import Rig
+from rwjax.planning.envelope import LITTLE, PULSES_US, check_neutral
+from rwjax.planning.experiment import TICK_HZ, Experiment
+from rwjax.rig.model import Rig
 
 BAUD = 250_000
 

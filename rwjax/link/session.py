@@ -13,7 +13,7 @@ from typing import Protocol, runtime_checkable
 from rwjax.errors import InputError
 from rwjax.link import frames
 from rwjax.link.frames import Ack, Decoder, Hello, Message, Sample
-from rwjax.plan.experiment import TICK_HZ
+from rwjax.planning.experiment import TICK_HZ
 
 READ_S = 0.1  # s, the port's timeout
 GREETINGS = 20  # a board with a bootloader takes up to 2 s

@@ -12,10 +12,10 @@ import numpy as np
 
 from rwjax.errors import LogError, RigError, read_text
 from rwjax.link.frames import Decoder, Hello, Sample, message, resets, unwanted
-from rwjax.log import write_log
-from rwjax.log_sheet import FEWEST
-from rwjax.plan.experiment import TICK_HZ
-from rwjax.rig import Rig
+from rwjax.logs.sheet import FEWEST
+from rwjax.logs.write import write_log
+from rwjax.planning.experiment import TICK_HZ
+from rwjax.rig.model import Rig
 
 MOST_LOST = 10
 """Samples in a row that may be lost within one log, 0.1 s, where the pulses before and after are the same: else the command

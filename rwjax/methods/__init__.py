@@ -1,1 +1,3 @@
-"""Ways to identify a rig's free numbers from logs, each a function of a rig and logs: `rwjax.compare` runs them all."""
+"""Ways to identify a rig's free numbers from logs, and their comparison on the same held-out data."""
+
+from rwjax import setup_jax as setup_jax  # float64 comes before any computation

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rwjax.errors import RigError
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 
 
 @dataclass(frozen=True)

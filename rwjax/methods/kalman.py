@@ -16,16 +16,16 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
-from rwjax.build import bounds_of, structure_of, theta_of
-from rwjax.fit.problem import Problem, pose
-from rwjax.fit.rig_fit import to_fit
-from rwjax.fit.scales import sizes_of
-from rwjax.log import Log
+from rwjax.fitting.fit_rig import to_fit
+from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.scales import sizes_of
+from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
-from rwjax.plant import Structure
-from rwjax.rig import Rig
-from rwjax.simulate import one_axis_plant_of
-from rwjax.step import propagator, step
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import one_axis_plant_of
+from rwjax.simulation.step import propagator, step
 
 ROUNDS = 4
 """Searches in a row, each scaled by the curvature where the last one stopped."""

@@ -19,17 +19,17 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import lfilter, savgol_filter
 
-from rwjax.build import bounds_of, structure_of, theta_of
 from rwjax.errors import LogError
-from rwjax.fit.rig_fit import to_fit
-from rwjax.fit.scales import sizes_of
-from rwjax.fit.uncertainty import meat, undetermined
-from rwjax.log import Log
+from rwjax.fitting.fit_rig import to_fit
+from rwjax.fitting.predict import predict_log
+from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.uncertainty import meat, undetermined
+from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
-from rwjax.plant import Structure
-from rwjax.predict import predict_log
-from rwjax.rig import Rig
-from rwjax.simulate import rates_along
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import rates_along
 
 WIDTH_S = 0.2
 """Length of the smoothing filter [s]."""

@@ -15,12 +15,12 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from rwjax.errors import LogError, RigError
-from rwjax.fit.problem import NO_COMMAND
-from rwjax.fit.rig_fit import to_fit
-from rwjax.log import Log
+from rwjax.fitting.fit_rig import to_fit
+from rwjax.fitting.predict import predict_log
+from rwjax.fitting.problem import NO_COMMAND
+from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out
-from rwjax.predict import predict_log
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 
 FILTER_S = 0.05
 """Time constant of the derivative filter s/(T s + 1) [s]."""

@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from rwjax.compare import Comparison
+from rwjax.methods.comparison import Comparison
 from rwjax.report.plots import AFTER, AXIS_LABEL, FLOOR, UNIT
 
 

@@ -13,12 +13,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from rwjax.diagnose.diagnosis import Diagnosis
+from rwjax.diagnosis.diagnosis import Diagnosis
 from rwjax.effects import unit_of_number
 from rwjax.errors import InputError, write_text
 from rwjax.report import plots
 from rwjax.report.words import verdict_sentence, where_words
-from rwjax.rig import write_rig
+from rwjax.rig.write import write_rig
 
 Plot = Callable[[Diagnosis, Axes], Axes]
 

@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rwjax.plan.experiment import Experiment
-from rwjax.plan.files import Plan
+from rwjax.planning.experiment import Experiment
+from rwjax.planning.files import Plan
 
 RPM = 30.0 / math.pi  # 1/min per rad/s
 SHOWN: dict[str, tuple[str, Callable[[float], str]]] = {

@@ -2,8 +2,8 @@
 
 from math import isfinite
 
-from rwjax.diagnose.diagnosis import Diagnosis, Rung
-from rwjax.diagnose.where import Where
+from rwjax.diagnosis.diagnosis import Diagnosis, Rung
+from rwjax.diagnosis.localise.where import Where
 from rwjax.effects import BY_NAME, unit_of_number
 from rwjax.report.plots import UNIT, spoken
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control.linear import Linear, characteristic, linearised, taken_as, transfer
 from rwjax.errors import InputError
-from rwjax.simulate import one_axis_plant_of
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.simulation.shooting import one_axis_plant_of
 
 K, R, J, I, b = 0.0216, 36.3, 1.24e-4, 5e-4, 4e-6
 

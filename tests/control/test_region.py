@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, run_rig
 from rwjax.control.linear import Transfer, linearised, transfer, without_lateness
 from rwjax.control.polynomials import disc, hurwitz, mapped, shift, within_sector
@@ -24,6 +23,7 @@ from rwjax.control.region import (
     stable_sampled,
 )
 from rwjax.errors import InputError
+from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction, wheel
 
 J, b, R, L, K, I = 1.24e-4, 4.07e-6, 0.83, 0.1, 0.0182, 0.0432 + 0.3 * 0.145**2

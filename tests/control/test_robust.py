@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rwjax import Rig, parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, run_rig
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import pd_margins, sampled_modulus
@@ -16,6 +15,7 @@ from rwjax.control.region import sampled_loop, share_of_plants
 from rwjax.control.robust import Spread, draw, read_spread, robust_gains
 from rwjax.control.tuning import tune
 from rwjax.errors import InputError
+from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction
 
 NAMES = ("axis.inertia", "motor.torque_constant", "axis.friction.viscous")

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control.open_loop import Limits, waiting
 from rwjax.control.slew import on_off, slew
 from rwjax.errors import InputError
-from rwjax.simulate import plant_of
-from rwjax.step import propagator, sliding_step, step
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.simulation.shooting import plant_of
+from rwjax.simulation.step import propagator, sliding_step, step
 from tests.systems import platform, reaction, record, run
 
 K, R, J, I = 0.0182, 0.83, 1.24e-4, 0.0495

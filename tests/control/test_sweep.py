@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.build import structure_of, theta_of
 from rwjax.control import sweep as module
 from rwjax.control.closed_loop import Clockwork, Controller, Run, breakaway, run_rig
 from rwjax.control.response import step_response
 from rwjax.control.sweep import sweep
+from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction
 
 CLOCK = Clockwork(period=0.02, steps=2, late=1, counts=2048)
@@ -69,6 +69,6 @@ def test_breakaway_is_where_the_axis_lets_go(kind: str, share: float, moves: boo
 
 
 def _without_inductance(rig) -> str:
-    from rwjax.rig import write_rig
+    from rwjax.rig.write import write_rig
 
     return "\n".join(line for line in write_rig(rig).splitlines() if not line.startswith("inductance"))

@@ -6,12 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rwjax.build import structure_of, theta_of
 from rwjax.control.closed_loop import Clockwork, Controller, posed
 from rwjax.control.margins import sampled_modulus
-from rwjax.control.running import running_loops
+from rwjax.control.sampled_loop import running_loops
 from rwjax.control.tuning import LEAST, _slopes, judged, loss, tune
 from rwjax.errors import InputError
+from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction
 
 REFERENCE, CLOCK = np.full(300, 0.3), Clockwork()

@@ -3,10 +3,10 @@
 import jax.numpy as jnp
 import numpy as np
 
-from rwjax.build import structure_of
 from rwjax.effects import BY_NAME, EFFECTS
 from rwjax.effects.ports import AxisElastic, Coupling, Motion
-from rwjax.rig import Rig
+from rwjax.plant.from_rig import structure_of
+from rwjax.rig.model import Rig
 from tests.systems import platform, reaction, record, run
 from tests.systems import wheel as wheel_rig
 

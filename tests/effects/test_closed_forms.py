@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rwjax.effects import EFFECTS
-from rwjax.rig import Rig
+from rwjax.rig.model import Rig
 from tests.effects.rigs import DRY, FREE, REST, TIME, go
 from tests.systems import wheel as wheel_rig
 

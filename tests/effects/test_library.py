@@ -12,15 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.build import structure_of, theta_of
 from rwjax.effects import BY_NAME, EFFECTS, ON_TWO_AXES, axis, drive, motor, ports, sensor, wheel
 from rwjax.effects.axis import Gravity, PolynomialFriction
+from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import AxisDry, AxisElastic, Effect, WheelDry
-from rwjax.fit.problem import pose
-from rwjax.fit.scales import scales
-from rwjax.param import parameters
-from rwjax.plant import Structure, friction_level
-from rwjax.simulate import free_run
+from rwjax.fitting.problem import pose
+from rwjax.fitting.scales import scales
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.simulation.shooting import free_run
 from tests.effects.rigs import ALONE, KIND, REST, RIGS, TIME, among, go, motion
 from tests.systems import platform, record, run
 

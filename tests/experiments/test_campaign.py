@@ -19,7 +19,7 @@ from experiments.blind.oracle import perfect, refit, size
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, WITHIN, OutOfReach, sized
-from rwjax.diagnose.thresholds import Limits
+from rwjax.diagnosis.settings import Limits
 
 
 @pytest.mark.parametrize(

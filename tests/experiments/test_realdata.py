@@ -9,8 +9,8 @@ from experiments.dcmotor import run as dcmotor_run
 from experiments.emps import run as emps_run
 from experiments.realdata import dcmotor, emps
 from rwjax import read_log, read_rig
-from rwjax.diagnose.diagnosis import diagnose
-from rwjax.fit.rig_fit import fit_rig
+from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.fitting.fit_rig import fit_rig
 
 
 def test_emps_four_terms(realdata: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

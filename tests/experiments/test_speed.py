@@ -9,9 +9,9 @@ pytest.importorskip("numba", reason="the benchmark's rivals need the extra `expe
 
 from experiments.speed import c_limit, scipy_numba
 from experiments.speed.problem import BELIEVED, FIRST_STATE, FREE, TRUE, Arrays, arrays, log, posed, rig
-from rwjax.fit.rig_fit import fit_rig
-from rwjax.grid import by_sample
-from rwjax.simulate import free_run
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.simulation.batch import by_sample
+from rwjax.simulation.shooting import free_run
 
 SECONDS = 12.0
 NEEDS_GCC = pytest.mark.skipif(not c_limit.available(), reason="the C program needs gcc")

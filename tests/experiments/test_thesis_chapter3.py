@@ -7,7 +7,7 @@ from numpy.polynomial import Polynomial
 from experiments.thesis import friction_laws, motor, platform_models, regenerate, two_stages
 from experiments.thesis.table import rms, run
 from rwjax import parse_rig
-from rwjax.predict import predict_log
+from rwjax.fitting.predict import predict_log
 
 TIME = np.arange(2001) * 0.01
 

@@ -5,7 +5,7 @@ import pytest
 
 from experiments.thesis import chapter2, left_open, region, square_waves
 from experiments.thesis.testbed import AMPS, INERTIA, TOP, VOLTS, yaw_testbed
-from rwjax.control.dumping import dump
+from rwjax.control.momentum_dump import dump
 from rwjax.control.open_loop import Limits
 from rwjax.control.sizing import size, slew_time
 

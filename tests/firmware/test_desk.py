@@ -17,7 +17,7 @@ from firmware.simavr import avr
 from firmware.simavr.avr import desk as compiled
 from firmware.wave import TARGET, text
 from rwjax.link import frames
-from rwjax.plan.experiment import wave
+from rwjax.planning.experiment import wave
 from tests.boards import need_compiler
 from tests.firmware import desk
 

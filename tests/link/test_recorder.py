@@ -26,9 +26,10 @@ from rwjax.link import frames, recorder
 from rwjax.link.recorder import Raw, listen, play, record, to_play
 from rwjax.link.session import LinkError, Session
 from rwjax.link.stream import stretches, write_logs
-from rwjax.log import read_log
-from rwjax.plan.experiment import Experiment
-from rwjax.rig import Rig, read_rig
+from rwjax.logs.read import read_log
+from rwjax.planning.experiment import Experiment
+from rwjax.rig.model import Rig
+from rwjax.rig.read import read_rig
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, Scripted, stream, wire
 
@@ -336,7 +337,8 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_fitted(tmp_path: Path) ->
     code = f"""
 import pathlib, resource, signal
 from rwjax.link import recorder
-from rwjax.rig import Rig, read_rig
+from rwjax.rig.model import Rig
+from rwjax.rig.read import read_rig
 from tests.link.ports import Scripted, stream
 port = Scripted(stream(range(400)))
 recorder.open_port = lambda _: port

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from rwjax.errors import LogError, RigError
 from rwjax.link.stream import channels, columns, stretches, write_logs
-from rwjax.log import read_log
-from rwjax.rig import parse_rig
+from rwjax.logs.read import read_log
+from rwjax.rig.read import parse_rig
 from tests.link.ports import HELLO, SAMPLE, stream, wire, wrapped
 
 RIG = parse_rig("""

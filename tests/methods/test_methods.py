@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.compare import METHODS, compare
 from rwjax.errors import LogError, RigError
+from rwjax.methods.comparison import METHODS, compare
 from rwjax.methods.kalman import prediction_error
+from rwjax.methods.output_error import finite_differences
 from rwjax.methods.regression import equation_error, weak_form
-from rwjax.methods.simulation import finite_differences
 from rwjax.report.comparison import table, write_figure
 from tests.systems import platform, record, run, wheel
 

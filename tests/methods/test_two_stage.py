@@ -94,7 +94,7 @@ def test_the_wheel_slowing_down_counts_as_torque_on_a_reaction_rig() -> None:
 
 
 def _text(rig) -> str:
-    from rwjax.rig import write_rig
+    from rwjax.rig.write import write_rig
 
     return write_rig(rig)
 

@@ -1,0 +1,128 @@
+"""Slowing the wheel while the axis's static friction holds the axis: momentum leaves through the bearing."""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rwjax.control.closed_loop import holding
+from rwjax.control.open_loop import (
+    CHANGING,
+    PIECES,
+    REACHED,
+    STEPS,
+    Course,
+    Limits,
+    Task,
+    check,
+    fastest,
+    resting,
+    steady,
+    torque_at,
+    waiting,
+    worst,
+)
+from rwjax.effects import BY_NAME
+from rwjax.effects.ports import AxisDry, AxisElastic
+from rwjax.errors import InputError
+from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import one_axis_plant_of
+
+MARGIN = 0.9
+"""Share of the breakaway torque that a dump uses."""
+SPARE = 0.95
+"""Share of the torque that friction or the drive bear with which the search begins."""
+
+
+class Dump(NamedTuple):
+    """`bound` [s] below which no command does it, 0 where none is known, and the `best` course; each of its commands is given the
+    `delay` [s] of the drive before it acts."""
+
+    bound: float
+    best: Course
+    delay: float
+
+    @property
+    def time(self) -> float:
+        """Least time on the plant, from the first command to rest [s]."""
+        return float(self.best.time[-1]) + self.delay
+
+
+def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
+    r"""Brings the wheel from `spin` [rad/s] to rest in the least time in which the axis does not move.
+
+    While the axis rests, what turns the wheel pushes back on the axis: $|J\dot\Omega| \le T = (\mu M_s - M_l)/(1 - \mu\,\mu_l)$, so that
+    no dump is shorter than $J\Omega_0/T$, with $\mu$ the `margin`, the share of the breakaway torque $M_s + \mu_l T$ that is used, of
+    which $\mu_l T$ grows with the torque, and $M_l$ the load that the axis bears. Where friction or load change over time, no such
+    bound is known.
+    Raises `InputError` for a rig without a wheel, limits that are not positive, an axis that friction does not hold, or only after it
+    has moved a little, and as `waiting` does.
+    """
+    check(rig, limits)
+    if spin == 0.0 or not np.isfinite(spin):
+        raise InputError(f"wheel at {spin:g} rad/s: has to be a number other than 0")
+    if not 0.0 < margin <= 1.0:
+        raise InputError(f"margin {margin:g}: has to lie above 0 and not above 1")
+    if elastic := [name for name in rig.effects if issubclass(BY_NAME[name], AxisElastic)]:
+        raise InputError(f"`{elastic[0]}`: the axis moves a little before it is held; leave it out")
+    structure, theta, start = steady(rig, spin)
+    K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
+    before, way = resting(rig), float(np.sign(spin))
+    load, held = way * float(before.torque), margin * float(before.holds[1 if spin > 0.0 else 0])
+    room = held - load
+    if room <= 0.0:
+        raise InputError("nothing holds the axis while the wheel slows: the rig has no dry friction left for it")
+    left = 1.0 - margin * float(_grows(structure, theta, way))
+    room = room / left if left > 0.0 else np.inf  # friction that grows as fast as what it holds
+    changes = any(issubclass(BY_NAME[name], CHANGING) for name in rig.effects)
+    delay = waiting(rig, spin)
+    bound = 0.0 if changes else J * abs(spin) / room + delay
+
+    ripple = K**2 * abs(spin) / (2 * PIECES * STEPS * R)  # of a command that is held while the wheel slows over a step
+    torque = SPARE * min(room / (1.0 + ripple / room), max(torque_at(rig, limits, 0.0), 1e-2 * held))
+    Omega = spin * np.linspace(1.0, 0.0, PIECES + 1)
+    pushes = R / K * torque
+    guess = float(holding(rig.values)) * Omega - way * pushes
+    numbers = jnp.array([spin, K / torque, margin, torque])
+    task = Task(theta, limits, numbers, start, J * abs(spin) / torque, 1.0)
+    best, missed = fastest(structure, _stopped if structure.inductive else _slowed, PIECES, task, guess, pushes)
+    if missed > REACHED:
+        raise InputError(_lacking(best, spin))
+    return Dump(bound, best, delay)
+
+
+@partial(jax.jit, static_argnums=(0, 2))
+def _grows(structure: Structure, theta: Float[Array, " p"], way: float) -> Array:
+    """By how much the axis's breakaway torque grows with the torque of the drive [1]."""
+    plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
+    rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
+    none, one = (friction_level(plant.on(AxisDry), rest._replace(load=jnp.asarray(x)), way) for x in (0.0, 1.0))
+    return one - none
+
+
+def _lacking(best: Course, spin: float) -> str:
+    """What to say of a dump that was not found: what the best try lacks."""
+    left, moved = abs(float(best.wheel[-1]) / spin), float(np.max(np.abs(best.angle)))
+    what = f"the axis moves by {np.degrees(moved):.2g}°; begin at a lower rate of the wheel" if moved > 0.0 else ""
+    slow = f"{100.0 * left:.2g} % of the rate are left; raise the voltage or the current" if left > REACHED else ""
+    tight = (
+        "static friction is used beyond its share, or voltage or current beyond theirs; use a larger share of the first"
+    )
+    return f"no dump from {spin:g} rad/s was found: {what or slow or tight}"
+
+
+def _slowed(found: Course, numbers: Array) -> tuple[Array, Array]:
+    """The wheel stands, and friction held the axis all the while."""
+    spin, _, margin, room = numbers
+    within = (margin * found.holds[:, 0] + found.torque, margin * found.holds[:, 1] - found.torque)
+    return found.wheel[-1:] / spin, jnp.concatenate([worst(w / room) for w in within])
+
+
+def _stopped(found: Course, numbers: Array) -> tuple[Array, Array]:
+    """And no current is left that would turn it again."""
+    zero, positive = _slowed(found, numbers)
+    return jnp.append(zero, numbers[1] * found.current[-1]), positive

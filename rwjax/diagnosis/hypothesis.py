@@ -1,0 +1,215 @@
+"""Explanations: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.effects import BY_NAME, of_kind
+from rwjax.effects.parameter import parameters
+from rwjax.effects.ports import Coupling
+from rwjax.fitting.coordinates import Coordinates, coordinates
+from rwjax.fitting.scales import scales_for, sizes_of
+from rwjax.kinds import HALVES, NUMBERS, of_half, on_half
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
+
+WRONG_BY = 4.0
+"""A fixed number of the rig file is taken to be wrong by at most this factor."""
+
+DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
+CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding")
+"""Effects that bring a Coulomb level of their own where nothing else models dry friction."""
+LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
+    "axis.friction_drift": ("axis.viscous",),
+    "axis.spring": ("axis.bias_torque",),
+    "axis.backlash": ("axis.flexible_coupling",),
+}
+"""Effects of which another is a special case or a limit."""
+Alike = tuple[tuple[str, ...], tuple[str, ...]]
+"""Names of numbers, and the effects in which they are the same thing."""
+LEVEL: Alike = (("M_c",), ("axis.coulomb", *CONTAINS_COULOMB))
+CONTACT: Alike = (("s", "k", "c"), ("axis.flexible_coupling", "axis.backlash"))
+
+
+def on_one_axis(name: str) -> str:
+    """The name that an effect or number of one half of a two-axis rig has on a rig with one axis; any other as it is."""
+    found = of_half(name)
+    return name if found is None else found[1]
+
+
+def beside(name: str, other: str) -> str:
+    """The effect or number `other` of a rig with one axis, on the half to which `name` belongs."""
+    found = of_half(name)
+    return other if found is None else on_half(other, found[0])
+
+
+def models_dry(rig: Rig, name: str) -> bool:
+    """Whether the rig file models dry friction of the axis that `name` belongs to."""
+    return any(beside(name, number) in rig.numbers for number in DRY_IN_RIG)
+
+
+def brings_level(name: str) -> bool:
+    """Whether an effect brings a Coulomb level of its own where nothing else models dry friction."""
+    return on_one_axis(name) in CONTAINS_COULOMB
+
+
+def levels_beside(name: str) -> set[str]:
+    """The effects that bring a Coulomb level to the axis that `name` belongs to."""
+    return {beside(name, other) for other in CONTAINS_COULOMB}
+
+
+NUMBER_COORDINATE = {
+    "motor.torque_constant": "current",
+    "motor.resistance": "current",
+    "motor.inductance": "current",
+    "motor.friction": "wheel_rate",
+    "wheel.inertia": "wheel_rate",
+    "drive.gain": "voltage",
+    "axis.inertia": "load",
+    "axis.gravity.torque": "yaw",
+    "axis.gravity.angle": "yaw",
+}
+"""What a wrong number's error is a function of; friction terms of the axis: its rate."""
+
+
+def coordinate_of(name: str) -> str:
+    """What the part called `name` is a function of, in the words of `diagnosis.json`."""
+    if name.startswith("parameter."):
+        number = name.removeprefix("parameter.")
+        coordinate = NUMBER_COORDINATE.get(on_one_axis(number), "pitch" if number.startswith("gimbal.") else "yaw_rate")
+        return coordinate.replace("yaw", "pitch") if number.startswith("pitch.") else coordinate
+    return BY_NAME[name].coordinate
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong. Their order is for
+    the reader alone."""
+
+    names: tuple[str, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Explanation) and {*self.names} == {*other.names}
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self.names))
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The effects among the names."""
+        return tuple(name for name in self.names if not name.startswith("parameter."))
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Fixed numbers of the rig file that are freed."""
+        return tuple(name.removeprefix("parameter.") for name in self.names if name.startswith("parameter."))
+
+    def plus(self, *names: str) -> "Explanation":
+        """This explanation with further names."""
+        merged = dict.fromkeys((*self.names, *names))
+        return Explanation(tuple(merged))
+
+    def without(self, name: str) -> "Explanation":
+        """This explanation with one name less."""
+        return Explanation(tuple(other for other in self.names if other != name))
+
+    def contains(self, other: "Explanation") -> bool:
+        """Whether `other` is a special case of this explanation."""
+        limits = {beside(name, limit) for name in self.names for limit in LIMITS.get(on_one_axis(name), ())}
+        own = {*self.names} | limits
+        return {*other.names} <= own and {*other.names} != {*self.names}
+
+
+OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
+
+
+def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
+    """Structure of the rig in which an explanation is looked for: with all effects of the groups that its effects belong
+    to, at their null unless it holds them, and numbers that the rig file may lack at 0, so that few programs serve all
+    explanations and rigs."""
+    own = structure_of(rig)
+    if own.has_axis:
+        of_axes = {on_half(name, k) for name in OF_ANY_AXIS for k in range(len(HALVES))} if own.halves else OF_ANY_AXIS
+        own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *of_axes}))
+    groups = {BY_NAME[name].group for name in explanation.effects}
+    alike = (name for name in Explanation(candidates(rig)).effects if BY_NAME[name].group in groups)
+    return own.with_effects(*alike, *explanation.effects)
+
+
+def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
+    """Numbers that a fit of this explanation estimates: the rig's free ones and those of the explanation."""
+    free = [*rig.free, *explanation.numbers]
+    held = {*explanation.effects, *rig.effects}
+    given: set[str] = set()  # axes, by their plain dry friction, to which an effect before has brought a level
+    for effect in (name for name in BY_NAME if name in explanation.effects):
+        plain = beside(effect, "axis.coulomb")
+        for name, known in parameters(BY_NAME[effect]).items():
+            if not known.fitted:
+                continue
+            if name == "M_c" and brings_level(effect):
+                if models_dry(rig, effect) or plain in held | given:
+                    continue
+                given.add(plain)
+            free.append(f"{effect}.{name}")
+    return tuple(free)
+
+
+def handed_on(alike: Alike, wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
+    """Those of the `wanted` numbers of effects that are the same thing as one among the `known`, each with it."""
+    found = []
+    numbers, effects = alike
+    for number in numbers:
+        one_axis = [f"{effect}.{number}" for effect in effects]
+        for names in (one_axis, *([on_half(name, k) for name in one_axis] for k in range(len(HALVES)))):
+            same = next((name for name in names if name in known), None)
+            found += [(name, same) for name in names if name in wanted and same is not None]
+    return found
+
+
+def candidates(rig: Rig) -> tuple[str, ...]:
+    """Every single name that might explain a gap of this rig, in the order of the library."""
+    structure = structure_of(rig)
+    modelled = {"axis.viscous": ("axis.friction.viscous", "axis.friction.b2"), "axis.coulomb": DRY_IN_RIG}
+    modelled["axis.stribeck"] = ("axis.friction.static",)
+    found = [
+        name
+        for name in of_kind(rig.kind)
+        if name not in rig.effects
+        and not any(beside(name, number) in rig.numbers for number in modelled.get(on_one_axis(name), ()))
+        and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
+    ]
+    fixed = [name for name in structure.numbers if name not in rig.free and rig.numbers.get(name, 0.0) != 0.0]
+    return (*found, *(f"parameter.{name}" for name in fixed))
+
+
+def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coordinates, list[np.ndarray]]:
+    """Coordinates of an explanation's fit, and parameter vectors from which to start it."""
+    structure = structure_for(rig, explanation)
+    names = structure.names
+    theta = theta_of(rig, structure)
+    bounds = bounds_of(rig, structure)
+    free = free_names(rig, explanation)
+    size = sizes_of(rig, structure, theta, logs)
+    sizes = scales_for(rig, logs)
+    options: dict[int, tuple[float, ...]] = {}
+    for number in explanation.numbers:
+        k = names.index(number)
+        if bounds[k, 0] > 0.0:
+            bounds[k] = max(bounds[k, 0], theta[k] / WRONG_BY), min(bounds[k, 1], theta[k] * WRONG_BY)
+    for effect in structure.effects:
+        for name, p in parameters(BY_NAME[effect]).items():
+            k = names.index(f"{effect}.{name}")
+            if effect in explanation.effects and (names[k] in free or not p.fitted):
+                options[k] = p.begin(sizes(effect))
+    count = max((len(values) for values in options.values()), default=1)
+    starts = []
+    for j in range(count):
+        start = theta.copy()
+        for k, values in options.items():
+            start[k] = values[j % len(values)]
+        starts.append(start)
+    mask = np.array([name in free for name in names])
+    return coordinates(theta, mask, bounds, size), starts

@@ -1,0 +1,1 @@
+"""Where the gap lies: missing torque, momentum, regimes and coordinates."""

@@ -1,0 +1,334 @@
+r"""Which side of the motor lacks a torque: the split of total angular momentum of a rig whose wheel and yaw are both read.
+
+The wheel's equation $J\dot\Omega + b\,\Omega + M_w = K i$ holds what is between motor and wheel, the sum of both,
+$I\dot w + J\dot\Omega + M_f + M_g = 0$, only what acts on the axis from outside: motor, drive and wheel friction cancel
+in it. With test functions $\varphi$ that vanish at both ends of their support,
+$\int\varphi\,I\dot w = -\int\dot\varphi\,I w = \int\ddot\varphi\,I\psi$: no reading is differentiated (weak form; Messenger
+and Bortz, Multiscale Model. Simul. 19 (2021)). Where the current is read, the wheel's equation takes the reading and the
+winding's $L\,di/dt + R i + K\Omega = V$ stands beside it; else the current is what the command drives through the
+winding. Changes that the free numbers of an equation could make in it are projected out. The null of each statistic comes from
+drawing noise and counts anew about the smoothed motion: rounding depends on how fast an encoder turns, so it has to be
+the motion of the log. What smoothing and sums in place of integrals leave of the rig's own free run without noise is
+added to every draw.
+"""
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.sparse import csr_array
+
+from rwjax.diagnosis.localise.own_noise import above, draws, rates
+from rwjax.diagnosis.localise.smoother import Smoother
+from rwjax.effects import BY_NAME
+from rwjax.effects.ports import AxisDry, AxisTorque, MotorTorque, WheelDry, WheelTorque
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.logs.log import Log
+from rwjax.simulation.shooting import one_axis_plant_of
+
+LEVEL = 0.01  # chance of each side to be named though it lacks nothing
+HALF = 16  # draws that weigh the residuals, and as many more that make the null
+NOISE = 0.05  # of the torque that turns the wheel: what noise may leave of it
+LENGTHS = 0.1 * np.sqrt(2.0) ** np.arange(12)  # of the test functions [s]
+FEWEST = 8  # test functions
+CREEPS = 4.0  # deviations of the smoothed speed below which its sign is not known
+WITHIN = (AxisTorque, AxisDry, WheelTorque, WheelDry, MotorTorque)
+"""Ports of effects that a rig may have besides: others change readings or command."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """`p` of the residual under the rig's own noise; `ratio` of its weighed square to that noise's; `torque` [N m] RMS
+    beyond that noise (volts for a winding)."""
+
+    p: float
+    ratio: float
+    torque: float
+
+
+@dataclass(frozen=True)
+class Momentum:
+    """`side`: external, internal, both or neither at `LEVEL`; `length` of the test functions [s]; sides by equation: `axis`
+    (the sum), `wheel`, `winding`."""
+
+    side: str
+    external: float
+    internal: float
+    length: float
+    equations: dict[str, Side]
+
+    def json(self) -> dict:
+        """Plain objects."""
+        return {
+            "side": self.side,
+            "external_p": self.external,
+            "internal_p": self.internal,
+            "length_s": self.length,
+            "equations": {name: {"p": s.p, "ratio": s.ratio, "rms": s.torque} for name, s in self.equations.items()},
+        }
+
+
+@dataclass(frozen=True)
+class Read:
+    """One body's motion in one log: the output that tells it, its smoother, the readings `(time, 1 + draws)` and what was
+    drawn besides, and their smoothed `states` (time, a, 1 + draws)."""
+
+    name: str
+    smoother: Smoother
+    readings: np.ndarray
+    states: np.ndarray
+
+    @property
+    def is_angle(self) -> bool:
+        return self.name in ("yaw_rad", "wheel_rad")
+
+    def about_itself(self, fitted: Fit, log: Log, clean: np.ndarray, rng: np.random.Generator) -> "Read":
+        """The readings, the smoothed motion without noise, the rig's own run without noise and draws about the second."""
+        path = self.states[:, 0, 0]
+        drawn = np.concatenate(
+            [path[:, None], clean[:, None], draws(fitted, log, path, self.name, 2 * HALF, rng)], axis=1
+        )
+        gaps = np.isnan(self.readings[:, :1])
+        states = np.concatenate([self.states[..., :1], self.smoother(np.where(gaps, np.nan, drawn))], axis=2)
+        return Read(self.name, self.smoother, np.concatenate([self.readings[:, :1], drawn], axis=1), states)
+
+    def position(self, time: np.ndarray) -> np.ndarray:
+        """Angle [rad], from 0 where only the rate is read."""
+        if self.is_angle:
+            return self.states[:, 0]
+        w, dt = self.states[:, 0], np.diff(time)[:, None]
+        return np.concatenate([np.zeros((1, w.shape[1])), np.cumsum(0.5 * (w[1:] + w[:-1]) * dt, axis=0)])
+
+    @property
+    def rate(self) -> np.ndarray:
+        """Speed [rad/s]."""
+        return self.states[:, 1 if self.is_angle else 0]
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Acceleration [rad/s²]."""
+        return self.states[:, 2 if self.is_angle else 1]
+
+    @property
+    def deviation(self) -> tuple[np.ndarray, np.ndarray]:
+        """Standard deviations of speed and acceleration."""
+        first = 1 if self.is_angle else 0
+        return self.smoother.deviation[:, first], self.smoother.deviation[:, first + 1]
+
+
+def bump(s: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Test function $(1 - s^2)^5$ of unit area with first and second derivative by time; `s` from -1 to 1 over `length`."""
+    inside = np.maximum(1.0 - s * s, 0.0)
+    cube = inside * inside * inside
+    scale, ds = 693.0 / 256.0 / length, 2.0 / length
+    value, first = cube * inside * inside, -10.0 * s * cube * inside
+    return scale * value, scale * ds * first, scale * ds**2 * (80.0 * s * s - 10.0 * inside) * cube
+
+
+@dataclass(frozen=True)
+class _Weak:
+    """Test functions of one log times the weights of the trapezoidal rule: `by_order[k]` (m, time) the k-th derivative."""
+
+    by_order: tuple[csr_array, csr_array, csr_array]
+
+    @classmethod
+    def of(cls, time: np.ndarray, length: float) -> "_Weak":
+        centres = np.arange(time[0] + 0.5 * length, time[-1] - 0.5 * length, 0.5 * length)
+        first = np.searchsorted(time, centres - 0.5 * length)
+        last = np.searchsorted(time, centres + 0.5 * length, side="right")
+        rows = np.repeat(np.arange(len(centres)), last - first)
+        columns = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])
+        dt = np.diff(time)
+        weight = 0.5 * (np.append(dt, 0.0) + np.append(0.0, dt))[columns]
+        shape = (len(centres), len(time))
+        orders = bump(2.0 * (time[columns] - centres[rows]) / length, length)
+        value, slope, curvature = (csr_array((weight * f, (rows, columns)), shape=shape) for f in orders)
+        return cls((value, slope, curvature))
+
+    def acceleration(self, read: Read, columns: slice) -> np.ndarray:
+        """$\\int\\varphi\\,\\dot w$ of a body's readings, `(m, columns)`."""
+        y = read.readings[:, columns]
+        y = np.where(np.isfinite(y), y, read.states[:, 0, columns])
+        y = y - y[:1]
+        return self.by_order[2] @ y if read.is_angle else -(self.by_order[1] @ y)
+
+    def noise(self, read: Read, noise: float) -> np.ndarray:
+        """Standard deviation of `acceleration` that white noise gives, `(m,)`."""
+        return noise * np.sqrt(self.by_order[2 if read.is_angle else 1].power(2).sum(axis=1))
+
+
+def split(
+    fitted: Fit, yaw: dict[int, Read], wheel: dict[int, Read], clean: list[dict[str, np.ndarray]]
+) -> Momentum | None:
+    """Split of the missing torque of the logs that tell both bodies' motion, or None where it cannot be told; `clean`:
+    the rig's own free runs."""
+    structure = fitted.problem.structure
+    logs = [k for k in yaw if k in wheel]
+    if structure.kind != "reaction" or not logs or any(":" in state for state in structure.states):
+        return None
+    if any(not issubclass(BY_NAME[effect], WITHIN) for effect in structure.effects):
+        return None
+    length = _length(fitted, logs, yaw, wheel)
+    each = [_Equations.of(fitted, k, yaw[k], wheel[k], clean[k], length) for k in logs]
+    found = {}
+    for name in each[0].names(each):
+        if (side := _judge(fitted, name, each)) is not None:
+            found[name] = side
+    inner = [found[name].p for name in ("wheel", "winding") if name in found]
+    if "axis" not in found or not inner:
+        return None
+    external, internal = found["axis"].p, min(1.0, len(inner) * min(inner))
+    names = {(True, True): "both", (True, False): "external", (False, True): "internal", (False, False): "neither"}
+    return Momentum(names[external < LEVEL, internal < LEVEL], external, internal, length, found)
+
+
+def _length(fitted: Fit, logs: list[int], yaw: dict[int, Read], wheel: dict[int, Read]) -> float:
+    """Shortest test functions that leave little noise of the torque that turns the wheel."""
+    number = dict(zip(fitted.problem.structure.names, fitted.theta, strict=True))
+    span = min(np.ptp(fitted.problem.logs[k].time) for k in logs)
+    step = max(np.median(np.diff(fitted.problem.logs[k].time)) for k in logs)
+    possible = [float(s) for s in LENGTHS if 10.0 * step <= s <= span / 6.0] or [float(span / 6.0)]
+    for length in possible:
+        turns, noise = [], []
+        for k in logs:
+            weak = _Weak.of(fitted.problem.logs[k].time, length)
+            turns.append(number["wheel.inertia"] * weak.acceleration(wheel[k], slice(0, 1))[:, 0])
+            for read, inertia in ((yaw[k], "axis.inertia"), (wheel[k], "wheel.inertia")):
+                noise.append(number[inertia] * weak.noise(read, fitted.problem.noise[read.name]))
+        if np.sqrt(np.mean(np.concatenate(noise) ** 2)) <= NOISE * np.sqrt(np.mean(np.concatenate(turns) ** 2)):
+            return length
+    return possible[-1]
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """Weak residuals of one log as functions of the numbers."""
+
+    fitted: Fit
+    number: int
+    weak: _Weak
+    yaw: Read
+    wheel: Read
+    current: np.ndarray | None
+    told: dict[str, np.ndarray]
+    """Test functions of an equation over which all signs of dry friction are known."""
+
+    @classmethod
+    def of(cls, fitted: Fit, number: int, yaw: Read, wheel: Read, clean: dict, length: float) -> "_Equations":
+        log, rng = fitted.problem.logs[number], np.random.default_rng([number, 2])
+        yaw, wheel = (read.about_itself(fitted, log, clean[read.name], rng) for read in (yaw, wheel))
+        weak = _Weak.of(log.time, length)
+        current = None
+        if "current_A" in log.outputs:
+            seen = np.isfinite(log.outputs["current_A"])
+            i = np.interp(log.time, log.time[seen], log.outputs["current_A"][seen])
+            own = draws(fitted, log, i, "current_A", 2 * HALF, rng)
+            current = np.concatenate([i[:, None], i[:, None], clean["current_A"][:, None], own], axis=1)
+        structure = fitted.problem.structure
+        dry = {
+            structure.states[body.rate] for body, _ in one_axis_plant_of(structure, jnp.asarray(fitted.theta)).bodies()
+        }
+        creeps: dict[str, np.ndarray] = {}
+        for state, read in (("w", yaw), ("Omega", wheel)):
+            speed = read.rate[:, [0, 2]]
+            slow = np.abs(speed) <= CREEPS * np.median(read.deviation[0])
+            turns = np.diff(np.sign(speed), append=np.sign(speed[-1:]), axis=0) != 0
+            creeps[state] = np.any(slow | turns, axis=1).astype(float) * (state in dry)
+        inside = weak.by_order[0]
+        told = {
+            "axis": np.asarray(inside @ creeps["w"]) == 0.0,
+            "wheel": np.asarray(inside @ creeps["Omega"]) == 0.0,
+            "winding": np.ones(len(inside.indptr) - 1, bool),
+        }
+        return cls(fitted, number, weak, yaw, wheel, current, told)
+
+    @staticmethod
+    def names(each: "list[_Equations]") -> tuple[str, ...]:
+        return ("axis", "wheel", "winding") if all(e.current is not None for e in each) else ("axis", "wheel")
+
+    def residual(self, name: str, theta: np.ndarray, columns: slice) -> np.ndarray:
+        """$\\int\\varphi\\,(\\ldots)$ of an equation `(m, …)` for readings (column 0), smoothed motion (1), own run (2) or draws."""
+        log, structure = self.fitted.problem.logs[self.number], self.fitted.problem.structure
+        number = dict(zip(structure.names, theta + np.array(structure.vector(log.added)), strict=True))
+        K, R, L = (number.get(f"motor.{n}", 0.0) for n in ("torque_constant", "resistance", "inductance"))
+        I, J = number["axis.inertia"], number["wheel.inertia"]
+        held = 0.5 * (log.command + np.append(log.command[:1], log.command[:-1]))[:, None]  # the mean on both sides
+        Omega = self.wheel.rate[:, columns]
+        value, first, _ = self.weak.by_order
+        if name == "winding":
+            assert self.current is not None
+            i = self.current[:, columns]
+            return value @ (R * i + K * Omega - held) - (first @ i) * L
+        if self.current is not None:
+            i = self.current[:, columns]
+        elif L > 0.0:
+            i = self._driven(log, Omega, K, R, L)
+        else:
+            i = (held - K * Omega) / R
+        states = {"psi": self.yaw.position(log.time)[:, columns], "w": self.yaw.rate[:, columns]}
+        states |= {"theta": self.wheel.position(log.time)[:, columns], "Omega": Omega, "i": i}
+        along = rates(self.fitted, log, theta, states, R * i + K * Omega)
+        spins = J * self.weak.acceleration(self.wheel, columns)
+        if name == "wheel":
+            return spins - value @ (J * along["Omega"])
+        return I * self.weak.acceleration(self.yaw, columns) + spins - value @ (I * along["w"] + J * along["Omega"])
+
+    def _driven(self, log: Log, Omega: np.ndarray, K: float, R: float, L: float) -> np.ndarray:
+        """Current that the held command drives against the back-EMF of a speed `(time, …)`."""
+        fitted = self.fitted
+        i = np.full(Omega.shape, fitted.start[self.number, fitted.problem.structure.states.index("i")])
+        decay = np.exp(-R / L * np.diff(log.time))
+        aim = (log.command[:-1, None] - 0.5 * K * (Omega[1:] + Omega[:-1])) / R
+        for k in range(len(decay)):
+            i[k + 1] = aim[k] + decay[k] * (i[k] - aim[k])
+        return i
+
+
+ENTER = {
+    "axis": ("axis.", "wheel.inertia"),
+    "wheel": ("motor.", "wheel."),
+    "winding": ("motor.",),
+}
+
+
+def _numbers(fitted: Fit, name: str) -> list[int]:
+    """Free numbers that may change an equation; one of those that only scale it as a whole stays."""
+    free = [n for n in fitted.free if n.startswith(ENTER[name])]
+    scaled = {"axis": "axis.inertia", "wheel": "motor.torque_constant"}.get(name)
+    if scaled in free and "wheel.inertia" in free:
+        free.remove("wheel.inertia")
+    return [fitted.problem.names.index(n) for n in free]
+
+
+def _judge(fitted: Fit, name: str, each: list[_Equations]) -> Side | None:
+    """One equation over all logs."""
+    told = np.concatenate([e.told[name] for e in each])
+    theta = fitted.theta
+    numbers = _numbers(fitted, name)
+    if told.sum() < max(FEWEST, 2 * len(numbers)):
+        return None
+
+    def over(columns: slice, theta: np.ndarray) -> np.ndarray:
+        return np.concatenate([e.residual(name, theta, columns) for e in each])[told]
+
+    every = over(slice(None), theta)
+    own = every[:, 3:] - every[:, 1:2] + every[:, 2:3]
+    weigh, null = own[:, :HALF], own[:, HALF:]
+    scale = np.sqrt(np.mean(weigh**2, axis=1))
+    scale = np.maximum(scale, 0.5 * np.median(scale) + 1e-300)  # at rest a count tells less than it seems to
+    A = np.empty((len(scale), len(numbers)))
+    for j, k in enumerate(numbers):
+        moved = theta.copy()
+        moved[k] += 1e-4 * max(abs(theta[k]), 1e-6)
+        A[:, j] = (over(slice(0, 1), moved)[:, 0] - every[:, 0]) / scale
+    A /= np.linalg.norm(A, axis=0) + 1e-300
+    U, size, _ = np.linalg.svd(A, full_matrices=False)
+    U = U[:, size > 1e-6]
+
+    def left(r: np.ndarray) -> np.ndarray:
+        return r - U @ (U.T @ r)
+
+    own, found = left(null / scale[:, None]), left(every[:, :1] / scale[:, None])
+    null_square, square = np.sum(own**2, axis=0), float(np.sum(found**2))
+    beyond = np.mean((found[:, 0] * scale) ** 2) - np.mean((own * scale[:, None]) ** 2)
+    return Side(above(square, null_square), square / float(np.mean(null_square)), float(np.sqrt(max(beyond, 0.0))))

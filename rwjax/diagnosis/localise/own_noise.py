@@ -1,0 +1,58 @@
+"""What the fitted rig's own free runs would have read, noise and counts included: the null of the tests of `where`."""
+
+import numpy as np
+from scipy.stats import t as student
+
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.logs.log import Log
+from rwjax.simulation.batch import by_sample
+from rwjax.simulation.shooting import free_run, rates_along
+
+CHUNK = 2048  # samples per call, so that one compiled program serves logs of any length
+
+
+def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
+    """Readings of the fitted rig's free runs at the logs' times, all that its kind has [SI]."""
+    problem = fitted.problem
+    y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch)[0])
+    found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
+    return [dict(zip(problem.structure.outputs, samples.T, strict=True)) for samples in found]
+
+
+def draws(fitted: Fit, log: Log, clean: np.ndarray, name: str, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Readings `(time, draws)` of one output: a simulated one with noise, rounded to counts where the log is."""
+    step, noise = log.resolution.get(name, 0.0), fitted.problem.noise[name]
+    if step == 0.0:
+        return clean[:, None] + noise * rng.normal(size=(len(clean), count))
+    white = np.sqrt(max(noise**2 - step**2 / 12.0, 0.0))
+    # where the count turns over is not known, nor is it for the rig
+    offset = step * rng.random(count)
+    return step * np.round((clean[:, None] + offset + white * rng.normal(size=(len(clean), count))) / step) - offset
+
+
+def rates(
+    fitted: Fit, log: Log, theta: np.ndarray, states: dict[str, np.ndarray], command: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Rates of all states along motions given as `(time, …)` by state; those not given are 0."""
+    structure = fitted.problem.structure
+    shape = np.broadcast_shapes(*(x.shape for x in states.values()))
+    of_time = (slice(None), *[None] * (len(shape) - 1))
+    X = np.stack([np.broadcast_to(states.get(s, 0.0), shape).ravel() for s in structure.states], axis=1)
+    t, u = (np.broadcast_to(v[of_time] if v.ndim == 1 else v, shape).ravel() for v in (log.time - log.origin, command))
+    n = len(t)
+    size = -(-n // CHUNK) * CHUNK
+    X, t, u = (np.pad(a, [(0, size - n)] + [(0, 0)] * (a.ndim - 1), mode="edge") for a in (X, t, u))
+    theta = theta + np.array(structure.vector(log.added))
+    parts = [
+        rates_along(structure, theta, t[k : k + CHUNK], X[k : k + CHUNK], u[k : k + CHUNK])
+        for k in range(0, size, CHUNK)
+    ]
+    found = np.concatenate([np.asarray(part) for part in parts])[:n]
+    return {s: found[:, k].reshape(shape) for k, s in enumerate(structure.states)}
+
+
+def above(value: float, null: np.ndarray) -> float:
+    """Probability that a positive statistic is this large, from draws of it: Student's t for its logarithm."""
+    draws = np.log(np.maximum(null, 1e-300))
+    spread = max(float(np.std(draws, ddof=1)), 1e-9) * np.sqrt(1.0 + 1.0 / len(draws))
+    return float(student.sf((np.log(max(value, 1e-300)) - np.mean(draws)) / spread, len(draws) - 1))

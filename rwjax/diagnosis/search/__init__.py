@@ -1,0 +1,1 @@
+"""Which effects are missing: strategies from fits and candidates to a choice."""

@@ -1,0 +1,90 @@
+"""Typical sizes of commands, torques and rates in a set of logs: the units in which an unknown number is searched."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from rwjax.effects import BY_NAME
+from rwjax.effects.parameter import parameters
+from rwjax.kinds import HALVES, of_half
+from rwjax.logs.half_rig import half_log, half_rig
+from rwjax.logs.log import Log
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
+
+
+def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
+    """Typical command [V], torque [N m], rate [rad/s] and torque per rate, by the names used in `param(scale=…)`."""
+    n = rig.numbers
+    command = max(float(np.sqrt(np.mean(np.concatenate([log.command for log in logs]) ** 2))), 1e-9)
+    gain = abs(n["drive.gain"]) if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
+    rates = []
+    for log in logs:
+        for name in ("yaw_rad_s", "yaw_rad"):
+            if name in log.outputs:
+                y, t = log.outputs[name], log.time
+                seen = np.isfinite(y)
+                y, t = y[seen], t[seen]
+                stride = max(1, len(t) // 200)
+                rate = np.diff(y[::stride]) / np.diff(t[::stride]) if name == "yaw_rad" else y
+                rates.append(float(np.max(np.abs(rate), initial=0.0)))
+                break
+    rate = max([*rates, 1e-3])
+    angles = np.concatenate([log.outputs["yaw_rad"] for log in logs if "yaw_rad" in log.outputs] or [np.zeros(1)])
+    peak = max(float(np.max(np.abs(log.command), initial=0.0)) for log in logs)
+    currents = [float(np.nanmax(np.abs(log.outputs["current_A"]))) for log in logs if "current_A" in log.outputs]
+    ampere = command / n.get("motor.resistance", 1.0)
+    spin = command / n.get("motor.torque_constant", 1.0)
+    return {
+        "one": 1.0,
+        "command": command,
+        "peak": max(peak, 1e-9),
+        "peak_ampere": max([*currents, 0.0 if currents else peak / n.get("motor.resistance", 1.0), 1e-9]),
+        "torque": gain * command,
+        "rate": rate,
+        "torque_per_rate": gain * command / rate,
+        "torque_per_rate2": gain * command / rate**2,
+        "torque_per_spin2": gain * command / spin**2,
+        "sensed_rate": rate if rig.kind != "wheel" else spin,
+        "inertial": n.get("axis.inertia", 1.0),
+        "ampere": ampere,
+        "per_ampere2": ampere**-2,
+        "per_command": 1.0 / command,
+        "per_watt": 1.0 / (ampere * command),
+        "highest": float(np.nanmax(angles)),
+        "lowest": float(np.nanmin(angles)),
+        "span": float(np.nanmax(angles) - np.nanmin(angles)),
+    }
+
+
+def scales_for(rig: Rig, logs: Sequence[Log]) -> Callable[[str], dict[str, float]]:
+    """`scales` for a number or an effect by its name: of a two-axis rig those of the half that it belongs to, of pitch where it
+    belongs to neither."""
+    if rig.kind != "two_axis":
+        whole = scales(rig, logs)
+        return lambda name: whole
+    of = [scales(half_rig(rig, k), [half_log(log, k) for log in logs]) for k in range(len(HALVES))]
+
+    def sizes(name: str) -> dict[str, float]:
+        found = of_half(name)
+        return of[1 if found is None else found[0]]
+
+    return sizes
+
+
+def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[Log]) -> np.ndarray:
+    """Size of every number `(p,)`: its own, or a tenth of what is typical of its kind where that is larger."""
+    sizes = scales_for(rig, logs)
+    size = np.abs(theta)
+    for k, name in enumerate(structure.names):
+        typical = sizes(name)
+        if k < len(structure.numbers):
+            least = typical["torque"] if name.endswith(("coulomb", "static", "b3", "torque")) else 0.0
+            least = typical["torque_per_rate"] if name.endswith(".friction.viscous") else least
+            least = typical["inertial"] if name.startswith("gimbal.") else least
+        else:
+            effect, _, parameter = name.rpartition(".")
+            least = abs(typical[parameters(BY_NAME[effect])[parameter].scale])
+            size[k] = size[k] if size[k] < 1e5 else 0.0  # a limit that is far off says nothing about sizes
+        size[k] = max(size[k], 0.1 * least, 1e-12)
+    return size

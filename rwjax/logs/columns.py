@@ -1,0 +1,49 @@
+"""The columns that a log may hold, by kind of rig."""
+
+from typing import NamedTuple
+
+from rwjax.kinds import (
+    MOTORED,
+    TURNING,
+    TWO_AXIS,
+    half_column,
+)
+
+
+class Column(NamedTuple):
+    """A column that a log may hold besides time and input."""
+
+    output: str  # its name in `Log.outputs`, in SI
+    kinds: tuple[str, ...]  # kinds of rig that have it
+    encoder: str | None = None  # counts of this encoder, of `rig_names.ENCODERS`
+
+
+COLUMNS = {
+    "yaw_counts": Column("yaw_rad", TURNING + TWO_AXIS, encoder="axis"),
+    "yaw_rad": Column("yaw_rad", TURNING + TWO_AXIS),
+    "position_m": Column("yaw_rad", ("platform",)),
+    "yaw_rad_s": Column("yaw_rad_s", TURNING + TWO_AXIS),
+    "wheel_counts": Column("wheel_rad", MOTORED, encoder="wheel"),
+    "wheel_rad_s": Column("wheel_rad_s", MOTORED),
+    "current_A": Column("current_A", MOTORED),
+}
+COLUMNS |= {
+    "pitch_counts": Column("pitch_rad", TWO_AXIS, encoder="pitch"),
+    "pitch_rad": Column("pitch_rad", TWO_AXIS),
+    "pitch_rad_s": Column("pitch_rad_s", TWO_AXIS),
+    **{
+        half_column(name, k): Column(
+            half_column(COLUMNS[name].output, k), TWO_AXIS, f"wheel_{k + 1}" if name == "wheel_counts" else None
+        )
+        for k in range(2)
+        for name in ("wheel_counts", "wheel_rad_s", "current_A")
+    },
+}
+COMMANDS = {"two_axis": ("voltage_1_V", "voltage_2_V")}
+"""Columns of the command by kind; every other kind has one, `voltage_V`."""
+INPUTS = ("time_s", "voltage_V", *COMMANDS["two_axis"], "supply_V")
+
+
+def commands_of(kind: str) -> tuple[str, ...]:
+    """The columns of the command, which every log of this kind of rig needs."""
+    return COMMANDS.get(kind, ("voltage_V",))

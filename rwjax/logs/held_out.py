@@ -1,0 +1,46 @@
+"""The held-out rule: which logs a model is fitted on and which it is judged on (INTERFACE.md, section 2)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rwjax.errors import LogError
+from rwjax.logs.log import Log
+from rwjax.logs.sheet import FEWEST
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One split of the logs."""
+
+    train: tuple[Log, ...]  # fitted and selected on
+    test: tuple[Log, ...]  # judged on, never looked at before
+
+
+def folds(logs: Sequence[Log]) -> tuple[str, tuple[Fold, ...]]:
+    """The rule that applies to `logs`, by its name in `diagnosis.json`, and its splits.
+
+    Raises `LogError` without a log to fit on, and where the only log is too short to be split.
+    """
+    train = tuple(log for log in logs if not log.validate)
+    test = tuple(log for log in logs if log.validate)
+    if not train:
+        names = ", ".join(log.name for log in logs) or "no log"
+        raise LogError(f"{names}: no log to fit on; give at least one without `# role: validate`")
+    if test:
+        return "marked", (Fold(train, test),)
+    if len(train) == 1:
+        return "last-third", (_last_third(train[0]),)
+    rule = "each-on-the-other" if len(train) == 2 else "leave-one-run-out"
+    return rule, tuple(Fold(train[:i] + train[i + 1 :], (log,)) for i, log in enumerate(train))
+
+
+def _last_third(log: Log) -> Fold:
+    n = len(log.time)
+    first = n - n // 3
+    if n - first < FEWEST:
+        raise LogError(f"{log.name}: {n} samples; a single log needs at least {3 * FEWEST}, or give a second log")
+    fold = Fold((log.cut(0, first),), (log.cut(first, n),))
+    for part in (*fold.train, *fold.test):
+        if silent := next((name for name, y in part.outputs.items() if not (y == y).any()), None):
+            raise LogError(f"{part.name}: no reading of `{silent}`; give a second log, or leave the column out")
+    return fold

@@ -1,0 +1,91 @@
+"""Readings that cannot be: a few samples far outside what lies around them, as a lost byte or a spark makes them.
+
+No model is asked. A body with inertia changes its angle and its rate little from sample to sample. Readings are outliers
+
+* where up to three in a row lie outside the range of the three before and the three after (at the ends of a log: the six on
+  the one side) by more than three times the largest change among these and eight times the noise;
+* where one lies outside the band of the middle 98 % of all readings by more than the band's width and most of the six around
+  it lie inside: outliers near one another, which hide from the first rule.
+
+What a model may have to explain (a jump that stays, a kink, a slow deviation) is kept.
+"""
+
+import numpy as np
+
+from rwjax.logs import noise
+
+AROUND = 3
+"""Readings on either side with which a suspect is compared."""
+LONGEST = 3
+"""Readings in a row that may be outliers together."""
+CHANGES, SIGMAS = 3.0, 8.0
+MOST = 0.05
+"""Share of the readings above which they are not exceptions, and all are kept."""
+ANSWER = 15
+"""Samples for which a rate or a current may answer a change of the command by a leap."""
+
+
+def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None) -> np.ndarray:
+    """Which of an output's readings (NaN where there is none) are outliers.
+
+    With a `command`, readings that follow a change of it by less than `ANSWER` samples are not suspected.
+    """
+    seen = np.isfinite(y)
+    if seen.sum() < 2 * AROUND + LONGEST:
+        return np.zeros(len(y), bool)
+    value = y / max(float(np.max(np.abs(y[seen]))), 1e-300)
+    distinct = np.diff(np.unique(value[seen]))
+    unit = max(noise.rapid(value[seen]), float(distinct.min())) if len(distinct) else 0.0
+    may = seen & ~_answers(command) if command is not None else seen
+    longest_gap = (LONGEST + 1.5) * float(np.median(np.diff(time)))
+    found = np.zeros(len(y), bool)
+    while True:
+        index = np.flatnonzero(seen & ~found)
+        suspects = [_outside_band(value[index], unit)]
+        for length in range(1, LONGEST + 1):
+            for before in (AROUND, 0, 2 * AROUND):  # before == 0: the log's first readings; 2 * AROUND: its last
+                suspects.append(_outside_surroundings(time[index], value[index], length, before, unit, longest_gap))
+        new = np.zeros(len(y), bool)
+        new[index[np.concatenate(suspects)]] = True
+        new &= may
+        if not new.any():
+            return found if np.sum(found) <= MOST * np.sum(seen) else np.zeros(len(y), bool)
+        found |= new
+
+
+def _answers(command: np.ndarray) -> np.ndarray:
+    """Readings that may lie off their surroundings because the command changes: those after a change, and those before one
+    so early that all which the log's first readings are compared with comes after it."""
+    changed = np.append(False, np.diff(command.reshape(len(command), -1), axis=0).any(axis=1))
+    first = 2 * AROUND + LONGEST
+    answers = np.convolve(changed, np.ones(ANSWER + 1))[: len(changed)] > 0.5
+    answers[:first] |= changed[:first].any()
+    return answers
+
+
+def _outside_surroundings(
+    time: np.ndarray, value: np.ndarray, length: int, before: int, unit: float, longest_gap: float
+) -> np.ndarray:
+    """Indices of readings that belong to `length` suspects with `before` readings of their surroundings before them."""
+    size = length + 2 * AROUND
+    if len(value) < size:
+        return np.zeros(0, int)
+    starts = {0: np.array([0]), 2 * AROUND: np.array([len(value) - size])}.get(before, np.arange(len(value) - size + 1))
+    windows = value[starts[:, None] + np.arange(size)]
+    gaps = np.max(np.diff(time[starts[:, None] + np.arange(size)], axis=1), axis=1)
+    inside = windows[:, before : before + length]
+    around = np.delete(windows, np.s_[before : before + length], axis=1)
+    changes = np.max(np.abs(np.diff(around, axis=1)), axis=1, keepdims=True)
+    margin = (CHANGES * changes + SIGMAS * unit) * (1.0 if before == AROUND else length + 1.0)
+    low, high = np.min(around, axis=1, keepdims=True), np.max(around, axis=1, keepdims=True)
+    suspect = np.all((inside > high + margin) | (inside < low - margin), axis=1) & (gaps < longest_gap)
+    return (starts[suspect][:, None] + before + np.arange(length)).ravel()
+
+
+def _outside_band(value: np.ndarray, unit: float) -> np.ndarray:
+    """Indices of readings that lie far outside the band of nearly all, most of their neighbours within it."""
+    low, high = np.percentile(value, (1.0, 99.0))
+    margin = (high - low) + SIGMAS * unit
+    within = (value >= low) & (value <= high)
+    neighbours = np.convolve(within, np.ones(2 * AROUND + 1))[AROUND:-AROUND] - within
+    return np.flatnonzero(((value > high + margin) | (value < low - margin)) & (neighbours > AROUND))

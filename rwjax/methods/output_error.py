@@ -1,0 +1,56 @@
+"""Output error: the free run is compared with the readings, by the library's own fit and as scipy users do it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from rwjax.fitting.fit_rig import fit_rig, to_fit
+from rwjax.fitting.problem import pose
+from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.uncertainty import undetermined
+from rwjax.logs.log import Log
+from rwjax.methods.identified import Identified, estimated, left_out
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.rig.model import Rig
+from rwjax.simulation.shooting import free_run
+
+
+def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
+    """The library's own fit: exact sensitivities, short windows first, unknown first states."""
+    result = fit_rig(rig, logs)
+    return Identified(result.rig, result.notes)
+
+
+def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
+    """`scipy.optimize.least_squares` over a simulation, derivatives by differences, first states read off the logs.
+
+    The simulation is the library's, so that the table shows the method and not the speed of somebody's integrator.
+    """
+    train = to_fit(rig, logs)
+    structure = structure_of(rig)
+    problem = pose(structure, train, prior=rig.prior)
+    theta = theta_of(rig, structure)
+    free = np.flatnonzero([name in rig.free for name in structure.names])
+    size = sizes_of(rig, structure, theta, train)[free]
+    low, high = bounds_of(rig, structure)[free].T / size
+
+    mean, precision = problem.prior.T
+
+    def residual(z: np.ndarray) -> np.ndarray:
+        numbers = theta.copy()
+        numbers[free] = z * size
+        y, _ = free_run(structure, numbers, problem.start, problem.batch)
+        r = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
+        r = np.append(r[problem.batch.weight > 0.0], np.sqrt(precision) * (numbers - mean))
+        return np.nan_to_num(r, nan=1e6, posinf=1e6, neginf=-1e6)
+
+    best = least_squares(
+        residual, np.clip(theta[free] / size, low, high), bounds=(low, np.maximum(high, low + 1e-12)), x_scale="jac"
+    )
+    variance = 2.0 * best.cost / max(len(best.fun) - len(free), 1)
+    A = best.jac.T @ best.jac
+    errors = np.where(undetermined(A), np.inf, np.sqrt(np.diag(np.linalg.pinv(A)) * variance) * size)
+    names = [structure.names[k] for k in free]
+    notes = left_out(rig, prior=True) + (() if best.success else ("the search did not settle",))
+    return Identified(estimated(rig, names, best.x * size, errors), notes)

@@ -1,0 +1,106 @@
+"""What a rig may be asked for: the largest command, current, rates and travel that are known."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.errors import InputError
+from rwjax.kinds import MOTORED, TURNING
+from rwjax.rig.model import Rig
+from rwjax.rig.parse import Pwm
+
+PULSES_US = (1000.0, 2000.0)
+"""Shortest and longest pulse of servos and ESCs [us]."""
+LITTLE = 0.2
+"""Share of what the pulses tell one way, below which they are taken to tell nothing the other way."""
+
+
+class Limit(NamedTuple):
+    """What is limited, in words, the option that says it, and the kinds of rig that have it."""
+
+    words: str
+    option: str
+    kinds: tuple[str, ...]
+
+
+LIMITS = {
+    "current_A": Limit("current [A]", "--amps", MOTORED),
+    "wheel_rad_s": Limit("rate of the wheel", "--rpm", MOTORED),
+    "yaw_rad_s": Limit("rate of the axis [rad/s]", "--rate", TURNING),
+    "yaw_rad": Limit("travel of the axis [rad]", "--travel", TURNING),
+}
+"""Outputs that may have a limit."""
+
+
+class Envelope(NamedTuple):
+    """Largest command [V], and the largest size of other outputs in SI (`LIMITS`), infinite where no limit is known.
+
+    `yaw_rad` is the travel from where the first run begins, either way. `ways`: signs that a command may have.
+    """
+
+    volts: float
+    most: dict[str, float]
+    ways: tuple[float, ...] = (1.0, -1.0)
+
+    def used(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
+        """The largest share of a limit that experiments use, by their peaks."""
+        return np.max([peaks[name] / limit for name, limit in self.most.items()], axis=0)
+
+    @property
+    def known(self) -> dict[str, float]:
+        """The limits that are known, by column."""
+        return {"voltage_V": self.volts} | {name: limit for name, limit in self.most.items() if math.isfinite(limit)}
+
+
+def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None) -> Envelope:
+    """The envelope of a rig from what is given, `most` by output, and what the rig file knows, whichever is less.
+
+    A rig file knows the command's range from `drive.pwm` and `drive.saturation`, the travel from `axis.end_stop`; a neutral
+    pulse at or near the short end of the pulses' range means an ESC that turns one way. Raises `InputError` where nothing limits the command,
+    and for a limit of something that the kind of rig does not have.
+    """
+    most = dict(most or {})
+    if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
+        raise InputError(
+            f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
+        )
+    known = [volts] if volts is not None else []
+    if rig.pwm is not None:
+        check_neutral(rig.pwm)
+    reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else reaches(rig.pwm)
+    ways = tuple(way for way, most_volts in reach.items() if most_volts >= LITTLE * max(reach.values()))
+    known += [reach[way] for way in ways if math.isfinite(reach[way])]
+    known += [rig.effects["drive.saturation"]["u_m"]] if "drive.saturation" in rig.effects else []
+    if not known:
+        raise InputError("nothing says how many volts the drive gives; add --volts, such as --volts 12")
+    if "axis.end_stop" in rig.effects:
+        stop = rig.effects["axis.end_stop"]
+        most["yaw_rad"] = min(most.get("yaw_rad", math.inf), max(min(stop["high"], -stop["low"]), 0.0))
+    limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
+    return Envelope(min(known), limits, ways)
+
+
+def check_neutral(pwm: Pwm) -> None:
+    """Raises `InputError` where no pulse is left on the far side of the neutral one: boards drive no further from neutral, either
+    way, than their longest pulse is."""
+    shortest, longest = PULSES_US
+    if shortest <= pwm.neutral_us and longest - pwm.neutral_us >= LITTLE * (pwm.neutral_us - shortest):
+        return
+    none = f"above {longest:g}" if pwm.neutral_us > shortest else f"below {shortest:g}"
+    raise InputError(
+        f"`drive.pwm.neutral_us` is {pwm.neutral_us:g}, and boards give no pulses {none} us: too few are left; an ESC that "
+        f"turns one way has its neutral at {shortest:g} or little more, one that turns both ways about {sum(PULSES_US) / 2.0:g}"
+    )
+
+
+def reaches(pwm: Pwm) -> dict[float, float]:
+    """The largest command [V] of either sign that the pulses of an ESC can tell; 0 where it does not turn that way."""
+    shortest, longest = ((end - pwm.neutral_us) * pwm.volts_per_us for end in PULSES_US)
+    return {1.0: max(shortest, longest, 0.0), -1.0: max(-shortest, -longest, 0.0)}
+
+
+def in_both(travel: float) -> str:
+    """A travel of the axis in words, in rad and in degrees."""
+    return f"{travel:g} rad ({math.degrees(travel):.4g}°; a linear axis: {travel:g} m)"

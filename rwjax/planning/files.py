@@ -1,0 +1,211 @@
+"""A plan as files: `plan.toml` with its runs, and beside it the command of each run as CSV, which any driver can play."""
+
+import math
+import re
+import tomllib
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from rwjax.errors import InputError, nearest, read_text, write_text
+from rwjax.logs.write import write_log
+from rwjax.planning.experiment import SHAPES, Experiment
+
+SCHEMA, FILE = "rwjax.plan/1", "plan.toml"
+HEAD = """\
+# Runs to record, in this order, each from rest: `rwjax run-experiment RIG PORT --plan` plays them on the testbed's board;
+# the CSV of each run beside this file has its command for any other driver. reaches: peaks in a simulation of the rig.
+"""
+ROLES = ("train", "validate")
+NUMBERS = {"amplitude_V": "amplitude", "offset_V": "offset", "period_s": "period", "length_s": "length"}
+"""Keys of a run that are numbers of its experiment."""
+KEYS = ("name", "kind", *NUMBERS, "role", "why", "tells_apart", "reaches", "way_rad")
+
+
+@dataclass(frozen=True)
+class Run:
+    """An experiment with its name, what it is for, and how far the simulated rig goes in it (SI, by output).
+
+    `way`: the lowest and the highest angle [rad] of the axis from where the run begins; either way as far as `reaches` has it
+    where it is not known.
+    """
+
+    name: str
+    experiment: Experiment
+    role: str  # of `ROLES`
+    why: str
+    tells: tuple[str, ...]  # effects that it tells apart
+    reaches: dict[str, float]
+    way: tuple[float, float] | None = None
+
+    @property
+    def notes(self) -> dict[str, str]:
+        """Of its log."""
+        return {"run": self.name, "experiment": self.experiment.words(), "role": self.role, "why": self.why}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Runs for the rig of this name, within `limits` (by column)."""
+
+    rig: str
+    limits: dict[str, float]
+    runs: tuple[Run, ...]
+
+    @property
+    def seconds(self) -> float:
+        """How long all runs take, without what lies between them."""
+        return sum(run.experiment.command()[0][-1] for run in self.runs)
+
+    def only(self, names: Sequence[str]) -> "Plan":
+        """The runs of these names; `InputError` for a name that the plan does not hold."""
+        known = [run.name for run in self.runs]
+        if unknown := next((name for name in names if name not in known), None):
+            raise InputError(f"the plan holds no run `{unknown}`; the nearest is `{nearest(unknown, known)}`")
+        return Plan(self.rig, self.limits, tuple(run for run in self.runs if run.name in names))
+
+
+def replaced(folder: Path, rig: str) -> str | None:
+    """What a new plan for a rig replaces in a folder, besides an earlier one for the same rig."""
+    if not (folder / FILE).exists():
+        return None
+    try:
+        other = read_plan(folder).rig
+    except InputError:
+        return f"a {FILE} that could not be read"
+    return None if other == rig else f"the plan of rig `{other}` and its runs"
+
+
+def write_plan(folder: Path, plan: Plan) -> Path:
+    """Writes `plan.toml` and a CSV for each run into `folder`; returns the path of the former, which is written last. Nothing
+    of a plan that was there before stays."""
+    _clear(folder)
+    for run in plan.runs:
+        time, volts = run.experiment.command()
+        write_log(folder / f"{run.name}.csv", {"time_s": time, "voltage_V": volts}, run.notes)
+    plain = as_document(plan)
+    for run in plain["runs"]:
+        reaches = tomlkit.inline_table()
+        reaches.update(run["reaches"])
+        run["reaches"] = reaches
+    write_text(folder / FILE, HEAD + tomlkit.dumps(plain), InputError)
+    return folder / FILE
+
+
+def _clear(folder: Path) -> None:
+    """Takes an earlier plan out of a folder, with its runs, which might be played for those of the next one."""
+    if (folder / FILE).exists():
+        with suppress(InputError):  # what cannot be read names no runs
+            for run in read_plan(folder).runs:
+                (folder / f"{run.name}.csv").unlink(missing_ok=True)
+        (folder / FILE).unlink()
+
+
+def write_next(folder: Path, plan: Plan | None) -> Path | None:
+    """Writes the plan of a diagnosis's next experiment, where there is one, into `next` in the diagnosis's folder; no plan of
+    an earlier diagnosis stays there."""
+    target = folder / "next"
+    if plan is None:
+        _clear(target)
+        return None
+    target.mkdir(exist_ok=True)
+    return write_plan(target, plan)
+
+
+def as_document(plan: Plan) -> dict[str, Any]:
+    """What the file says, as plain objects."""
+    runs = [
+        {"name": run.name, "kind": run.experiment.kind}
+        | {key: getattr(run.experiment, field) for key, field in NUMBERS.items()}
+        | {"role": run.role, "why": run.why, "tells_apart": list(run.tells)}
+        | {"reaches": {name: float(f"{value:.4g}") for name, value in run.reaches.items()}}
+        | ({} if run.way is None else {"way_rad": [float(f"{angle:.4g}") for angle in run.way]})
+        for run in plan.runs
+    ]
+    return {
+        "schema": SCHEMA,
+        "rig": plan.rig,
+        "limits": {name: float(f"{value:.6g}") for name, value in plan.limits.items()},
+        "runs": runs,
+    }
+
+
+def read_plan(path: Path) -> Plan:
+    """The plan of a file or of the folder that holds it. Raises `InputError` (file, run, key, what would be right)."""
+    path = path / FILE if path.is_dir() else path
+    text = read_text(path, InputError)
+    try:
+        return _plan(tomllib.loads(text))
+    except _Wrong as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}; `rwjax plan` writes such a file") from None
+
+
+class _Wrong(Exception):
+    """What is wrong with a plan."""
+
+
+def _plan(document: dict[str, Any]) -> Plan:
+    if document.get("schema") != SCHEMA:
+        raise _Wrong(f'no `schema = "{SCHEMA}"`; is this a plan that `rwjax plan` wrote?')
+    rig, limits, runs = document.get("rig"), document.get("limits", {}), document.get("runs")
+    if not isinstance(rig, str):
+        raise _Wrong('no `rig`; write rig = "the name in the rig file"')
+    if not isinstance(limits, dict):
+        raise _Wrong("`limits` has to be a table `[limits]`")
+    if not isinstance(runs, list) or not runs or not all(isinstance(run, dict) for run in runs):
+        raise _Wrong("holds no runs; write each under a header [[runs]]")
+    found = tuple(_run(run, f"run {number + 1}") for number, run in enumerate(runs))
+    names = [run.name for run in found]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise _Wrong(f"two runs are called `{twice}`; each needs a name of its own")
+    return Plan(rig, {name: _number(value, "limits", name) for name, value in limits.items()}, found)
+
+
+def _run(given: dict[str, Any], which: str) -> Run:
+    name = given.get("name")
+    if not isinstance(name, str) or not re.fullmatch(r"[\w-]+", name):
+        raise _Wrong(f'{which}: `name` is {name!r}; its log gets this name: letters, digits, "_" and "-"')
+    which = f"run `{name}`"
+    if unknown := next((key for key in given if key not in KEYS), None):
+        raise _Wrong(f"{which}: unknown key `{unknown}`; the nearest valid one is `{nearest(unknown, KEYS)}`")
+    for key, valid in (("kind", tuple(SHAPES)), ("role", ROLES)):
+        if (value := given.get(key, "train" if key == "role" else None)) not in valid:
+            raise _Wrong(f"{which}: `{key}` is {value!r}; it has to be one of {', '.join(valid)}")
+    given = {"offset_V": 0.0, "role": "train", "why": "", "tells_apart": [], "reaches": {}} | given
+    numbers = {field: _number(given.get(key), which, key) for key, field in NUMBERS.items()}
+    for key in ("period_s", "length_s"):
+        if round(100 * numbers[NUMBERS[key]]) < 4:
+            raise _Wrong(f"{which}: `{key}` is {given[key]}; it has to be 0.04 s at least")
+    if not isinstance(given["reaches"], dict) or not isinstance(given["tells_apart"], list):
+        raise _Wrong(f"{which}: `reaches` has to be a table and `tells_apart` a list")
+    return Run(
+        name,
+        Experiment(given["kind"], **numbers),
+        given["role"],
+        str(given["why"]),
+        tuple(map(str, given["tells_apart"])),
+        {y: _number(value, which, f"reaches.{y}") for y, value in given["reaches"].items()},
+        _way(given.get("way_rad"), which),
+    )
+
+
+def _way(given: Any, which: str) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    if not isinstance(given, list) or len(given) != 2:
+        raise _Wrong(f"{which}: `way_rad` is {given!r}; it has to be two numbers, the lowest angle and the highest")
+    low, high = (_number(value, which, "way_rad") for value in given)
+    return low, high
+
+
+def _number(value: Any, which: str, key: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        said = "is missing" if value is None else f"is {value!r}"
+        raise _Wrong(f"{which}: `{key}` {said}; it has to be a finite number")
+    return float(value)

@@ -1,0 +1,1 @@
+"""What a person looks at: sentences, figures, tables, the HTML page."""

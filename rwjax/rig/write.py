@@ -1,0 +1,83 @@
+"""Writing of rig files: `write_rig`."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import tomlkit
+
+from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, encoder_section
+from rwjax.rig import parse as read
+from rwjax.rig.model import Rig
+
+ORDER = (
+    "kind",
+    "name",
+    "motor",
+    "wheel",
+    "drive",
+    "axis",
+    *(own for half in HALVES for own in half.values()),
+    "gimbal",
+    *ENCODERS,
+    "columns",
+    "fit",
+    "effects",
+)
+
+
+def write_rig(rig: Rig) -> str:
+    """TOML text that reads back as an equal `Rig`; sections as in the interface, units in comments."""
+    document = tomlkit.document()
+    for path, value, comment in sorted(_entries(rig), key=lambda entry: ORDER.index(entry[0][0])):
+        table: Any = document
+        for section in path[:-1]:
+            table = table.setdefault(section, tomlkit.table())
+        item = tomlkit.item(value)
+        table.add(path[-1], item.comment(comment) if comment else item)
+    return tomlkit.dumps(document)
+
+
+def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
+    """Path, value and comment of everything in the file; inside a section in the order of the file."""
+    yield ("kind",), rig.kind, ""
+    yield ("name",), rig.name, ""
+    for name in (n for n in NUMBERS if n in rig.numbers and n not in COEFFICIENTS):
+        yield tuple(name.split(".")), rig.numbers[name], f"{NUMBERS[name].symbol}, {NUMBERS[name].unit}"
+    if COEFFICIENTS[0] in rig.numbers:
+        coefficients = [rig.numbers[name] for name in COEFFICIENTS]
+        yield (
+            tuple(POLYNOMIAL.split(".")),
+            coefficients,
+            "b3, b2, b1, b0; N m over |w|^0 to |w|^3, w in rad/s",
+        )
+    if rig.pwm is not None:
+        pwm = tomlkit.inline_table()
+        pwm.update(rig.pwm._asdict())
+        yield ("drive", "pwm"), pwm, "us, V/us"
+    for who, counts in rig.counts_per_rev.items():
+        whole = int(counts) if counts.is_integer() else counts
+        yield (encoder_section(who, rig.kind), "counts_per_rev"), whole, "edges per turn"
+    for key, column in rig.columns.items():
+        yield ("columns", key), column, ""
+    if rig.free:
+        yield ("fit", "free"), _folded(rig.free), ""
+    if rig.per_run:
+        yield ("fit", "per_run"), _folded(rig.per_run), "a value for each log"
+    for name, (mean, spread) in rig.prior.items():
+        yield ("fit", "prior", name), [mean, spread], "mean, standard deviation"
+    for name, error in rig.standard_error.items():
+        yield ("fit", "standard_error", name), error, ""
+    for name, bounds in rig.bounds.items():
+        yield ("fit", "bounds", name), list(bounds), ""
+    units = read.effect_parameters() if rig.effects else {}
+    for effect, parameters in rig.effects.items():
+        for parameter, value in parameters.items():
+            yield ("effects", effect, parameter), value, units[effect][parameter].unit
+
+
+def _folded(free: tuple[str, ...]) -> list[str]:
+    """`free` with the four coefficients, where they stand in a row, under their one name in the file."""
+    n = len(COEFFICIENTS)
+    rows = (i for i in range(len(free)) if free[i : i + n] == COEFFICIENTS)
+    i = next(rows, None)
+    return list(free) if i is None else [*free[:i], POLYNOMIAL, *free[i + n :]]

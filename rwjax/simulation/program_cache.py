@@ -1,0 +1,144 @@
+"""Programs kept on disk as they were traced: a new process neither traces nor lowers what an earlier one did.
+
+The persistent compilation cache of JAX spares compiling, but not tracing, which takes longer for a plant with many parts.
+A traced program depends on the library's source, the versions of JAX, the platform, the structure and the arrays' shapes:
+all of them name its file. Programs of structures that say they are not `lasting` are not kept.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Hashable
+from functools import cache, wraps
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import rwjax.setup_jax  # noqa: F401  (float64 and the compilation cache come first)
+
+import jax  # isort: skip
+import numpy as np
+from jax import export
+from jax.core import Tracer
+
+DIGEST = 32  # bytes of a check sum before the program
+MOST_PROGRAMS = 100
+"""Programs that a process holds; of more, those not called for longest are dropped and read again. Each takes up to 350 memory
+maps, of which Linux gives a process 65 530, and up to 50 MB."""
+
+OPTIONS = {
+    "xla_disable_hlo_passes": "while-loop-invariant-code-motion",
+    "xla_cpu_use_fusion_emitters": False,
+}
+ON_PROCESSOR = {"xla_backend_optimization_level": 1}
+"""What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
+with several kinds of friction otherwise works out the same power twelve times. Without the newer way to emit fused expressions
+a program compiles in half the time and runs as fast or faster; at the first level of optimisation, on a processor, a loop that is one
+function compiles in 0.8 instead of 1.1 s and runs as fast."""
+
+
+class _Once:
+    """A program that is called once alone, by which it is compiled, before several threads may call it at the same time."""
+
+    def __init__(self, program: Callable) -> None:
+        self.program, self.compiled, self.lock = program, False, Lock()
+
+    def __call__(self, *arrays: Any) -> Any:
+        if self.compiled:
+            return self.program(*arrays)
+        with self.lock:
+            found = self.program(*arrays)
+            self.compiled = True
+            return found
+
+
+_programs: dict[object, Callable] = {}
+_lock = Lock()
+
+
+@cache
+def _origin() -> str:
+    """What a traced program depends on besides its arguments."""
+    source = hashlib.sha256()
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+        source.update(path.read_bytes())
+    return f"{source.hexdigest()} {jax.__version__} {jax.default_backend()}"
+
+
+def _file(name: str, key: object) -> Path | None:
+    folder = getattr(jax.config, "jax_compilation_cache_dir", None)
+    if not folder:
+        return None
+    digest = hashlib.sha256(f"{_origin()} {name} {key}".encode()).hexdigest()
+    return Path(folder) / f"traced-{name}-{digest}"
+
+
+def _read(path: Path | None) -> bytearray | None:
+    """What `_write` put there, None where nothing is or not all of it."""
+    try:
+        content = path.read_bytes() if path else b""
+    except OSError:
+        return None
+    digest, data = content[:DIGEST], content[DIGEST:]
+    return bytearray(data) if data and hashlib.sha256(data).digest() == digest else None
+
+
+def _write(path: Path | None, data: bytes | bytearray) -> None:
+    """The file appears whole or not at all; a full or read-only disk costs time and nothing else."""
+    if path is None:
+        return
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        new = path.with_suffix(f".{os.getpid()}")
+        new.write_bytes(hashlib.sha256(data).digest() + data)
+        new.replace(path)
+    except OSError:
+        pass
+
+
+def _program(name: str, key: object, flat: Callable, arrays: list[Any], lasting: bool) -> Callable:
+    """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if not `lasting`."""
+    path = _file(name, key) if lasting else None
+    data = _read(path)
+    if data is None:
+        traced = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
+        _write(path, traced.serialize())
+    else:
+        traced = export.deserialize(data)
+    own = ON_PROCESSOR if jax.default_backend() == "cpu" else {}
+    return _Once(jax.jit(traced.call, compiler_options=OPTIONS | own))
+
+
+def stored(result: Callable) -> Callable:
+    """Decorates `function(structure, *arrays)`: compiled once for each structure and shapes, and kept on disk.
+
+    `result` makes what is returned out of a sequence of arrays. Inside another traced function it is traced there, so
+    that it can be differentiated.
+    """
+
+    def decorate(function: Callable) -> Callable:
+        plain = jax.jit(function, static_argnums=0)
+
+        @wraps(function)
+        def call(structure: Hashable, *arguments: Any) -> Any:
+            leaves, tree = jax.tree.flatten(arguments)
+            if any(isinstance(leaf, Tracer) for leaf in leaves):
+                return plain(structure, *arguments)
+            arrays = [np.asarray(leaf) for leaf in leaves]
+            key = (structure, tree, tuple((a.shape, a.dtype.name) for a in arrays))
+            with _lock:
+                if (function, key) not in _programs:
+                    while len(_programs) >= MOST_PROGRAMS:
+                        del _programs[next(iter(_programs))]
+                    _programs[function, key] = _program(
+                        function.__name__,
+                        key,
+                        lambda *leaves: list(function(structure, *jax.tree.unflatten(tree, leaves))),
+                        arrays,
+                        getattr(structure, "lasting", True),
+                    )
+                program = _programs[function, key] = _programs.pop((function, key))  # the last one called stands last
+            return result(program(*arrays))
+
+        return call
+
+    return decorate

@@ -1,0 +1,102 @@
+"""`rwjax plan`, as a user calls it."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from rwjax.planning.experiment import Experiment
+from rwjax.report.plan import volts
+from tests.command import rwjax
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def test_a_plan_is_written_and_told(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    demo = DATA / "demo" / "rig.toml"
+    assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "plan") == 0
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    assert lines[-1].endswith(f"written to {tmp_path / 'plan' / 'plan.toml'}") and max(map(len, lines[:-1])) <= 120
+    written = tomllib.loads((tmp_path / "plan" / "plan.toml").read_text())
+    assert written["rig"] == "thesis platform" and written["limits"] == {"voltage_V": 6.0, "yaw_rad_s": 5.0}
+    for run in written["runs"]:
+        assert (tmp_path / "plan" / f"{run['name']}.csv").exists() and run["reaches"]["yaw_rad_s"] <= 5.0
+    assert {run["role"] for run in written["runs"]} == {"train", "validate"}
+    unlimited, frictionless, by_hand = err.splitlines()
+    assert unlimited.endswith("--travel (travel of the axis [rad])") and "known inertia" in by_hand
+    assert "holds no dry friction" in frictionless  # the demo's file, though its rig sticks
+    assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b", "--json", "--quiet") == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out) == written and err == ""
+    earlier = tmp_path / "b" / "plan.toml"
+    own = earlier.read_text()
+    for text, said in (
+        (own, ""),
+        (own.replace("thesis platform", "bench"), "note: this replaces the plan of rig `bench` and its runs\n"),
+        ("rig =", "note: this replaces a plan.toml that could not be read\n"),
+    ):
+        earlier.write_text(text)
+        assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
+        notes = capsys.readouterr().err
+        assert said in notes and ("replaces" in notes) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "RIG: nothing says how many volts the drive gives; add --volts, such as --volts 12"),
+        (("--volts", "-1"), "--volts -1: has to be positive"),
+        (("--volts", "inf"), "--volts inf: has to be a finite number"),
+        (
+            ("--travel", "a turn"),
+            "--travel a turn: has to be a number of rad, such as 0.7 (a linear axis: m), or of degrees",
+        ),
+        (("--travel", "-40deg"), "--travel -0.698132: has to be positive"),
+        (
+            ("--volts", "12", "--rpm", "100"),
+            "RIG: --rpm: a `platform` rig has no rate of the wheel; leave the option out",
+        ),
+    ],
+)
+def test_a_plan_that_cannot_be_made_is_one_line(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    said: str,
+) -> None:
+    rig = DATA / "demo" / "rig.toml"
+    assert rwjax(monkeypatch, "plan", rig, "-o", tmp_path / "plan", *arguments) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("rwjax: " + said.replace("RIG", str(rig))) and error.count("\n") == 1
+    assert not (tmp_path / "plan").exists()
+
+
+def test_a_command_about_an_offset_is_told_with_its_sign() -> None:
+    assert volts(Experiment("square", 3.566, -0.535, 6.0, 12.0)) == "±3.57 about -0.535"
+    assert volts(Experiment("multisine", 2.0, 0.0, 4.0, 12.0)) == "±2"
+    assert volts(Experiment("coast-down", -2.0, 0.0, 4.0, 12.0)) == "-2"
+
+
+@pytest.mark.slow
+def test_travel_is_rad_or_with_deg_behind_it_degrees(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = {}
+    testbed = DATA / "testbed" / "rig.toml"
+    for given in ("0.5235988", "30deg", "30°", "30"):
+        assert rwjax(monkeypatch, "plan", testbed, "--travel", given, "-o", tmp_path / "plan") == 0
+        said[given] = capsys.readouterr()
+        limits = tomllib.loads((tmp_path / "plan" / "plan.toml").read_text())["limits"]
+        assert limits["yaw_rad"] == pytest.approx(30.0 if given == "30" else 0.5235988, rel=1e-6)
+        assert "-0.0\n" not in (tmp_path / "plan" / "plan.toml").read_text()
+    assert said["30deg"].out == said["0.5235988"].out == said["30°"].out
+    assert "the runs keep to 0.523599 rad (30°; a linear axis: 0.523599 m) either way" in said["30deg"].err
+    assert (
+        "note: --travel 30 is rad, 4.77 turns, if the axis turns; degrees are written --travel 30deg" in said["30"].err
+    )
+    assert "turns" not in said["30deg"].err + said["0.5235988"].err

@@ -1,0 +1,51 @@
+"""Readings and commands in another unit or of the other sign are asked about, right ones are not."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.fitting.unit_check import asked
+from rwjax.logs.log import Log
+from tests.systems import platform, record, run
+
+TIME = np.arange(600) * 0.01
+COMMAND = np.where(TIME < 0.6, 0.0, 4.0 * np.sin(2.0 * TIME))
+YAW = run(platform(), record(TIME, COMMAND), {})["yaw_rad"]
+
+
+def log(factor: float) -> Log:
+    """A run with its readings multiplied, counted to a thousandth of a turn."""
+    return record(TIME, COMMAND, {"yaw_rad": factor * np.round(YAW * 1000.0) / 1000.0})
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
+        (-1.0, "is its sign"),
+        (180.0 / np.pi, "in degrees? Divide them by 57.296"),
+        (2048 / (2.0 * np.pi), "are the readings counts, about 1.7e+03 to a turn? Their column is called yaw_counts"),
+        (1e-3, "is the command in mV?"),
+    ],
+)
+def test_one_question_is_asked(factor: float, says: str) -> None:
+    (question,) = asked([(log(factor), {"yaw_rad": 1.2 * YAW})])
+    assert says in question
+
+
+def counted(factor: float) -> Log:
+    return replace(log(factor), resolution={"yaw_rad": 2.0 * np.pi / 1000.0})
+
+
+@pytest.mark.parametrize(("factor", "do"), [(4.0, "times 4"), (0.25, "divided by 4")])
+def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: float, do: str) -> None:
+    (question,) = asked([(counted(factor), {"yaw_rad": 1.2 * YAW})])
+    assert f"should its encoder's counts_per_rev be {do}?" in question
+    assert asked([(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
+
+
+@pytest.mark.parametrize("given", [log, counted])
+@pytest.mark.parametrize("factor", [1.0, 0.7, 1.4, 8.0, 0.05])
+def test_numbers_that_are_off_besides_ask_nothing(factor: float, given: Callable[[float], Log]) -> None:
+    assert asked([(given(factor), {"yaw_rad": YAW})]) == []

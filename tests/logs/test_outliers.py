@@ -1,0 +1,106 @@
+"""Outliers: what cannot be is left out, what a body can do is kept."""
+
+import numpy as np
+import pytest
+
+from rwjax.fitting.fit_rig import fit_rig
+from rwjax.logs.outliers import MOST, outliers
+from rwjax.logs.read import read_log
+from rwjax.logs.write import write_log
+from tests.systems import platform, record, run, wheel
+
+TIME = np.arange(1500) * 0.01
+COMMAND = np.where(TIME > 0.6, 6.0 * np.sign(np.sin(1.3 * TIME)), 0.0)
+RATE = run(wheel(), record(TIME, COMMAND, {"wheel_rad_s": TIME}), {})["wheel_rad_s"]
+
+
+def spoilt(y: np.ndarray, share: float, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Readings of which a share, each by itself and the first and the last among them, is up to five ranges off."""
+    bad = rng.random(len(y)) < share
+    bad[[0, -1]] = True
+    size = 5.0 * np.ptp(y)
+    return np.where(bad, y + rng.uniform(0.4, 1.0, len(y)) * size * rng.choice([-1.0, 1.0], len(y)), y), bad
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("share", [0.005, 0.02])
+def test_what_lies_far_outside_its_surroundings_is_found_and_nothing_else(seed: int, share: float) -> None:
+    rng = np.random.default_rng(seed)
+    y, bad = spoilt(RATE + rng.normal(0.0, 0.5, len(RATE)), share, rng)
+    found = outliers(TIME, y)
+    assert not np.any(found & ~bad)
+    assert np.sum(bad & ~found) <= 0.05 * np.sum(bad)
+
+
+@pytest.mark.parametrize("at", [slice(0, 1), slice(1499, 1500), slice(700, 703), slice(500, 504, 3), slice(1496, 1499)])
+def test_the_ends_neighbours_and_a_few_in_a_row_are_found(at: slice) -> None:
+    y = RATE + np.random.default_rng(0).normal(0.0, 0.5, len(RATE))
+    y[at] += 5000.0
+    assert np.array_equal(np.flatnonzero(outliers(TIME, y)), np.arange(1500)[at])
+
+
+@pytest.mark.parametrize(
+    "y",
+    [
+        RATE,  # kinks at every reversal
+        np.round(RATE / 50.0) * 50.0,  # coarse
+        np.where(np.arange(1500) == 700, 1.0, 0.0),  # a single count
+        np.cumsum(np.where(np.arange(1500) == 700, 1e3, 0.01)),  # a jump that stays
+        np.random.default_rng(0).standard_t(4, 1500),  # heavy tails
+        np.random.default_rng(0).normal(size=1500),
+        np.zeros(1500),
+    ],
+)
+def test_what_a_body_or_an_encoder_can_do_is_kept(y: np.ndarray) -> None:
+    assert not outliers(TIME, y).any()
+
+
+def test_a_current_or_a_rate_may_answer_its_command_by_a_leap() -> None:
+    command = np.where(np.arange(1500) % 100 == 50, 8.0, 0.0)
+    late = np.roll(command, 5) + np.random.default_rng(0).normal(0.0, 0.01, 1500)
+    assert outliers(TIME, late).sum() == 15 and not outliers(TIME, late, command).any()
+
+
+def test_a_slip_between_two_rests_is_kept() -> None:
+    push = np.where(TIME % 1.0 < 0.015, 1.0, 0.0)  # moved and stopped by friction within three samples
+    w = run(platform("coulomb = 0.3"), record(TIME, push, {"yaw_rad": TIME}), {})["yaw_rad_s"]
+    assert np.max(np.abs(w)) > 0.01
+    assert not outliers(TIME, w + np.random.default_rng(0).normal(0.0, 1e-4, len(w)), push).any()
+
+
+def test_a_reading_between_dropouts_is_kept() -> None:
+    swing = np.sin(2.0 * TIME)
+    swing[400:520] = np.nan
+    swing[460] = np.sin(2.0 * TIME[460])
+    assert not outliers(TIME, swing).any()
+
+
+def test_many_are_no_exceptions() -> None:
+    y = np.where(np.arange(1500) % 7 == 3, 100.0, 0.01 * np.random.default_rng(0).normal(size=1500))
+    assert not outliers(TIME, y).any() and 1.0 / 7.0 > MOST
+
+
+def test_a_current_that_leaps_with_an_early_command_is_none() -> None:
+    for first in range(1, 12):
+        command = np.where(np.arange(200) < first, 0.0, 6.0)
+        current = np.where(np.arange(200) < first, 0.0, 3.0) + 1e-3 * np.random.default_rng(first).normal(size=200)
+        assert not outliers(0.01 * np.arange(200), current, command).any(), first
+
+
+def test_a_fit_is_as_good_as_without_them_and_says_so(tmp_path) -> None:
+    rng = np.random.default_rng(3)
+    clean = RATE + rng.normal(0.0, 0.5, len(RATE))
+    wrong, _ = spoilt(clean, 0.02, rng)
+    found = {}
+    for name, y in (("clean", clean), ("wrong", wrong)):
+        write_log(tmp_path / f"{name}.csv", {"time_s": TIME, "voltage_V": COMMAND, "wheel_rad_s": y})
+        found[name] = fit_rig(wheel(), [read_log(tmp_path / f"{name}.csv", wheel())])
+    assert any("outliers among the readings of wheel_rad_s" in note for note in found["wrong"].notes)
+    assert not any("outliers" in note for note in found["clean"].notes)
+    for name, error in found["clean"].uncertainty.standard_error.items():
+        assert abs(found["wrong"].rig.values[name] - found["clean"].rig.values[name]) < error, name
+
+
+def test_a_log_shorter_than_the_surroundings_of_a_reading_is_looked_through() -> None:
+    few = np.array([2.0, 2.0, 0.03125, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # six differ from the one before
+    assert np.sum(outliers(0.1 * np.arange(len(few)), few, None)) < len(few) / 2

@@ -1,0 +1,117 @@
+"""Plan files: what is written reads back equal, and what cannot be read is one line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rwjax import InputError
+from rwjax.planning.experiment import SHAPES, Experiment
+from rwjax.planning.files import ROLES, Plan, Run, read_plan, write_next, write_plan
+
+NUMBER = st.floats(-1e3, 1e3)
+SECONDS = st.integers(4, 2000).map(lambda ticks: ticks / 100)
+EXPERIMENT = st.builds(Experiment, st.sampled_from(tuple(SHAPES)), NUMBER, NUMBER, SECONDS, SECONDS)
+DIGITS = NUMBER.map(lambda value: float(f"{value:.4g}"))
+WORDS = st.text(st.characters(exclude_categories=("Cc", "Cs")), max_size=20)
+RUN = st.builds(
+    Run,
+    name=st.text("abcXYZ_-019", min_size=1, max_size=12),
+    experiment=EXPERIMENT,
+    role=st.sampled_from(ROLES),
+    why=WORDS,
+    tells=st.lists(WORDS, max_size=3).map(tuple),
+    reaches=st.dictionaries(st.sampled_from(("yaw_rad", "wheel_rad_s")), DIGITS),
+    way=st.none() | st.tuples(DIGITS, DIGITS),
+)
+PLAN = st.builds(
+    Plan,
+    rig=WORDS,
+    limits=st.dictionaries(st.sampled_from(("voltage_V", "yaw_rad")), DIGITS),
+    runs=st.lists(RUN, min_size=1, max_size=3, unique_by=lambda run: run.name).map(tuple),
+)
+
+
+@given(plan=PLAN)
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_plan_reads_back_equal(plan: Plan, tmp_path: Path) -> None:
+    assert read_plan(write_plan(tmp_path, plan)) == plan == read_plan(tmp_path)
+    for run in plan.runs:
+        lines = [line for line in (tmp_path / f"{run.name}.csv").read_text().splitlines() if not line.startswith("#")]
+        time, volts = run.experiment.command()
+        assert lines[0] == "time_s,voltage_V"
+        assert np.array_equal(np.array([line.split(",") for line in lines[1:]], float), np.column_stack([time, volts]))
+
+
+GOOD = """schema = "rwjax.plan/1"
+rig = "testbed"
+[[runs]]
+name = "one"
+kind = "square"
+amplitude_V = 2.0
+period_s = 4.0
+length_s = 8.0
+"""
+
+
+def test_a_plan_by_hand_needs_little(tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(GOOD)
+    (run,) = read_plan(tmp_path).runs
+    assert run == Run("one", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {})
+
+
+def test_the_plan_in_the_documentation_can_be_read(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
+    example = text.partition("## Plan\n")[2].partition("```toml\n")[2].partition("```")[0]
+    (tmp_path / "plan.toml").write_text(example)
+    plan = read_plan(tmp_path)
+    assert plan.rig == "testbed" and plan.runs[0].experiment == Experiment("triangle", 3.11, 0.0, 16.0, 16.0)
+
+
+def test_no_run_of_an_earlier_plan_stays_beside_the_next_one(tmp_path: Path) -> None:
+    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
+    (tmp_path / "notes.csv").write_text("mine")
+    write_plan(tmp_path, Plan("rig", {}, (one, other)))
+    write_plan(tmp_path, Plan("rig", {}, (other,)))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.csv", "other.csv", "plan.toml"]
+
+
+def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
+    assert write_next(tmp_path, None) is None and not (tmp_path / "next").exists()
+    plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
+    written = write_next(tmp_path, plan)
+    assert written == tmp_path / "next" / "plan.toml" and read_plan(tmp_path / "next") == plan
+    assert write_next(tmp_path, None) is None and not written.exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("rwjax.plan/1", "x", 'no `schema = "rwjax.plan/1"`; is this a plan that `rwjax plan` wrote?'),
+        ('rig = "testbed"', "", "no `rig`; write rig ="),
+        ("= 2.0", "= two", "not valid TOML: "),
+        ('"square"', '"chirp"', "run `one`: `kind` is 'chirp'; it has to be one of coast-down, square, triangle,"),
+        ('"one"', '"../one"', "run 1: `name` is '../one'; its log gets this name: letters, digits,"),
+        ("amplitude_V", "amplitude", "run `one`: unknown key `amplitude`; the nearest valid one is `amplitude_V`"),
+        ("amplitude_V = 2.0\n", "", "run `one`: `amplitude_V` is missing; it has to be a finite number"),
+        ("= 2.0", "= inf", "run `one`: `amplitude_V` is inf; it has to be a finite number"),
+        ("= 4.0", "= 0.01", "run `one`: `period_s` is 0.01; it has to be 0.04 s at least"),
+        ("length_s", 'role = "test"\nlength_s', "run `one`: `role` is 'test'; it has to be one of train, validate"),
+        (
+            "length_s",
+            "way_rad = [1.0]\nlength_s",
+            "run `one`: `way_rad` is [1.0]; it has to be two numbers, the lowest",
+        ),
+        ("length_s", "way_rad = [0, inf]\nlength_s", "run `one`: `way_rad` is inf; it has to be a finite number"),
+        ("[[runs]]", "[runs]", "holds no runs; write each under a header [[runs]]"),
+        ("[[runs]]", GOOD[GOOD.index("[[runs]]") :] + "[[runs]]", "two runs are called `one`; each needs a name"),
+    ],
+)
+def test_a_plan_that_cannot_be_read_is_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text(GOOD.replace(old, new, 1))
+    with pytest.raises(InputError) as error:
+        read_plan(path)
+    assert str(error.value).startswith(f"{path}: {said}") and "\n" not in str(error.value)

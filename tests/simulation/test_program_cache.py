@@ -1,0 +1,100 @@
+"""Traced programs on disk: a new process traces nothing, a spoilt file is no harm, and what is differentiated is traced."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from rwjax.setup_jax import WHOLE_LOOPS
+from rwjax.simulation import program_cache as module
+from rwjax.simulation.program_cache import stored
+
+FIT = """
+import jax.monitoring
+traced = []
+jax.monitoring.register_event_duration_secs_listener(
+    lambda name, seconds, **more: traced.append(name) if name.endswith("jaxpr_trace_duration") and seconds > 0.02 else None
+)
+import numpy as np
+from rwjax.fitting.fit_rig import fit_rig
+from tests.systems import platform, record, run
+t = np.arange(300) * 0.01
+u = np.sign(np.sin(3.0 * t))
+rig = platform()
+traced.clear()
+found = fit_rig(rig, [record(t, u, {"yaw_rad": 0.3 * t**2})])
+print(len(traced), found.rig.values["axis.inertia"])
+"""
+
+
+def test_a_second_process_traces_nothing_and_finds_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(tmp_path))
+
+    def fit() -> list[str]:
+        return subprocess.run([sys.executable, "-c", FIT], capture_output=True, text=True, check=True).stdout.split()
+
+    first, second = fit(), fit()
+    assert int(first[0]) > 0 and int(second[0]) == 0
+    assert first[1] == second[1]
+    for path in tmp_path.glob("traced-*"):
+        path.write_bytes(path.read_bytes()[:100])
+    spoilt = fit()
+    assert int(spoilt[0]) > 0 and spoilt[1] == first[1]
+
+
+def test_inside_another_function_it_is_traced_there() -> None:
+    @stored(tuple)
+    def square(power: int, x):
+        return [x**power]
+
+    assert np.array_equal(square(2, np.arange(3.0))[0], [0.0, 1.0, 4.0])
+    assert np.array_equal(jax.jacfwd(lambda x: square(3, x)[0])(jnp.arange(2.0)), [[0.0, 0.0], [0.0, 3.0]])
+
+
+def test_the_programs_not_called_for_longest_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, make = [], module._program
+
+    def counted(name, key, flat, arrays, lasting):
+        made.append(arrays[0].shape)
+        return make(name, key, flat, arrays, lasting)
+
+    monkeypatch.setattr(module, "_program", counted)
+    monkeypatch.setattr(module, "MOST_PROGRAMS", 2)
+
+    @stored(tuple)
+    def twice(structure: str, x):
+        return [2.0 * x]
+
+    for n in (1, 2, 1, 3, 1, 2):
+        assert np.array_equal(twice("any", np.arange(float(n)))[0], 2.0 * np.arange(n))
+    assert made == [(1,), (2,), (3,), (2,)]
+
+
+@pytest.mark.parametrize(
+    ("own", "kept"),
+    [
+        ("", WHOLE_LOOPS),
+        (WHOLE_LOOPS, WHOLE_LOOPS),
+        ("--xla_cpu_enable_fast_math=false", f"{WHOLE_LOOPS} --xla_cpu_enable_fast_math=false"),
+        (WHOLE_LOOPS.replace("1000000000000", "0"), f"{WHOLE_LOOPS} {WHOLE_LOOPS.replace('1000000000000', '0')}"),
+        ("/path/of/flags", "/path/of/flags"),
+    ],
+    ids=["none", "of a parent process", "others", "another threshold, which counts", "a file"],
+)
+def test_flags_that_a_user_has_set_stay(own: str, kept: str) -> None:
+    code = "import os, rwjax; print(os.environ['XLA_FLAGS'])"
+    call = [sys.executable, "-c", code]
+    assert subprocess.check_output(call, env=os.environ | {"XLA_FLAGS": own}, text=True).strip() == kept
+
+
+def test_a_loop_is_compiled_as_one_function() -> None:
+    def loop(x: jax.Array) -> jax.Array:
+        return jax.lax.scan(lambda c, _: (c + 0.01 * jnp.sin(c), c), x, length=1000)[1]
+
+    program = jax.jit(loop).lower(jnp.ones(64)).compile()
+    assert "xla_cpu_small_call" in program.as_text()
