@@ -8,12 +8,12 @@ import numpy as np
 
 from experiments.blind.cases import make_case, write_case
 from rwjax import read_logs, read_rig
-from rwjax.diagnosis.hypothesis import Explanation, free_names
+from rwjax.diagnosis.hypothesis import Hypothesis, free_names
 from rwjax.effects import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.fitting.batched_runs import together
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.initial_state_from_start import fit_anchored
+from rwjax.fitting.initial_state_from_start import fit_from_start
 from rwjax.fitting.multiple_shooting import Fit, fit
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import scales, sizes_of
@@ -56,7 +56,7 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
     own = {
         name: parameters(BY_NAME[effect])[name.rpartition(".")[2]] for name in names if name.startswith(f"{effect}.")
     }
-    free = free_names(rig, Explanation((effect,)))
+    free = free_names(rig, Hypothesis((effect,)))
     found = []
     count = max(len(p.starts) for p in own.values())
     for begin, j in ((begin, j) for begin in (base.theta, theta) for j in range(count)):
@@ -69,6 +69,6 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
     found = sorted(found, key=lambda f: f.cost)[:3]
     found = together([descend(f, most_steps=25, tolerance=1e-6) for f in found])
     best = min(found, key=lambda f: f.cost)
-    best = fit_anchored(problem, moves(free), best.theta, best.start)
+    best = fit_from_start(problem, moves(free), best.theta, best.start)
     changed = case.truth["changed"][cause]
     return Recovered(best.numbers(), case.truth["parameters"], changed, _misfit(best), _misfit(base))

@@ -1,7 +1,7 @@
 """Is what the library names instead of the truth as good as the truth? The simulator, refitted with both, answers.
 
 `python -m experiments.blind.inseparable RESULTS.jsonl [--processes 2]` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
-An explanation counts as inseparable where its refit leaves no more than the true effect's, to `TOLERANCE` floors, of the
+An hypothesis counts as inseparable where its refit leaves no more than the true effect's, to `TOLERANCE` floors, of the
 runs fitted (all columns together) and of those held out (each column). What has more names than the truth is not asked
 about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
 """
@@ -21,8 +21,8 @@ from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE
 
 TOLERANCE = 0.2  # floors
-TRIES = 8  # random draws from which the other explanation is refitted
-MOST = 4  # explanations of a case that are asked about
+TRIES = 8  # random draws from which the other hypothesis is refitted
+MOST = 4  # hypotheses of a case that are asked about
 EVALUATIONS = 100  # at most, of a refit
 
 
@@ -32,14 +32,14 @@ def beside(path: Path) -> Path:
 
 
 def options(line: dict) -> list[frozenset[str]]:
-    """The explanations that a diagnosis offers, the first one first."""
+    """The hypotheses that a diagnosis offers, the first one first."""
     if line.get("verdict") not in ("effect", "ambiguous"):
         return []
     return [frozenset(names) for names in [line["effects"], *line["alternatives"]]]
 
 
 def questions(line: dict) -> list[frozenset[str]]:
-    """Those of the explanations offered that the oracle should be asked about, and can be."""
+    """Those of the hypotheses offered that the oracle should be asked about, and can be."""
     truth = frozenset(split(line["effect"]))
     same = {other for others in line["same_as"].values() for other in others}
     found = []

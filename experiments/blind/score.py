@@ -169,7 +169,7 @@ def verdicts(lines: Sequence[Line], names: Sequence[str]) -> list[str]:
 
 
 def excess(line: Line) -> bool:
-    """Whether the library's best explanation leaves more than the floor."""
+    """Whether the library's best hypothesis leaves more than the floor."""
     return "error" in line or line["after"] > AT_FLOOR * line["floor"]
 
 

@@ -15,7 +15,7 @@ LOW, HIGH = 1e-4, 30.0  # amplitudes that are tried
 WITHIN = 1.3  # factor of the wanted size that will do
 SMALLEST, LARGEST = 3.0, 30.0  # sizes that count as seen and not yet as gross
 STEPS = 16
-COARSE = 1e-3  # s, step of the refits that only measure a size
+COARSE = 1e-3  # s, step of the fits that only measure a size
 EVALUATIONS = 8
 WIDTH = 0.02  # of a bracket of log-amplitudes that holds a jump
 

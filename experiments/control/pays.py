@@ -18,7 +18,7 @@ from experiments.blind.simulator import STEP, advance, simulate
 from experiments.blind.truth import LAG_1, LAG_2, LOAD, PLAY, PSI, PSI_DRIVE, SLEW, STATES, Truth
 from experiments.speed.table import show
 from rwjax import Log, Rig, parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, breakaway
+from rwjax.control.closed_loop import Controller, LoopTiming, breakaway
 from rwjax.control.robust import robust_gains
 from rwjax.control.tuning import tune
 from rwjax.diagnosis.diagnosis import diagnose
@@ -27,7 +27,7 @@ from rwjax.fitting.fit_rig import fit_rig
 from rwjax.plant.from_rig import structure_of, theta_of
 
 COUNTS, TICK, TOP = 2048, 0.01, 8.0  # s, V
-CLOCK = Clockwork(TICK, counts=COUNTS)
+CLOCK = LoopTiming(TICK, counts=COUNTS)
 RUNS = {"square": False, "multisine": False, "stair": False, "triangle": True}  # and whether it validates
 LIMIT, SMOOTH, SIGMA, FED, DEAD = 10.0, 0.02, 1.0, 0.8, np.radians(0.2)
 BASE = Truth(kind=2, I=0.0495, viscous=0.0026)

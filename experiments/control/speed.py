@@ -14,7 +14,7 @@ from experiments.control import c_limit, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from experiments.speed.run import machine
 from experiments.speed.table import ratio, show, timed
-from rwjax.control.closed_loop import Clockwork, Controller, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.polynomials import shift
 from rwjax.control.region import Loop, pd_loop, share_of_plants, stable
@@ -123,7 +123,7 @@ def loops() -> None:
     p = c_limit.of_rig()
     E, P, Q = (np.array(getattr(p, name)).reshape(4, 4) for name in ("E", "P1", "P2"))
     pick = np.arange(0, len(kp), len(kp) // 8)
-    own = [np.sum((wave - np.asarray(run_rig(rig(), laws[k], wave, Clockwork()).angle)) ** 2) * PERIOD for k in pick]
+    own = [np.sum((wave - np.asarray(run_rig(rig(), laws[k], wave, LoopTiming()).angle)) ** 2) * PERIOD for k in pick]
     off = {
         name: np.max(np.abs(found[pick] / own - 1.0))
         for name, found in (

@@ -19,21 +19,21 @@ from experiments.speed.diagnosis import CASES, write
 from experiments.speed.run import machine
 from experiments.speed.table import show, timed
 from rwjax import read_logs, read_rig
-from rwjax.diagnosis.model_fits import Refits
+from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import Screen
 from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.report.html import write_report
 
 STAGES = {
-    "single fits, that of the rig as it is": (Refits, "__call__"),
+    "single fits, that of the rig as it is": (ModelFits, "__call__"),
     "probes of all candidates, where to begin": (Screen, "predict"),
-    "races": (Refits, "_heats"),
-    "fits to the end": (Refits, "_finish"),
-    "close ones until nothing is gained": (Refits, "_settle"),
-    "exact derivatives": (Refits, "exactly"),
-    "searches from all places": (Refits, "search"),
+    "races": (ModelFits, "_heats"),
+    "fits to the end": (ModelFits, "_finish"),
+    "close ones until nothing is gained": (ModelFits, "_settle"),
+    "exact derivatives": (ModelFits, "exactly"),
+    "searches from all places": (ModelFits, "search"),
     "evidence": (Search, "_seen"),
-    "to the last digit": (Refits, "polish"),
+    "to the last digit": (ModelFits, "polish"),
     "held-out runs": (diagnosis, "held_out"),
     "where": (diagnosis, "locate"),
     "report": (sys.modules[__name__], "write_report"),

@@ -12,14 +12,14 @@ import numpy as np
 
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import TOP, VOLTS, yaw_testbed
-from rwjax.control.closed_loop import Clockwork, Controller, Run, holding, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, Run, holding, run_rig
 from rwjax.control.response import Response, step_response
 from rwjax.control.sweep import sweep
 from rwjax.report.control import draw_maps
 
 HEIGHTS = (10.0, 20.0, 30.0, 45.0)  # degrees
 SOFT, STIFF = (40.0, 10.0), (100.0, 10.0)  # V/rad, V s/rad
-CLOCK = Clockwork(period=0.01, steps=4, counts=2048)
+CLOCK = LoopTiming(period=0.01, steps=4, counts=2048)
 HALF = 1000  # samples each way
 SMOOTH = 0.02  # s
 

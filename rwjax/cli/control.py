@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
 
-    from rwjax.control.closed_loop import Clockwork
+    from rwjax.control.closed_loop import LoopTiming
     from rwjax.control.robust import Spread
     from rwjax.rig.model import Rig
 
@@ -49,9 +49,9 @@ def pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.n
     return first, second
 
 
-def clockwork_of(rig: "Rig", period: float, late: float, smooth: float) -> "Clockwork":
+def clockwork_of(rig: "Rig", period: float, late: float, smooth: float) -> "LoopTiming":
     """What a controller's options say of its time and of the encoder that it reads."""
-    from rwjax.control.closed_loop import Clockwork
+    from rwjax.control.closed_loop import LoopTiming
 
     finite(period=period, late=late, smooth=smooth)
     positive(period=period)
@@ -63,7 +63,7 @@ def clockwork_of(rig: "Rig", period: float, late: float, smooth: float) -> "Cloc
     if smooth < 0.0:
         raise InputError("--smooth: must not be negative")
     steps = max(STEPS, math.ceil(period / LONGEST - 1e-9))
-    return Clockwork(period, steps, steps * late / period, int(rig.counts_per_rev.get("axis", 0)))
+    return LoopTiming(period, steps, steps * late / period, int(rig.counts_per_rev.get("axis", 0)))
 
 
 def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, Spread | None, list[str]]":

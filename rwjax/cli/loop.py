@@ -32,7 +32,7 @@ from rwjax.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from rwjax.control.closed_loop import Clockwork, Controller
+    from rwjax.control.closed_loop import Controller, LoopTiming
     from rwjax.rig.model import Rig
 
 Period = Annotated[float, typer.Option(help="sample time of the controller [s]")]
@@ -43,7 +43,7 @@ Seconds = Annotated[float, typer.Option(help="length of a response [s]")]
 
 def _loop(
     rig: "Rig", ki: float, volts: float, rpm: float, period: float, late: float, smooth: float
-) -> "tuple[Controller, Clockwork]":
+) -> "tuple[Controller, LoopTiming]":
     """What a controller's options say, its gains but the integral one left at 0."""
     from rwjax.control.closed_loop import Controller
 

@@ -1,7 +1,7 @@
 """The nonlinear closed loop: the whole plant with stick and slip, an encoder in counts, a sampled controller and its limits.
 
 Every entry of `Controller` and of the plant's numbers may be an array under `jax.vmap`; what decides the shape of the
-computation stands in `Clockwork`.
+computation stands in `LoopTiming`.
 """
 
 from collections.abc import Mapping
@@ -51,7 +51,7 @@ class Controller(NamedTuple):
     spin: Scalar | float = np.inf
 
 
-class Clockwork(NamedTuple):
+class LoopTiming(NamedTuple):
     """`period` [s] of the controller; `steps` of the plant in it; how many of such steps after its reading a command acts, `late`, a
     part of one or more than a period too; `counts` per turn of the encoder, 0 where it reads the angle itself."""
 
@@ -70,7 +70,7 @@ class Clockwork(NamedTuple):
         """Whole periods in which a command only waits, and the steps of the next one after which it acts."""
         return waits(self.late, float(self.steps))
 
-    def later(self, time: float) -> "Clockwork":
+    def later(self, time: float) -> "LoopTiming":
         """The clockwork whose commands act `time` [s] later still."""
         return self._replace(late=self.late + time * self.steps / self.period)
 
@@ -90,7 +90,7 @@ class Run(NamedTuple):
 def closed_loop(
     structure: Structure,
     theta: Float[Array, " p"],
-    clockwork: Clockwork,
+    clockwork: LoopTiming,
     controller: Controller,
     reference: Float[Array, " s"],
     start: Float[Array, " n"],
@@ -157,7 +157,7 @@ def run_rig(
     rig: Rig,
     controller: Controller,
     reference: Float[np.ndarray, " s"],
-    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    clockwork: LoopTiming = LoopTiming(),  # noqa: B008 (a tuple, which nothing changes)
     **start: float,
 ) -> Run:
     """The closed loop of a rig from rest, or from states given by name; its own delays come on top of the clockwork's.
@@ -179,8 +179,8 @@ def without_lags(rig: Rig) -> None:
 
 
 def posed(
-    rig: Rig, clockwork: Clockwork, *controllers: Controller
-) -> tuple[Structure, Float[Array, " p"], Clockwork, float]:
+    rig: Rig, clockwork: LoopTiming, *controllers: Controller
+) -> tuple[Structure, Float[Array, " p"], LoopTiming, float]:
     """Structure, parameter vector, clockwork with the rig's own delays, and sign of a rig whose loop is to be closed by one of these.
 
     Raises `InputError` as `linearised` and `without_lags` do, and for a limit of the wheel's rate beside a late reading of the

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rwjax.control.closed_loop import Clockwork
+from rwjax.control.closed_loop import LoopTiming
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import margins_over, moduli_over
 from rwjax.control.region import (
@@ -49,7 +49,7 @@ class Sampled(NamedTuple):
     the command held and late, the rig's own delays included."""
 
     sigma: float
-    clockwork: Clockwork
+    clockwork: LoopTiming
     smooth: float = 0.0
     angle: float = 0.0
 

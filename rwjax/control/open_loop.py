@@ -17,7 +17,7 @@ from scipy.optimize import minimize
 from rwjax.control.closed_loop import holding, settled, without_lags
 from rwjax.control.linear import lateness
 from rwjax.effects import BY_NAME
-from rwjax.effects.axis import DryDrift, PeriodicTorque
+from rwjax.effects.axis import FrictionDrift, PeriodicTorque
 from rwjax.effects.ports import CurrentLimit, WheelDry
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -43,7 +43,7 @@ TRIES, GAIN = 4, 2e-3
 PATIENCE = {"maxiter": 200, "ftol": 1e-6}
 STILL = 1e-9
 """Angle [rad], and share of the wheel's rate, within which nothing moves."""
-CHANGING = (PeriodicTorque, DryDrift)
+CHANGING = (PeriodicTorque, FrictionDrift)
 BARELY = 1.0 + 1e-9
 """Share of a limit that counts as within it, so that a start at the limit does."""
 

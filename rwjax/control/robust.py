@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.control.closed_loop import Clockwork, without_lags
+from rwjax.control.closed_loop import LoopTiming, without_lags
 from rwjax.control.margins import on_circle, sampled_modulus
 from rwjax.control.region import Loop, share_of_sampled
 from rwjax.control.sampled_loop import running_loops, side_by_side
@@ -127,7 +127,7 @@ def robust_gains(
     kp: np.ndarray,
     kd: np.ndarray,
     sigma: float,
-    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    clockwork: LoopTiming = LoopTiming(),  # noqa: B008 (a tuple, which nothing changes)
     smooth: float = 0.0,
 ) -> Robust:
     r"""The gains within the axes' range with the largest worst-case modulus margin over plants, among those with which every pole

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from rwjax.control.closed_loop import Clockwork
+from rwjax.control.closed_loop import LoopTiming
 from rwjax.control.linear import lateness, linearised, transfer
 from rwjax.control.region import Loop, sampled_loop, sampled_pid_loop
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -14,7 +14,7 @@ from rwjax.rig.model import Rig
 
 def running_loops(
     rig: Rig,
-    clockwork: Clockwork,
+    clockwork: LoopTiming,
     smooth: float = 0.0,
     thetas: Float[np.ndarray, "k p"] | None = None,
     angle: float = 0.0,

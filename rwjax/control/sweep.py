@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.control.closed_loop import Clockwork, Controller, Run, closed_loop, posed
+from rwjax.control.closed_loop import Controller, LoopTiming, Run, closed_loop, posed
 from rwjax.control.response import Response, step_response
 from rwjax.plant.one_axis import Structure
 from rwjax.rig.model import Rig
@@ -27,7 +27,7 @@ def sweep(
     rig: Rig,
     controllers: Sequence[Controller],
     references: Float[np.ndarray, "r s"],
-    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    clockwork: LoopTiming = LoopTiming(),  # noqa: B008 (a tuple, which nothing changes)
     thetas: Float[np.ndarray, "k p"] | None = None,
     since: int = 0,
 ) -> Response:
@@ -56,7 +56,7 @@ def sweep(
 @partial(jax.jit, static_argnums=(0, 1, 2))
 def _block(
     structure: Structure,
-    clockwork: Clockwork,
+    clockwork: LoopTiming,
     since: int,
     gains: Float[Array, "g c"],
     references: Float[Array, "r s"],

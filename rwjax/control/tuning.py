@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.optimize import minimize
 
-from rwjax.control.closed_loop import Clockwork, Controller, closed_loop, posed
+from rwjax.control.closed_loop import Controller, LoopTiming, closed_loop, posed
 from rwjax.control.margins import nearest, on_circle, sampled_modulus
 from rwjax.control.region import Loop
 from rwjax.control.sampled_loop import running_loops
@@ -41,7 +41,7 @@ class Tuned(NamedTuple):
 def loss(
     structure: Structure,
     theta: Float[Array, " p"],
-    clockwork: Clockwork,
+    clockwork: LoopTiming,
     controller: Controller,
     reference: Float[Array, " s"],
     sign: Scalar | float,
@@ -67,7 +67,7 @@ class Judged(NamedTuple):
     modulus: float
 
 
-def judged(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: Clockwork, controller: Controller) -> Judged:
+def judged(rig: Rig, thetas: Float[np.ndarray, "k p"], clockwork: LoopTiming, controller: Controller) -> Judged:
     """What plants, one for each row of `thetas`, make of a controller in their linear loop as it runs, its integral included."""
     kp, ki, kd = (float(gain) for gain in (controller.kp, controller.ki, controller.kd))
     gains = (kp, ki, kd) if ki > 0.0 else (kp, kd)
@@ -93,7 +93,7 @@ def tune(
     rig: Rig,
     start: Controller,
     reference: Float[np.ndarray, " s"],
-    clockwork: Clockwork = Clockwork(),  # noqa: B008 (a tuple, which nothing changes)
+    clockwork: LoopTiming = LoopTiming(),  # noqa: B008 (a tuple, which nothing changes)
     least: float = LEAST,
 ) -> Tuned:
     """Gains with the least `loss` along a step `reference` [rad], from those of a controller or the best of `MULTIPLES` of them,

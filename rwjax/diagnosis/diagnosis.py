@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 
 from rwjax.diagnosis.gap import Gap, Held, Split, gap, headline, held_out
-from rwjax.diagnosis.hypothesis import Explanation, coordinate_of
+from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
 from rwjax.diagnosis.localise.where import Where, locate
-from rwjax.diagnosis.model_fits import Refits
+from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
 from rwjax.diagnosis.remarks import moves, ran_away, remarks
 from rwjax.diagnosis.search.forward_backward import Choice, Search
@@ -25,7 +25,7 @@ from rwjax.plant.from_rig import rig_with
 from rwjax.rig.model import Rig
 
 SCHEMA = "rwjax.diagnosis/1"
-MOST_RIVALS = 4  # explanations shown beside each other where they cannot be told apart, the best one among them
+MOST_RIVALS = 4  # hypotheses shown beside each other where they cannot be told apart, the best one among them
 LISTED = 3  # names whose held-out gap is worked out for the ranking, where a race brought them to their end
 
 
@@ -204,10 +204,10 @@ def _worst_windows(before: Held, logs: tuple[Log, ...], signal: str) -> tuple[tu
     return tuple(sorted(found, key=lambda w: -w[3])[:5])
 
 
-def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, tuple[float, float]] | None) -> Rung:
-    fitted = refits(explanation)
+def _rung(fits: ModelFits, hypothesis: Hypothesis, rms: float, base: dict[str, tuple[float, float]] | None) -> Rung:
+    fitted = fits(hypothesis)
     error, value = uncertainty(fitted).standard_error, fitted.numbers()
-    numbers = {name: (value[name], error.get(name, np.inf)) for name in refits.rig.free}
+    numbers = {name: (value[name], error.get(name, np.inf)) for name in fits.rig.free}
     own = {name: (value[name], error[name]) for name in fitted.free if name not in numbers}
     base = numbers if base is None else base
     drift = {}
@@ -218,21 +218,21 @@ def _rung(refits: Refits, explanation: Explanation, rms: float, base: dict[str, 
             (new - old) / scale if np.isfinite(scale) and scale > 0.0 else np.nan,
             100.0 * (new - old) / abs(old) if old else np.nan,
         )
-    return Rung(explanation.names, rms, numbers, drift, own)
+    return Rung(hypothesis.names, rms, numbers, drift, own)
 
 
-def _by_importance(best: Explanation, rms: Callable[[Explanation], float]) -> Explanation:
+def _by_importance(best: Hypothesis, rms: Callable[[Hypothesis], float]) -> Hypothesis:
     """The same set, the name whose removal widens the held-out gap most first."""
     if len(best.names) < 2:
         return best
-    return Explanation(tuple(sorted(best.names, key=lambda name: -rms(best.without(name)))))
+    return Hypothesis(tuple(sorted(best.names, key=lambda name: -rms(best.without(name)))))
 
 
-def _corrected(rig: Rig, fitted: Fit, explanation: Explanation, spread: Uncertainty) -> Rig:
+def _corrected(rig: Rig, fitted: Fit, hypothesis: Hypothesis, spread: Uncertainty) -> Rig:
     """The rig with what is named and with the estimates; a fit of it estimates the same numbers, but those of an effect that
     these logs do not tell."""
     kept = fitted.problem.structure._replace(
-        effects=tuple(e for e in BY_NAME if e in (*rig.effects, *explanation.effects))
+        effects=tuple(e for e in BY_NAME if e in (*rig.effects, *hypothesis.effects))
     )
     values = fitted.numbers()
     theta = np.array([values[name] for name in kept.names])
@@ -249,54 +249,54 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
     that its numbers were not fitted on. Raises `LogError` where no log may be fitted.
     """
     rule, every, train, numbered = _laid_out(logs)
-    refits = Refits.of(rig, every, train, progress)
-    nothing = Explanation()
-    refits(nothing)
-    before = held_out(refits, nothing, numbered, with_floor=True)
+    fits = ModelFits.of(rig, every, train, progress)
+    nothing = Hypothesis()
+    fits(nothing)
+    before = held_out(fits, nothing, numbered, with_floor=True)
     bare = {name: gap(before, before, name) for name in before.square}
     signal = headline(bare)
-    search = Search(refits)
+    search = Search(fits)
     choice: Choice = search.nothing()
     if stands_out(bare[signal]):
-        refits.anchor()
+        fits.start_from_first_readings()
         choice = search.run()
         if choice.best.names:
-            refits.polish(choice.best)
-        before = held_out(refits, nothing, numbered, with_floor=True)  # the search may have found better numbers
+            fits.polish(choice.best)
+        before = held_out(fits, nothing, numbered, with_floor=True)  # the search may have found better numbers
         bare = {name: gap(before, before, name) for name in before.square}
 
     @cache
-    def held(explanation: Explanation) -> Held:
-        return held_out(refits, explanation, numbered, with_floor=False) if explanation.names else before
+    def held(hypothesis: Hypothesis) -> Held:
+        return held_out(fits, hypothesis, numbered, with_floor=False) if hypothesis.names else before
 
-    def rms(explanation: Explanation) -> float:
-        return held(explanation).rms(signal)
+    def rms(hypothesis: Hypothesis) -> float:
+        return held(hypothesis).rms(signal)
 
     best = _by_importance(choice.best, rms)
     after = held(best)
     gaps = {name: gap(before, after, name) for name in before.square}
     verdict = judge(choice, gaps[signal])
-    lost = ran_away(rig, refits(nothing)) if verdict == "none" else ()
+    lost = ran_away(rig, fits(nothing)) if verdict == "none" else ()
     untold = _untold(every, lost) if verdict == "none" else None
     verdict = "unknown" if untold else verdict
     no_help = verdict == "unknown" and gaps[signal].after >= gaps[signal].before
-    named = Explanation() if verdict == "none" or no_help or untold else best
+    named = Hypothesis() if verdict == "none" or no_help or untold else best
     if not named.names:
         after, gaps = before, bare
 
     rivals = list(dict.fromkeys([best, *choice.alternatives]))[:MOST_RIVALS] if verdict == "ambiguous" else []
-    first = _rung(refits, nothing, before.rms(signal), None)
-    steps = [Explanation(named.names[: k + 1]) for k in range(len(named.names))]
-    others = dict.fromkeys(Explanation(rival.names[: k + 1]) for rival in rivals for k in range(len(rival.names)))
+    first = _rung(fits, nothing, before.rms(signal), None)
+    steps = [Hypothesis(named.names[: k + 1]) for k in range(len(named.names))]
+    others = dict.fromkeys(Hypothesis(rival.names[: k + 1]) for rival in rivals for k in range(len(rival.names)))
 
-    def rung(step: Explanation) -> Rung:
-        return _rung(refits, step, rms(step), first.numbers)
+    def rung(step: Hypothesis) -> Rung:
+        return _rung(fits, step, rms(step), first.numbers)
 
     ranking = [
-        Ranked(" + ".join(e.names) or "none", probability, rms(e) if k < LISTED and refits.ended(e) else None)
+        Ranked(" + ".join(e.names) or "none", probability, rms(e) if k < LISTED and fits.ended(e) else None)
         for k, (e, probability) in enumerate(choice.ranking)
     ]
-    fitted = refits(named)
+    fitted = fits(named)
     spread = uncertainty(fitted)
     coordinate = coordinate_of(named.names[0]) if named.names and verdict != "unknown" else None
     left = {name: g.after for name, g in gaps.items()}
@@ -304,7 +304,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         Proposal(f"runs in which {_part(lost)} turns")
         if untold
         else _next(
-            refits, verdict, [e for e in dict.fromkeys([best, *choice.alternatives]) if e not in choice.same], left
+            fits, verdict, [e for e in dict.fromkeys([best, *choice.alternatives]) if e not in choice.same], left
         )
     )
     return Diagnosis(
@@ -315,7 +315,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         effects=named.names,
         alternatives=tuple(e.names for e in choice.alternatives) if verdict == "ambiguous" else (),
         ranking=tuple(ranking),
-        where=locate(refits(nothing), train, _shares(search, choice), coordinate, deep=verdict != "none"),
+        where=locate(fits(nothing), train, _shares(search, choice), coordinate, deep=verdict != "none"),
         windows=_worst_windows(before, every, signal),
         signal=signal,
         gaps=gaps,
@@ -324,7 +324,7 @@ def diagnose(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = la
         proposal=proposed.plan,
         waterfall=(first, *map(rung, steps)),
         beside=tuple(rung(other) for other in others if other not in steps),
-        remarks=remarks(rig, every, train, refits(nothing), [fitted, *(refits(e) for e in rivals[1:])], spread, lost),
+        remarks=remarks(rig, every, train, fits(nothing), [fitted, *(fits(e) for e in rivals[1:])], spread, lost),
         corrected=_corrected(rig, fitted, named, spread),
         before=before,
         after=after,
@@ -347,29 +347,29 @@ def _part(lost: tuple[str, ...]) -> str:
 
 def _shares(search: Search, choice: Choice) -> dict[str, float]:
     """Share of the excess that the best single law in each coordinate removes; the chosen set counts for its first."""
-    whole = search.excess(Explanation())
+    whole = search.excess(Hypothesis())
     found: dict[str, float] = {}
-    for explanation in choice.evidence:
-        if len(explanation.names) == 1 or explanation == choice.best:
-            for name in explanation.names[:1]:
-                share = 1.0 - search.excess(explanation) / whole if whole > 0.0 else 0.0
+    for hypothesis in choice.evidence:
+        if len(hypothesis.names) == 1 or hypothesis == choice.best:
+            for name in hypothesis.names[:1]:
+                share = 1.0 - search.excess(hypothesis) / whole if whole > 0.0 else 0.0
                 coordinate = coordinate_of(name)
                 found[coordinate] = max(found.get(coordinate, 0.0), share)
     return found
 
 
-def _next(refits: Refits, verdict: Verdict, rivals: list[Explanation], left: dict[str, float]) -> Proposal:
+def _next(fits: ModelFits, verdict: Verdict, rivals: list[Hypothesis], left: dict[str, float]) -> Proposal:
     if verdict == "ambiguous" and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")
-    if verdict == "ambiguous" and refits.rig.kind in TWO_AXIS:
+    if verdict == "ambiguous" and fits.rig.kind in TWO_AXIS:
         return Proposal("one motor at a time, then both at once, with slow triangles, steps and coast-downs of each")
     if verdict == "ambiguous":
-        two = [Rival(e.names, refits.problem_of(e), refits(e).theta) for e in rivals[:2]]
-        return propose(refits.rig.name, two, refits.train, left)
+        two = [Rival(e.names, fits.problem_of(e), fits(e).theta) for e in rivals[:2]]
+        return propose(fits.rig.name, two, fits.train, left)
     if verdict == "unknown":
         return Proposal(
             "repeat one of these runs three times, so that what never repeats can be told from what is missing"
         )
     if verdict == "effect":
-        return Proposal("none needed: no other explanation comes close on these logs")
+        return Proposal("none needed: no other hypothesis comes close on these logs")
     return Proposal("none needed: the rig explains these logs down to their floor")

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import Explanation
-from rwjax.diagnosis.model_fits import Refits
-from rwjax.fitting.batched_runs import Search, together
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.predict import Prediction, errors, floor_variance, predicted
 
 BLOCK_S = 1.0  # errors closer than this are resampled together
@@ -49,25 +49,25 @@ class Gap:
         return float(np.sqrt(max(self.before**2 - self.floor**2, 0.0)) / self.floor)
 
 
-def held_out(refits: Refits, explanation: Explanation, folds: Sequence[Split], *, with_floor: bool) -> Held:
-    """Free-run errors of an explanation on every fold's held-out logs, fitted on the rest of the fold."""
+def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *, with_floor: bool) -> Held:
+    """Free-run errors of an hypothesis on every fold's held-out logs, fitted on the rest of the fold."""
     square: dict[str, list[np.ndarray]] = {}
     floor: dict[str, list[np.ndarray]] = {}
     block: dict[str, list[np.ndarray]] = {}
     error: dict[int, dict[str, np.ndarray]] = {}
 
-    begun = refits(explanation)
+    begun = fits(hypothesis)
 
-    def judged(fold: Split) -> Search[list[Prediction]]:
+    def judged(fold: Split) -> Simulating[list[Prediction]]:
         train, test = fold
-        fitted = begun if set(train) == set(refits.train) else (yield from refits.on(explanation, train))
-        problem = refits.problem_of(explanation).only(test)
+        fitted = begun if set(train) == set(fits.train) else (yield from fits.on(hypothesis, train))
+        problem = fits.problem_of(hypothesis).only(test)
         return (yield from predicted(problem, fitted.theta, test, with_floor=with_floor))
 
     for predictions in together([judged(fold) for fold in folds]):
-        variance = floor_variance(refits.problem, predictions) if with_floor else [{} for _ in predictions]
-        for prediction, found, floors in zip(predictions, errors(refits.problem, predictions), variance, strict=True):
-            k, log = prediction.log, refits.problem.logs[prediction.log]
+        variance = floor_variance(fits.problem, predictions) if with_floor else [{} for _ in predictions]
+        for prediction, found, floors in zip(predictions, errors(fits.problem, predictions), variance, strict=True):
+            k, log = prediction.log, fits.problem.logs[prediction.log]
             error[k] = found
             for name, e in found.items():
                 seen = np.isfinite(log.outputs[name])

@@ -85,14 +85,14 @@ def coordinate_of(name: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Explanation:
+class Hypothesis:
     """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong. Their order is for
     the reader alone."""
 
     names: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Explanation) and {*self.names} == {*other.names}
+        return isinstance(other, Hypothesis) and {*self.names} == {*other.names}
 
     def __hash__(self) -> int:
         return hash(frozenset(self.names))
@@ -107,17 +107,17 @@ class Explanation:
         """Fixed numbers of the rig file that are freed."""
         return tuple(name.removeprefix("parameter.") for name in self.names if name.startswith("parameter."))
 
-    def plus(self, *names: str) -> "Explanation":
-        """This explanation with further names."""
+    def plus(self, *names: str) -> "Hypothesis":
+        """This hypothesis with further names."""
         merged = dict.fromkeys((*self.names, *names))
-        return Explanation(tuple(merged))
+        return Hypothesis(tuple(merged))
 
-    def without(self, name: str) -> "Explanation":
-        """This explanation with one name less."""
-        return Explanation(tuple(other for other in self.names if other != name))
+    def without(self, name: str) -> "Hypothesis":
+        """This hypothesis with one name less."""
+        return Hypothesis(tuple(other for other in self.names if other != name))
 
-    def contains(self, other: "Explanation") -> bool:
-        """Whether `other` is a special case of this explanation."""
+    def contains(self, other: "Hypothesis") -> bool:
+        """Whether `other` is a special case of this hypothesis."""
         limits = {beside(name, limit) for name in self.names for limit in LIMITS.get(on_one_axis(name), ())}
         own = {*self.names} | limits
         return {*other.names} <= own and {*other.names} != {*self.names}
@@ -126,25 +126,25 @@ class Explanation:
 OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
 
 
-def structure_for(rig: Rig, explanation: "Explanation") -> Structure:
-    """Structure of the rig in which an explanation is looked for: with all effects of the groups that its effects belong
+def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
+    """Structure of the rig in which an hypothesis is looked for: with all effects of the groups that its effects belong
     to, at their null unless it holds them, and numbers that the rig file may lack at 0, so that few programs serve all
-    explanations and rigs."""
+    hypotheses and rigs."""
     own = structure_of(rig)
     if own.has_axis:
         of_axes = {on_half(name, k) for name in OF_ANY_AXIS for k in range(len(HALVES))} if own.halves else OF_ANY_AXIS
         own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *of_axes}))
-    groups = {BY_NAME[name].group for name in explanation.effects}
-    alike = (name for name in Explanation(candidates(rig)).effects if BY_NAME[name].group in groups)
-    return own.with_effects(*alike, *explanation.effects)
+    groups = {BY_NAME[name].group for name in hypothesis.effects}
+    alike = (name for name in Hypothesis(candidates(rig)).effects if BY_NAME[name].group in groups)
+    return own.with_effects(*alike, *hypothesis.effects)
 
 
-def free_names(rig: Rig, explanation: Explanation) -> tuple[str, ...]:
-    """Numbers that a fit of this explanation estimates: the rig's free ones and those of the explanation."""
-    free = [*rig.free, *explanation.numbers]
-    held = {*explanation.effects, *rig.effects}
+def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Numbers that a fit of this hypothesis estimates: the rig's free ones and those of the hypothesis."""
+    free = [*rig.free, *hypothesis.numbers]
+    held = {*hypothesis.effects, *rig.effects}
     given: set[str] = set()  # axes, by their plain dry friction, to which an effect before has brought a level
-    for effect in (name for name in BY_NAME if name in explanation.effects):
+    for effect in (name for name in BY_NAME if name in hypothesis.effects):
         plain = beside(effect, "axis.coulomb")
         for name, known in parameters(BY_NAME[effect]).items():
             if not known.fitted:
@@ -185,24 +185,24 @@ def candidates(rig: Rig) -> tuple[str, ...]:
     return (*found, *(f"parameter.{name}" for name in fixed))
 
 
-def space(rig: Rig, explanation: Explanation, logs: Sequence[Log]) -> tuple[Coordinates, list[np.ndarray]]:
-    """Coordinates of an explanation's fit, and parameter vectors from which to start it."""
-    structure = structure_for(rig, explanation)
+def space(rig: Rig, hypothesis: Hypothesis, logs: Sequence[Log]) -> tuple[Coordinates, list[np.ndarray]]:
+    """Coordinates of an hypothesis's fit, and parameter vectors from which to start it."""
+    structure = structure_for(rig, hypothesis)
     names = structure.names
     theta = theta_of(rig, structure)
     bounds = bounds_of(rig, structure)
-    free = free_names(rig, explanation)
+    free = free_names(rig, hypothesis)
     size = sizes_of(rig, structure, theta, logs)
     sizes = scales_for(rig, logs)
     options: dict[int, tuple[float, ...]] = {}
-    for number in explanation.numbers:
+    for number in hypothesis.numbers:
         k = names.index(number)
         if bounds[k, 0] > 0.0:
             bounds[k] = max(bounds[k, 0], theta[k] / WRONG_BY), min(bounds[k, 1], theta[k] * WRONG_BY)
     for effect in structure.effects:
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
-            if effect in explanation.effects and (names[k] in free or not p.fitted):
+            if effect in hypothesis.effects and (names[k] in free or not p.fitted):
                 options[k] = p.begin(sizes(effect))
     count = max((len(values) for values in options.values()), default=1)
     starts = []

@@ -1,6 +1,6 @@
-r"""Evidence for one explanation against another, with the number of independent samples that the residual allows.
+r"""Evidence for one hypothesis against another, with the number of independent samples that the residual allows.
 
-With residual sums of squares $S_y$ of output $y$ and $n_y$ effective samples, the log evidence of an explanation with
+With residual sums of squares $S_y$ of output $y$ and $n_y$ effective samples, the log evidence of an hypothesis with
 $k$ numbers of its own and $f$ of its effects' forms is $-\sum_y \tfrac12 n_y \ln S_y - \tfrac12 k \ln \sum_y n_y - f$: with the
 noise variance profiled out, what says that something is missing counts as Schwarz has it (Ann. Stat. 6 (1978)), and what says
 in which form as Akaike has it, since no form is more likely beforehand for having fewer numbers. Residuals of a wrong or
@@ -52,6 +52,6 @@ def sums(r: dict[str, list[np.ndarray]]) -> dict[str, float]:
 
 
 def log_evidence(squares: dict[str, float], numbers: int, form: int, effective: dict[str, float]) -> float:
-    """Log evidence up to a constant that all explanations of the same logs share."""
+    """Log evidence up to a constant that all hypotheses of the same logs share."""
     fit = -0.5 * sum(effective[name] * np.log(max(squares[name], 1e-300)) for name in squares)
     return float(fit - 0.5 * numbers * np.log(sum(effective.values())) - form)

@@ -1,4 +1,4 @@
-"""Refits: the rig's free numbers and an explanation's together, from several starts."""
+"""ModelFits: the rig's free numbers and an hypothesis's together, from several starts."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import CONTACT, LEVEL, Explanation, free_names, handed_on, space, structure_for
+from rwjax.diagnosis.hypothesis import CONTACT, LEVEL, Hypothesis, free_names, handed_on, space, structure_for
 from rwjax.diagnosis.score_screen import Candidate, Screen, Screened
 from rwjax.effects import plain
-from rwjax.fitting.batched_runs import Search, on_threads, together
+from rwjax.fitting.batched_runs import Simulating, on_threads, together
 from rwjax.fitting.coordinates import Coordinates
-from rwjax.fitting.initial_state_from_start import COMPLETE, complete, fit_anchored
+from rwjax.fitting.initial_state_from_start import COMPLETE, complete, fit_from_start
 from rwjax.fitting.multiple_shooting import Fit, fit
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.secant import derived, descend, placed, point
@@ -24,22 +24,22 @@ from rwjax.rig.model import Rig
 
 FIRST_STEPS = 6  # of every start of the rig as it is; the best one then goes on
 HEATS = ((99, 1), (16, 2), (8, 4))
-"""A race's heats: how many explanations take part, and steps of each. Those go on whose `promise_of` is least: one that begins
+"""A race's heats: how many hypotheses take part, and steps of each. Those go on whose `promise_of` is least: one that begins
 far off may be on its way."""
 BEGIN = 4
-"""Places at most from which an explanation takes part, those that leave least."""
+"""Places at most from which an hypothesis takes part, those that leave least."""
 SAME = 1e-9
 """Difference in cost below which two places count as one: a stop that nothing reaches may lie anywhere."""
 ARRIVED = 0.01
 """Share of the parent's cost to which a place has come down to it: from afar, the way back to adding nothing looks steep."""
 LONG = 7
-"""Steps from every place where a single explanation is searched thoroughly."""
+"""Steps from every place where a single hypothesis is searched thoroughly."""
 LAST = 12
 """Steps at most of those that take part to the end."""
 CLOSE = 1.5
-"""Cost against the best one's up to which an explanation takes part to the end."""
+"""Cost against the best one's up to which an hypothesis takes part to the end."""
 BEHIND = 20.0
-"""Cost against the best finished fit's up to which an explanation takes part any longer."""
+"""Cost against the best finished fit's up to which an hypothesis takes part any longer."""
 GLANCE = 2
 """Steps by exact derivatives, after those through short windows, that show whether more are worth while."""
 FAR = 5.0
@@ -58,14 +58,14 @@ FOLD_STEPS = 6
 """Steps at most from the estimates on all logs to those on some of them."""
 
 
-def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOLERANCE) -> Search[Fit]:
+def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOLERANCE) -> Simulating[Fit]:
     """A fit after some further steps, with its derivatives."""
     here = yield from placed(replace(begun, problem=problem))
     found = yield from descend(here, most_steps=steps, tolerance=tolerance)
     return (yield from derived(found))
 
 
-def _ended(problem: Problem, begun: Fit) -> Search[Fit]:
+def _ended(problem: Problem, begun: Fit) -> Simulating[Fit]:
     """A fit carried to the end, once more with the numbers of its form at their null where they have moved."""
     found = yield from _carried_on(problem, begun, LAST)
     theta = found.theta.copy()
@@ -93,10 +93,10 @@ def promise_of(cost: float, before: float, parent: float) -> float:
 
 
 @dataclass
-class Refits:
-    """All logs laid out once, and the fit of every explanation to the training logs, done when first asked for.
+class ModelFits:
+    """All logs laid out once, and the fit of every hypothesis to the training logs, done when first asked for.
 
-    First states follow the start rule until an explanation is complete; from then on they are free in all fits that were
+    First states follow the start rule until an hypothesis is complete; from then on they are free in all fits that were
     carried to the end, and in those whose misfit may come from their first states alone.
     """
 
@@ -106,67 +106,67 @@ class Refits:
     progress: Callable[[str], None]
     _problems: dict[Structure, Problem] = field(default_factory=dict)
     _training: dict[Structure, Problem] = field(default_factory=dict)
-    _spaces: dict[Explanation, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
-    _done: dict[Explanation, Fit] = field(default_factory=dict)
-    _finished: set[Explanation] = field(default_factory=set)
-    _exact: dict[Explanation, bool] = field(default_factory=dict)
+    _spaces: dict[Hypothesis, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
+    _done: dict[Hypothesis, Fit] = field(default_factory=dict)
+    _finished: set[Hypothesis] = field(default_factory=set)
+    _exact: dict[Hypothesis, bool] = field(default_factory=dict)
     """Explanations fitted by exact derivatives, and whether that was by the start rule."""
     _ruled: bool = True
 
     @classmethod
-    def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "Refits":
-        """Refits of `rig` to `logs`, trained on those numbered in `train`."""
+    def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "ModelFits":
+        """ModelFits of `rig` to `logs`, trained on those numbered in `train`."""
         noise = pooled(tuple(logs[k] for k in train))
         unseen = pooled(tuple(logs))  # for outputs that no training log holds
         return cls(
-            rig, pose(structure_for(rig, Explanation()), logs, unseen | noise, prior=rig.prior), tuple(train), progress
+            rig, pose(structure_for(rig, Hypothesis()), logs, unseen | noise, prior=rig.prior), tuple(train), progress
         )
 
-    def __call__(self, explanation: Explanation) -> Fit:
-        """Best fit of an explanation, carried to the end."""
-        if explanation not in self._finished:
-            if not explanation.names:
+    def __call__(self, hypothesis: Hypothesis) -> Fit:
+        """Best fit of an hypothesis, carried to the end."""
+        if hypothesis not in self._finished:
+            if not hypothesis.names:
                 begun = self._begin()
-                found = fit_anchored(begun.problem, begun.coordinates, begun.theta, begun.start)
-                self._ruled = bool(found.problem.anchored.any())
-                self._done[explanation] = found
+                found = fit_from_start(begun.problem, begun.coordinates, begun.theta, begun.start)
+                self._ruled = bool(found.problem.initial_state_from_start.any())
+                self._done[hypothesis] = found
             else:
-                if explanation not in self._done:
-                    self.race([explanation], Explanation())
-                if explanation in self._finished:
-                    return self._done[explanation]
-                self._done[explanation] = together([self._to_the_end(self._done[explanation])])[0]
-            self._finished.add(explanation)
-        return self._done[explanation]
+                if hypothesis not in self._done:
+                    self.race([hypothesis], Hypothesis())
+                if hypothesis in self._finished:
+                    return self._done[hypothesis]
+                self._done[hypothesis] = together([self._to_the_end(self._done[hypothesis])])[0]
+            self._finished.add(hypothesis)
+        return self._done[hypothesis]
 
-    def anchor(self) -> None:
-        """Takes the rig as it is by the start rule, until an explanation is complete: something is missing, though it reaches
+    def start_from_first_readings(self) -> None:
+        """Takes the rig as it is by the start rule, until an hypothesis is complete: something is missing, though it reaches
         the noise where first states may hide it."""
-        begun = self(Explanation())
+        begun = self(Hypothesis())
         if not self._ruled and begun.problem.start_free.any():
             self._ruled = True
             found = fit(begun.problem.by_rule, begun.coordinates, begun.theta, start=begun.start)
-            self._done[Explanation()] = found
+            self._done[Hypothesis()] = found
 
-    def known(self, explanation: Explanation) -> Fit:
-        """Best fit of an explanation as far as a race has brought it."""
-        return self._done[explanation] if explanation in self._done else self(explanation)
+    def known(self, hypothesis: Hypothesis) -> Fit:
+        """Best fit of an hypothesis as far as a race has brought it."""
+        return self._done[hypothesis] if hypothesis in self._done else self(hypothesis)
 
-    def places(self, explanation: Explanation) -> int:
-        """From how many places an explanation may begin."""
-        return len(self._space(explanation)[1])
+    def places(self, hypothesis: Hypothesis) -> int:
+        """From how many places an hypothesis may begin."""
+        return len(self._space(hypothesis)[1])
 
-    def ended(self, explanation: Explanation) -> bool:
-        """Whether the fit of an explanation was carried to the end."""
-        return explanation in self._finished
+    def ended(self, hypothesis: Hypothesis) -> bool:
+        """Whether the fit of an hypothesis was carried to the end."""
+        return hypothesis in self._finished
 
-    def __contains__(self, explanation: Explanation) -> bool:
-        return explanation in self._done
+    def __contains__(self, hypothesis: Hypothesis) -> bool:
+        return hypothesis in self._done
 
     def _begin(self) -> Fit:
         """The start of the rig as it is that the first few steps bring furthest."""
         self.progress("the rig as it is")
-        nothing = Explanation()
+        nothing = Hypothesis()
         problem = self.problem_of(nothing).only(self.train)
         coordinates, starts = self._space(nothing)
         begin = [(start, nodes) for start in starts for nodes in (measured_nodes(problem, start), None)]
@@ -181,7 +181,7 @@ class Refits:
             posed = pose(structure, self.problem.logs, self.problem.noise, prior=self.rig.prior)
             own = posed.batch
             alike = self.problem.batch._replace(
-                which=own.which, plus=own.plus
+                theta_index=own.theta_index, theta_offset=own.theta_offset
             )  # free runs need no windows of their own
             self._problems[structure] = replace(posed, batch=alike)
         return self._problems[structure]
@@ -192,25 +192,25 @@ class Refits:
         problem = self._training[structure]
         return problem.by_rule if self._ruled else problem
 
-    def problem_of(self, explanation: Explanation) -> Problem:
-        """All logs with the structure of an explanation."""
-        return self._posed(structure_for(self.rig, explanation))
+    def problem_of(self, hypothesis: Hypothesis) -> Problem:
+        """All logs with the structure of an hypothesis."""
+        return self._posed(structure_for(self.rig, hypothesis))
 
-    def _space(self, explanation: Explanation) -> tuple[Coordinates, list[np.ndarray]]:
-        if explanation not in self._spaces:
-            self._spaces[explanation] = space(self.rig, explanation, [self.problem.logs[k] for k in self.train])
-        return self._spaces[explanation]
+    def _space(self, hypothesis: Hypothesis) -> tuple[Coordinates, list[np.ndarray]]:
+        if hypothesis not in self._spaces:
+            self._spaces[hypothesis] = space(self.rig, hypothesis, [self.problem.logs[k] for k in self.train])
+        return self._spaces[hypothesis]
 
     def _in_order(self, structure: Structure, values: dict[str, float]) -> np.ndarray:
         """Numbers by name in the order of a structure, those not given at their null."""
         return np.array([values.get(n, v) for n, v in zip(structure.names, theta_of(self.rig, structure), strict=True)])
 
-    def _candidate(self, explanation: Explanation, parent: Explanation) -> Candidate:
-        """What an explanation is screened with, from a parent's estimates."""
-        structure = structure_for(self.rig, explanation)
+    def _candidate(self, hypothesis: Hypothesis, parent: Hypothesis) -> Candidate:
+        """What an hypothesis is screened with, from a parent's estimates."""
+        structure = structure_for(self.rig, hypothesis)
         problem = self._of_training(structure)
-        moves, starts = self._space(explanation)
-        own = {*free_names(self.rig, explanation)}
+        moves, starts = self._space(hypothesis)
+        own = {*free_names(self.rig, hypothesis)}
         shared = {*free_names(self.rig, parent)} & own
         values = self(parent).numbers()
         for name, same in handed_on(LEVEL, own - shared, {*free_names(self.rig, parent)}):
@@ -245,14 +245,14 @@ class Refits:
                 start[:, problem.structure.states.index(name)] = fitted.start[:, k]
         return start
 
-    def race(self, explanations: Iterable[Explanation], parent: Explanation) -> dict[Explanation, Fit]:
-        """Fits of several explanations side by side, from a parent's estimates, in heats: those that leave least go on.
+    def race(self, hypotheses: Iterable[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, Fit]:
+        """Fits of several hypotheses side by side, from a parent's estimates, in heats: those that leave least go on.
 
         What comes close to the best after the last heat is fitted to the end. What lost an earlier race runs again, and so
-        does a special case of the parent, which may know a better place. Of more explanations than the last heat takes, the one
+        does a special case of the parent, which may know a better place. Of more hypotheses than the last heat takes, the one
         that promises most is carried to its end by exact derivatives.
         """
-        wanted = list(dict.fromkeys(explanations))
+        wanted = list(dict.fromkeys(hypotheses))
         if not wanted:
             return {}
         new = [e for e in wanted if e not in self._finished or parent.contains(e) or e.contains(parent)]
@@ -270,23 +270,23 @@ class Refits:
         self._settle()
         return {e: self._done[e] for e in wanted}
 
-    def again(self, explanations: Sequence[Explanation], parent: Explanation) -> None:
-        """Races explanations from another parent's estimates, however far they have come from their own; one that comes further
+    def again(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> None:
+        """Races hypotheses from another parent's estimates, however far they have come from their own; one that comes further
         and is left behind has to be carried to the end again."""
-        ended = {e: self._done[e] for e in explanations if e in self._finished}
+        ended = {e: self._done[e] for e in hypotheses if e in self._finished}
         self._finished -= {*ended}
-        self.race(explanations, parent)
+        self.race(hypotheses, parent)
         self._finished |= {e for e, fitted in ended.items() if self._done[e] is fitted}
 
-    def _heats(self, explanations: Sequence[Explanation], parent: Explanation) -> dict[Explanation, float]:
-        """Brings explanations as far as the heats let them come; what each promises to leave."""
-        screened, begun = self._begun(explanations, parent)
+    def _heats(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, float]:
+        """Brings hypotheses as far as the heats let them come; what each promises to leave."""
+        screened, begun = self._begun(hypotheses, parent)
         running = {e: self._begin_at(e, parent, s) for e, s in screened.items()}
         self._keep(running)
         promise = {e: min(s.left, running[e].cost) for e, s in screened.items()}
         most = np.inf if self._ruled else BEHIND * self(parent).cost  # a complete parent leaves no room far above it
         for many, steps in HEATS:
-            ahead = [e for e in explanations if promise[e] <= most or steps == 1 or parent.contains(e)]
+            ahead = [e for e in hypotheses if promise[e] <= most or steps == 1 or parent.contains(e)]
             ahead = sorted(ahead, key=promise.__getitem__)[:many]
             runs = [(e, f) for e in ahead for f in begun[e][:BEGIN]]
             found = together([descend(f, most_steps=steps, tolerance=TOLERANCE) for _, f in runs])
@@ -300,75 +300,73 @@ class Refits:
             self._keep({e: running[e] for e in ahead})
         return promise
 
-    def _least(self, explanations: Iterable[Explanation]) -> float:
-        """Least cost of these explanations so far."""
-        return min(self._done[e].cost for e in explanations)
+    def _least(self, hypotheses: Iterable[Hypothesis]) -> float:
+        """Least cost of these hypotheses so far."""
+        return min(self._done[e].cost for e in hypotheses)
 
-    def _finish(self, explanations: Sequence[Explanation]) -> None:
+    def _finish(self, hypotheses: Sequence[Hypothesis]) -> None:
         """Carries fits to the end."""
-        if not explanations:
+        if not hypotheses:
             return
-        for e in explanations:
+        for e in hypotheses:
             self.progress(" + ".join(e.names) or "the rig as it is")
-        ends = together([self._to_the_end(self._done[e]) for e in explanations])
-        self._done |= zip(explanations, ends, strict=True)
-        self._finished |= {*explanations}
+        ends = together([self._to_the_end(self._done[e]) for e in hypotheses])
+        self._done |= zip(hypotheses, ends, strict=True)
+        self._finished |= {*hypotheses}
         self._free_starts()
 
     def _begun(
-        self, explanations: Sequence[Explanation], parent: Explanation
-    ) -> tuple[dict[Explanation, Screened], dict[Explanation, list[Fit]]]:
+        self, hypotheses: Sequence[Hypothesis], parent: Hypothesis
+    ) -> tuple[dict[Hypothesis, Screened], dict[Hypothesis, list[Fit]]]:
         """Explanations as screened from a parent's estimates, and the places where each may begin, those that leave least
         first."""
-        found = Screen(self(parent)).predict([self._candidate(e, parent) for e in explanations])
-        screened = dict(zip(explanations, found, strict=True))
+        found = Screen(self(parent)).predict([self._candidate(e, parent) for e in hypotheses])
+        screened = dict(zip(hypotheses, found, strict=True))
         places = [
             (e, replace(self._begin_at(e, parent, s), theta=theta)) for e, s in screened.items() for theta in s.begin
         ]
-        begun: dict[Explanation, list[Fit]] = {e: [] for e in explanations}
+        begun: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
         for (e, _), f in zip(places, together([placed(f) for _, f in places]), strict=True):
             same = any(abs(f.cost - other.cost) <= SAME * other.cost for other in begun[e])
             begun[e] += () if same else (f,)
         return screened, {e: sorted(fits, key=lambda f: f.cost) for e, fits in begun.items()}
 
-    def search(self, explanation: Explanation, parent: Explanation) -> None:
-        """One explanation on from all places where it may begin, the best of which a race may have left behind."""
-        begun = self._begun([explanation], parent)[1][explanation]
+    def search(self, hypothesis: Hypothesis, parent: Hypothesis) -> None:
+        """One hypothesis on from all places where it may begin, the best of which a race may have left behind."""
+        begun = self._begun([hypothesis], parent)[1][hypothesis]
         found = together([descend(f, most_steps=LONG, tolerance=TOLERANCE) for f in begun])
         best = sorted(found, key=lambda f: f.cost)[:BEGIN]
-        self._keep({explanation: min(together([self._to_the_end(f) for f in best]), key=lambda f: f.cost)})
+        self._keep({hypothesis: min(together([self._to_the_end(f) for f in best]), key=lambda f: f.cost)})
 
-    def _begin_at(self, explanation: Explanation, parent: Explanation, screened: Screened) -> Fit:
-        """An explanation as it stands where it was screened."""
-        problem = self._of_training(structure_for(self.rig, explanation))
-        c, _ = self._space(explanation)
+    def _begin_at(self, hypothesis: Hypothesis, parent: Hypothesis, screened: Screened) -> Fit:
+        """An hypothesis as it stands where it was screened."""
+        problem = self._of_training(structure_for(self.rig, hypothesis))
+        c, _ = self._space(hypothesis)
         return point(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
 
-    def _keep(self, found: dict[Explanation, Fit]) -> None:
+    def _keep(self, found: dict[Hypothesis, Fit]) -> None:
         """Takes down fits that are better than what is known, or that took steps where what is known did not."""
         for e, fitted in found.items():
             old = self._done.get(e)
             if old is None or fitted.cost <= old.cost or not old.steps:
                 self._done[e] = fitted
 
-    def _to_the_end(self, begun: Fit) -> Search[Fit]:
+    def _to_the_end(self, begun: Fit) -> Simulating[Fit]:
         """A fit carried to the end."""
         return _ended(self._of_training(begun.problem.structure), begun)
 
-    def polish(self, explanation: Explanation) -> Fit:
-        """The fit of an explanation to the last digit: by exact derivatives, then by secants, which see across the creases of
+    def polish(self, hypothesis: Hypothesis) -> Fit:
+        """The fit of an hypothesis to the last digit: by exact derivatives, then by secants, which see across the creases of
         stick and slip."""
-        self.exactly([explanation])
-        self._keep({explanation: together([self._polished(self(explanation), LAST_DIGIT)])[0]})
-        return self._done[explanation]
+        self.exactly([hypothesis])
+        self._keep({hypothesis: together([self._polished(self(hypothesis), LAST_DIGIT)])[0]})
+        return self._done[hypothesis]
 
-    def exactly(self, explanations: Iterable[Explanation]) -> None:
-        """Fits explanations on by exact derivatives through short windows that begin at what was measured: they go straight
+    def exactly(self, hypotheses: Iterable[Hypothesis]) -> None:
+        """Fits hypotheses on by exact derivatives through short windows that begin at what was measured: they go straight
         along a narrow valley where secants of whole runs creep, and find one that whole runs end before. Those whose readings
         reach back further than the windows are left as they are; once more where this frees the first states."""
-        wanted = [
-            e for e in dict.fromkeys(explanations) if self._exact.get(e) != self._ruled and self._within_windows(e)
-        ]
+        wanted = [e for e in dict.fromkeys(hypotheses) if self._exact.get(e) != self._ruled and self._within_windows(e)]
         if not wanted:
             return
         ruled, begun = self._ruled, [self.known(e) for e in wanted]
@@ -385,10 +383,10 @@ class Refits:
         if self._ruled != ruled:
             self.exactly(wanted)
 
-    def _within_windows(self, explanation: Explanation) -> bool:
-        return structure_for(self.rig, explanation).latest <= self.problem.structure.latest
+    def _within_windows(self, hypothesis: Hypothesis) -> bool:
+        return structure_for(self.rig, hypothesis).latest <= self.problem.structure.latest
 
-    def _polished(self, begun: Fit, tolerance: float) -> Search[Fit]:
+    def _polished(self, begun: Fit, tolerance: float) -> Simulating[Fit]:
         return _carried_on(self._of_training(begun.problem.structure), begun, MOST_STEPS, tolerance)
 
     def _free_starts(self) -> None:
@@ -414,9 +412,9 @@ class Refits:
             more = together([self._polished(self._done[e], TOLERANCE / 10.0) for e in close])
             self._keep(dict(zip(close, more, strict=True)))
 
-    def on(self, explanation: Explanation, train: Sequence[int]) -> Search[Fit]:
-        """Fit of an explanation to other logs than those marked for training, from its estimates on those."""
-        begun = self(explanation)
+    def on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Simulating[Fit]:
+        """Fit of an hypothesis to other logs than those marked for training, from its estimates on those."""
+        begun = self(hypothesis)
         problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
         return _carried_on(problem.by_rule if self._ruled else problem, replace(begun, start=start), FOLD_STEPS)

@@ -31,7 +31,7 @@ class Proposal(NamedTuple):
 
 
 class Rival(NamedTuple):
-    """An explanation as fitted: its names, all logs with its structure, and its numbers."""
+    """An hypothesis as fitted: its names, all logs with its structure, and its numbers."""
 
     names: tuple[str, ...]
     problem: Problem

@@ -50,7 +50,7 @@ def remarks(
     spread: Uncertainty,
     lost: tuple[str, ...] = (),
 ) -> tuple[str, ...]:
-    """Remarks on the fits of the named explanation and of those that cannot be told apart from it; `base`: the fit without
+    """Remarks on the fits of the named hypothesis and of those that cannot be told apart from it; `base`: the fit without
     any; `lost`: numbers that ran away."""
     believed = base.problem.spread_out(theta_of(rig, base.problem.structure))
     found = [*mistaken(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]

@@ -1,6 +1,6 @@
 """Screen: what each candidate would remove from the residual at best, from a few free runs and no fit.
 
-At a fitted explanation every candidate is switched on at values from which a search would begin; what that changes in the
+At a fitted hypothesis every candidate is switched on at values from which a search would begin; what that changes in the
 free run, and what the free numbers and first states could change, are columns of a least-squares problem in which the
 residual is the right side. Free runs at finite values see what a derivative at the null does not (a dead zone, a delay, an
 end stop), and small lasting torques that local residuals miss (Breusch and Pagan's score test, with finite probes).
@@ -43,7 +43,7 @@ class Screened:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An explanation to be screened: the problem of its structure, the parent's first states in its order, numbers where it
+    """An hypothesis to be screened: the problem of its structure, the parent's first states in its order, numbers where it
     adds nothing, and starts (t,).
 
     `besides`: places to begin that are not probed; `free` (t,): numbers that it may move, `amplitude` (t,) those of them in

@@ -9,13 +9,13 @@ from typing import NamedTuple
 NEEDED = 5.0
 """Log evidence that a further name must bring."""
 CLOSE = 3.0
-"""Log evidence within which two explanations cannot be told apart."""
+"""Log evidence within which two hypotheses cannot be told apart."""
 CLOSE_ABOVE = 2.0
 """The same for one of which the other is a special case: chance brings a number of no use so near once in thirty."""
 TIE = 0.1
-"""Share of the sum of squares by which two explanations may differ and still tie where neither reaches the noise."""
+"""Share of the sum of squares by which two hypotheses may differ and still tie where neither reaches the noise."""
 FAR_FROM_NOISE = 4.0
-"""Mean square in units of noise above which an explanation counts as incomplete."""
+"""Mean square in units of noise above which an hypothesis counts as incomplete."""
 NOTHING_LEFT = 0.1
 """Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
 TRIFLE = 0.1

@@ -10,7 +10,7 @@ Verdict = Literal["none", "effect", "ambiguous", "unknown"]
 
 
 def stands_out(gap: Gap) -> bool:
-    """Whether a gap of the rig as it is asks for an explanation."""
+    """Whether a gap of the rig as it is asks for an hypothesis."""
     return gap.closed is not None and gap.size >= VERDICT.nothing
 
 

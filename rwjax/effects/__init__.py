@@ -15,7 +15,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     axis.Presliding,
     axis.AngleFriction,
     axis.LoadFriction,
-    axis.DryDrift,
+    axis.FrictionDrift,
     axis.Imbalance,
     axis.Spring,
     axis.BiasTorque,

@@ -175,7 +175,7 @@ def worn(y: Scalar | float, x: Scalar, s: Scalar) -> Scalar:
     return jnp.where(straight, power(jnp.maximum(power(known, s) - s * x, 1e-9), 1.0 / s), y * jnp.exp(-x))
 
 
-class DryDrift(AxisDry):
+class FrictionDrift(AxisDry):
     r"""Friction that changes over the run: a level of dry friction $(1 + d\,f(t))$ times what the rig has warm, and $B\,w\,f(t)$
     besides, with $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
 

@@ -17,13 +17,13 @@ from rwjax.types import Scalar
 class Motion(NamedTuple):
     """What an effect may depend on. States that a kind of rig does not have are 0.
 
-    `t` [s] since the run's first sample, `u` command after the drive [V], `psi` [rad], `w` [rad/s] of the axis,
+    `t` [s] since the run's first sample, `V` motor voltage, the command after the drive [V], `psi` [rad], `w` [rad/s] of the axis,
     `theta` [rad], `Omega` [rad/s] of the wheel, `i` [A], `load` torque [N m] that the drive transmits to the axis,
     `sensed` rate [rad/s] of what carries the encoder, `own` the effects' own states by `effect:state`.
     """
 
     t: Scalar
-    u: Scalar
+    V: Scalar
     psi: Scalar
     w: Scalar
     theta: Scalar

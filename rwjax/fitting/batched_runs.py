@@ -75,7 +75,7 @@ class Wanted(NamedTuple):
 
 
 T = TypeVar("T")
-Search = Generator[Wanted, np.ndarray, T]
+Simulating = Generator[Wanted, np.ndarray, T]
 
 
 @dataclass
@@ -97,7 +97,13 @@ class _Asked:
     def program(self) -> tuple:
         """Lanes of which requests go together."""
         batch = self.wanted.problem.batch
-        return self.wanted.problem.structure, id(batch.slot_step), id(batch.which), id(batch.plus), self.wanted.windows
+        return (
+            self.wanted.problem.structure,
+            id(batch.slot_step),
+            id(batch.theta_index),
+            id(batch.theta_offset),
+            self.wanted.windows,
+        )
 
 
 def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
@@ -119,7 +125,7 @@ def on_threads(function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]
         return list(pool.map(function, *arguments))
 
 
-def together(searches: Sequence[Search[T]]) -> list[T]:
+def together(searches: Sequence[Simulating[T]]) -> list[T]:
     """What several searches return, all carried out side by side."""
     work = _Work([*searches])
     with _threads() as pool:
@@ -136,7 +142,7 @@ class _Work:
     """Searches on their way: each thread takes lanes that fill a call, else goes on with the search whose readings came last, else
     runs the lanes that there are."""
 
-    def __init__(self, searches: list[Search[Any]]) -> None:
+    def __init__(self, searches: list[Simulating[Any]]) -> None:
         self.searches = searches
         self.found: dict[int, Any] = {}
         self.ready: list[tuple[int, np.ndarray | None]] = [(number, None) for number in reversed(range(len(searches)))]

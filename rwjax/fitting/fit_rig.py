@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.initial_state_from_start import COMPLETE, fit_anchored
+from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
 from rwjax.fitting.intervals import Intervals, intervals
 from rwjax.fitting.multiple_shooting import Fit, fit, reaches_noise
 from rwjax.fitting.predict import unit_of
@@ -110,10 +110,10 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
     best = min(tried, key=lambda f: f.cost)
-    best = fit_anchored(problem, moves, best.theta, best.start)
+    best = fit_from_start(problem, moves, best.theta, best.start)
     if rig.prior:
         weighed = replace(problem, prior_weight=memory(best))
-        best = fit_anchored(weighed, moves, best.theta, best.start)
+        best = fit_from_start(weighed, moves, best.theta, best.start)
     spread = uncertainty(best)
     notes = [*mistaken(problem, theta), *spread.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]

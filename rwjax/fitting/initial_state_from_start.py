@@ -42,7 +42,7 @@ def complete(begun: Fit) -> bool:
     return bool(np.all(square <= limit))
 
 
-def fit_anchored(
+def fit_from_start(
     problem: Problem,
     coordinates: Coordinates,
     theta: np.ndarray,

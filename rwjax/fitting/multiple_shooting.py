@@ -142,11 +142,15 @@ def first_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None =
 
 
 def _project(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """First states with those of anchored logs set by the start rule."""
-    if not problem.anchored.any():
+    """First states with those of logs whose first state follows from their start set by the start rule."""
+    if not problem.initial_state_from_start.any():
         return start
-    anchored = replace(problem, start_free=problem.start_free & problem.anchored[:, None])
-    return np.where(problem.anchored[:, None], first_states(anchored, theta, start), start)
+    initial_state_from_start = replace(
+        problem, start_free=problem.start_free & problem.initial_state_from_start[:, None]
+    )
+    return np.where(
+        problem.initial_state_from_start[:, None], first_states(initial_state_from_start, theta, start), start
+    )
 
 
 def by_start(e: Evaluation, log: int) -> np.ndarray:
@@ -164,8 +168,8 @@ def _through(local: np.ndarray, chain: np.ndarray, windows: int, p: int) -> np.n
 @np.errstate(over="ignore", invalid="ignore")  # a run that leaves the range of numbers: its step is refused
 def start_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.ndarray, np.ndarray]:
     """Normal matrix and gradient `(k+n, k+n)`, `(k+n,)` of the readings that tell a log's first state: those of its
-    first 0.5 s where it is anchored, else all."""
-    if not problem.anchored[log]:
+    first 0.5 s where its first state follows from its start, else all."""
+    if not problem.initial_state_from_start[log]:
         return e.H[log], e.g[log]
     first = problem.early.batch
     windows = first.windows
@@ -273,7 +277,7 @@ def fit(
     tolerance: float = 1e-7,
     creases: bool = False,
 ) -> Fit:
-    """Least squares of the free run over the free numbers and the logs' first states, those of anchored logs by the
+    """Least squares of the free run over the free numbers and the logs' first states, those of logs whose first state follows from their start by the
     start rule at every step.
 
     With `nodes` (l, w, n) given, the short windows come first and the better of both starts is kept. With `creases`, a
@@ -326,7 +330,7 @@ def fit(
         and len(coordinates.index)
     ):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
-        free = problem.start_free & ~problem.anchored[:, None]
+        free = problem.start_free & ~problem.initial_state_from_start[:, None]
         theta_k, start_k, _ = across_kinks(problem, wide, theta, start, free, cost)
         rest = fit(problem, coordinates, theta_k, start=start_k)
         if rest.cost < cost:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.fitting.batched_runs import Search, Wanted, together
+from rwjax.fitting.batched_runs import Simulating, Wanted, together
 from rwjax.fitting.initial_state import start_covariance
 from rwjax.fitting.problem import Problem, pose, starts_at_rest
 from rwjax.fitting.secant import by_start_rule, moved_starts
@@ -42,7 +42,7 @@ def predict(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> 
 
 def predicted(
     problem: Problem, theta: np.ndarray, logs: Sequence[int], *, with_floor: bool
-) -> Search[list[Prediction]]:
+) -> Simulating[list[Prediction]]:
     """`predict` of some logs, beside other searches."""
     start, y, by_state = yield from _from_start_rule(problem, theta, np.array(logs), with_floor)
     names = problem.structure.outputs
@@ -65,7 +65,7 @@ def predicted(
 
 def _from_start_rule(
     problem: Problem, theta: np.ndarray, logs: np.ndarray, with_secants: bool
-) -> Search[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+) -> Simulating[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """First states of all logs by the start rule; of the wanted ones readings `(l, w, q, y)` and their secants by the first
     states `(n, l, …)`, 0 where they are not asked for or a run leaves the range of numbers."""
     start = yield from by_start_rule(problem, theta)

@@ -24,7 +24,7 @@ SWING = 3.0
 
 @dataclass(frozen=True)
 class Problem:
-    """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`; `anchored`:
+    """`start`: first state of each log; `start_free`: which of its entries the readings must tell, `(l, n)`; `initial_state_from_start`:
     logs `(l,)` that tell them by their first 0.5 s alone (the start rule), not by the whole run. `per_run`: numbers of
     which every run has a value of its own; `prior` (t, 2): mean and inverse variance of what is known of each number
     besides the logs, 0 where nothing is; `prior_weight`: as how many readings one counts that has the prior's standard
@@ -37,7 +37,7 @@ class Problem:
     batch: Batch
     start: np.ndarray
     start_free: np.ndarray
-    anchored: np.ndarray
+    initial_state_from_start: np.ndarray
     per_run: tuple[str, ...]
     prior: np.ndarray
     prior_weight: float = 1.0
@@ -70,7 +70,7 @@ class Problem:
     @cached_property
     def by_rule(self) -> "Problem":
         """The same with every log's first state by the start rule."""
-        return replace(self, anchored=self.start_free.any(axis=1))
+        return replace(self, initial_state_from_start=self.start_free.any(axis=1))
 
     @cached_property
     def early(self) -> "Problem":
@@ -83,7 +83,9 @@ class Problem:
             unit = np.array([self.noise[y] / noise[y] if y in noise else 1.0 for y in self.structure.outputs])
             late = np.append(~early, False)  # empty slots point at the last entry
             weight[k] = np.where(late[batch.slot_sample[k]][..., None], 0.0, weight[k] * unit)
-        return replace(self, batch=batch._replace(weight=weight), anchored=np.zeros(len(self.logs), bool))
+        return replace(
+            self, batch=batch._replace(weight=weight), initial_state_from_start=np.zeros(len(self.logs), bool)
+        )
 
     def only(self, logs: Collection[int]) -> "Problem":
         """The same arrays with all other logs left out of the residual: nothing has to be compiled anew."""
@@ -178,7 +180,7 @@ def pose(
         batch=lay_out(structure, logs, [noise] * len(logs), per_run=per_run, refine=refine),
         start=np.stack([guess for guess, _ in first]),
         start_free=np.stack([free for _, free in first]),
-        anchored=np.zeros(len(logs), bool),
+        initial_state_from_start=np.zeros(len(logs), bool),
         per_run=tuple(per_run),
         prior=np.array([(mean, spread**-2.0) for mean, spread in known]),
     )

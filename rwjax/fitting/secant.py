@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.fitting.batched_runs import Search, Wanted
+from rwjax.fitting.batched_runs import Simulating, Wanted
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.multiple_shooting import Fit, step_of
 from rwjax.fitting.problem import Problem
@@ -31,7 +31,7 @@ MOST_SETTLING, SETTLED, LEAST_DAMPING, MOST_DAMPING = 30, 1e-8, 1e-12, 1e6
 dampings between which they go."""
 
 
-def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.ndarray]) -> Search[np.ndarray]:
+def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.ndarray]) -> Simulating[np.ndarray]:
     """Residuals `(b, l, w, q, y)` in units of noise for several parameter vectors and first states."""
     batch, logs = problem.batch, problem.told
     if not len(logs):
@@ -58,7 +58,7 @@ def moved_starts(problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.nd
 
 def slopes(
     problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, residual: np.ndarray, span: float
-) -> Search[Evaluation]:
+) -> Simulating[Evaluation]:
     """What `evaluate` gives, by secants from a point whose residual is known, every window seen from the log's first
     state."""
     k, (L, n) = len(c.index), start.shape
@@ -100,12 +100,12 @@ def slopes(
 def settled(
     problem: Problem, by_state: np.ndarray, start: np.ndarray, residual: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """First states of anchored logs by the start rule and the residual there, to first order; `by_state` (n, l, …)."""
-    if not problem.anchored.any():
+    """First states of logs whose first state follows from their start by the start rule and the residual there, to first order; `by_state` (n, l, …)."""
+    if not problem.initial_state_from_start.any():
         return start, residual
     early = problem.early.batch
     start, residual = start.copy(), residual.copy()
-    for log in np.flatnonzero(problem.anchored):
+    for log in np.flatnonzero(problem.initial_state_from_start):
         s = np.flatnonzero(problem.start_free[log])
         G = by_state[s, log]
         seen = early.weight[log] > 0.0
@@ -127,12 +127,12 @@ def _least_squares(columns: np.ndarray, residual: np.ndarray, damping: float) ->
     return np.where(scale > 1e-140, share / scale, 0.0)
 
 
-def by_start_rule(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> Search[np.ndarray]:
+def by_start_rule(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> Simulating[np.ndarray]:
     """First states by the start rule `(l, n)`, every log for itself; nothing after its first 0.5 s is simulated."""
     start = (problem.start if start is None else start).copy()
     early = problem.early.batch
 
-    def seen(trial: np.ndarray, logs: np.ndarray) -> Search[dict[int, tuple[np.ndarray, np.ndarray, float]]]:
+    def seen(trial: np.ndarray, logs: np.ndarray) -> Simulating[dict[int, tuple[np.ndarray, np.ndarray, float]]]:
         """Residual of each log's first 0.5 s, its secants by the first state `(n, …)`, its sum of squares."""
         states, width, moved = moved_starts(problem, trial)
         thetas = np.tile(theta, (1 + len(states), 1))
@@ -188,24 +188,24 @@ def cost_of(problem: Problem, theta: np.ndarray, residual: np.ndarray | None) ->
     return cost if np.isfinite(cost) else np.inf
 
 
-def placed(begun: Fit) -> Search[Fit]:
-    """A point within its bounds, with its residual, first states of anchored logs by the start rule."""
+def placed(begun: Fit) -> Simulating[Fit]:
+    """A point within its bounds, with its residual, first states of logs whose first state follows from their start by the start rule."""
     problem, theta, start = begun.problem, begun.coordinates.inward(begun.theta), begun.start
-    if problem.anchored.any():
+    if problem.initial_state_from_start.any():
         ruled = yield from by_start_rule(problem, theta, start)
-        start = np.where(problem.anchored[:, None], ruled, start)
+        start = np.where(problem.initial_state_from_start[:, None], ruled, start)
     residual = (yield from residuals(problem, [theta], [start]))[0]
     return point(problem, begun.coordinates, theta, start, residual)
 
 
-def derived(begun: Fit) -> Search[Fit]:
+def derived(begun: Fit) -> Simulating[Fit]:
     """A point of a search with its derivatives."""
     c, theta, start = begun.coordinates, begun.theta, begun.start
     e = yield from slopes(begun.problem, c, theta, start, begun.evaluation.residual, SPANS[-1])
     return replace(begun, evaluation=e)
 
 
-def descend(here: Fit, *, most_steps: int, tolerance: float) -> Search[Fit]:
+def descend(here: Fit, *, most_steps: int, tolerance: float) -> Simulating[Fit]:
     """Gauss-Newton steps with secants from a placed point, several dampings of each tried at once; only what lowers the cost
     is kept."""
     problem, c = here.problem, here.coordinates
@@ -229,7 +229,7 @@ def descend(here: Fit, *, most_steps: int, tolerance: float) -> Search[Fit]:
             for trial in sorted(tried, key=lambda f: f.cost)[:PLACED]:
                 if trial.cost >= here.cost:
                     break
-                best = (yield from placed(trial)) if problem.anchored.any() else trial
+                best = (yield from placed(trial)) if problem.initial_state_from_start.any() else trial
                 if best.cost < here.cost:
                     gain, here = here.cost - best.cost, best
                     break

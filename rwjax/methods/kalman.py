@@ -42,12 +42,12 @@ class _Runs(NamedTuple):
     reading: Any
     start: Any
     unsure: Any
-    plus: Any
+    theta_offset: Any
 
 
 def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     """Negative log likelihood of one log's innovations."""
-    plant = one_axis_plant_of(structure, theta + run.plus)
+    plant = one_axis_plant_of(structure, theta + run.theta_offset)
     p = propagator(plant, run.h)
     n = len(structure.states)
     rates = jnp.array([1.0 if name in ("w", "Omega") else 0.0 for name in structure.states])
@@ -162,4 +162,4 @@ def _laid_out(problem: Problem) -> _Runs:
         commands.append(np.pad(log.command[nearest], (0, longest - n), mode="edge"))
         readings.append(np.pad(reading[nearest], ((0, longest - n), (0, 0)), constant_values=np.nan))
     unsure = np.where(problem.start_free, 0.1 * np.maximum(np.abs(problem.start), 1.0), 1e-6)
-    return _Runs(np.array(h), np.array(commands), np.array(readings), problem.start, unsure, problem.batch.plus)
+    return _Runs(np.array(h), np.array(commands), np.array(readings), problem.start, unsure, problem.batch.theta_offset)

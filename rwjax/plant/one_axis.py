@@ -191,7 +191,7 @@ class Plant(eqx.Module):
         n = self.numbers
         m = Motion(
             t=t,
-            u=u,
+            V=u,
             load=zero,
             sensed=s["w"] if self.structure.has_axis else s["Omega"],
             own={name: value for name, value in s.items() if ":" in name},
@@ -205,7 +205,7 @@ class Plant(eqx.Module):
         load = n["drive.gain"] * u if self.structure.kind == "platform" else zero
         if self.structure.kind == "reaction":
             load = n["motor.friction"] * s["Omega"] - self._motor_torque(s["i"])
-        return m._replace(u=u, load=load, i=s.get("i", zero))
+        return m._replace(V=u, load=load, i=s.get("i", zero))
 
     def _resistance(self, motion: Motion) -> Scalar:
         R = self.numbers.get("motor.resistance", jnp.ones(()))
@@ -291,7 +291,7 @@ class Plant(eqx.Module):
             rates["theta"] = m.Omega
             rates["Omega"] = shaft / n["wheel.inertia"]
         if self.structure.has_axis:
-            drive = n["drive.gain"] * m.u if self.structure.kind == "platform" else -shaft
+            drive = n["drive.gain"] * m.V if self.structure.kind == "platform" else -shaft
             for effect in self.on(Coupling):
                 rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * n["axis.inertia"])
                 drive = effect.torque(m)
@@ -321,7 +321,7 @@ class Plant(eqx.Module):
         n = self.numbers
         if self.structure.inductive:
             back_emf = n["motor.torque_constant"] * m.Omega
-            rates["i"] = (m.u - self._resistance(m) * m.i - back_emf) / n["motor.inductance"]
+            rates["i"] = (m.V - self._resistance(m) * m.i - back_emf) / n["motor.inductance"]
         for effect in self.effects:
             names = tuple(f"{effect.name}:{state}" for state in effect.states)
             if isinstance(effect, AxisElastic):

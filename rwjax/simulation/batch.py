@@ -36,7 +36,7 @@ class Batch(NamedTuple):
     a cut are below 0.
     `h`, `t0`: grid step and start of each log relative to its run's first sample.
     `slot_step`, `slot_part`: grid step of a reading and the part of the step that has passed.
-    `which`, `plus`: a log's numbers are `theta[which] + plus`, in the order of the structure's names `p`.
+    `theta_index`, `theta_offset`: a log's numbers are `theta[theta_index] + theta_offset`, in the order of the structure's names `p`.
     `reading`, `weight`: measured outputs and the inverse of their noise (0 where there is none), times the root of `share`.
     """
 
@@ -46,8 +46,8 @@ class Batch(NamedTuple):
     crowd: np.ndarray  # samples between two grid points at most; only its length matters
     h: np.ndarray  # l
     t0: np.ndarray  # l
-    which: np.ndarray  # l p
-    plus: np.ndarray  # l p
+    theta_index: np.ndarray  # l p
+    theta_offset: np.ndarray  # l p
     slot_step: np.ndarray  # l w q
     slot_part: np.ndarray  # l w q
     slot_sample: np.ndarray  # l w q; -1 where the slot is empty
@@ -217,8 +217,8 @@ def lay_out(
         crowd=np.arange(max(int(np.diff(held, axis=1).max()), 1)),
         h=np.array([h for h, _ in grids]),
         t0=np.array([log.time[0] - log.origin for log in logs]),
-        which=_which(structure, L, per_run),
-        plus=np.array([structure.vector(log.added) for log in logs]),
+        theta_index=_theta_index(structure, L, per_run),
+        theta_offset=np.array([structure.vector(log.added) for log in logs]),
         slot_step=slot_step,
         slot_part=slot_part,
         slot_sample=slot_sample,
@@ -230,11 +230,11 @@ def lay_out(
     )
 
 
-def _which(structure: Structure, logs: int, per_run: Sequence[str]) -> np.ndarray:
-    which = np.tile(np.arange(len(structure.names)), (logs, 1))
+def _theta_index(structure: Structure, logs: int, per_run: Sequence[str]) -> np.ndarray:
+    index = np.tile(np.arange(len(structure.names)), (logs, 1))
     for k, name in enumerate(per_run):
-        which[:, structure.names.index(name)] = len(structure.names) + k + len(per_run) * np.arange(logs)
-    return which
+        index[:, structure.names.index(name)] = len(structure.names) + k + len(per_run) * np.arange(logs)
+    return index
 
 
 def by_sample(batch: Batch, log: int, values: np.ndarray, samples: int) -> np.ndarray:

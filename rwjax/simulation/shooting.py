@@ -49,7 +49,7 @@ def one_axis_plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
 
 def _plant_of_run(structure: Structure, theta: Float[Array, " t"], run: Batch) -> AnyPlant:
     """Plant with the numbers of one log: its own entries of `theta`, and what is known to be added to them."""
-    return plant_of(structure, theta[jnp.asarray(run.which)] + jnp.asarray(run.plus))
+    return plant_of(structure, theta[jnp.asarray(run.theta_index)] + jnp.asarray(run.theta_offset))
 
 
 def commands(plant: AnyPlant, run: Batch) -> tuple[Float[Array, "s *channels"], Float[Array, "w q *channels"]]:

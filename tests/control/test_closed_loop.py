@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, Run, breakaway, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, Run, breakaway, run_rig
 from rwjax.control.response import step_response
 from rwjax.errors import InputError
 
@@ -38,7 +38,7 @@ def delayed(command: float, reading: float = 0.0) -> str:
     ],
 )
 def test_without_friction_the_loop_is_its_recursion(late: float, own: str) -> None:
-    clock, kp, kd, ki, smooth = Clockwork(late=late), 3.0, 2.0, 0.5, 0.02
+    clock, kp, kd, ki, smooth = LoopTiming(late=late), 3.0, 2.0, 0.5, 0.02
     run = run_rig(parse_rig(FREE_TEXT + own), Controller(kp=kp, ki=ki, kd=kd, smooth=smooth), STEP, clock)
     h, x, v, before, slope, integral, given = 0.01, 0.0, 0.0, 0.3, 0.0, 0.0, []
     wait = (
@@ -106,7 +106,7 @@ def test_the_wheel_is_not_driven_beyond_its_limit() -> None:
 
 def test_counts_make_a_cycle_no_larger_than_a_few_of_them() -> None:
     count = 2.0 * np.pi / 512
-    run = run_rig(FREE, Controller(kp=3.0, kd=2.0, smooth=0.02), STEP, Clockwork(counts=512))
+    run = run_rig(FREE, Controller(kp=3.0, kd=2.0, smooth=0.02), STEP, LoopTiming(counts=512))
     found = step_response(run, 0.3, 0.01)
     assert found.cycle < 3.0 * count and abs(found.error) < 3.0 * count
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
 from rwjax.control.linear import Transfer, linearised, transfer, without_lateness
 from rwjax.control.polynomials import disc, hurwitz, mapped, shift, within_sector
 from rwjax.control.region import (
@@ -208,7 +208,7 @@ def test_a_sampled_loop_is_what_the_recursion_does(late: float) -> None:
 def test_a_filtered_sampled_loop_with_an_integral_is_what_runs() -> None:
     rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02')
     law = Controller(6.0, ki=2.0, kd=2.0, smooth=0.03)
-    run = np.asarray(run_rig(rig, law, np.zeros(400), Clockwork(late=2.0), psi=0.1).angle)
+    run = np.asarray(run_rig(rig, law, np.zeros(400), LoopTiming(late=2.0), psi=0.1).angle)
     poles = 1.0 + sampled_pid_loop(transfer(linearised(rig)), 0.01, 0.005, 0.03).poles(6.0, 2.0, 2.0)
     p = np.poly(poles).real  # the angle's recursion
     rest = [np.dot(p, run[k - len(p) + 1 : k + 1][::-1]) for k in range(100, 400)]

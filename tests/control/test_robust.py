@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rwjax import Rig, parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import pd_margins, sampled_modulus
 from rwjax.control.region import sampled_loop, share_of_plants
@@ -57,7 +57,7 @@ def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
     assert np.max(np.abs(share - again)[edge]) < 4.5 * 0.5 / np.sqrt(count)  # 4.5 deviations of a count out of 300
 
 
-CLOCK, SMOOTH = Clockwork(late=2.0), 0.02
+CLOCK, SMOOTH = LoopTiming(late=2.0), 0.02
 
 
 def test_no_other_gains_have_a_larger_worst_case_margin() -> None:
@@ -113,7 +113,7 @@ def test_the_small_gains_of_a_light_strong_rig_are_found() -> None:
     (plant,) = transfer(linearised(rig, thetas=alone(rig))).each()
     loop, radius = sampled_loop(plant, 0.01, 0.0, SMOOTH), np.exp(-0.5 * 0.01)
     assert np.max(np.abs(1.0 + loop.poles(0.05, 0.02))) < radius < np.max(np.abs(1.0 + loop.poles(3.3, 3.3)))
-    found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, Clockwork(), SMOOTH)
+    found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, LoopTiming(), SMOOTH)
     assert np.max(np.abs(1.0 + loop.poles(found.kp, found.kd))) < radius
     assert found.kp > 0.0 and found.modulus >= sampled_modulus(loop, 0.05, 0.02)
 
@@ -121,10 +121,10 @@ def test_the_small_gains_of_a_light_strong_rig_are_found() -> None:
 def test_a_rig_that_its_own_weight_brings_back_is_tuned_from_a_gain_above_0() -> None:
     # the pendulum's poles lie at -0.25 +- 2.2j, so that damping alone would put them left of -0.5
     rig = held(0.1, "[axis.friction]\nviscous = 0.05\n[axis.gravity]\ntorque = 0.5")
-    found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, Clockwork(), SMOOTH)
+    found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, LoopTiming(), SMOOTH)
     assert 0.0 < found.kp < 0.1
     law = Controller(found.kp, kd=found.kd, smooth=SMOOTH, limit=10.0)
-    tuned = tune(rig, law, np.full(300, 0.2), Clockwork()).controller
+    tuned = tune(rig, law, np.full(300, 0.2), LoopTiming()).controller
     run = run_rig(rig, tuned, np.full(300, 0.2))
     # what stays against the weight: 0.4 kp (0.2 - psi) = 0.5 sin psi
     assert tuned.kp > 10.0 and run.angle[-1] == pytest.approx(0.2 * 0.4 * tuned.kp / (0.4 * tuned.kp + 0.5), rel=2e-3)

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 from rwjax import Rig, parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
 from rwjax.control.criteria import Continuous, Sampled
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.margins import pd_margins, sampled_modulus
@@ -22,7 +22,7 @@ RIG = parse_rig(
     f'kind = "platform"\n[drive]\ngain = {GAIN}\n[axis]\ninertia = {INERTIA}\n[axis.friction]\nviscous = {VISCOUS}'
 )
 KP, KI, KD = 6.0, 2.0, 2.0
-CLOCK = Clockwork(H, late=2.0)  # 5 ms
+CLOCK = LoopTiming(H, late=2.0)  # 5 ms
 CASES = [(0.0, 0.0), (0.003, 0.0), (0.0, 0.005), (0.0125, 0.005), (0.08, 0.0)]  # s, of the command and of the reading
 
 

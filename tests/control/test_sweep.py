@@ -8,13 +8,13 @@ import pytest
 
 from rwjax import parse_rig
 from rwjax.control import sweep as module
-from rwjax.control.closed_loop import Clockwork, Controller, Run, breakaway, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, Run, breakaway, run_rig
 from rwjax.control.response import step_response
 from rwjax.control.sweep import sweep
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction
 
-CLOCK = Clockwork(period=0.02, steps=2, late=1, counts=2048)
+CLOCK = LoopTiming(period=0.02, steps=2, late=1, counts=2048)
 CONTROLLERS = [Controller(kp, 0.5, kd, 0.02, limit=3.0) for kp in (2.0, 6.0, 12.0) for kd in (0.5, 3.0)]
 
 
@@ -64,7 +64,7 @@ def test_breakaway_is_where_the_axis_lets_go(kind: str, share: float, moves: boo
     push = Controller(0.0, forward=share * breakaway(rig))
     # the wheel of a reaction rig speeds up and takes the torque away: the first instants decide, and need no inductance
     rig = parse_rig(_without_inductance(rig)) if kind == "reaction" else rig
-    run = run_rig(rig, push, np.full(4, 1.0), Clockwork(1e-3, 1))
+    run = run_rig(rig, push, np.full(4, 1.0), LoopTiming(1e-3, 1))
     assert bool(np.any(np.asarray(run.angle) != 0.0)) == moves
 
 

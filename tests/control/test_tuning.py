@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rwjax.control.closed_loop import Clockwork, Controller, posed
+from rwjax.control.closed_loop import Controller, LoopTiming, posed
 from rwjax.control.margins import sampled_modulus
 from rwjax.control.sampled_loop import running_loops
 from rwjax.control.tuning import LEAST, _slopes, judged, loss, tune
@@ -14,7 +14,7 @@ from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction
 
-REFERENCE, CLOCK = np.full(300, 0.3), Clockwork()
+REFERENCE, CLOCK = np.full(300, 0.3), LoopTiming()
 RIG = platform()
 
 
@@ -95,7 +95,7 @@ def test_a_controller_is_judged_on_every_plant_with_its_integral() -> None:
     thetas[:, structure_of(RIG).names.index("drive.gain")] *= [1.0, 2.0, 30.0, 60.0]
     law = Controller(10.0, ki=2.0, kd=2.5, smooth=0.02)
     assert judged(RIG, thetas, CLOCK, law) == (0.5, 0.0)
-    assert judged(RIG, thetas, Clockwork(1e-4), law._replace(smooth=0.0)).stable == 1.0
+    assert judged(RIG, thetas, LoopTiming(1e-4), law._replace(smooth=0.0)).stable == 1.0
     # the loop of 0.4/(0.1 s^2 + 0.02 s), held 10 ms, by its own z transform
     h, a = 0.01, 0.2
     z = np.exp(1j * np.geomspace(1e-3, np.pi, 20_000))

@@ -9,7 +9,7 @@ import pytest
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.gap import closure
-from rwjax.diagnosis.hypothesis import Explanation, candidates, free_names
+from rwjax.diagnosis.hypothesis import Hypothesis, candidates, free_names
 from rwjax.diagnosis.information_criterion import correlation_time
 from tests.systems import platform, reaction, wheel
 
@@ -41,15 +41,15 @@ def test_candidates_fit_the_kind_and_leave_out_what_is_modelled() -> None:
 
 
 def test_a_coulomb_level_belongs_to_an_effect_only_where_nothing_else_models_it() -> None:
-    stribeck = Explanation(("axis.stribeck",))
+    stribeck = Hypothesis(("axis.stribeck",))
     assert "axis.stribeck.M_c" in free_names(reaction(), stribeck)
     assert "axis.stribeck.M_c" not in free_names(platform(), stribeck)
-    both = free_names(reaction(), Explanation(("axis.stribeck", "axis.asymmetric_friction")))
+    both = free_names(reaction(), Hypothesis(("axis.stribeck", "axis.asymmetric_friction")))
     assert sum(name.endswith(".M_c") for name in both) == 1
 
 
 def test_containment() -> None:
-    coulomb, stribeck = Explanation(("axis.coulomb",)), Explanation(("axis.stribeck",))
+    coulomb, stribeck = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
     assert stribeck.contains(coulomb) and not coulomb.contains(stribeck) and not coulomb.contains(coulomb)
 
 

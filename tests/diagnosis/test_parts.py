@@ -8,9 +8,9 @@ import pytest
 from rwjax import parse_rig
 from rwjax.diagnosis.diagnosis import Rung, diagnose
 from rwjax.diagnosis.gap import Gap
-from rwjax.diagnosis.hypothesis import Explanation
+from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.localise.where import Where, missing_torque
-from rwjax.diagnosis.model_fits import BEHIND, Refits, promise_of
+from rwjax.diagnosis.model_fits import BEHIND, ModelFits, promise_of
 from rwjax.diagnosis.remarks import moves, ran_away
 from rwjax.diagnosis.score_screen import Screen
 from rwjax.diagnosis.search.forward_backward import Choice, Search
@@ -25,8 +25,8 @@ TIME = np.arange(2001) * 0.01
 COMMAND = np.where(TIME > 0.6, 0.9 * np.sign(np.sin(1.7 * TIME)) + 0.3 * np.sin(5.0 * TIME), 0.0)
 
 
-def chosen(*names: str, alternatives: tuple[Explanation, ...] = ()) -> Choice:
-    return Choice(Explanation(names), alternatives, (), {}, ())
+def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
+    return Choice(Hypothesis(names), alternatives, (), {}, ())
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def chosen(*names: str, alternatives: tuple[Explanation, ...] = ()) -> Choice:
         # hardly anything is closed: no name, however wide the interval
         (chosen("axis.coulomb"), Gap(5.0, 4.6, 1.0, 0.1, (-1.0, 0.85)), "unknown"),
         (
-            chosen("axis.coulomb", alternatives=(Explanation(("wheel.coulomb",)),)),
+            chosen("axis.coulomb", alternatives=(Hypothesis(("wheel.coulomb",)),)),
             Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)),
             "ambiguous",
         ),
@@ -85,8 +85,8 @@ def test_a_missing_bias_is_read_off_at_its_size() -> None:
 
 def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
     rig = platform("viscous = 0.02")
-    search = Search(Refits.of(rig, [true_log(rig)], [0], lambda text: None))
-    same = search._declared(Explanation(("axis.bias_torque", "axis.coulomb")))
+    search = Search(ModelFits.of(rig, [true_log(rig)], [0], lambda text: None))
+    same = search._declared(Hypothesis(("axis.bias_torque", "axis.coulomb")))
     assert {frozenset(e.names) for e in same} == {
         frozenset({"axis.asymmetric_friction"}),
         frozenset({"drive.bias", "axis.coulomb"}),
@@ -96,86 +96,86 @@ def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
 @pytest.mark.parametrize(("c", "same"), [(-0.1, [("drive.supply_sag",)]), (0.1, [])])
 def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, same: list[tuple[str, ...]]) -> None:
     rig = platform("viscous = 0.02")
-    refits, curved = (
-        Refits.of(rig, [true_log(rig, **{"drive.curvature": {"c": c}})], [0], print),
-        Explanation(("drive.curvature",)),
+    fits, curved = (
+        ModelFits.of(rig, [true_log(rig, **{"drive.curvature": {"c": c}})], [0], print),
+        Hypothesis(("drive.curvature",)),
     )
-    refits.race([curved], Explanation())
-    assert [e.names for e in Search(refits)._declared(curved)] == same
+    fits.race([curved], Hypothesis())
+    assert [e.names for e in Search(fits)._declared(curved)] == same
 
 
 @pytest.mark.parametrize(("factor", "same"), [(1.2, [("drive.supply_sag",)]), (0.8, [])])
 def test_a_winding_of_more_resistance_may_be_a_source_in_series_and_one_of_less_may_not(
     factor: float, same: list[tuple[str, ...]]
 ) -> None:
-    rig, wrong = wheel(), Explanation(("parameter.motor.resistance",))
+    rig, wrong = wheel(), Hypothesis(("parameter.motor.resistance",))
     true = replace(rig, numbers=rig.numbers | {"motor.resistance": factor * rig.numbers["motor.resistance"]})
     asked = record(TIME, 4.0 * COMMAND, {name: np.zeros_like(TIME) for name in ("wheel_rad_s", "current_A")})
     noise = np.random.default_rng(0)
     y = {name: v + noise.normal(0.0, 0.01, len(v)) for name, v in run(true, asked, {}).items() if name in asked.outputs}
-    refits = Refits.of(rig, [record(TIME, 4.0 * COMMAND, y)], [0], lambda text: None)
-    refits.race([wrong], Explanation())
-    assert [e.names for e in Search(refits)._declared(wrong)] == same
+    fits = ModelFits.of(rig, [record(TIME, 4.0 * COMMAND, y)], [0], lambda text: None)
+    fits.race([wrong], Hypothesis())
+    assert [e.names for e in Search(fits)._declared(wrong)] == same
 
 
 def test_a_rival_that_stands_at_a_wrong_place_begins_again_from_the_choice() -> None:
     rig = platform("viscous = 0.02")
-    refits = Refits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 4.0, "n": 2.0}})], [0], lambda text: None)
-    choice, rival = Explanation(("drive.supply_sag",)), Explanation(("drive.saturation",))
-    refits.race([choice, rival], Explanation())
-    best = refits.known(rival)
+    fits = ModelFits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 4.0, "n": 2.0}})], [0], lambda text: None)
+    choice, rival = Hypothesis(("drive.supply_sag",)), Hypothesis(("drive.saturation",))
+    fits.race([choice, rival], Hypothesis())
+    best = fits.known(rival)
     k = [best.problem.structure.names.index(f"drive.saturation.{name}") for name in ("u_m", "n")]
     theta = best.theta.copy()
     theta[k] = 1.25, 5000.0
-    refits._done[rival] = together([placed(replace(best, theta=theta))])[0]
-    refits._finished.add(rival)
-    stuck = refits.known(rival).cost
-    refits.race([rival], choice)
-    assert refits.known(rival).cost == stuck  # a race leaves alone what has come to its end
-    refits.again([rival], choice)
-    assert refits.known(rival).cost < 1.1 * best.cost < 0.2 * stuck and refits.ended(rival)
-    assert all(len(refits(e).evaluation.local) for e in (choice, rival))  # as a parent of others needs
+    fits._done[rival] = together([placed(replace(best, theta=theta))])[0]
+    fits._finished.add(rival)
+    stuck = fits.known(rival).cost
+    fits.race([rival], choice)
+    assert fits.known(rival).cost == stuck  # a race leaves alone what has come to its end
+    fits.again([rival], choice)
+    assert fits.known(rival).cost < 1.1 * best.cost < 0.2 * stuck and fits.ended(rival)
+    assert all(len(fits(e).evaluation.local) for e in (choice, rival))  # as a parent of others needs
 
 
 def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     rig = platform("viscous = 0.02")
     stop = {"high": 0.3, "low": -1e6, "k": 3.0, "d": 0.5}
-    refits = Refits.of(rig, [true_log(rig, noise=2e-3, **{"axis.end_stop": stop})], [0], lambda text: None)
-    few, many = Explanation(("axis.bias_torque",)), Explanation(("axis.end_stop",))
-    refits.race([few, many], Explanation())
-    fitted, begun = refits.known(few), refits.known(many)
+    fits = ModelFits.of(rig, [true_log(rig, noise=2e-3, **{"axis.end_stop": stop})], [0], lambda text: None)
+    few, many = Hypothesis(("axis.bias_torque",)), Hypothesis(("axis.end_stop",))
+    fits.race([few, many], Hypothesis())
+    fitted, begun = fits.known(few), fits.known(many)
     names = begun.problem.structure.names
     lost = np.where([name == "axis.end_stop.high" for name in names], 1e6, begun.theta)
-    refits._done[many] = together([placed(replace(begun, theta=lost))])[0]
-    search = Search(refits)
+    fits._done[many] = together([placed(replace(begun, theta=lost))])[0]
+    search = Search(fits)
     assert search.excess(many) > 100.0
     search._last_resort([few, many], [], enough=0.1)
-    assert search.excess(many) < 0.1 and refits.known(few) is fitted  # of which there are two places alone
+    assert search.excess(many) < 0.1 and fits.known(few) is fitted  # of which there are two places alone
 
 
 def test_a_play_of_nothing_is_the_coupling_that_it_hands_its_numbers_to() -> None:
     rig, true = platform("viscous = 0.02"), {"s": 0.6, "k": 60.0, "c": 0.1}
-    refits = Refits.of(rig, [true_log(rig, **{"axis.flexible_coupling": true})], [0], lambda text: None)
-    play, elastic = Explanation(("axis.backlash",)), Explanation(("axis.flexible_coupling",))
-    refits.race([play], Explanation())
-    begun = refits.known(play)
+    fits = ModelFits.of(rig, [true_log(rig, **{"axis.flexible_coupling": true})], [0], lambda text: None)
+    play, elastic = Hypothesis(("axis.backlash",)), Hypothesis(("axis.flexible_coupling",))
+    fits.race([play], Hypothesis())
+    begun = fits.known(play)
     theta = begun.theta.copy()
     for name, value in (true | {"g": 0.0}).items():
         theta[begun.problem.structure.names.index(f"axis.backlash.{name}")] = value
-    refits._done[play] = together([derived(together([placed(replace(begun, theta=theta))])[0])])[0]
-    refits.race([elastic], play)
-    found = refits.known(elastic)
+    fits._done[play] = together([derived(together([placed(replace(begun, theta=theta))])[0])])[0]
+    fits.race([elastic], play)
+    found = fits.known(elastic)
     assert {name: found.numbers()[f"axis.flexible_coupling.{name}"] for name in true} == pytest.approx(true, rel=0.1)
-    assert Search(refits)._leader([play, elastic]) == elastic
+    assert Search(fits)._leader([play, elastic]) == elastic
 
 
 def test_a_choice_gives_way_to_a_rival_with_more_evidence_and_not_the_other_way_round() -> None:
     rig = platform("viscous = 0.02")
-    refits = Refits.of(rig, [true_log(rig, **{"drive.curvature": {"c": 0.2}})], [0], lambda text: None)
-    search, wrong, right = Search(refits), Explanation(("drive.saturation",)), Explanation(("drive.curvature",))
+    fits = ModelFits.of(rig, [true_log(rig, **{"drive.curvature": {"c": 0.2}})], [0], lambda text: None)
+    search, wrong, right = Search(fits), Hypothesis(("drive.saturation",)), Hypothesis(("drive.curvature",))
     search.names = ("drive.saturation", "drive.curvature", "parameter.drive.gain")
-    refits.race([wrong, right], Explanation())
-    refits.race(search._exchanged(wrong), Explanation())
+    fits.race([wrong, right], Hypothesis())
+    fits.race(search._exchanged(wrong), Hypothesis())
     assert search._surpassing(wrong, search._exchanged(wrong)) == right
     assert search._surpassing(right, search._rivals(right)) is None
 
@@ -184,69 +184,69 @@ def test_a_choice_gives_way_to_a_rival_with_more_evidence_and_not_the_other_way_
 def test_what_is_far_behind_begins_no_more_where_the_choice_reaches_the_noise(
     choice: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rig, best = platform("viscous = 0.02"), Explanation((choice,))
-    refits = Refits.of(rig, [true_log(rig, noise=2e-3, **{"drive.curvature": {"c": 0.2}})], [0], lambda text: None)
-    search = Search(refits)
+    rig, best = platform("viscous = 0.02"), Hypothesis((choice,))
+    fits = ModelFits.of(rig, [true_log(rig, noise=2e-3, **{"drive.curvature": {"c": 0.2}})], [0], lambda text: None)
+    search = Search(fits)
     search.names = ("drive.saturation", "drive.curvature", "parameter.drive.gain", "parameter.axis.inertia")
     monkeypatch.setattr(
         "rwjax.diagnosis.search.forward_backward.HOPELESS", 0.0
     )  # rivals of a wrong choice are asked for, too
-    refits.race([Explanation((name,)) for name in search.names], Explanation())
-    begun: set[Explanation] = set()
-    monkeypatch.setattr(refits, "again", lambda explanations, parent: begun.update(explanations))
+    fits.race([Hypothesis((name,)) for name in search.names], Hypothesis())
+    begun: set[Hypothesis] = set()
+    monkeypatch.setattr(fits, "again", lambda hypotheses, parent: begun.update(hypotheses))
     rivals = search._rivals(best)
-    far = {e for e in rivals if refits.known(e).cost > BEHIND * refits.known(best).cost}
+    far = {e for e in rivals if fits.known(e).cost > BEHIND * fits.known(best).cost}
     assert far
     assert begun == {*rivals} - (far if choice == "drive.curvature" else set())
 
 
 def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> None:
-    rig, named = platform("viscous = 0.02"), Explanation(("drive.saturation",))
-    refits = Refits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 0.9, "n": 2.0}})], [0], lambda text: None)
-    refits.race([named], Explanation())
-    raced = refits.known(named)
+    rig, named = platform("viscous = 0.02"), Hypothesis(("drive.saturation",))
+    fits = ModelFits.of(rig, [true_log(rig, **{"drive.saturation": {"u_m": 0.9, "n": 2.0}})], [0], lambda text: None)
+    fits.race([named], Hypothesis())
+    raced = fits.known(named)
     k = [raced.problem.structure.names.index(f"drive.saturation.{name}") for name in ("u_m", "n")]
     theta = raced.theta.copy()
     theta[k] = 0.7, 300.0
-    refits._done[named] = together([placed(replace(raced, theta=theta))])[0]
-    refits.exactly([named])
-    found = refits.known(named)
+    fits._done[named] = together([placed(replace(raced, theta=theta))])[0]
+    fits.exactly([named])
+    found = fits.known(named)
     assert 2.0 * found.cost < 1.2 * found.problem.batch.readings
     assert found.theta[k] == pytest.approx([0.9, 2.0], rel=0.1)
 
 
 def test_exact_derivatives_take_several_and_leave_what_reaches_back_too_far() -> None:
     rig = platform("viscous = 0.02")
-    several = [Explanation((name,)) for name in ("axis.coulomb", "sensor.delay", "axis.quadratic_drag")]
+    several = [Hypothesis((name,)) for name in ("axis.coulomb", "sensor.delay", "axis.quadratic_drag")]
     log = true_log(rig, **{"axis.quadratic_drag": {"c": 0.01}})
-    refits = Refits.of(rig, [log], [0], lambda text: None)
-    refits.race(several, Explanation())
-    late, before = several[1], [refits.known(e) for e in several]
-    refits.exactly(several)
-    after = [refits.known(e) for e in several]
-    assert refits.known(late) is before[1]
+    fits = ModelFits.of(rig, [log], [0], lambda text: None)
+    fits.race(several, Hypothesis())
+    late, before = several[1], [fits.known(e) for e in several]
+    fits.exactly(several)
+    after = [fits.known(e) for e in several]
+    assert fits.known(late) is before[1]
     assert all(b.cost <= a.cost for a, b in zip(before, after, strict=True))
-    refits.exactly(several)
-    assert all(refits.known(e) is f for e, f in zip(several, after, strict=True))
+    fits.exactly(several)
+    assert all(fits.known(e) is f for e, f in zip(several, after, strict=True))
 
 
 def test_a_screen_also_begins_where_the_free_numbers_suit_the_start() -> None:
     rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
-    named = Explanation(("sensor.scale",))
-    refits = Refits.of(rig, [true_log(rig)], [0], lambda text: None)
-    candidate = refits._candidate(named, Explanation())
+    named = Hypothesis(("sensor.scale",))
+    fits = ModelFits.of(rig, [true_log(rig)], [0], lambda text: None)
+    candidate = fits._candidate(named, Hypothesis())
     off, first = candidate.off, candidate.starts[0]
     probed = together([residuals(candidate.problem, [off, first], [candidate.first] * 2)])[0]
-    (moved,) = Screen(refits(Explanation()))._moved(replace(candidate, starts=[first]), probed)
+    (moved,) = Screen(fits(Hypothesis()))._moved(replace(candidate, starts=[first]), probed)
     after = together([residuals(candidate.problem, [moved], [candidate.first])])[0]
     assert np.sum(after**2) < 0.2 * np.sum(probed[1] ** 2)  # what a wrong scale does, another inertia undoes
     assert {candidate.problem.structure.names[k] for k in np.flatnonzero(moved != first)} == {*rig.free}
 
 
 def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
-    one, other = Explanation(("axis.stribeck", "axis.bias_torque")), Explanation(("axis.bias_torque", "axis.stribeck"))
+    one, other = Hypothesis(("axis.stribeck", "axis.bias_torque")), Hypothesis(("axis.bias_torque", "axis.stribeck"))
     assert one == other and {one: 1}[other] == 1
-    assert one != Explanation(("axis.stribeck",))
+    assert one != Hypothesis(("axis.stribeck",))
 
 
 @pytest.mark.parametrize("noise", [0.0, 2e-4], ids=["exact", "noisy"])
@@ -335,12 +335,12 @@ def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> 
 def test_a_race_moves_no_number_that_its_explanation_leaves_as_the_rig_file_says() -> None:
     rig = platform(free='"axis.friction.viscous"')
     heavy = true_log(rig.with_values({"axis.inertia": 1.1 * rig.numbers["axis.inertia"]}))
-    refits, wrong = Refits.of(rig, [heavy], [0], lambda text: None), Explanation(("parameter.axis.inertia",))
-    refits.race([wrong], Explanation())
-    refits.race([Explanation(), Explanation(("axis.spring",))], wrong)
-    for explanation in (Explanation(), Explanation(("axis.spring",))):
-        assert refits(explanation).numbers()["axis.inertia"] == rig.numbers["axis.inertia"]
-    assert refits(wrong).numbers()["axis.inertia"] == pytest.approx(1.1 * rig.numbers["axis.inertia"], rel=0.01)
+    fits, wrong = ModelFits.of(rig, [heavy], [0], lambda text: None), Hypothesis(("parameter.axis.inertia",))
+    fits.race([wrong], Hypothesis())
+    fits.race([Hypothesis(), Hypothesis(("axis.spring",))], wrong)
+    for hypothesis in (Hypothesis(), Hypothesis(("axis.spring",))):
+        assert fits(hypothesis).numbers()["axis.inertia"] == rig.numbers["axis.inertia"]
+    assert fits(wrong).numbers()["axis.inertia"] == pytest.approx(1.1 * rig.numbers["axis.inertia"], rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -366,12 +366,12 @@ def test_what_an_explanation_promises_is_what_it_gains_on_its_parent(
     [("axis.stribeck", {"M_c": 0.05, "M_e": 0.03, "v_s": 0.3, "n": 1.5}), ("sensor.delay", {"tau": 0.03})],
 )
 def test_a_fit_by_exact_derivatives_holds_the_residual_of_its_free_runs(effect: str, numbers: dict[str, float]) -> None:
-    rig, named = platform("viscous = 0.02"), Explanation((effect,))
-    refits = Refits.of(rig, [true_log(rig, **{effect: numbers})], [0], lambda text: None)
-    refits.race([named], Explanation())
-    refits._done[named] = replace(refits.known(named), cost=np.inf)  # whatever is found now is taken
-    refits.exactly([named])
-    found = refits.known(named)
+    rig, named = platform("viscous = 0.02"), Hypothesis((effect,))
+    fits = ModelFits.of(rig, [true_log(rig, **{effect: numbers})], [0], lambda text: None)
+    fits.race([named], Hypothesis())
+    fits._done[named] = replace(fits.known(named), cost=np.inf)  # whatever is found now is taken
+    fits.exactly([named])
+    found = fits.known(named)
     free_run = together([residuals(found.problem, [found.theta], [found.start])])[0][0]
     assert found.evaluation.residual == pytest.approx(free_run, abs=1e-6)
     assert {name: found.numbers()[f"{effect}.{name}"] for name in numbers} == pytest.approx(numbers, rel=0.05)
@@ -381,15 +381,15 @@ def test_a_stop_is_searched_from_every_place_that_differs() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.03")
     stop = {"high": 0.8, "low": -1e6, "k": 40.0, "d": 1.5}
     log = true_log(rig, **{"axis.end_stop": stop})
-    refits = Refits.of(rig, [log], [0], lambda text: None)
-    nothing, stopped = Explanation(), Explanation(("axis.end_stop",))
-    refits(nothing)
-    refits.anchor()
-    screened, begun = refits._begun([stopped], nothing)
+    fits = ModelFits.of(rig, [log], [0], lambda text: None)
+    nothing, stopped = Hypothesis(), Hypothesis(("axis.end_stop",))
+    fits(nothing)
+    fits.start_from_first_readings()
+    screened, begun = fits._begun([stopped], nothing)
     costs = np.array([f.cost for f in begun[stopped]])
     assert len(costs) < len(screened[stopped].begin)  # what no run reaches may lie anywhere
     assert np.all(np.diff(costs) > 1e-9 * costs[:-1])
-    refits._done[stopped] = begun[stopped][-1]  # as if a race had left all others behind
-    refits.search(stopped, nothing)
-    found = refits.known(stopped)
+    fits._done[stopped] = begun[stopped][-1]  # as if a race had left all others behind
+    fits.search(stopped, nothing)
+    found = fits.known(stopped)
     assert found.cost < 0.05 * costs[0] and found.numbers()["axis.end_stop.high"] == pytest.approx(0.8, abs=0.05)

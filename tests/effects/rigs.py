@@ -41,7 +41,7 @@ def motion(w: float = 0.0, Omega: float = 0.0) -> Motion:
     zero = jnp.zeros(())
     return Motion(
         t=zero,
-        u=zero,
+        V=zero,
         psi=zero,
         w=jnp.asarray(w),
         theta=zero,

@@ -105,7 +105,7 @@ def test_a_negative_level_is_no_friction() -> None:
 
 def test_a_share_raises_all_other_dry_friction_and_no_share_of_its_own() -> None:
     stribeck = axis.Stribeck(M_c=jnp.asarray(0.1), M_e=jnp.asarray(0.3), v_s=jnp.asarray(0.2), n=jnp.asarray(2.0))
-    warm = axis.DryDrift(d=jnp.asarray(0.5), B=jnp.asarray(2.0), tau=jnp.asarray(1.0), s=jnp.asarray(0.0))
+    warm = axis.FrictionDrift(d=jnp.asarray(0.5), B=jnp.asarray(2.0), tau=jnp.asarray(1.0), s=jnp.asarray(0.0))
     spot = axis.AngleFriction(*(jnp.asarray(share) for share in (0.0, 0.25, 0.0, 0.0)))
     for w in (0.0, 0.2):
         m, sliding = (

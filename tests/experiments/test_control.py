@@ -8,7 +8,7 @@ pytest.importorskip("numba", reason="the peers and the separate simulator need t
 from experiments.control import c_limit, holds, pays, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from rwjax import parse_rig
-from rwjax.control.closed_loop import Clockwork, Controller, run_rig
+from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
 from rwjax.control.linear import linearised, transfer
 from rwjax.control.region import pd_loop, stable
 
@@ -17,7 +17,7 @@ PICK = [0, 9, 30, 63]
 
 
 def own(k: int) -> float:
-    run = run_rig(rig(), Controller(KP[k], kd=KD[k], smooth=SMOOTH, limit=LIMIT), WAVE, Clockwork())
+    run = run_rig(rig(), Controller(KP[k], kd=KD[k], smooth=SMOOTH, limit=LIMIT), WAVE, LoopTiming())
     return float(np.sum((WAVE - np.asarray(run.angle)) ** 2) * PERIOD)
 
 
@@ -68,7 +68,7 @@ def test_the_trial_on_the_simulator_is_the_library_s_loop(name: str) -> None:
     steps = np.repeat([0.3, -0.1], 300)
     numbers = np.array([*law[:7]], float)
     angle, _ = pays._trial(steps, numbers, -1.0, truth.array())
-    ours = np.asarray(run_rig(model, law, steps, Clockwork(counts=pays.COUNTS)).angle)
+    ours = np.asarray(run_rig(model, law, steps, LoopTiming(counts=pays.COUNTS)).angle)
     assert np.max(np.abs(angle - ours)) < 0.5 * 2.0 * np.pi / pays.COUNTS  # a count read earlier or later moves on
 
 

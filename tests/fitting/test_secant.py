@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax import Log
-from rwjax.fitting.batched_runs import LANES, Search, Wanted, together
+from rwjax.fitting.batched_runs import LANES, Simulating, Wanted, together
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.multiple_shooting import COLUMNS, by_start, first_states, sensitivities
 from rwjax.fitting.problem import Problem, pose
@@ -41,7 +41,7 @@ def test_every_search_gets_its_own_runs_however_many_share_a_call() -> None:
     one, other = several(platform()), several(reaction())
     rng = np.random.default_rng(0)
 
-    def search(problem: Problem, rounds: int) -> Search[list[float]]:
+    def search(problem: Problem, rounds: int) -> Simulating[list[float]]:
         theta, found = theta_of(platform() if problem is one else reaction(), problem.structure), []
         for _ in range(rounds):
             thetas = [theta * rng.uniform(0.8, 1.2, len(theta)) for _ in range(1 + LANES // 5)]
@@ -64,7 +64,7 @@ def test_what_goes_wrong_in_one_search_ends_all() -> None:
     theta = theta_of(platform(), problem.structure)[None]
     rounds = []
 
-    def search(fails: bool) -> Search[None]:
+    def search(fails: bool) -> Simulating[None]:
         for _ in range(10_000):
             yield Wanted(problem, theta, problem.start[None], np.arange(3), 2)
             rounds.append(fails)
@@ -80,7 +80,7 @@ def test_the_first_windows_are_those_of_the_whole_run() -> None:
     problem = several(platform())
     theta, every = theta_of(platform(), problem.structure)[None], np.arange(3)
 
-    def search(windows: int) -> Search[np.ndarray]:
+    def search(windows: int) -> Simulating[np.ndarray]:
         return (yield Wanted(problem, theta, problem.start[None], every, windows))
 
     few, whole = together([search(2), search(problem.batch.windows)])

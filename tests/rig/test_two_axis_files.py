@@ -14,7 +14,7 @@ from rwjax import parse_rig, read_log, read_rig, write_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import (
     LEVEL,
-    Explanation,
+    Hypothesis,
     candidates,
     coordinate_of,
     free_names,
@@ -201,14 +201,14 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     assert {"yaw.stribeck", "pitch.imbalance", "wheel_2.cogging", "sensor_1.misalignment", "sensor.clock"} <= {*every}
     assert not any(name.startswith(("axis.", "wheel.", "drive.", "sensor.scale")) for name in every)
     assert "wheel_1.gyroscopic" not in every and "wheel_1.gyroscopic" in candidates(replace(WHOLE, effects={}))
-    both = Explanation(("yaw.stribeck", "pitch.stribeck", "pitch.coulomb"))
+    both = Hypothesis(("yaw.stribeck", "pitch.stribeck", "pitch.coulomb"))
     free = free_names(WHOLE, both)
     assert "yaw.stribeck.M_c" in free and "pitch.stribeck.M_c" not in free
-    assert both.contains(Explanation(("yaw.coulomb",))) and not both.contains(Explanation(("wheel_1.coulomb",)))
+    assert both.contains(Hypothesis(("yaw.coulomb",))) and not both.contains(Hypothesis(("wheel_1.coulomb",)))
     assert handed_on(LEVEL, {"yaw.stribeck.M_c"}, {"pitch.coulomb.M_c"}) == []
     assert handed_on(LEVEL, {"yaw.stribeck.M_c"}, {"yaw.coulomb.M_c"}) == [("yaw.stribeck.M_c", "yaw.coulomb.M_c")]
     assert coordinate_of("pitch.stribeck") == "pitch_rate" and coordinate_of("parameter.pitch.inertia") == "load"
-    structure = structure_for(WHOLE, Explanation(("yaw.coulomb",)))
+    structure = structure_for(WHOLE, Hypothesis(("yaw.coulomb",)))
     assert "yaw.stribeck" in structure.effects and "pitch.stribeck" not in structure.effects
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.diagnosis.hypothesis import (
-    Explanation,
+    Hypothesis,
     beside,
     brings_level,
     candidates,
@@ -21,7 +21,7 @@ from rwjax.diagnosis.hypothesis import (
     on_one_axis,
 )
 from rwjax.diagnosis.information_criterion import effective_samples, log_evidence, residuals, sums
-from rwjax.diagnosis.model_fits import BEHIND, Refits
+from rwjax.diagnosis.model_fits import BEHIND, ModelFits
 from rwjax.diagnosis.settings import (
     CLOSE,
     CLOSE_ABOVE,
@@ -47,7 +47,7 @@ SEARCHED = (3, 1, 1)
 """Explanations that a race left ahead, beside so many names, and that are searched from all of their places where none of
 them suffices."""
 MANY = 5
-"""Places from which an explanation may begin that count as many."""
+"""Places from which an hypothesis may begin that count as many."""
 EXACT = (6, 3, 3)
 """The same that are fitted on by exact derivatives where none of them suffices then."""
 AT_A_TIME = 2
@@ -63,202 +63,202 @@ RIVALS = 3
 
 @dataclass(frozen=True)
 class Choice:
-    """`best` explanation; `alternatives` that cannot be told apart from it, `same` of them on no logs of this kind of
+    """`best` hypothesis; `alternatives` that cannot be told apart from it, `same` of them on no logs of this kind of
     rig; `evidence` of everything that was tried, relative to the rig as it is; `ranking` single names with their share
     of the evidence."""
 
-    best: Explanation
-    alternatives: tuple[Explanation, ...]
-    same: tuple[Explanation, ...]
-    evidence: dict[Explanation, float]
-    ranking: tuple[tuple[Explanation, float], ...]
+    best: Hypothesis
+    alternatives: tuple[Hypothesis, ...]
+    same: tuple[Hypothesis, ...]
+    evidence: dict[Hypothesis, float]
+    ranking: tuple[tuple[Hypothesis, float], ...]
 
 
 class Search:
-    """Compares explanations by their fits to the training logs."""
+    """Compares hypotheses by their fits to the training logs."""
 
-    def __init__(self, refits: Refits) -> None:
-        self.refits = refits
-        self.rig = refits.rig
-        self.names = candidates(refits.rig)
-        self.squares: dict[Explanation, tuple[Fit, dict[str, float]]] = {}
+    def __init__(self, fits: ModelFits) -> None:
+        self.fits = fits
+        self.rig = fits.rig
+        self.names = candidates(fits.rig)
+        self.squares: dict[Hypothesis, tuple[Fit, dict[str, float]]] = {}
         self.count: dict[str, float] = {}
 
-    def _seen(self, explanation: Explanation) -> dict[str, float]:
-        fitted = self.refits.known(explanation)
-        if explanation not in self.squares or self.squares[explanation][0] is not fitted:
-            self.squares[explanation] = fitted, sums(residuals(fitted, self.refits.train))
+    def _seen(self, hypothesis: Hypothesis) -> dict[str, float]:
+        fitted = self.fits.known(hypothesis)
+        if hypothesis not in self.squares or self.squares[hypothesis][0] is not fitted:
+            self.squares[hypothesis] = fitted, sums(residuals(fitted, self.fits.train))
             batch = fitted.problem.batch
             share = np.where(batch.weight > 0.0, batch.share, 0.0).sum(axis=(0, 1, 2))
             self.count = dict(zip(fitted.problem.structure.outputs, share, strict=True))
-        return self.squares[explanation][1]
+        return self.squares[hypothesis][1]
 
-    def _numbers(self, explanation: Explanation) -> tuple[int, int]:
-        """How many numbers of its own an explanation has, and how many of its effects' forms."""
-        own = free_names(self.rig, explanation)[len(self.rig.free) :]
+    def _numbers(self, hypothesis: Hypothesis) -> tuple[int, int]:
+        """How many numbers of its own an hypothesis has, and how many of its effects' forms."""
+        own = free_names(self.rig, hypothesis)[len(self.rig.free) :]
         form = sum(plain(name) is not None for name in own)
         return len(own) - form, form
 
-    def evidence(self, explanation: Explanation, effective: dict[str, float]) -> float:
-        """Log evidence of an explanation for given effective samples, and of what the rig file says besides."""
-        fitted = self.refits.known(explanation)
+    def evidence(self, hypothesis: Hypothesis, effective: dict[str, float]) -> float:
+        """Log evidence of an hypothesis for given effective samples, and of what the rig file says besides."""
+        fitted = self.fits.known(hypothesis)
         against, _ = fitted.problem.against_prior(fitted.theta)
-        return log_evidence(self._seen(explanation), *self._numbers(explanation), effective) - against
+        return log_evidence(self._seen(hypothesis), *self._numbers(hypothesis), effective) - against
 
-    def effective(self, explanation: Explanation) -> dict[str, float]:
-        """Effective samples of an explanation's residual."""
-        return effective_samples(residuals(self.refits.known(explanation), self.refits.train))
+    def effective(self, hypothesis: Hypothesis) -> dict[str, float]:
+        """Effective samples of an hypothesis's residual."""
+        return effective_samples(residuals(self.fits.known(hypothesis), self.fits.train))
 
-    def excess(self, explanation: Explanation) -> float:
+    def excess(self, hypothesis: Hypothesis) -> float:
         """Mean square of the residual above the noise, in units of the noise, summed over outputs."""
-        squares = self._seen(explanation)
+        squares = self._seen(hypothesis)
         return sum(max(squares[name] / self.count[name] - 1.0, 0.0) for name in squares)
 
-    def closed(self, explanation: Explanation) -> float:
-        """Share of the rig's own error above the noise, on the training logs, that an explanation removes, of the output where
+    def closed(self, hypothesis: Hypothesis) -> float:
+        """Share of the rig's own error above the noise, on the training logs, that an hypothesis removes, of the output where
         it removes most."""
-        whole, left = self._seen(Explanation()), self._seen(explanation)
+        whole, left = self._seen(Hypothesis()), self._seen(hypothesis)
         error = [[np.sqrt(max(s[y] / self.count[y], 1.0)) for s in (whole, left)] for y in whole]
         shares = [(a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b)) for a, b in error if a > 1.0]
         return max(shares, default=1.0)
 
-    def gain(self, larger: Explanation, smaller: Explanation) -> float:
-        """Evidence of the larger explanation over the smaller, counted on the better one's residual."""
+    def gain(self, larger: Hypothesis, smaller: Hypothesis) -> float:
+        """Evidence of the larger hypothesis over the smaller, counted on the better one's residual."""
         effective = self.effective(larger)
         return self.evidence(larger, effective) - self.evidence(smaller, effective)
 
-    def worthwhile(self, larger: Explanation, smaller: Explanation) -> bool:
-        """Whether the larger explanation is needed beside the smaller one."""
+    def worthwhile(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
+        """Whether the larger hypothesis is needed beside the smaller one."""
         removed = self.excess(smaller) - self.excess(larger)
         worth = WORTH_BESIDES if smaller.names else WORTH
         return bool(self.gain(larger, smaller) > NEEDED and removed > worth * self.excess(smaller))
 
-    def _extensions(self, explanation: Explanation) -> list[Explanation]:
+    def _extensions(self, hypothesis: Hypothesis) -> list[Hypothesis]:
         found = []
         for name in self.names:
-            if name not in explanation.names and not (
-                on_one_axis(name) == "axis.coulomb" and {*explanation.names} & levels_beside(name)
+            if name not in hypothesis.names and not (
+                on_one_axis(name) == "axis.coulomb" and {*hypothesis.names} & levels_beside(name)
             ):
-                rest = explanation.without(beside(name, "axis.coulomb")) if brings_level(name) else explanation
+                rest = hypothesis.without(beside(name, "axis.coulomb")) if brings_level(name) else hypothesis
                 found.append(rest.plus(name))
         return found
 
-    def _fit(self, explanations: list[Explanation], parent: Explanation) -> None:
+    def _fit(self, hypotheses: list[Hypothesis], parent: Hypothesis) -> None:
         """Fits all from a parent; then the parent and special cases of what leads from there, and what leaves more than a
         special case of it from that one, unless that is far behind."""
-        tried = self.refits.race(explanations, parent)
+        tried = self.fits.race(hypotheses, parent)
         least = min((f.cost for f in tried.values()), default=0.0)
         leading = sorted((e for e in tried if tried[e].cost <= CLOSE_COST * least), key=lambda e: tried[e].cost)
         for e in leading[:LEADING]:
-            self.refits.race([o for o in (parent, *explanations) if e.contains(o)], e)
-        best = min((parent, *tried), key=lambda e: self.refits.known(e).cost)
+            self.fits.race([o for o in (parent, *hypotheses) if e.contains(o)], e)
+        best = min((parent, *tried), key=lambda e: self.fits.known(e).cost)
         for e in tried:
-            special = [o for o in tried if e.contains(o) and self.refits.known(o).cost < self.refits.known(e).cost]
+            special = [o for o in tried if e.contains(o) and self.fits.known(o).cost < self.fits.known(e).cost]
             special = [o for o in special if not self._far_behind(o, best)]
             if special:
-                self.refits.race([e], min(special, key=lambda o: self.refits.known(o).cost))
+                self.fits.race([e], min(special, key=lambda o: self.fits.known(o).cost))
 
-    def _leader(self, explanations: list[Explanation]) -> Explanation:
-        """The explanation with the most evidence, or a special case of it beside which it is not needed."""
-        effective = self.effective(min(explanations, key=lambda e: self.refits.known(e).cost))
-        best = max(explanations, key=lambda e: self.evidence(e, effective))
-        simpler = [e for e in explanations if best.contains(e) and self.gain(best, e) <= NEEDED]
+    def _leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
+        """The hypothesis with the most evidence, or a special case of it beside which it is not needed."""
+        effective = self.effective(min(hypotheses, key=lambda e: self.fits.known(e).cost))
+        best = max(hypotheses, key=lambda e: self.evidence(e, effective))
+        simpler = [e for e in hypotheses if best.contains(e) and self.gain(best, e) <= NEEDED]
         return max(simpler, key=lambda e: self.evidence(e, effective), default=best)
 
-    def _far_behind(self, explanation: Explanation, best: Explanation) -> bool:
-        """Whether an explanation leaves so much more than one that reaches the noise that no further start is tried."""
-        known = self.refits.known
-        return bool(self.excess(best) <= NOTHING_LEFT and known(explanation).cost > BEHIND * known(best).cost)
+    def _far_behind(self, hypothesis: Hypothesis, best: Hypothesis) -> bool:
+        """Whether an hypothesis leaves so much more than one that reaches the noise that no further start is tried."""
+        known = self.fits.known
+        return bool(self.excess(best) <= NOTHING_LEFT and known(hypothesis).cost > BEHIND * known(best).cost)
 
-    def _ahead(self, explanations: list[Explanation]) -> list[Explanation]:
+    def _ahead(self, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
         """Explanations, those that leave least first."""
-        return sorted(explanations, key=lambda e: self.refits.known(e).cost)
+        return sorted(hypotheses, key=lambda e: self.fits.known(e).cost)
 
-    def _forward(self, explanation: Explanation) -> Explanation:
-        enough = max(NOTHING_LEFT, TRIFLE * self.excess(explanation))
-        while len(explanation.names) < MOST_NAMES and self.excess(explanation) > enough:
-            if self.closed(explanation) < HOPEFUL[len(explanation.names)]:
+    def _forward(self, hypothesis: Hypothesis) -> Hypothesis:
+        enough = max(NOTHING_LEFT, TRIFLE * self.excess(hypothesis))
+        while len(hypothesis.names) < MOST_NAMES and self.excess(hypothesis) > enough:
+            if self.closed(hypothesis) < HOPEFUL[len(hypothesis.names)]:
                 break
-            tried = self._extensions(explanation)
+            tried = self._extensions(hypothesis)
             if not tried:
                 break
-            self._fit(tried, explanation)
-            searched = self._ahead(tried)[: SEARCHED[len(explanation.names)]]
+            self._fit(tried, hypothesis)
+            searched = self._ahead(tried)[: SEARCHED[len(hypothesis.names)]]
             for e in searched:
                 if self.excess(self._leader(tried)) > enough:
-                    self.refits.search(e, explanation)
-            ahead = self._ahead(tried)[: EXACT[len(explanation.names)]]
+                    self.fits.search(e, hypothesis)
+            ahead = self._ahead(tried)[: EXACT[len(hypothesis.names)]]
             for k in range(0, len(ahead), AT_A_TIME):
                 if self.excess(self._leader(tried)) > enough:
-                    self.refits.exactly(ahead[k : k + AT_A_TIME])
-            if not explanation.names:
+                    self.fits.exactly(ahead[k : k + AT_A_TIME])
+            if not hypothesis.names:
                 self._last_resort(tried, searched, enough)
             best = self._leader(tried)
-            if not self.worthwhile(best, explanation):
+            if not self.worthwhile(best, hypothesis):
                 break
-            explanation = best
-        return explanation
+            hypothesis = best
+        return hypothesis
 
-    def _last_resort(self, explanations: list[Explanation], searched: list[Explanation], enough: float) -> None:
+    def _last_resort(self, hypotheses: list[Hypothesis], searched: list[Hypothesis], enough: float) -> None:
         """Single names that may begin at many places and were not searched so far, each searched while nothing suffices: between
         the places lie hills, over which no few steps show the way."""
-        many = [e for e in self._ahead(explanations) if e not in searched and self.refits.places(e) >= MANY]
+        many = [e for e in self._ahead(hypotheses) if e not in searched and self.fits.places(e) >= MANY]
         for e in many:
-            if self.excess(self._leader(explanations)) > enough:
-                self.refits.search(e, Explanation())
-        if many and self.excess(self._leader(explanations)) > enough:
-            self.refits.exactly(self._ahead(explanations)[:AT_A_TIME])
+            if self.excess(self._leader(hypotheses)) > enough:
+                self.fits.search(e, Hypothesis())
+        if many and self.excess(self._leader(hypotheses)) > enough:
+            self.fits.exactly(self._ahead(hypotheses)[:AT_A_TIME])
 
-    def _backward(self, explanation: Explanation) -> Explanation:
-        while len(explanation.names) > 1:
-            smaller = [explanation.without(name) for name in explanation.names]
-            self._fit(smaller, explanation)
-            effective = self.effective(explanation)
+    def _backward(self, hypothesis: Hypothesis) -> Hypothesis:
+        while len(hypothesis.names) > 1:
+            smaller = [hypothesis.without(name) for name in hypothesis.names]
+            self._fit(smaller, hypothesis)
+            effective = self.effective(hypothesis)
             best = max(smaller, key=lambda e: self.evidence(e, effective))
-            if self.worthwhile(explanation, best):
+            if self.worthwhile(hypothesis, best):
                 break
-            explanation = best
-        return explanation
+            hypothesis = best
+        return hypothesis
 
-    def _exchanged(self, explanation: Explanation) -> list[Explanation]:
+    def _exchanged(self, hypothesis: Hypothesis) -> list[Hypothesis]:
         """Sets with one member exchanged; a member that brings a Coulomb level, also for that level and another."""
         found = []
-        for member in explanation.names:
+        for member in hypothesis.names:
             level = beside(member, "axis.coulomb")
-            rest = explanation.without(member)
-            bare = [rest.plus(name) for name in self.names if name not in explanation.names]
+            rest = hypothesis.without(member)
+            bare = [rest.plus(name) for name in self.names if name not in hypothesis.names]
             found += bare
             if brings_level(member) and not models_dry(self.rig, member) and level in self.names:
                 found += [e.plus(level) for e in bare if not {*e.names} & levels_beside(member)]
-        return [e for e in dict.fromkeys(found) if e != explanation]
+        return [e for e in dict.fromkeys(found) if e != hypothesis]
 
-    def _rivals(self, best: Explanation) -> list[Explanation]:
+    def _rivals(self, best: Hypothesis) -> list[Hypothesis]:
         """Sets with one member exchanged, fitted, those that leave least and are not far behind by exact derivatives like `best`
         itself; none where no name will stand."""
         if not best.names or (self.closed(best) < HOPELESS and self.excess(best) > NOTHING_NAMED):
             return []
         rivals = self._exchanged(best)
-        self.refits.exactly([best])  # which may free the first states
-        self._fit([e for e in rivals if e not in self.refits], best)
+        self.fits.exactly([best])  # which may free the first states
+        self._fit([e for e in rivals if e not in self.fits], best)
         near = [e for e in self._ahead(rivals) if not e.contains(best) and not self._far_behind(e, best)]
-        self.refits.again(near[:AGAIN], best)
-        self.refits.exactly([e for e in self._ahead(rivals)[:RIVALS] if not self._far_behind(e, best)])
+        self.fits.again(near[:AGAIN], best)
+        self.fits.exactly([e for e in self._ahead(rivals)[:RIVALS] if not self._far_behind(e, best)])
         return rivals
 
-    def _surpassing(self, best: Explanation, rivals: list[Explanation]) -> Explanation | None:
+    def _surpassing(self, best: Hypothesis, rivals: list[Hypothesis]) -> Hypothesis | None:
         """The rival with more evidence than `best`, of no more names."""
         effective = self.effective(best)
         able = [e for e in rivals if len(e.names) <= len(best.names)]
         first = max(able, key=lambda e: self.evidence(e, effective), default=best)
         return first if self.evidence(first, effective) > self.evidence(best, effective) + NEEDED else None
 
-    def as_good(self, one: Explanation, other: Explanation) -> bool:
+    def as_good(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise."""
         a, b = self._seen(one), self._seen(other)
         incomplete = any(a[name] > FAR_FROM_NOISE * self.count[name] for name in a)
         return incomplete and all(b[name] < (1.0 + TIE) * a[name] for name in a)
 
-    def _declared(self, best: Explanation) -> list[Explanation]:
+    def _declared(self, best: Hypothesis) -> list[Hypothesis]:
         """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
         platform, names = self.rig.kind == "platform", {*best.names, *self.rig.effects}
         groups = [["axis.asymmetric_friction", "axis.bias_torque"]]
@@ -271,7 +271,7 @@ class Search:
             if self._falls(best):
                 groups.append(["drive.curvature", "drive.supply_sag"])
         for number in (n for n in best.numbers if on_one_axis(n) == "motor.resistance"):
-            if self.refits.known(best).numbers()[number] > self.rig.numbers[number]:  # a source's lies in series
+            if self.fits.known(best).numbers()[number] > self.rig.numbers[number]:  # a source's lies in series
                 groups.append([f"parameter.{number}", beside(number, "drive.supply_sag")])
         found = []
         for group in groups:
@@ -281,16 +281,16 @@ class Search:
                 found += [e for name in same if (e := self._instead(best, members[0], name)) not in (best, None)]
         return found
 
-    def _falls(self, best: Explanation) -> bool:
+    def _falls(self, best: Hypothesis) -> bool:
         """Whether a curved drive's gain falls with the command's size, most of all where that is large, as that of a sagging
         supply does: where no current is known, the command alone says how much it is loaded."""
         if "drive.curvature" not in best.names:
             return True
-        c, p, u_1 = (self.refits.known(best).numbers()[f"drive.curvature.{name}"] for name in ("c", "p", "u_1"))
+        c, p, u_1 = (self.fits.known(best).numbers()[f"drive.curvature.{name}"] for name in ("c", "p", "u_1"))
         bend = np.log1p(abs(c) * u_1) - np.log1p(0.5 * abs(c) * u_1)  # from half the largest command to all of it
         return bool(c < 0.0 and bend > abs(p) * np.log(2.0))
 
-    def _instead(self, best: Explanation, member: str, name: str) -> Explanation | None:
+    def _instead(self, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
         """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
         other, level = best.without(member).plus(name), beside(member, "axis.coulomb")
         if models_dry(self.rig, member):
@@ -303,13 +303,13 @@ class Search:
 
     def nothing(self) -> Choice:
         """The rig as it is, without a search."""
-        nothing = Explanation()
+        nothing = Hypothesis()
         return Choice(nothing, (), (), {nothing: 0.0}, ((nothing, 1.0),))
 
     def run(self) -> Choice:
         """The search from the rig as it is."""
-        nothing = Explanation()
-        self.refits(nothing)
+        nothing = Hypothesis()
+        self.fits(nothing)
         best = self._backward(self._forward(nothing))
         rivals = self._rivals(best)
         for _ in range(EXCHANGES):
@@ -335,11 +335,11 @@ class Search:
         return Choice(best, tuple(alternatives), tuple(same), evidence, self._ranking(nothing, best, effective))
 
     def _ranking(
-        self, nothing: Explanation, best: Explanation, effective: dict[str, float]
-    ) -> tuple[tuple[Explanation, float], ...]:
+        self, nothing: Hypothesis, best: Hypothesis, effective: dict[str, float]
+    ) -> tuple[tuple[Hypothesis, float], ...]:
         """Shares of the evidence among the rig as it is, the single names and the best set."""
         field = list(dict.fromkeys([*self._extensions(nothing), best, nothing]))
-        field = [e for e in field if e in self.refits or not e.names]
+        field = [e for e in field if e in self.fits or not e.names]
         values = np.array([self.evidence(e, effective) for e in field])
         share = np.exp(values - values.max())
         share /= share.sum()
