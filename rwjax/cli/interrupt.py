@@ -29,9 +29,8 @@ def started() -> None:
 
 
 def _is_command() -> bool:
-    if sys.argv[:1] == ["-m"]:  # what Python puts there until it has found the module
-        after = sys.orig_argv.index("-m") + 1 if "-m" in sys.orig_argv else 0
-        return sys.orig_argv[after] == "rwjax"
+    if "-m" in sys.orig_argv:
+        return sys.orig_argv[sys.orig_argv.index("-m") + 1] == "rwjax"
     program = (sys.argv or [""])[0]  # a process that `multiprocessing` begins takes it over, but was not begun with it
     return os.path.splitext(os.path.basename(program))[0] == "rwjax" and program in sys.orig_argv
 

@@ -15,7 +15,7 @@ import pytest
 from rwjax import __version__, read_rig
 from tests.command import rwjax as within
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 DEMO = ROOT / "data" / "demo"
 LOGS = [str(DEMO / f"{name}.csv") for name in ("square", "triangle", "multisine", "stair", "mixed")]
 
@@ -117,15 +117,23 @@ def hears_ctrl_c() -> Iterator[None]:
 
 @pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize("program", [("-m", "rwjax"), (str(Path(sys.executable).with_name("rwjax")),)])
-@pytest.mark.parametrize("library", ["jax", "typer"])
-def test_ctrl_c_while_the_program_starts_is_one_line(tmp_path: Path, program: tuple[str, ...], library: str) -> None:
+@pytest.mark.parametrize(
+    ("library", "arguments"), [("typer", ["--version"]), ("jax", ["region", DEMO / "rig.toml"])], ids=["typer", "jax"]
+)
+def test_ctrl_c_while_the_program_starts_is_one_line(
+    tmp_path: Path, program: tuple[str, ...], library: str, arguments: list[str | Path]
+) -> None:
     """A library that interrupts its own import, as Ctrl-C does that comes then."""
     (tmp_path / f"{library}.py").write_text(
         "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(9)\n"
     )
     paths = {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
     done = subprocess.run(
-        [sys.executable, *program, "--version"], capture_output=True, text=True, env=os.environ | paths, check=False
+        [sys.executable, *program, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=os.environ | paths,
+        check=False,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
 
@@ -146,7 +154,7 @@ def test_a_program_that_imports_the_library_keeps_its_ctrl_c() -> None:
 @pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> None:
     (tmp_path / "rwjax").write_text(
-        "import multiprocessing, signal, rwjax\n"
+        "import multiprocessing, signal, rwjax.cli\n"
         "def ask(): print(signal.getsignal(signal.SIGINT) is signal.default_int_handler, flush=True)\n"
         "if __name__ == '__main__':\n"
         "    ask()\n"

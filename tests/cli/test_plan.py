@@ -10,7 +10,7 @@ from rwjax.planning.experiment import Experiment
 from rwjax.report.plan import volts
 from tests.command import rwjax
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 
 
 def test_a_plan_is_written_and_told(

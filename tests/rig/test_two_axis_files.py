@@ -34,7 +34,7 @@ from rwjax.simulation.shooting import commands, plant_of
 from tests.systems import record
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, motion, two_axis
 
-DATA = Path(__file__).parents[1] / "data" / "two_axis"
+DATA = Path(__file__).parents[2] / "data" / "two_axis"
 WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)
 TEXT = write_rig(WHOLE)
 

@@ -87,7 +87,7 @@ def test_the_programs_not_called_for_longest_are_dropped(monkeypatch: pytest.Mon
     ids=["none", "of a parent process", "others", "another threshold, which counts", "a file"],
 )
 def test_flags_that_a_user_has_set_stay(own: str, kept: str) -> None:
-    code = "import os, rwjax; print(os.environ['XLA_FLAGS'])"
+    code = "import os, rwjax.setup_jax; print(os.environ['XLA_FLAGS'])"
     call = [sys.executable, "-c", code]
     assert subprocess.check_output(call, env=os.environ | {"XLA_FLAGS": own}, text=True).strip() == kept
 

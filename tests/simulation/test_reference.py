@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rwjax import Log
-from rwjax.simulation import reference
+from rwjax.simulation import reference as adaptive
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.shooting import plant_of
@@ -96,7 +96,7 @@ def reference(rig: Rig, log: Log, start: dict[str, float], effects: dict | None 
         for name, value in given.items():
             theta[structure.names.index(f"{effect}.{name}")] = value
     x0 = np.array([start.get(name, 0.0) for name in structure.states])
-    return reference.simulate(plant_of(structure, jnp.asarray(theta)), log, x0, **options)
+    return adaptive.simulate(plant_of(structure, jnp.asarray(theta)), log, x0, **options)
 
 
 STRIBECK = "viscous = 0.02\ncoulomb = 0.05\nstatic = 0.09\nstribeck_velocity = 0.2"
@@ -171,7 +171,7 @@ def test_a_stiff_motor_takes_the_implicit_solver_and_agrees() -> None:
     log = record(t, 3.0 * np.sign(np.sin(17.0 * t + 0.1)), {"wheel_rad_s": np.zeros_like(t)})
     rig = wheel(0.83 * 2e-6)  # L/R = 2 us against samples of 10 ms
     plant = plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig))))
-    assert isinstance(reference._suited(plant, 0.01), diffrax.Kvaerno5)
+    assert isinstance(adaptive._suited(plant, 0.01), diffrax.Kvaerno5)
     exact, y = reference(rig, log, {}), run(rig, log, {})
     for name, value in exact.items():
         assert np.max(np.abs(y[name] - value)) < 1e-7 * np.ptp(value), name
