@@ -9,7 +9,7 @@ import numpy as np
 from experiments.blind.cases import make_case, write_case
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.hypothesis import Hypothesis, free_names
-from rwjax.effects import BY_NAME
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.fitting.batched_runs import together
 from rwjax.fitting.coordinates import coordinates

@@ -9,7 +9,7 @@ import pytest
 import rwjax
 from rwjax import parse_rig
 from rwjax.cli.main import app
-from rwjax.effects import EFFECTS
+from rwjax.effects.library import EFFECTS
 from rwjax.effects.parameter import parameters
 from rwjax.kinds import COEFFICIENTS, KEYS
 from rwjax.logs.columns import COLUMNS, INPUTS

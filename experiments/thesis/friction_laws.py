@@ -17,8 +17,9 @@ from scipy.optimize import brentq, least_squares
 
 from experiments.thesis.regenerate import FRICTION
 from experiments.thesis.table import rms, row, save
-from rwjax.effects.axis import Coulomb, Stribeck, Viscous
-from rwjax.effects.ports import AxisDry, Effect, Motion
+from rwjax.effects.axis_friction import Coulomb, Stribeck, Viscous
+from rwjax.effects.effect import Effect, Motion
+from rwjax.effects.ports import AxisDry
 
 FASTEST = 10.9  # rad/s, where the thesis's coast-down begins
 AMPLITUDE = 2.0  # of the displacement in Fig. 3.8, in units of F_c / sigma

@@ -16,10 +16,8 @@ from jaxtyping import Array, Float
 
 from rwjax.control.linear import lateness, linearised, transfer
 from rwjax.control.region import waits
-from rwjax.effects import BY_NAME
-from rwjax.effects.axis import PeriodicTorque
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisElastic, CommandFilter, Coupling
-from rwjax.effects.wheel import Cogging
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.one_axis import Structure, friction_level
@@ -200,9 +198,9 @@ def posed(
 def settled(rig: Rig) -> tuple[Structure, Float[Array, " p"]]:
     """Structure and parameter vector of a rig whose currents and couplings have settled, without what comes and goes: its
     inductance, couplings, ripple and periodic torque left out."""
-    gone = (Coupling, Cogging, PeriodicTorque)
     numbers = {name: value for name, value in rig.numbers.items() if name != "motor.inductance"}
-    effects = {name: given for name, given in rig.effects.items() if not issubclass(BY_NAME[name], gone)}
+    gone = [name for name in rig.effects if issubclass(BY_NAME[name], Coupling) or BY_NAME[name].comes_and_goes]
+    effects = {name: given for name, given in rig.effects.items() if name not in gone}
     still = replace(rig, numbers=numbers, effects=effects)
     structure = structure_of(still)
     return structure, jnp.asarray(theta_of(still, structure))

@@ -1,6 +1,5 @@
 """The rig seen by its controller: the plant linearised about a held angle, and its transfer function without hidden modes."""
 
-from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -9,12 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.effects import BY_NAME
-from rwjax.effects.axis import Backlash, FlexibleCoupling, Stribeck
-from rwjax.effects.drive import SHARP, Curvature, DriveLag
+from rwjax.effects.effect import Effect
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
-from rwjax.effects.ports import AxisElastic, CommandDelay, CommandFilter, EncoderDelay
-from rwjax.effects.wheel import Cogging
+from rwjax.effects.ports import SLIDING, CommandDelay, CommandFilter, Dry, EncoderDelay
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.one_axis import Plant, Structure, friction_sum
@@ -22,12 +19,8 @@ from rwjax.rig.model import Rig, with_one_axis
 from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
-SLIDING = 1e-6
-"""Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two, or taken, where it has none."""
 CANCELS = 1e-13
 """Share of what a number is summed from, or of what it is one radian on, below which it is rounding."""
-SHORTEST = 1e-3
-"""Share of a drive's first lag that its second one has at least, where some plants have a second one."""
 
 
 class Linear(NamedTuple):
@@ -80,7 +73,7 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
     A, B, C = (np.asarray(x) for x in _matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle)))
     elsewhere = np.asarray(_matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle + 1.0))[0])
     A = np.where(np.abs(A) > CANCELS * np.abs(elsewhere), A, 0.0)  # a load's slope at its summit is rounding
-    states = (*structure.states, *(f"{DriveLag.name}:u_{k + 1}" for k in range(lags)))
+    states = (*structure.states, *(f"{name}:u_{k + 1}" for name, order in lags for k in range(order)))
     acts, moves, shows = (np.any(x, axis=tuple(range(theta.ndim - 1))) for x in (A, B, C))
     use = _reached(acts, moves) & _reached(acts.T, shows)
     if not use.any():
@@ -92,29 +85,40 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
 def _beside(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:
     """Structure and numbers of what a loop feels beside its angle: no lag of 0 s, no ripple, nothing elastic before sliding, a
     coupling for closed play, no power of the command, whose slope at 0 is none or without limit."""
-    names, renamed = structure.names, {Backlash.name: FlexibleCoupling.name}
-    idle = f"{DriveLag.name}.T" in names and not np.any(theta[..., names.index(f"{DriveLag.name}.T")])
-    elastic = {name for name in structure.effects if issubclass(BY_NAME[name], AxisElastic)}
-    gone = {Cogging.name, *elastic} | ({DriveLag.name} if idle else set())
-    kept = {renamed.get(name, name): name for name in structure.effects if name not in gone}
+    kept = {new: name for name in structure.effects if (new := _stands_for(structure, theta, name))}
     found = structure._replace(effects=()).with_effects(*kept)
     of = {name: name for name in structure.numbers} | {
         f"{new}.{number}": f"{old}.{number}" for new, old in kept.items() for number in parameters(BY_NAME[new])
     }
-    theta = theta[..., [names.index(of[name]) for name in found.names]]
-    return found, np.where([name == f"{Curvature.name}.p" for name in found.names], 0.0, theta)
+    theta = theta[..., [structure.names.index(of[name]) for name in found.names]]
+    held = {f"{name}.{number}": value for name in kept for number, value in BY_NAME[name].linear_numbers.items()}
+    return found, np.where([name in held for name in found.names], [held.get(name, 0.0) for name in found.names], theta)
 
 
-def _lags(structure: Structure, theta: np.ndarray) -> int:
-    """Lags in a row between command and voltage."""
-    if DriveLag.name not in structure.effects:
-        return 0
-    return 1 + bool(np.any(theta[..., structure.names.index(f"{DriveLag.name}.q")]))
+def _stands_for(structure: Structure, theta: np.ndarray, name: str) -> str:
+    """Name of the effect that stands for an effect in the linearised plant, "" for none."""
+    effect = BY_NAME[name]
+    if issubclass(effect, CommandFilter) and effect.linear and not effect.order(_numbers(structure, theta, name)):
+        return ""
+    return name if effect.linear_as is None else effect.linear_as
+
+
+def _numbers(structure: Structure, theta: np.ndarray, name: str) -> dict[str, np.ndarray]:
+    """Numbers of an effect by name `(…)`, of one plant or of several."""
+    return {number: theta[..., structure.names.index(f"{name}.{number}")] for number in parameters(BY_NAME[name])}
+
+
+def _lags(structure: Structure, theta: np.ndarray) -> tuple[tuple[str, int], ...]:
+    """The filters between command and voltage, each with the lags in a row that it is."""
+    filters = [(name, e) for name in structure.effects if issubclass(e := BY_NAME[name], CommandFilter)]
+    return tuple((name, e.order(_numbers(structure, theta, name))) for name, e in filters)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
 @partial(jnp.vectorize, excluded=(0, 1, 3), signature="(p)->(n,n),(n),(n)")
-def _matrices(structure: Structure, lags: int, theta: Float[Array, " p"], angle: Scalar) -> tuple[Array, ...]:
+def _matrices(
+    structure: Structure, lags: tuple[tuple[str, int], ...], theta: Float[Array, " p"], angle: Scalar
+) -> tuple[Array, ...]:
     """Derivatives of the rates by state and command and of the encoder's angle by state."""
     plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = jnp.zeros(len(structure.states)).at[structure.states.index("psi")].set(angle)
@@ -127,8 +131,8 @@ def _matrices(structure: Structure, lags: int, theta: Float[Array, " p"], angle:
 
     A, B = jax.jacfwd(rates, argnums=(0, 1))(rest, zero)
     A, C = A + _slopes(plant, rest), jax.jacfwd(read)(rest)
-    for lag in (effect for effect in plant.effects if isinstance(effect, DriveLag)):
-        for T in (lag.T * jnp.maximum(lag.q, SHORTEST), lag.T)[2 - lags :]:  # the first one drives the plant
+    for effect, (_, order) in zip(plant.on(CommandFilter), lags, strict=True):
+        for T in effect.lags(order):  # the first one drives the plant
             fast = 1.0 / T
             A = jnp.block([[A, B[:, None]], [jnp.zeros((1, len(A))), -fast[None, None]]])
             B, C = jnp.append(jnp.zeros_like(B), fast), jnp.append(C, 0.0)
@@ -139,10 +143,8 @@ def _slopes(plant: Plant, rest: Array) -> Array:
     """What the slope of dry friction beside standstill adds to the rates' derivatives `(n, n)`."""
     found = jnp.zeros((len(rest), len(rest)))
     for body, dry in plant.bodies():
-        falls = [effect for effect in dry if isinstance(effect, Stribeck)]
-        # with n > 1 its slope tends to 0, as with n = 2, if more slowly; with n < 1 it has no limit
-        flat = [replace(e, n=jnp.where(e.n > 1.0, 2.0, e.n)) if isinstance(e, Stribeck) else e for e in dry]
-        steep = jnp.any(jnp.stack([jnp.zeros((), bool), *(e.n < 1.0 for e in falls)]))
+        flat = [effect.beside_standstill() for effect in dry]
+        steep = jnp.any(jnp.stack([jnp.zeros((), bool), *(effect.steep() for effect in dry)]))
 
         def level(w: Array, body=body, flat=flat) -> Array:
             x = rest.at[body.rate].set(w)
@@ -236,37 +238,21 @@ def lateness(rig: Rig, thetas: Float[np.ndarray, "k p"] | None = None) -> Latene
     return Lateness(np.asarray(commands), np.asarray(readings))
 
 
+def _is_lags(effect: type[Effect]) -> bool:
+    """Whether an effect is a row of lags, which a transfer function holds."""
+    return issubclass(effect, CommandFilter) and effect.linear
+
+
 def without_lateness(rig: Rig, sampled: bool = False) -> tuple[str, ...]:
     """Effects of a rig that no transfer function holds: the limit of the drive's rate and delays, which a sampled loop holds."""
     late = (CommandFilter,) if sampled else (CommandDelay, EncoderDelay, CommandFilter)
-    return tuple(e for e in rig.effects if issubclass(BY_NAME[e], late) and BY_NAME[e] is not DriveLag)
-
-
-TAKEN = {
-    "axis.backlash": "the play is closed",
-    "axis.friction_drift": "as at the first instant",
-    "axis.periodic_torque": "a load that no gain moves, left out",
-    "axis.presliding": "sliding, all its friction built up",
-    "drive.asymmetric_gain": "the gain is the mean of both directions",
-    "drive.curvature": "the gain is that of small commands",
-    "drive.supply_sag": "the gain is that of small commands",
-    "motor.heating": "as at the first instant, the winding cold",
-    "motor.saturation": "the gain is that of small commands",
-    "wheel.cogging": "no ripple holds the wheel",
-}
+    return tuple(e for e in rig.effects if issubclass(BY_NAME[e], late) and not _is_lags(BY_NAME[e]))
 
 
 def taken_as(rig: Rig) -> tuple[str, ...]:
     """What stands in the transfer function for effects of a rig that it cannot hold, a line each."""
-    power = "its power is left out, the gain is that of small commands without it"
-    taken = TAKEN | ({"drive.curvature": power} if rig.effects.get("drive.curvature", {}).get("p", 0.0) else {})
-    lines = [f"{name}: {taken[name]}" for name in rig.effects if name in taken]
-    if rig.effects.get("drive.saturation", {}).get("n", SHARP) < SHARP:
-        lines.append("drive.saturation: the gain is that of small commands")
-    fall = rig.effects.get("axis.stribeck", {})
-    n = fall.get("n", 2.0) if fall.get("M_e", 0.0) > 0.0 else 2.0
-    if n < 1.0:
-        lines.append(f"axis.stribeck: infinitely steep at standstill, taken at {SLIDING:g} rad/s")
-    elif 1.0 < n < 2.0:
-        lines.append("axis.stribeck: level at standstill, though it falls at once beside it")
-    return tuple(lines)
+    effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
+    effects.sort(key=lambda effect: not effect[0].linear_note({}))  # what is said of any numbers comes first
+    notes = [(e.name, e.linear_note(given)) for e, given in effects]
+    notes += [(e.name, e.slope_note(given)) for e, given in effects if issubclass(e, Dry)]
+    return tuple(f"{name}: {words}" for name, words in notes if words)

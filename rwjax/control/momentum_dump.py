@@ -10,7 +10,6 @@ from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import holding
 from rwjax.control.open_loop import (
-    CHANGING,
     PIECES,
     REACHED,
     STEPS,
@@ -25,7 +24,7 @@ from rwjax.control.open_loop import (
     waiting,
     worst,
 )
-from rwjax.effects import BY_NAME
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic
 from rwjax.errors import InputError
 from rwjax.plant.one_axis import Structure, friction_level
@@ -78,7 +77,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
         raise InputError("nothing holds the axis while the wheel slows: the rig has no dry friction left for it")
     left = 1.0 - margin * float(_grows(structure, theta, way))
     room = room / left if left > 0.0 else np.inf  # friction that grows as fast as what it holds
-    changes = any(issubclass(BY_NAME[name], CHANGING) for name in rig.effects)
+    changes = any(BY_NAME[name].changes_over_time for name in rig.effects)
     delay = waiting(rig, spin)
     bound = 0.0 if changes else J * abs(spin) / room + delay
 

@@ -16,8 +16,7 @@ from scipy.optimize import minimize
 
 from rwjax.control.closed_loop import holding, settled, without_lags
 from rwjax.control.linear import lateness
-from rwjax.effects import BY_NAME
-from rwjax.effects.axis import FrictionDrift, PeriodicTorque
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CurrentLimit, WheelDry
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -43,7 +42,6 @@ TRIES, GAIN = 4, 2e-3
 PATIENCE = {"maxiter": 200, "ftol": 1e-6}
 STILL = 1e-9
 """Angle [rad], and share of the wheel's rate, within which nothing moves."""
-CHANGING = (PeriodicTorque, FrictionDrift)
 BARELY = 1.0 + 1e-9
 """Share of a limit that counts as within it, so that a start at the limit does."""
 
@@ -239,7 +237,7 @@ def waiting(rig: Rig, spin: float = 0.0) -> float:
     delay = float(lateness(rig).commands[0])
     if delay == 0.0:
         return delay
-    why = next((f"`{name}` changes with time" for name in rig.effects if issubclass(BY_NAME[name], CHANGING)), "")
+    why = next((f"`{name}` changes with time" for name in rig.effects if BY_NAME[name].changes_over_time), "")
     if not why:
         structure, theta, start = steady(rig, spin)
         keeps = jnp.full(PIECES * STEPS, holding(rig.values) * spin)

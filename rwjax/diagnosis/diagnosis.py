@@ -14,7 +14,7 @@ from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
 from rwjax.diagnosis.remarks import moves, ran_away, remarks
 from rwjax.diagnosis.search.forward_backward import Choice, Search
 from rwjax.diagnosis.verdict import Verdict, judge, stands_out
-from rwjax.effects import BY_NAME, unit_of_number
+from rwjax.effects.library import BY_NAME, unit_of_number
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS

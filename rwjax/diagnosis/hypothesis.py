@@ -1,11 +1,11 @@
 """Explanations: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects import BY_NAME, of_kind
+from rwjax.effects.library import BY_NAME, brought_by, models, of_kind
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling
 from rwjax.fitting.coordinates import Coordinates, coordinates
@@ -19,46 +19,11 @@ from rwjax.rig.model import Rig
 WRONG_BY = 4.0
 """A fixed number of the rig file is taken to be wrong by at most this factor."""
 
-DRY_IN_RIG = ("axis.friction.coulomb", "axis.friction.b3")
-CONTAINS_COULOMB = ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding")
-"""Effects that bring a Coulomb level of their own where nothing else models dry friction."""
-LIMITS = dict.fromkeys(CONTAINS_COULOMB, ("axis.coulomb",)) | {
-    "axis.friction_drift": ("axis.viscous",),
-    "axis.spring": ("axis.bias_torque",),
-    "axis.backlash": ("axis.flexible_coupling",),
-}
-"""Effects of which another is a special case or a limit."""
-Alike = tuple[tuple[str, ...], tuple[str, ...]]
-"""Names of numbers, and the effects in which they are the same thing."""
-LEVEL: Alike = (("M_c",), ("axis.coulomb", *CONTAINS_COULOMB))
-CONTACT: Alike = (("s", "k", "c"), ("axis.flexible_coupling", "axis.backlash"))
-
 
 def on_one_axis(name: str) -> str:
     """The name that an effect or number of one half of a two-axis rig has on a rig with one axis; any other as it is."""
     found = of_half(name)
     return name if found is None else found[1]
-
-
-def beside(name: str, other: str) -> str:
-    """The effect or number `other` of a rig with one axis, on the half to which `name` belongs."""
-    found = of_half(name)
-    return other if found is None else on_half(other, found[0])
-
-
-def models_dry(rig: Rig, name: str) -> bool:
-    """Whether the rig file models dry friction of the axis that `name` belongs to."""
-    return any(beside(name, number) in rig.numbers for number in DRY_IN_RIG)
-
-
-def brings_level(name: str) -> bool:
-    """Whether an effect brings a Coulomb level of its own where nothing else models dry friction."""
-    return on_one_axis(name) in CONTAINS_COULOMB
-
-
-def levels_beside(name: str) -> set[str]:
-    """The effects that bring a Coulomb level to the axis that `name` belongs to."""
-    return {beside(name, other) for other in CONTAINS_COULOMB}
 
 
 NUMBER_COORDINATE = {
@@ -118,7 +83,7 @@ class Hypothesis:
 
     def contains(self, other: "Hypothesis") -> bool:
         """Whether `other` is a special case of this hypothesis."""
-        limits = {beside(name, limit) for name in self.names for limit in LIMITS.get(on_one_axis(name), ())}
+        limits = {limit for name in self.effects for limit in BY_NAME[name].limits}
         own = {*self.names} | limits
         return {*other.names} <= own and {*other.names} != {*self.names}
 
@@ -143,42 +108,35 @@ def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
     """Numbers that a fit of this hypothesis estimates: the rig's free ones and those of the hypothesis."""
     free = [*rig.free, *hypothesis.numbers]
     held = {*hypothesis.effects, *rig.effects}
-    given: set[str] = set()  # axes, by their plain dry friction, to which an effect before has brought a level
+    given: set[str] = set()  # included effects whose numbers an effect before has brought
     for effect in (name for name in BY_NAME if name in hypothesis.effects):
-        plain = beside(effect, "axis.coulomb")
-        for name, known in parameters(BY_NAME[effect]).items():
-            if not known.fitted:
-                continue
-            if name == "M_c" and brings_level(effect):
-                if models_dry(rig, effect) or plain in held | given:
-                    continue
-                given.add(plain)
-            free.append(f"{effect}.{name}")
+        included = brought_by(effect)
+        modelled = bool(included) and (models(rig.numbers, included) or included in held | given)
+        own = parameters(BY_NAME[included]) if included else {}
+        free += [
+            f"{effect}.{n}" for n, p in parameters(BY_NAME[effect]).items() if p.fitted and not (modelled and n in own)
+        ]
+        given.add(included)
     return tuple(free)
 
 
-def handed_on(alike: Alike, wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
-    """Those of the `wanted` numbers of effects that are the same thing as one among the `known`, each with it."""
+def handed_on(same: Iterable[tuple[str, ...]], wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
+    """Those of the `wanted` numbers of effects that are the `same` thing as one among the `known`, each with it."""
     found = []
-    numbers, effects = alike
-    for number in numbers:
-        one_axis = [f"{effect}.{number}" for effect in effects]
-        for names in (one_axis, *([on_half(name, k) for name in one_axis] for k in range(len(HALVES)))):
-            same = next((name for name in names if name in known), None)
-            found += [(name, same) for name in names if name in wanted and same is not None]
+    for names in same:
+        other = next((name for name in names if name in known), None)
+        found += [(name, other) for name in names if name in wanted and other is not None]
     return found
 
 
 def candidates(rig: Rig) -> tuple[str, ...]:
     """Every single name that might explain a gap of this rig, in the order of the library."""
     structure = structure_of(rig)
-    modelled = {"axis.viscous": ("axis.friction.viscous", "axis.friction.b2"), "axis.coulomb": DRY_IN_RIG}
-    modelled["axis.stribeck"] = ("axis.friction.static",)
     found = [
         name
         for name in of_kind(rig.kind)
         if name not in rig.effects
-        and not any(beside(name, number) in rig.numbers for number in modelled.get(on_one_axis(name), ()))
+        and not models(rig.numbers, name)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     fixed = [name for name in structure.numbers if name not in rig.free and rig.numbers.get(name, 0.0) != 0.0]

@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import CONTACT, LEVEL, Hypothesis, free_names, handed_on, space, structure_for
+from rwjax.diagnosis.hypothesis import Hypothesis, free_names, handed_on, space, structure_for
 from rwjax.diagnosis.score_screen import Candidate, Screen, Screened
-from rwjax.effects import plain
+from rwjax.effects.library import included_numbers, limit_numbers, null_of_optional
 from rwjax.fitting.batched_runs import Simulating, on_threads, together
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, complete, fit_from_start
@@ -70,7 +70,7 @@ def _ended(problem: Problem, begun: Fit) -> Simulating[Fit]:
     found = yield from _carried_on(problem, begun, LAST)
     theta = found.theta.copy()
     for k in found.coordinates.index:
-        null = plain(problem.structure.names[k])
+        null = null_of_optional(problem.structure.names[k])
         theta[k] = theta[k] if null is None else null
     if np.array_equal(theta, found.theta):
         return found
@@ -213,7 +213,7 @@ class ModelFits:
         own = {*free_names(self.rig, hypothesis)}
         shared = {*free_names(self.rig, parent)} & own
         values = self(parent).numbers()
-        for name, same in handed_on(LEVEL, own - shared, {*free_names(self.rig, parent)}):
+        for name, same in handed_on(included_numbers(), own - shared, {*free_names(self.rig, parent)}):
             values[name] = values[same]
             shared.add(name)
         known = np.array([name in shared for name in structure.names])
@@ -222,7 +222,7 @@ class ModelFits:
         null = theta_of(self.rig, structure)
         bases = [np.where(known, self._in_order(structure, values), start) for start in starts]
         lost = any(self._lost(name, values[name]) for name in shared)  # what the rig lacks may have driven them there
-        alike = dict(handed_on(CONTACT, own - shared, {*free_names(self.rig, parent)}))
+        alike = dict(handed_on(limit_numbers(), own - shared, {*free_names(self.rig, parent)}))
         bounds = np.tile([-np.inf, np.inf], (len(null), 1))
         bounds[moves.index] = moves.bounds
         off, start = np.where(added, null, bases[0]), self._start(problem, self(parent))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.effects.library import BY_NAME
 from rwjax.fitting.predict import predict
 from rwjax.fitting.problem import Problem
 from rwjax.planning.campaign import COASTING, DESIGNS, SECONDS
@@ -68,7 +69,7 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
     during = round(TICK_HZ * SECONDS)
     length = np.array([REST_S + e.length for e in experiments])
     lasts = np.arange(during) < TICK_HZ * length[:, None]  # (e, t)
-    stops = any("axis.end_stop" in rival.problem.structure.effects for rival in rivals)
+    stops = any(BY_NAME[e].ends_travel for rival in rivals for e in rival.problem.structure.effects)
     runs, holds = [], np.ones(len(experiments), bool)
     for rival in rivals:
         structure = rival.problem.structure

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rwjax.effects.library import thresholds
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.fitting.unit_check import mistaken
+from rwjax.kinds import TWO_AXIS
 from rwjax.logs.log import Log
 from rwjax.logs.noise import of_readings
 from rwjax.plant.from_rig import theta_of
@@ -54,16 +56,17 @@ def remarks(
     any; `lost`: numbers that ran away."""
     believed = base.problem.spread_out(theta_of(rig, base.problem.structure))
     found = [*mistaken(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
-    widths = [f.numbers()["drive.deadzone.u_0"] for f in fits if "drive.deadzone.u_0" in f.free]
+    known = set() if rig.kind in TWO_AXIS else thresholds(rig.kind)  # of one command
+    widths = [(name.rpartition(".")[0], f.numbers()[name]) for f in fits for name in f.free if name in known]
     if widths:
         sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))
-        width = widths[0]
+        effect, width = widths[0]
         ends = [(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True) if a <= NEAR * width < NEAR * b]
         low, high = max(ends, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
         if high - low > WIDE * sizes[-1]:
             found.append(
                 f"no command lies between {low:.3g} and {high:.3g} V, so the voltage at which the drive begins to act is "
-                f"unidentifiable there: the {width:.3g} V of drive.deadzone is where its line meets zero, "
+                f"unidentifiable there: the {width:.3g} V of {effect} is where its line meets zero, "
                 "and a threshold anywhere between, with a step, gives the same logs"
             )
     if lost:

@@ -1,19 +1,25 @@
 """Effects on the command, before it becomes voltage or torque."""
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from rwjax.effects.effect import FittedRig
 from rwjax.effects.parameter import param
 from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
+from rwjax.effects.shown import DWELLING, FAST, LEVELS
 from rwjax.types import Scalar
 
 SHARP = 5000.0
 """Exponent of a saturation whose corner is as good as sharp: 0.014 % below it."""
 SMALLEST = 1e-9
 """Command, in that at which a curve's power is 1, below which the power changes no more."""
+SHORTEST = 1e-3
+"""Share of a drive's first lag that its second one has at least, where some plants have a second one."""
 JUMPS = (0.015, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3)
 """A jump shows only by the samples that it keeps at 0: no slope leads from one to the next."""
 
@@ -24,6 +30,12 @@ class DeadZone(CommandMap):
     name: ClassVar[str] = "drive.deadzone"
     label: ClassVar[str] = "dead zone of the drive"
     coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = (
+        "small commands give nothing, larger ones lose u_0; with j > 0 the drive starts with a jump"
+    )
+    equation: ClassVar[str] = "0 up to u_0 + j, then u − u_0 sgn(u)"
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 0, DWELLING: 0}
+    threshold: ClassVar[str] = "u_0"
     u_0: Scalar = param(
         "V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3, *(0.0,) * len(JUMPS)), scale="command", tex="u_0"
     )
@@ -35,78 +47,23 @@ class DeadZone(CommandMap):
         return jnp.where(jnp.abs(u) > self.u_0 + self.j, u - self.u_0 * jnp.sign(u), 0.0)
 
 
-class DriveBias(CommandMap):
-    r"""Constant offset on the command, $u_e = u + u_b$."""
-
-    name: ClassVar[str] = "drive.bias"
-    label: ClassVar[str] = "offset of the command"
-    coordinate: ClassVar[str] = "voltage"
-    u_b: Scalar = param("V", bounds=(-jnp.inf, jnp.inf), starts=(0.03, -0.03), scale="command", tex="u_b")
-
-    def command(self, u: Scalar) -> Scalar:
-        return u + self.u_b
-
-
 class DriveDelay(CommandDelay):
     r"""The command acts late, $u_e(t) = u(t - \tau)$."""
 
     name: ClassVar[str] = "drive.delay"
     label: ClassVar[str] = "delay of the command"
     coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "the command acts late"
+    equation: ClassVar[str] = "u(t − τ)"
+    shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
     tau: Scalar = param("s", bounds=(0.0, 0.5), starts=(0.01, 0.04, 0.12), tex="\\tau")
 
     def delay(self) -> Scalar:
         return self.tau
 
-
-class DriveSaturation(CommandMap):
-    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 5000$ it is clipped."""
-
-    name: ClassVar[str] = "drive.saturation"
-    label: ClassVar[str] = "saturation of the drive"
-    coordinate: ClassVar[str] = "voltage"
-    u_m: Scalar = param(
-        "V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4, 1.2, 4.0, 12.0), scale="peak", tex="u_m"
-    )
-    n: Scalar = param(
-        "1", bounds=(1.5, SHARP), null=SHARP, starts=(SHARP, SHARP, SHARP, SHARP, 3.0, 2.0, 2.0), tex="n", optional=True
-    )
-
-    def command(self, u: Scalar) -> Scalar:
-        size = jnp.abs(u)
-        lower, upper = jnp.minimum(size, self.u_m), jnp.maximum(size, self.u_m)
-        return jnp.sign(u) * lower * (1.0 + (lower / upper) ** self.n) ** (-1.0 / self.n)
-
-
-class AsymmetricGain(CommandMap):
-    r"""Gain that differs forward and reverse, $u_e = (1 + a\,\mathrm{sgn}\,u)\,u$."""
-
-    name: ClassVar[str] = "drive.asymmetric_gain"
-    label: ClassVar[str] = "direction-dependent gain of the drive"
-    coordinate: ClassVar[str] = "voltage"
-    a: Scalar = param("1", bounds=(-0.9, 0.9), starts=(0.05, -0.05), tex="a")
-
-    def command(self, u: Scalar) -> Scalar:
-        return u + self.a * jnp.abs(u)
-
-
-class Curvature(CommandMap):
-    r"""Gain that varies smoothly with the command's size: $u_e = u\,(1 + c|u|)\,|u/u_1|^p$ for $c > 0$, $u\,|u/u_1|^p/(1 - c|u|)$
-    for $c < 0$; $p$ is 0 where it is straight at small commands, and $u_1$ the largest command of the logs in a search."""
-
-    name: ClassVar[str] = "drive.curvature"
-    label: ClassVar[str] = "curved characteristic of the drive"
-    coordinate: ClassVar[str] = "voltage"
-    c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1, 0.0, 0.0), scale="per_command", tex="c")
-    p: Scalar = param("1", bounds=(-0.8, 3.0), starts=(0.0, 0.0, 0.1, -0.1), tex="p", optional=True)
-    u_1: Scalar = param(
-        "V", bounds=(1e-6, 1e6), null=1.0, starts=(1.0,), scale="peak", tex="u_1", optional=True, fitted=False
-    )
-
-    def command(self, u: Scalar) -> Scalar:
-        size, rises = jnp.abs(u), self.c > 0.0
-        power = jnp.maximum(size / self.u_1, SMALLEST) ** self.p
-        return jnp.where(rises, u * (1.0 + self.c * size), u / (1.0 - jnp.where(rises, 0.0, self.c) * size)) * power
+    @classmethod
+    def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
+        return ("sensor.delay",) if fitted.kind == "platform" else ()
 
 
 class DriveLag(CommandFilter):
@@ -115,6 +72,10 @@ class DriveLag(CommandFilter):
     name: ClassVar[str] = "drive.lag"
     label: ClassVar[str] = "lag of the drive"
     coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "the command acts through a lag"
+    equation: ClassVar[str] = "T u_e' + u_e = u, and a second lag of q T behind it"
+    shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
+    linear: ClassVar[bool] = True
     T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1, 0.03, 0.1), tex="T")
     q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", optional=True)
 
@@ -129,6 +90,13 @@ class DriveLag(CommandFilter):
             return tuple(end), wanted
 
         return jax.lax.scan(step, (command[0], command[0]), command)[1]
+
+    @classmethod
+    def order(cls, given: Mapping[str, Any]) -> int:
+        return 1 + bool(np.any(given["q"])) if np.any(given["T"]) else 0
+
+    def lags(self, order: int) -> tuple[Scalar, ...]:
+        return (self.T * jnp.maximum(self.q, SHORTEST), self.T)[2 - order :]
 
 
 def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
@@ -145,6 +113,9 @@ class RateLimit(CommandFilter):
     name: ClassVar[str] = "drive.rate_limit"
     label: ClassVar[str] = "rate limit of the drive"
     coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "the command slews at a limited rate"
+    equation: ClassVar[str] = "abs(u_e') ≤ r"
+    shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
     r: Scalar = param(
         "V/s", bounds=(1e-3, 1e12), null=1e12, starts=(1e4, 1e3, 100.0, 10.0, 3.0), scale="command", tex="r"
     )
@@ -159,13 +130,128 @@ class RateLimit(CommandFilter):
         return jax.lax.scan(step, command[0], command)[1]
 
 
+class DriveSaturation(CommandMap):
+    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 5000$ it is clipped."""
+
+    name: ClassVar[str] = "drive.saturation"
+    label: ClassVar[str] = "saturation of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "the command is clipped, or bends towards a limit"
+    equation: ClassVar[str] = "u (1 + abs(u/u_m)ⁿ)^(−1/n); n = 5000 clips"
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 0}
+    u_m: Scalar = param(
+        "V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4, 1.2, 4.0, 12.0), scale="peak", tex="u_m"
+    )
+    n: Scalar = param(
+        "1", bounds=(1.5, SHARP), null=SHARP, starts=(SHARP, SHARP, SHARP, SHARP, 3.0, 2.0, 2.0), tex="n", optional=True
+    )
+
+    def command(self, u: Scalar) -> Scalar:
+        size = jnp.abs(u)
+        lower, upper = jnp.minimum(size, self.u_m), jnp.maximum(size, self.u_m)
+        return jnp.sign(u) * lower * (1.0 + (lower / upper) ** self.n) ** (-1.0 / self.n)
+
+    @classmethod
+    def largest_command(cls, given: Mapping[str, float]) -> float:
+        return given["u_m"]
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "the gain is that of small commands" if given.get("n", SHARP) < SHARP else ""
+
+
+class DriveBias(CommandMap):
+    r"""Constant offset on the command, $u_e = u + u_b$."""
+
+    name: ClassVar[str] = "drive.bias"
+    label: ClassVar[str] = "offset of the command"
+    coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "constant offset on the command"
+    equation: ClassVar[str] = "u + u_b"
+    u_b: Scalar = param("V", bounds=(-jnp.inf, jnp.inf), starts=(0.03, -0.03), scale="command", tex="u_b")
+
+    def command(self, u: Scalar) -> Scalar:
+        return u + self.u_b
+
+
+class AsymmetricGain(CommandMap):
+    r"""Gain that differs forward and reverse, $u_e = (1 + a\,\mathrm{sgn}\,u)\,u$."""
+
+    name: ClassVar[str] = "drive.asymmetric_gain"
+    label: ClassVar[str] = "direction-dependent gain of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "gain that differs forward and reverse"
+    equation: ClassVar[str] = "(1 + a sgn u) u"
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 2}
+    a: Scalar = param("1", bounds=(-0.9, 0.9), starts=(0.05, -0.05), tex="a")
+
+    def command(self, u: Scalar) -> Scalar:
+        return u + self.a * jnp.abs(u)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "the gain is the mean of both directions"
+
+
 class SupplySag(Supply):
     r"""Supply voltage that drops with load: power $u i$ taken from a source with resistance, $u_e = u\,(1 - \rho|u i|)$."""
 
     name: ClassVar[str] = "drive.supply_sag"
     label: ClassVar[str] = "sagging supply"
     coordinate: ClassVar[str] = "current"
+    meaning: ClassVar[str] = "supply voltage that drops with load (`platform`: u for i, in V)"
+    equation: ClassVar[str] = "u (1 − ρ abs(u i))"
+    like_larger: ClassVar[tuple[str, ...]] = ("motor.resistance",)
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 2}
     rho: Scalar = param("1/W", bounds=(0.0, jnp.inf), starts=(0.1,), scale="per_watt", tex="\\rho")
 
     def voltage(self, u: Scalar, i: Scalar) -> Scalar:
         return u * jnp.maximum(1.0 - self.rho * jnp.abs(u * i), 0.0)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "the gain is that of small commands"
+
+
+class Curvature(CommandMap):
+    r"""Gain that varies smoothly with the command's size: $u_e = u\,(1 + c|u|)\,|u/u_1|^p$ for $c > 0$, $u\,|u/u_1|^p/(1 - c|u|)$
+    for $c < 0$; $p$ is 0 where it is straight at small commands, and $u_1$ the largest command of the logs in a search."""
+
+    name: ClassVar[str] = "drive.curvature"
+    label: ClassVar[str] = "curved characteristic of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "gain that varies smoothly with the command's size"
+    equation: ClassVar[str] = "u (1 + c abs(u)) for c > 0, u/(1 − c abs(u)) for c < 0, times abs(u/u_1)^p"
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 1}
+    linear_numbers: ClassVar[Mapping[str, float]] = {"p": 0.0}
+    c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1, 0.0, 0.0), scale="per_command", tex="c")
+    p: Scalar = param("1", bounds=(-0.8, 3.0), starts=(0.0, 0.0, 0.1, -0.1), tex="p", optional=True)
+    u_1: Scalar = param(
+        "V", bounds=(1e-6, 1e6), null=1.0, starts=(1.0,), scale="peak", tex="u_1", optional=True, fitted=False
+    )
+
+    def command(self, u: Scalar) -> Scalar:
+        size, rises = jnp.abs(u), self.c > 0.0
+        power = jnp.maximum(size / self.u_1, SMALLEST) ** self.p
+        return jnp.where(rises, u * (1.0 + self.c * size), u / (1.0 - jnp.where(rises, 0.0, self.c) * size)) * power
+
+    @classmethod
+    def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
+        """A sagging supply on a `platform`, where no current is known and the command alone says how much it is loaded.
+
+        The gain has to fall with the command's size, most of all where that is large, as that of a sagging supply does.
+        """
+        if fitted.kind != "platform":
+            return ()
+        if cls.name in fitted.names:
+            c, p, u_1 = (fitted.numbers[f"{cls.name}.{number}"] for number in ("c", "p", "u_1"))
+            bend = np.log1p(abs(c) * u_1) - np.log1p(0.5 * abs(c) * u_1)  # from half the largest command to all of it
+            if not (c < 0.0 and bend > abs(p) * np.log(2.0)):
+                return ()
+        return ("drive.supply_sag",)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        if given.get("p", 0.0):
+            return "its power is left out, the gain is that of small commands without it"
+        return "the gain is that of small commands"

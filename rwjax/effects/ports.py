@@ -1,60 +1,22 @@
 """Ports: the places of the plant where an effect may act. Every effect is a final class on exactly one of them.
 
-command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit` -> wheel:
-`WheelTorque`, `WheelDry` -> axis: `AxisTorque`, `AxisDry` -> encoder: `Encoder` -> `EncoderDelay`; and `Clock`, the logger's
-time. An effect may carry states of its own, 0 when a run begins.
+command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit`, `Winding`
+-> wheel: `WheelTorque`, `WheelDry` -> axis: `Coupling`, `AxisTorque`, `AxisDry`, `AxisElastic` -> encoder: `Encoder` ->
+`EncoderDelay`; and `Clock`, the logger's time. An effect may carry states of its own, 0 when a run begins.
 """
 
 from abc import abstractmethod
-from typing import ClassVar, NamedTuple
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
-import equinox as eqx
-from jaxtyping import Array, Float
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
 
+from rwjax.effects.effect import Effect, Motion
 from rwjax.types import Scalar
 
-
-class Motion(NamedTuple):
-    """What an effect may depend on. States that a kind of rig does not have are 0.
-
-    `t` [s] since the run's first sample, `V` motor voltage, the command after the drive [V], `psi` [rad], `w` [rad/s] of the axis,
-    `theta` [rad], `Omega` [rad/s] of the wheel, `i` [A], `load` torque [N m] that the drive transmits to the axis,
-    `sensed` rate [rad/s] of what carries the encoder, `own` the effects' own states by `effect:state`.
-    """
-
-    t: Scalar
-    V: Scalar
-    psi: Scalar
-    w: Scalar
-    theta: Scalar
-    Omega: Scalar
-    i: Scalar
-    load: Scalar
-    sensed: Scalar
-    own: dict[str, Scalar]
-
-
-class Effect(eqx.Module):
-    """A part that a plant may have: equation, source, parameters, null value, name and label in one class."""
-
-    name: ClassVar[str]
-    label: ClassVar[str]
-    coordinate: ClassVar[str]
-    """What the missing part is a function of, in the words of `diagnosis.json`."""
-    group: ClassVar[str]
-    """Effects of one group are compiled together where any of them is looked for, at their null if it is another."""
-    at_angle: ClassVar[bool] = False
-    """Whether it depends on where its body stands, not only on how far it turns: an unseen first angle then matters."""
-    states: ClassVar[tuple[str, ...]] = ()
-    """Names of its own states."""
-
-    def mine(self, motion: Motion) -> tuple[Scalar, ...]:
-        """Its own states in a motion."""
-        return tuple(motion.own[f"{self.name}:{state}"] for state in self.states)
-
-    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
-        """Rates of its own states."""
-        return ()
+SLIDING = 1e-6
+"""Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two, or taken, where it has none."""
 
 
 class AxisTorque(Effect):
@@ -64,21 +26,133 @@ class AxisTorque(Effect):
 
     @abstractmethod
     def torque(self, motion: Motion) -> Scalar:
-        """Torque acting on the axis [N m]; positive speeds up positive rotation."""
+        """Torque acting on the axis [N m]; positive speeds up positive rotation.
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The torque [N m].
+        """
 
 
-class AxisDry(Effect):
-    """Dry friction of the axis: opposes sliding, and holds a resting axis up to its level."""
-
-    group: ClassVar[str] = "friction"
+class Dry(Effect):
+    """Dry friction on a body: opposes sliding, and holds a resting body up to its level."""
 
     @abstractmethod
     def level(self, motion: Motion, direction: float) -> Scalar:
-        """Level of the friction [N m] while sliding towards `direction` (+1 or -1); at `w = 0` the breakaway level."""
+        """Level of the friction [N m] while sliding; at standstill the breakaway level.
+
+        Args:
+            motion: The motion.
+            direction: +1 or -1, the direction of sliding [1].
+
+        Returns:
+            The level [N m]; what it adds to the level of other dry friction.
+        """
+
+    def steep(self) -> Bool[Array, ""]:
+        """Whether its level is infinitely steep over the rate at standstill.
+
+        Returns:
+            True or False, an array `()`.
+        """
+        return jnp.zeros((), bool)
+
+    def beside_standstill(self) -> "Dry":
+        """Friction with the same slope of the level at standstill, which it approaches linearly with the rate.
+
+        Returns:
+            Such friction; itself where its own slope does so.
+        """
+        return self
+
+    @classmethod
+    def slope_note(cls, given: Mapping[str, float]) -> str:
+        """What is said of the slope of its level at standstill where the linearised plant cannot hold it.
+
+        Args:
+            given: Its numbers by name (SI); one that is left out is at its null.
+
+        Returns:
+            The words, "" where the slope at standstill is that of small rates.
+        """
+        return ""
+
+
+class AxisDry(Dry):
+    """Dry friction of the axis."""
+
+    group: ClassVar[str] = "friction"
 
     def share(self, motion: Motion) -> Scalar | float:
-        """Share by which it raises the level of all other dry friction of the axis."""
+        """Share by which it raises the level of all other dry friction of the axis [1].
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The share [1].
+        """
         return 0.0
+
+
+class AxisElastic(Dry):
+    """Dry friction of the axis that builds up over a displacement: all of it acts through this effect.
+
+    Its state is the share of the level that is built up [1]. Its `level` is what it adds to that of other friction.
+    """
+
+    states: ClassVar[tuple[str, ...]] = ("z",)
+    linear_as: ClassVar[str | None] = ""
+
+    @abstractmethod
+    def damping(self, motion: Motion) -> Scalar:
+        """Friction besides while the displacement changes [N m].
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The torque against the rate [N m].
+        """
+
+    @abstractmethod
+    def after(self, z: Scalar, travel: Scalar) -> Scalar:
+        """The share that is built up after the axis has turned [1].
+
+        Args:
+            z: The share before [1].
+            travel: The angle by which it turns [rad].
+
+        Returns:
+            The share after [1].
+        """
+
+
+class Coupling(Effect):
+    """What lies between the drive's side of the axis and the axis itself; states: twist [rad] and slip [rad/s]."""
+
+    states: ClassVar[tuple[str, ...]] = ("twist", "slip")
+
+    @abstractmethod
+    def share(self) -> Scalar:
+        """Share of the inertia that lies on the drive's side [1].
+
+        Returns:
+            The share [1].
+        """
+
+    @abstractmethod
+    def torque(self, motion: Motion) -> Scalar:
+        """Torque that it transmits to the axis [N m].
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The torque [N m].
+        """
 
 
 class WheelTorque(Effect):
@@ -88,57 +162,20 @@ class WheelTorque(Effect):
 
     @abstractmethod
     def torque(self, motion: Motion) -> Scalar:
-        """Torque acting on the wheel [N m]; positive speeds up positive rotation."""
+        """Torque acting on the wheel [N m]; positive speeds up positive rotation.
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The torque [N m].
+        """
 
 
-class WheelDry(Effect):
+class WheelDry(Dry):
     """Dry friction between wheel and body."""
 
     group: ClassVar[str] = "motor"
-
-    @abstractmethod
-    def level(self, motion: Motion, direction: float) -> Scalar:
-        """Level of the friction [N m] while the wheel turns towards `direction` (+1 or -1)."""
-
-
-class CommandMap(Effect):
-    """Static map of the command before it becomes voltage or torque."""
-
-    group: ClassVar[str] = "drive"
-
-    @abstractmethod
-    def command(self, u: Scalar) -> Scalar:
-        """Voltage that acts [V] for the command `u` [V]."""
-
-
-class CommandDelay(Effect):
-    """Pure delay of the command."""
-
-    group: ClassVar[str] = "drive"
-
-    @abstractmethod
-    def delay(self) -> Scalar:
-        """Time by which the command acts late [s]."""
-
-
-class CommandFilter(Effect):
-    """What the drive makes of its command over time, whatever the rig does."""
-
-    group: ClassVar[str] = "drive"
-
-    @abstractmethod
-    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-        """Voltage over every step of length `h` [s] for the command over these steps [V]; settled at the first one."""
-
-
-class Supply(Effect):
-    """What load takes away from the voltage."""
-
-    group: ClassVar[str] = "motor"
-
-    @abstractmethod
-    def voltage(self, u: Scalar, i: Scalar) -> Scalar:
-        """Voltage at the motor [V] for the drive's `u` [V] while `i` [A] flows."""
 
 
 class MotorTorque(Effect):
@@ -148,7 +185,14 @@ class MotorTorque(Effect):
 
     @abstractmethod
     def factor(self, i: Scalar) -> Scalar:
-        """Share of the torque constant that is left at a current [A]."""
+        """Share of the torque constant that is left at a current [1].
+
+        Args:
+            i: Current [A].
+
+        Returns:
+            The share [1].
+        """
 
 
 class CurrentLimit(Effect):
@@ -158,7 +202,120 @@ class CurrentLimit(Effect):
 
     @abstractmethod
     def limit(self) -> Scalar:
-        """Largest current of either sign [A]."""
+        """Largest current of either sign [A].
+
+        Returns:
+            The current [A].
+        """
+
+
+class Winding(Effect):
+    """Resistance of the winding that changes."""
+
+    group: ClassVar[str] = "motor"
+
+    @abstractmethod
+    def resistance(self, motion: Motion) -> Scalar:
+        """Factor on the resistance [1].
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The factor [1].
+        """
+
+
+class CommandMap(Effect):
+    """Static map of the command before it becomes voltage or torque."""
+
+    group: ClassVar[str] = "drive"
+
+    @abstractmethod
+    def command(self, u: Scalar) -> Scalar:
+        """Voltage that acts for a command [V].
+
+        Args:
+            u: Command [V].
+
+        Returns:
+            The voltage [V].
+        """
+
+
+class CommandDelay(Effect):
+    """Pure delay of the command."""
+
+    group: ClassVar[str] = "drive"
+
+    @abstractmethod
+    def delay(self) -> Scalar:
+        """Time by which the command acts late [s].
+
+        Returns:
+            The time [s].
+        """
+
+
+class CommandFilter(Effect):
+    """What the drive makes of its command over time, whatever the rig does."""
+
+    group: ClassVar[str] = "drive"
+    linear: ClassVar[bool] = False
+    """Whether it is a row of first-order lags, which a transfer function holds."""
+
+    @abstractmethod
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+        """Voltage over every step [V]; settled at the first one.
+
+        Args:
+            command: Command over each step [V] `(steps,)`.
+            h: Length of a step [s].
+
+        Returns:
+            The mean voltage over each step [V] `(steps,)`.
+        """
+
+    @classmethod
+    def order(cls, given: Mapping[str, Any]) -> int:
+        """Number of first-order lags in a row that it is, where it is `linear`.
+
+        Args:
+            given: Its numbers by name (SI), each one number or an array of those of several plants `(…)`.
+
+        Returns:
+            The largest number of lags among the plants; 0 where it acts at once.
+        """
+        return 0
+
+    def lags(self, order: int) -> tuple[Scalar, ...]:
+        """Time constants of its lags [s], where it is `linear`.
+
+        Args:
+            order: Number of lags.
+
+        Returns:
+            The time constants [s], that of the lag next to the plant first.
+        """
+        return ()
+
+
+class Supply(Effect):
+    """What load takes away from the voltage."""
+
+    group: ClassVar[str] = "motor"
+
+    @abstractmethod
+    def voltage(self, u: Scalar, i: Scalar) -> Scalar:
+        """Voltage at the motor [V].
+
+        Args:
+            u: Voltage of the drive [V].
+            i: Current that flows [A].
+
+        Returns:
+            The voltage [V].
+        """
 
 
 class Encoder(Effect):
@@ -168,7 +325,16 @@ class Encoder(Effect):
 
     @abstractmethod
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
-        """Angle [rad] and rate [rad/s] as read."""
+        """Angle [rad] and rate [rad/s] as read.
+
+        Args:
+            angle: The angle [rad].
+            rate: The rate [rad/s].
+            motion: The motion.
+
+        Returns:
+            The angle [rad] and the rate [rad/s] that the encoder reads.
+        """
 
 
 class EncoderDelay(Effect):
@@ -181,7 +347,11 @@ class EncoderDelay(Effect):
 
     @abstractmethod
     def delay(self) -> Scalar:
-        """Age of a reading [s]."""
+        """Age of a reading [s].
+
+        Returns:
+            The age [s].
+        """
 
 
 class Clock(Effect):
@@ -191,47 +361,8 @@ class Clock(Effect):
 
     @abstractmethod
     def pace(self) -> Scalar:
-        """Seconds that pass in one second of the log."""
+        """Seconds that pass in one second of the log [1].
 
-
-class Winding(Effect):
-    """Resistance of the winding that changes."""
-
-    group: ClassVar[str] = "motor"
-
-    @abstractmethod
-    def resistance(self, motion: Motion) -> Scalar:
-        """Factor on the resistance."""
-
-
-class Coupling(Effect):
-    """What lies between the drive's side of the axis and the axis itself; states: twist [rad] and slip [rad/s]."""
-
-    states: ClassVar[tuple[str, ...]] = ("twist", "slip")
-
-    @abstractmethod
-    def share(self) -> Scalar:
-        """Share of the inertia that lies on the drive's side."""
-
-    @abstractmethod
-    def torque(self, motion: Motion) -> Scalar:
-        """Torque that it transmits to the axis [N m]."""
-
-
-class AxisElastic(Effect):
-    """Dry friction of the axis that builds up over a displacement: all of it acts through this effect. State: the share of
-    the level that is built up."""
-
-    states: ClassVar[tuple[str, ...]] = ("z",)
-
-    @abstractmethod
-    def level(self, motion: Motion, direction: float) -> Scalar:
-        """What it adds to the level of the friction [N m] while sliding towards `direction`."""
-
-    @abstractmethod
-    def damping(self, motion: Motion) -> Scalar:
-        """Friction besides [N m] while the displacement changes."""
-
-    @abstractmethod
-    def after(self, z: Scalar, travel: Scalar) -> Scalar:
-        """The share after turning by `travel` [rad]."""
+        Returns:
+            The pace [1].
+        """

@@ -1,12 +1,15 @@
 """Effects between the motion and what the log says of it."""
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import jax.numpy as jnp
 
+from rwjax.effects.effect import Motion
 from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Motion
+from rwjax.effects.ports import Clock, Encoder, EncoderDelay
+from rwjax.effects.shown import FAST
 from rwjax.types import Scalar
 
 
@@ -16,6 +19,8 @@ class Scale(Encoder):
     name: ClassVar[str] = "sensor.scale"
     label: ClassVar[str] = "scale of the encoder"
     coordinate: ClassVar[str] = "load"
+    meaning: ClassVar[str] = "counts per revolution off"
+    equation: ClassVar[str] = "(1 + s) ψ"
     s: Scalar = param("1", bounds=(-0.9, 9.0), starts=(0.03, -0.03), tex="s")
 
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
@@ -29,6 +34,8 @@ class Eccentricity(Encoder):
     label: ClassVar[str] = "eccentric encoder"
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True
+    meaning: ClassVar[str] = "error of the encoder that repeats with every turn"
+    equation: ClassVar[str] = "ψ + s sin ψ + c cos ψ + s_2 sin 2ψ + c_2 cos 2ψ"
     s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
     c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
     s_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="s_2", optional=True)
@@ -47,22 +54,13 @@ class SensorDelay(EncoderDelay):
     label: ClassVar[str] = "late reading of the encoder"
     coordinate: ClassVar[str] = "time"
     longest: ClassVar[float] = 0.5
+    meaning: ClassVar[str] = "the encoder's reading is late, other sensors' are not"
+    equation: ClassVar[str] = "ψ(t − τ), up to 0.5 s"
+    shown_by: ClassVar[Mapping[str, int]] = {FAST: 1}
     tau: Scalar = param("s", bounds=(0.0, longest), starts=(0.01, 0.04, 0.1, 0.25), tex="\\tau")
 
     def delay(self) -> Scalar:
         return self.tau
-
-
-class LoggerClock(Clock):
-    r"""The logger's clock runs fast or slow: $t = (1 - e)\,t_\mathrm{log}$, fast where $e > 0$."""
-
-    name: ClassVar[str] = "sensor.clock"
-    label: ClassVar[str] = "clock of the logger"
-    coordinate: ClassVar[str] = "time"
-    e: Scalar = param("1", bounds=(-0.5, 0.5), starts=(0.02, -0.02), tex="e")
-
-    def pace(self) -> Scalar:
-        return 1.0 - self.e
 
 
 class MissedCounts(Encoder):
@@ -73,6 +71,10 @@ class MissedCounts(Encoder):
     label: ClassVar[str] = "counts missed at speed"
     coordinate: ClassVar[str] = "yaw_rate"
     states: ClassVar[tuple[str, ...]] = ("lost",)
+    meaning: ClassVar[str] = "counts lost at high speed"
+    equation: ClassVar[str] = (
+        "read rate w − sgn(w) (s (abs(w) − w_m) + j w_m) where abs(w) > w_m, the angle its integral"
+    )
     s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.2,) * 4, *(0.1,) * 4), tex="s")
     w_m: Scalar = param(
         "rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.85, 0.7, 0.5, 0.35) * 2, scale="sensed_rate", tex="w_m"
@@ -88,3 +90,18 @@ class MissedCounts(Encoder):
 
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         return angle - self.mine(motion)[0], rate - self._behind(rate)
+
+
+class LoggerClock(Clock):
+    r"""The logger's clock runs fast or slow: $t = (1 - e)\,t_\mathrm{log}$, fast where $e > 0$."""
+
+    name: ClassVar[str] = "sensor.clock"
+    label: ClassVar[str] = "clock of the logger"
+    coordinate: ClassVar[str] = "time"
+    meaning: ClassVar[str] = "the logger's clock runs fast (e > 0) or slow"
+    equation: ClassVar[str] = "t = (1 − e) t_log"
+    shown_by: ClassVar[Mapping[str, int]] = {FAST: 1}
+    e: Scalar = param("1", bounds=(-0.5, 0.5), starts=(0.02, -0.02), tex="e")
+
+    def pace(self) -> Scalar:
+        return 1.0 - self.e

@@ -4,9 +4,10 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from typing import ClassVar
 
+from rwjax.effects.effect import Effect, FittedRig
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import Clock, Coupling, Effect, EncoderDelay
-from rwjax.kinds import HALVES, on_half
+from rwjax.effects.ports import Clock, Coupling, EncoderDelay
+from rwjax.kinds import HALVES, of_half, on_half
 from rwjax.types import Scalar
 
 OF_THE_LOG = (EncoderDelay, Clock)
@@ -16,7 +17,14 @@ NOT_HERE = (*OF_THE_LOG, Coupling)
 
 
 def on_each_half(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
-    """The same effects on yaw and its wheel, then on pitch and its wheel: `yaw.stribeck`, `wheel_2.coulomb`."""
+    """The same effects on yaw and its wheel, then on pitch and its wheel: `yaw.stribeck`, `wheel_2.coulomb`.
+
+    Args:
+        effects: Effects of rigs with one axis.
+
+    Returns:
+        A class for each half of each effect that a half may have, in the order of `effects`, those of yaw first.
+    """
     every = [effect for effect in effects if not issubclass(effect, NOT_HERE)]
     return [_placed(effect, half) for half in range(len(HALVES)) for effect in every]
 
@@ -28,9 +36,33 @@ def _placed(effect: type[Effect], half: int) -> type[Effect]:
     coordinate = effect.coordinate
     if half == 1:
         coordinate = {"yaw": "pitch", "yaw_rate": "pitch_rate"}.get(coordinate, coordinate)
-    said = {"name": name, "label": f"{effect.label} ({part.replace('_', ' ')})", "coordinate": coordinate}
-    said |= {"group": f"{effect.group} {half + 1}", "__doc__": effect.__doc__, "__module__": __name__}
+
+    def same_as(cls: type[Effect], fitted: FittedRig) -> tuple[str, ...]:
+        return tuple(on_half(other, half) for other in effect.same_as(_of_half(fitted, half)))
+
+    said: dict[str, object] = {
+        "name": name,
+        "label": f"{effect.label} ({part.replace('_', ' ')})",
+        "coordinate": coordinate,
+        "group": f"{effect.group} {half + 1}",
+        "same_as": classmethod(same_as),
+        "brings": effect.brings and on_half(effect.brings, half),
+        "__doc__": effect.__doc__,
+        "__module__": __name__,
+    }
+    for names in ("limits", "modelled_by", "like_larger"):
+        said[names] = tuple(on_half(other, half) for other in getattr(effect, names))
     return type(f"{effect.__name__}{half + 1}", (effect,), said)
+
+
+def _of_half(fitted: FittedRig, half: int) -> FittedRig:
+    """What belongs to one half of a fitted rig, under the names that it has on a rig with one axis."""
+
+    def own(names: Iterable[str]) -> dict[str, str]:
+        return {at[1]: name for name in names if (at := of_half(name)) is not None and at[0] == half}
+
+    numbers = {here: fitted.numbers[name] for here, name in own(fitted.numbers).items()}
+    return FittedRig(fitted.kind, frozenset(own(fitted.names)), numbers)
 
 
 class Tilt(Effect):
@@ -53,6 +85,10 @@ class Gyroscopic(Tilt):
     name: ClassVar[str] = "wheel_1.gyroscopic"
     label: ClassVar[str] = "gyroscopic coupling by a wheel 1 that tilts with the pitch"
     coordinate: ClassVar[str] = "pitch"
+    meaning: ClassVar[str] = "wheel 1 tilts with the pitch body, its momentum H₁ turns with it"
+    equation: ClassVar[str] = (
+        "its axis leans by s θ: s sin(sθ) H₁ θ' on yaw, −s sin(sθ) H₁ ψ' on pitch, cos(sθ) of its torque on yaw; s = 0 where the yaw body carries it, 1 where the pitch body does"
+    )
     s: Scalar = param("1", bounds=(0.0, 2.0), starts=(1.0, 0.3), tex="s")
 
     def share(self) -> Scalar:
@@ -66,6 +102,8 @@ class Misalignment(Effect):
     group: ClassVar[str] = "sensor 1"
     label: ClassVar[str] = "yaw encoder that reads a part of the pitch"
     coordinate: ClassVar[str] = "pitch"
+    meaning: ClassVar[str] = "the yaw encoder reads a part of the pitch"
+    equation: ClassVar[str] = "ψ + e θ"
     e: Scalar = param("1", bounds=(-0.9, 0.9), starts=(0.03, -0.03), tex="e")
 
     def read(self, yaw: Scalar, pitch: Scalar) -> Scalar:

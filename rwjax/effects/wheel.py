@@ -1,12 +1,15 @@
 """Effects between wheel and body."""
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import jax.numpy as jnp
 
+from rwjax.effects.effect import Motion
 from rwjax.effects.harmonics import with_overtone
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import Motion, WheelDry, WheelTorque
+from rwjax.effects.ports import WheelDry, WheelTorque
+from rwjax.effects.shown import COASTING, SLOW
 from rwjax.types import Scalar
 
 
@@ -16,6 +19,9 @@ class WheelCoulomb(WheelDry):
     name: ClassVar[str] = "wheel.coulomb"
     label: ClassVar[str] = "dry friction of the wheel"
     coordinate: ClassVar[str] = "wheel_rate"
+    meaning: ClassVar[str] = "dry friction in the wheel's bearing"
+    equation: ClassVar[str] = "M_c sgn Ω"
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.03, 0.2), scale="torque", tex="M_{c}")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
@@ -28,6 +34,8 @@ class WheelDrag(WheelTorque):
     name: ClassVar[str] = "wheel.drag"
     label: ClassVar[str] = "air drag of the wheel"
     coordinate: ClassVar[str] = "wheel_rate"
+    equation: ClassVar[str] = "c Ω abs(Ω)"
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
     c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.05,), scale="torque_per_spin2", tex="c")
 
     def torque(self, motion: Motion) -> Scalar:
@@ -45,6 +53,13 @@ class Cogging(WheelTorque):
     label: ClassVar[str] = "cogging of the motor"
     coordinate: ClassVar[str] = "wheel_angle"
     at_angle: ClassVar[bool] = True
+    meaning: ClassVar[str] = "torque ripple with the wheel's angle"
+    equation: ClassVar[str] = (
+        "drives the wheel with s sin nθ + c cos nθ and an overtone, (p s − q c) sin 2nθ + (p c + q s) cos 2nθ"
+    )
+    shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0}
+    comes_and_goes: ClassVar[bool] = True
+    linear_as: ClassVar[str | None] = ""
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0) * len(ORDERS), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03) * len(ORDERS), scale="torque", tex="c")
     n: Scalar = param(
@@ -56,3 +71,7 @@ class Cogging(WheelTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         return with_overtone(self.n * motion.theta, self.s, self.c, self.p, self.q)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "no ripple holds the wheel"

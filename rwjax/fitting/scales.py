@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rwjax.effects import BY_NAME
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.kinds import HALVES, of_half
 from rwjax.logs.half_rig import half_log, half_rig

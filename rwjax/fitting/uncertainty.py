@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects import plain
+from rwjax.effects.library import null_of_optional
 from rwjax.fitting.multiple_shooting import Fit, by_start, start_normal, start_response
 from rwjax.simulation.batch import by_sample
 
@@ -138,7 +138,7 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     notes = [
         f"{name} sits on its bound"
         for name, at in zip(names, low | high, strict=True)
-        if at and values[name] != plain(name)
+        if at and values[name] != null_of_optional(name)
     ]
     diagonal = np.sqrt(np.maximum(np.diag(A), 0.0))
     silent = diagonal <= 1e-9 * max(np.max(diagonal, initial=0.0), 1e-300)

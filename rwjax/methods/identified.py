@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rwjax.effects.library import BY_NAME
+from rwjax.effects.ports import CommandDelay, EncoderDelay
 from rwjax.errors import RigError
 from rwjax.rig.model import Rig
 
@@ -47,10 +49,9 @@ def left_out(rig: Rig, *, prior: bool) -> tuple[str, ...]:
 
 def undelayed(rig: Rig, method: str) -> None:
     """Raises `RigError` for a rig whose commands act or whose readings come late, where a method takes neither to do so."""
-    if "drive.delay" in rig.effects:
-        raise RigError(f"rig `{rig.name}`: has drive.delay; the {method} takes commands to act at once")
-    if "sensor.delay" in rig.effects:
-        raise RigError(f"rig `{rig.name}`: has sensor.delay; the {method} takes readings to be at once")
+    for port, takes in ((CommandDelay, "commands to act at once"), (EncoderDelay, "readings to be at once")):
+        for name in (name for name in rig.effects if issubclass(BY_NAME[name], port)):
+            raise RigError(f"rig `{rig.name}`: has {name}; the {method} takes {takes}")
 
 
 def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:

@@ -15,8 +15,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from rwjax.effects import shown
+from rwjax.effects.library import shown_in
 from rwjax.errors import InputError
-from rwjax.kinds import SUBSYSTEMS
 from rwjax.planning.envelope import Envelope, in_both, reaches
 from rwjax.planning.experiment import REST_S, Experiment
 from rwjax.planning.files import Run
@@ -55,7 +56,7 @@ class Design:
     period: float  # s
     length: float  # s
     why: str
-    tells: tuple[str, ...] = ()  # effects
+    shows: str = ""  # key of `rwjax.effects.shown.RUNS`, "" where it is there for no effect
     offset: float = 0.0
     way: float = 1.0
     repeats: int = 1
@@ -78,32 +79,19 @@ class Design:
         return self.kind == "coast-down"
 
 
-COASTS = (
-    "axis.viscous",
-    "axis.coulomb",
-    "axis.quadratic_drag",
-    "axis.asymmetric_friction",
-    "wheel.coulomb",
-    "wheel.drag",
-)
-QUICK = ("drive.delay", "drive.lag", "drive.rate_limit", "axis.flexible_coupling", "sensor.delay", "sensor.clock")
-SLOW = ("axis.coulomb", "axis.stribeck", "axis.presliding", "axis.angle_friction", "axis.imbalance", "wheel.cogging")
-LEVEL = ("drive.deadzone", "drive.saturation", "drive.curvature", "drive.asymmetric_gain", "drive.supply_sag")
-DWELL = ("axis.stribeck", "axis.presliding", "axis.backlash", "drive.deadzone")
-
 DESIGNS = {
     "multisine": Design("multisine", 0.6, 10.0, 20.0, "three times: what is noise", repeats=3),
-    "multisine_fast": Design("multisine", 1.0, 4.0, 12.0, "fast: what lags or swings", QUICK),
-    "multisine_fast_small": Design("multisine", 0.4, 4.0, 12.0, "fast and small: does it scale?", QUICK),
-    "triangle_slow": Design("triangle", 0.5, 16.0, 16.0, "slow: friction, play, ripple", SLOW),
-    "triangle": Design("triangle", 0.5, 8.0, 16.0, "medium: friction over rate", SLOW),
-    "triangle_fast": Design("triangle", 0.5, 4.0, 12.0, "fast: friction over rate", SLOW),
-    "staircase": Design("staircase", 1.0, 16.0, 16.0, "levels to the limit: drive", (*LEVEL, "motor.saturation")),
-    "staircase_small": Design("staircase", 0.25, 16.0, 16.0, "dwell and breakaway", DWELL),
-    "coast_fast": Design("coast-down", 1.0, 4.0, 12.0, "coasting: drag, friction", COASTS),
-    "coast_fast_back": Design("coast-down", 1.0, 4.0, 12.0, "coasting backward", COASTS, way=-1.0),
-    "coast_slow": Design("coast-down", 0.4, 4.0, 12.0, "coasting from less", COASTS),
-    "coast_slow_back": Design("coast-down", 0.4, 4.0, 12.0, "coasting backward from less", COASTS, way=-1.0),
+    "multisine_fast": Design("multisine", 1.0, 4.0, 12.0, "fast: what lags or swings", shown.FAST),
+    "multisine_fast_small": Design("multisine", 0.4, 4.0, 12.0, "fast and small: does it scale?", shown.FAST),
+    "triangle_slow": Design("triangle", 0.5, 16.0, 16.0, "slow: friction, play, ripple", shown.SLOW),
+    "triangle": Design("triangle", 0.5, 8.0, 16.0, "medium: friction over rate", shown.SLOW),
+    "triangle_fast": Design("triangle", 0.5, 4.0, 12.0, "fast: friction over rate", shown.SLOW),
+    "staircase": Design("staircase", 1.0, 16.0, 16.0, "levels to the limit: drive", shown.LEVELS),
+    "staircase_small": Design("staircase", 0.25, 16.0, 16.0, "dwell and breakaway", shown.DWELLING),
+    "coast_fast": Design("coast-down", 1.0, 4.0, 12.0, "coasting: drag, friction", shown.COASTING),
+    "coast_fast_back": Design("coast-down", 1.0, 4.0, 12.0, "coasting backward", shown.COASTING, way=-1.0),
+    "coast_slow": Design("coast-down", 0.4, 4.0, 12.0, "coasting from less", shown.COASTING),
+    "coast_slow_back": Design("coast-down", 0.4, 4.0, 12.0, "coasting backward from less", shown.COASTING, way=-1.0),
     "square": Design("square", 0.8, 5.0, 15.0, "validates: a kind of its own", role="validate"),
     "square_offset": Design("square", 0.6, 6.0, 12.0, "validates: about an offset", offset=0.15, role="validate"),
 }
@@ -126,7 +114,7 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
     runs: list[Run] = []
     for name, played in found.items():
         design = designs[name]
-        tells = tuple(effect for effect in design.tells if rig.kind in SUBSYSTEMS[effect.partition(".")[0]])
+        tells = shown_in(design.shows, rig.kind)
         names = [name] if design.repeats == 1 else [f"{name}_{number + 1}" for number in range(design.repeats)]
         runs += [
             Run(each, one.experiment, design.role, design.why, tells, one.reaches, one.way)

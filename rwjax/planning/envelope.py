@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
 from rwjax.kinds import MOTORED, TURNING
 from rwjax.rig.model import Rig
@@ -57,7 +58,7 @@ class Envelope(NamedTuple):
 def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None) -> Envelope:
     """The envelope of a rig from what is given, `most` by output, and what the rig file knows, whichever is less.
 
-    A rig file knows the command's range from `drive.pwm` and `drive.saturation`, the travel from `axis.end_stop`; a neutral
+    A rig file knows the command's range from `drive.pwm`, and both range and travel from effects that limit them; a neutral
     pulse at or near the short end of the pulses' range means an ESC that turns one way. Raises `InputError` where nothing limits the command,
     and for a limit of something that the kind of rig does not have.
     """
@@ -72,12 +73,11 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
     reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else reaches(rig.pwm)
     ways = tuple(way for way, most_volts in reach.items() if most_volts >= LITTLE * max(reach.values()))
     known += [reach[way] for way in ways if math.isfinite(reach[way])]
-    known += [rig.effects["drive.saturation"]["u_m"]] if "drive.saturation" in rig.effects else []
+    effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
+    known += [most_volts for e, given in effects if math.isfinite(most_volts := e.largest_command(given))]
     if not known:
         raise InputError("nothing says how many volts the drive gives; add --volts, such as --volts 12")
-    if "axis.end_stop" in rig.effects:
-        stop = rig.effects["axis.end_stop"]
-        most["yaw_rad"] = min(most.get("yaw_rad", math.inf), max(min(stop["high"], -stop["low"]), 0.0))
+    most["yaw_rad"] = min([most.get("yaw_rad", math.inf), *(e.travel(given) for e, given in effects)])
     limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
     return Envelope(min(known), limits, ways)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.effects import BY_NAME
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.kinds import NUMBERS
 from rwjax.plant.one_axis import Structure

@@ -17,8 +17,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rwjax.effects import BY_NAME, EFFECTS, ON_TWO_AXES
-from rwjax.effects.axis import Coulomb, Gravity, PolynomialFriction, Stribeck, Viscous
+from rwjax.effects.effect import Effect, Motion
+from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import (
     AxisDry,
@@ -30,16 +30,15 @@ from rwjax.effects.ports import (
     CommandMap,
     Coupling,
     CurrentLimit,
-    Effect,
     Encoder,
     EncoderDelay,
-    Motion,
     MotorTorque,
     Supply,
     WheelDry,
     WheelTorque,
     Winding,
 )
+from rwjax.effects.rig_terms import of_rig_numbers
 from rwjax.kinds import NUMBERS, half_column, of_half, on_half
 from rwjax.types import Scalar
 
@@ -387,24 +386,7 @@ def friction_sum(effects: list, motion: Motion, direction: float) -> Scalar:
 
 def one_axis(structure: Structure, numbers: Numbers) -> Plant:
     """Plant of a rig with one axis or none, of a structure with these numbers (all names of `structure.names` must be there)."""
-    parts: list[Effect] = []
-    if "axis.friction.viscous" in numbers:
-        parts.append(Viscous(b=numbers["axis.friction.viscous"]))
-    if "axis.friction.coulomb" in numbers:
-        parts.append(Coulomb(M_c=numbers["axis.friction.coulomb"]))
-    if "axis.friction.static" in numbers:
-        parts.append(
-            Stribeck(
-                M_c=jnp.zeros_like(numbers["axis.friction.static"]),
-                M_e=numbers["axis.friction.static"] - numbers.get("axis.friction.coulomb", jnp.zeros(())),
-                v_s=numbers["axis.friction.stribeck_velocity"],
-                n=2.0,
-            )
-        )
-    if "axis.friction.b3" in numbers:
-        parts.append(PolynomialFriction(**{b: numbers[f"axis.friction.{b}"] for b in ("b3", "b2", "b1", "b0")}))
-    if "axis.gravity.torque" in numbers:
-        parts.append(Gravity(mgl=numbers["axis.gravity.torque"], angle=numbers["axis.gravity.angle"]))
+    parts = of_rig_numbers(numbers)
     for name in structure.effects:
         cls = BY_NAME[name]
         prefix = f"{name}."

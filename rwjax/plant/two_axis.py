@@ -33,8 +33,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rwjax.effects import BY_NAME
-from rwjax.effects.ports import AxisDry, AxisElastic, Clock, Effect, EncoderDelay, WheelDry
+from rwjax.effects.effect import Effect
+from rwjax.effects.library import BY_NAME
+from rwjax.effects.ports import AxisDry, AxisElastic, Clock, EncoderDelay, WheelDry
 from rwjax.effects.two_axis import Misalignment, Tilt
 from rwjax.kinds import half_column, on_half
 from rwjax.plant.one_axis import Numbers, Plant, State, Structure, one_axis

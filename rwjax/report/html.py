@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.diagnosis import Diagnosis
-from rwjax.effects import unit_of_number
+from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError, write_text
 from rwjax.report import plots
 from rwjax.report.words import verdict_sentence, where_words

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.diagnosis import Diagnosis
-from rwjax.effects import BY_NAME
+from rwjax.effects.library import BY_NAME
 from rwjax.kinds import half_column
 
 MEASURED, BEFORE, AFTER, FLOOR = "#222222", "#c1440e", "#1b6ca8", "#8a8a8a"

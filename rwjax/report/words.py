@@ -4,7 +4,7 @@ from math import isfinite
 
 from rwjax.diagnosis.diagnosis import Diagnosis, Rung
 from rwjax.diagnosis.localise.where import Where
-from rwjax.effects import BY_NAME, unit_of_number
+from rwjax.effects.library import BY_NAME, unit_of_number
 from rwjax.report.plots import UNIT, spoken
 
 SURE, FAR_PERCENT = 3.0, 10.0

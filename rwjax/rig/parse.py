@@ -131,7 +131,7 @@ def _check_inertia(numbers: dict[str, float]) -> None:
 def effect_parameters(kind: str | None = None) -> "dict[str, dict[str, Parameter]]":
     """The parameters of every known effect, or of those that a kind may have. Imports JAX: called only where a file
     needs it."""
-    from rwjax.effects import BY_NAME, of_kind
+    from rwjax.effects.library import BY_NAME, of_kind
     from rwjax.effects.parameter import parameters
 
     return {name: parameters(effect) for name, effect in (of_kind(kind) if kind else BY_NAME).items()}

@@ -3,8 +3,9 @@
 import jax.numpy as jnp
 import numpy as np
 
-from rwjax.effects import BY_NAME, EFFECTS
-from rwjax.effects.ports import AxisElastic, Coupling, Motion
+from rwjax.effects.effect import Motion
+from rwjax.effects.library import BY_NAME, EFFECTS
+from rwjax.effects.ports import AxisElastic, Coupling
 from rwjax.plant.from_rig import structure_of
 from rwjax.rig.model import Rig
 from tests.systems import platform, reaction, record, run

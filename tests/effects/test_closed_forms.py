@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from rwjax.effects import EFFECTS
+from rwjax.effects.library import EFFECTS
 from rwjax.rig.model import Rig
 from tests.effects.rigs import DRY, FREE, REST, TIME, go
 from tests.systems import wheel as wheel_rig

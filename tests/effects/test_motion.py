@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.effects import axis, drive, sensor
+from rwjax.effects import axis_friction, drive, sensor
 from tests.effects.rigs import DRY, FREE, REST, RIGS, TIME, go, motion
 from tests.systems import platform, record, run
 from tests.systems import wheel as wheel_rig
@@ -61,7 +61,7 @@ def test_an_end_stop_takes_energy_and_never_pulls() -> None:
     ],
 )
 def test_bent_friction_follows_its_hysteresis_whatever_the_step(s: float, there: float, back: float) -> None:
-    bent = axis.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02), s=jnp.asarray(s), d=jnp.zeros(()))
+    bent = axis_friction.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02), s=jnp.asarray(s), d=jnp.zeros(()))
     z = jnp.zeros(())
     for travel, exact in ((0.03, there), (-0.05, back)):
         whole, parts = bent.after(z, jnp.asarray(travel)), z

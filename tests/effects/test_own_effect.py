@@ -9,9 +9,10 @@ import pytest
 
 from rwjax import parse_rig, write_rig
 from rwjax.diagnosis.hypothesis import candidates
-from rwjax.effects import BY_NAME, EFFECTS, ON_TWO_AXES, register
+from rwjax.effects.effect import Motion
+from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES, register
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import AxisDry, Motion
+from rwjax.effects.ports import AxisDry
 from rwjax.plant.from_rig import structure_of
 from rwjax.types import Scalar
 from tests.recovered import recover

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rwjax.effects import EFFECTS, Effect
+from rwjax.effects.effect import Effect
+from rwjax.effects.library import EFFECTS
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.multiple_shooting import fit
 from rwjax.fitting.problem import pose

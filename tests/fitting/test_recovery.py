@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from experiments.blind.drive import BUS
-from rwjax.effects import EFFECTS
+from rwjax.effects.library import EFFECTS
 from tests.recovered import recover
 
 Truth = dict[str, float]

@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 from rwjax import parse_rig, read_log, read_rig, write_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import (
-    LEVEL,
     Hypothesis,
     candidates,
     coordinate_of,
@@ -21,6 +20,7 @@ from rwjax.diagnosis.hypothesis import (
     handed_on,
     structure_for,
 )
+from rwjax.effects.library import included_numbers
 from rwjax.errors import InputError, LogError, RigError
 from rwjax.fitting.fit_rig import fit_rig
 from rwjax.fitting.predict import predict_log
@@ -205,8 +205,10 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     free = free_names(WHOLE, both)
     assert "yaw.stribeck.M_c" in free and "pitch.stribeck.M_c" not in free
     assert both.contains(Hypothesis(("yaw.coulomb",))) and not both.contains(Hypothesis(("wheel_1.coulomb",)))
-    assert handed_on(LEVEL, {"yaw.stribeck.M_c"}, {"pitch.coulomb.M_c"}) == []
-    assert handed_on(LEVEL, {"yaw.stribeck.M_c"}, {"yaw.coulomb.M_c"}) == [("yaw.stribeck.M_c", "yaw.coulomb.M_c")]
+    assert handed_on(included_numbers(), {"yaw.stribeck.M_c"}, {"pitch.coulomb.M_c"}) == []
+    assert handed_on(included_numbers(), {"yaw.stribeck.M_c"}, {"yaw.coulomb.M_c"}) == [
+        ("yaw.stribeck.M_c", "yaw.coulomb.M_c")
+    ]
     assert coordinate_of("pitch.stribeck") == "pitch_rate" and coordinate_of("parameter.pitch.inertia") == "load"
     structure = structure_for(WHOLE, Hypothesis(("yaw.coulomb",)))
     assert "yaw.stribeck" in structure.effects and "pitch.stribeck" not in structure.effects

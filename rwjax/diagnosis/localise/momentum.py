@@ -20,7 +20,7 @@ from scipy.sparse import csr_array
 
 from rwjax.diagnosis.localise.own_noise import above, draws, rates
 from rwjax.diagnosis.localise.smoother import Smoother
-from rwjax.effects import BY_NAME
+from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisTorque, MotorTorque, WheelDry, WheelTorque
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log

@@ -10,16 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import (
-    Hypothesis,
-    beside,
-    brings_level,
-    candidates,
-    free_names,
-    levels_beside,
-    models_dry,
-    on_one_axis,
-)
+from rwjax.diagnosis.hypothesis import Hypothesis, candidates, free_names
 from rwjax.diagnosis.information_criterion import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnosis.model_fits import BEHIND, ModelFits
 from rwjax.diagnosis.settings import (
@@ -37,9 +28,9 @@ from rwjax.diagnosis.settings import (
     WORTH,
     WORTH_BESIDES,
 )
-from rwjax.effects import plain
+from rwjax.effects.effect import FittedRig
+from rwjax.effects.library import brought_by, models, null_of_optional, of_kind, same_groups
 from rwjax.fitting.multiple_shooting import Fit
-from rwjax.kinds import HALVES, on_half
 
 LEADING, CLOSE_COST = 3, 1.5
 """Explanations at most from which their special cases are fitted, and their cost against the least."""
@@ -96,7 +87,7 @@ class Search:
     def _numbers(self, hypothesis: Hypothesis) -> tuple[int, int]:
         """How many numbers of its own an hypothesis has, and how many of its effects' forms."""
         own = free_names(self.rig, hypothesis)[len(self.rig.free) :]
-        form = sum(plain(name) is not None for name in own)
+        form = sum(null_of_optional(name) is not None for name in own)
         return len(own) - form, form
 
     def evidence(self, hypothesis: Hypothesis, effective: dict[str, float]) -> float:
@@ -136,11 +127,8 @@ class Search:
     def _extensions(self, hypothesis: Hypothesis) -> list[Hypothesis]:
         found = []
         for name in self.names:
-            if name not in hypothesis.names and not (
-                on_one_axis(name) == "axis.coulomb" and {*hypothesis.names} & levels_beside(name)
-            ):
-                rest = hypothesis.without(beside(name, "axis.coulomb")) if brings_level(name) else hypothesis
-                found.append(rest.plus(name))
+            if name not in hypothesis.names and name not in map(brought_by, hypothesis.names):
+                found.append(hypothesis.without(brought_by(name)).plus(name))
         return found
 
     def _fit(self, hypotheses: list[Hypothesis], parent: Hypothesis) -> None:
@@ -221,15 +209,15 @@ class Search:
         return hypothesis
 
     def _exchanged(self, hypothesis: Hypothesis) -> list[Hypothesis]:
-        """Sets with one member exchanged; a member that brings a Coulomb level, also for that level and another."""
+        """Sets with one member exchanged; a member that includes another effect, also for that effect and another."""
         found = []
         for member in hypothesis.names:
-            level = beside(member, "axis.coulomb")
+            included = brought_by(member)
             rest = hypothesis.without(member)
             bare = [rest.plus(name) for name in self.names if name not in hypothesis.names]
             found += bare
-            if brings_level(member) and not models_dry(self.rig, member) and level in self.names:
-                found += [e.plus(level) for e in bare if not {*e.names} & levels_beside(member)]
+            if included in self.names:  # which are what the rig file does not model
+                found += [e.plus(included) for e in bare if included not in map(brought_by, e.names)]
         return [e for e in dict.fromkeys(found) if e != hypothesis]
 
     def _rivals(self, best: Hypothesis) -> list[Hypothesis]:
@@ -260,46 +248,35 @@ class Search:
 
     def _declared(self, best: Hypothesis) -> list[Hypothesis]:
         """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
-        platform, names = self.rig.kind == "platform", {*best.names, *self.rig.effects}
-        groups = [["axis.asymmetric_friction", "axis.bias_torque"]]
-        if self.rig.kind == "two_axis":
-            groups = [[on_half(name, k) for name in group] for group in groups for k in range(len(HALVES))]
-        if platform and "drive.deadzone" not in names:
-            groups[0].append("drive.bias")
-        if platform:
-            groups.append(["drive.delay", "sensor.delay"])
-            if self._falls(best):
-                groups.append(["drive.curvature", "drive.supply_sag"])
-        for number in (n for n in best.numbers if on_one_axis(n) == "motor.resistance"):
-            if self.fits.known(best).numbers()[number] > self.rig.numbers[number]:  # a source's lies in series
-                groups.append([f"parameter.{number}", beside(number, "drive.supply_sag")])
+        fitted = self.fits.known(best).numbers() if best in self.fits else {}
+        rig = FittedRig(self.rig.kind, frozenset({*best.names, *self.rig.effects}), fitted)
         found = []
-        for group in groups:
+        for group in [*same_groups(rig), *self._series(best, fitted)]:
             same = [name for name in group if name in self.names]
             members = [name for name in best.names if name in same]
             if len(members) == 1:
                 found += [e for name in same if (e := self._instead(best, members[0], name)) not in (best, None)]
         return found
 
-    def _falls(self, best: Hypothesis) -> bool:
-        """Whether a curved drive's gain falls with the command's size, most of all where that is large, as that of a sagging
-        supply does: where no current is known, the command alone says how much it is loaded."""
-        if "drive.curvature" not in best.names:
-            return True
-        c, p, u_1 = (self.fits.known(best).numbers()[f"drive.curvature.{name}"] for name in ("c", "p", "u_1"))
-        bend = np.log1p(abs(c) * u_1) - np.log1p(0.5 * abs(c) * u_1)  # from half the largest command to all of it
-        return bool(c < 0.0 and bend > abs(p) * np.log(2.0))
+    def _series(self, best: Hypothesis, fitted: dict[str, float]) -> list[list[str]]:
+        """Numbers that `best` frees and that were fitted larger than the rig file says, each with the effects that it may be."""
+        effects = of_kind(self.rig.kind).items()
+        return [
+            [f"parameter.{number}", name]
+            for number in best.numbers
+            for name, effect in effects
+            if number in effect.like_larger and fitted[number] > self.rig.numbers[number]
+        ]
 
     def _instead(self, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
-        """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
-        other, level = best.without(member).plus(name), beside(member, "axis.coulomb")
-        if models_dry(self.rig, member):
+        """`best` with a name in the place of a member; None where the one is the other only beside an effect that it includes."""
+        other = best.without(member).plus(name)
+        before, after = brought_by(member), brought_by(name)
+        if before == after or models(self.rig.numbers, before or after):
             return other
-        if brings_level(member):
-            return other if brings_level(name) else other.plus(level)
-        if brings_level(name):
-            return other.without(level) if level in best.names else None
-        return other
+        if before:
+            return other.plus(before)
+        return other.without(after) if after in best.names else None
 
     def nothing(self) -> Choice:
         """The rig as it is, without a search."""

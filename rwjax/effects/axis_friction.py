@@ -1,0 +1,264 @@
+"""Friction of the axis: what a rig file models and what may be missing, written once."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool
+
+from rwjax.effects.effect import FittedRig, Motion
+from rwjax.effects.harmonics import two_harmonics
+from rwjax.effects.parameter import param
+from rwjax.effects.ports import SLIDING, AxisDry, AxisElastic, AxisTorque
+from rwjax.effects.powers import power
+from rwjax.effects.shown import COASTING, DWELLING, SLOW
+from rwjax.types import Scalar
+
+SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no finite value
+
+
+class Viscous(AxisTorque):
+    r"""Friction proportional to speed, $M = b\,w$ (thesis eq. 3.4)."""
+
+    name: ClassVar[str] = "axis.viscous"
+    group: ClassVar[str] = "friction"
+    label: ClassVar[str] = "viscous friction"
+    coordinate: ClassVar[str] = "yaw_rate"
+    meaning: ClassVar[str] = "friction proportional to speed, where the rig has none"
+    equation: ClassVar[str] = "b w"
+    modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.viscous", "axis.friction.b2")
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
+    b: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate", tex="b")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return -self.b * motion.w
+
+
+class Coulomb(AxisDry):
+    r"""Dry friction, constant with direction, $M = M_c\,\mathrm{sgn}\,w$ (thesis eq. 3.7)."""
+
+    name: ClassVar[str] = "axis.coulomb"
+    label: ClassVar[str] = "dry friction"
+    coordinate: ClassVar[str] = "yaw_rate"
+    meaning: ClassVar[str] = "dry friction, where the rig has none"
+    equation: ClassVar[str] = "M_c sgn w"
+    modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.coulomb", "axis.friction.b3")
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0, SLOW: 0}
+    M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.05, 0.3), scale="torque", tex="M_c")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.M_c
+
+
+class Stribeck(AxisDry):
+    r"""Breakaway friction above sliding friction, $M = [M_c + M_e\,e^{-|w/v_s|^n}]\,\mathrm{sgn}\,w$; a rig file's has $n = 2$.
+
+    $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise; the breakaway level is $M_c + M_e$.
+    Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 8.
+    """
+
+    name: ClassVar[str] = "axis.stribeck"
+    label: ClassVar[str] = "Stribeck friction"
+    coordinate: ClassVar[str] = "yaw_rate"
+    meaning: ClassVar[str] = "breakaway friction above sliding friction, falling with speed"
+    equation: ClassVar[str] = "(M_c + M_e exp(−abs(w/v_s)ⁿ)) sgn w; n = 2 is the rig file's"
+    limits: ClassVar[tuple[str, ...]] = ("axis.coulomb",)
+    brings: ClassVar[str] = "axis.coulomb"
+    modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.static",)
+    shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
+    M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
+    M_e: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_s - M_c")
+    v_s: Scalar = param("rad/s", bounds=(1e-3, 1e2), null=1.0, starts=(0.03, 0.1, 0.3), scale="rate", tex="v_s")
+    n: Scalar | float = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", optional=True)
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        fall = power(jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST), self.n)
+        return self.M_c + self.M_e * jnp.exp(-fall)
+
+    def steep(self) -> Bool[Array, ""]:
+        return jnp.asarray(self.n < 1.0)
+
+    def beside_standstill(self) -> "Stribeck":
+        """Friction with n = 2 for n > 1, whose slope tends to 0 as well, if more slowly; n < 1 has no limit."""
+        return replace(self, n=jnp.where(self.n > 1.0, 2.0, self.n))
+
+    @classmethod
+    def slope_note(cls, given: Mapping[str, float]) -> str:
+        n = given.get("n", 2.0) if given.get("M_e", 0.0) > 0.0 else 2.0
+        if n < 1.0:
+            return f"infinitely steep at standstill, taken at {SLIDING:g} rad/s"
+        return "level at standstill, though it falls at once beside it" if 1.0 < n < 2.0 else ""
+
+
+class QuadraticDrag(AxisTorque):
+    r"""Drag with speed squared, or nearly, $M = c\,w\,|w|^{p - 1}$; $p = 2$ where the flow is turbulent, less in transition."""
+
+    name: ClassVar[str] = "axis.quadratic_drag"
+    group: ClassVar[str] = "friction"
+    label: ClassVar[str] = "drag with speed squared"
+    coordinate: ClassVar[str] = "yaw_rate"
+    meaning: ClassVar[str] = "drag with speed squared, or nearly"
+    equation: ClassVar[str] = "c w abs(w)^(p − 1)"
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
+    c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate2", tex="c")
+    p: Scalar = param("1", bounds=(1.3, 3.0), null=2.0, starts=(2.0,), tex="p", optional=True)
+
+    def torque(self, motion: Motion) -> Scalar:
+        size = jnp.abs(motion.w)
+        rises = jnp.where(size > SLOWEST, power(jnp.maximum(size, SLOWEST), self.p - 1.0), 0.0)  # level at standstill
+        return -self.c * motion.w * rises
+
+
+class AsymmetricFriction(AxisDry):
+    r"""Dry friction that differs with direction, $M = (M_c + d\,\mathrm{sgn}\,w)\,\mathrm{sgn}\,w$.
+
+    $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
+    """
+
+    name: ClassVar[str] = "axis.asymmetric_friction"
+    label: ClassVar[str] = "direction-dependent dry friction"
+    coordinate: ClassVar[str] = "yaw_rate"
+    equation: ClassVar[str] = "(M_c + d sgn w) sgn w"
+    limits: ClassVar[tuple[str, ...]] = ("axis.coulomb",)
+    brings: ClassVar[str] = "axis.coulomb"
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
+    M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
+    d: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, -0.03), scale="torque", tex="d")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.M_c + direction * self.d
+
+    @classmethod
+    def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
+        return ("axis.bias_torque",)
+
+
+STRAIGHT = 1e-3
+"""Exponent below which a power is as good as the exponential that it tends to."""
+
+
+def worn(y: Scalar | float, x: Scalar, s: Scalar) -> Scalar:
+    """What is left of `y` after a way `x` along which it falls at the rate `y^(1 - s)`."""
+    straight = s > STRAIGHT
+    s, known = jnp.where(straight, s, 1.0), jnp.maximum(y, 1e-9)
+    return jnp.where(straight, power(jnp.maximum(power(known, s) - s * x, 1e-9), 1.0 / s), y * jnp.exp(-x))
+
+
+class Presliding(AxisElastic):
+    r"""Elastic, hysteretic displacement before sliding, $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)^{1-s}/x_s$ with the friction $z$ times its
+    level (Dahl 1968; with $s = 0$ thesis eq. 3.8, with $s > 0$ it slides after a finite way; exact in the angle, whatever the
+    step), and damping of the displacement, $d\,x_s\dot z$ for $s = 0$ (Canudas de Wit et al. 1995, eq. 3).
+
+    $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
+    """
+
+    name: ClassVar[str] = "axis.presliding"
+    group: ClassVar[str] = "presliding"
+    label: ClassVar[str] = "elastic displacement before sliding"
+    coordinate: ClassVar[str] = "yaw"
+    meaning: ClassVar[str] = "elastic, hysteretic displacement before sliding"
+    equation: ClassVar[str] = (
+        "friction z times its level, dz/dψ = (1 − z sgn w)^(1 − s)/x_s, and damping d (1 − z sgn w) w"
+    )
+    limits: ClassVar[tuple[str, ...]] = ("axis.coulomb",)
+    brings: ClassVar[str] = "axis.coulomb"
+    shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
+    M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
+    x_s: Scalar = param(
+        "rad",
+        bounds=(1e-5, 10.0),
+        null=1e-5,
+        starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 1e-3, 0.01, 0.1),
+        tex="x_s",
+    )
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 3), tex="s", optional=True)
+    d: Scalar = param(
+        "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", optional=True
+    )
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.M_c
+
+    def damping(self, motion: Motion) -> Scalar:
+        return self.d * motion.w * (1.0 - self.mine(motion)[0] * jnp.sign(motion.w))
+
+    def after(self, z: Scalar, travel: Scalar) -> Scalar:
+        toward, way = jnp.sign(travel), jnp.abs(travel) / self.x_s
+        return toward + jnp.sign(z - toward) * worn(jnp.abs(z - toward), way, self.s)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "sliding, all its friction built up"
+
+
+class AngleFriction(AxisDry):
+    r"""Dry friction that varies with the angle: a level $1 + s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$ times what
+    the rig has at large."""
+
+    name: ClassVar[str] = "axis.angle_friction"
+    group: ClassVar[str] = "angle_friction"
+    label: ClassVar[str] = "angle-dependent dry friction"
+    coordinate: ClassVar[str] = "yaw"
+    at_angle: ClassVar[bool] = True
+    meaning: ClassVar[str] = "dry friction that varies with the angle"
+    equation: ClassVar[str] = "all dry friction of the rig times 1 + s_1 sin ψ + c_1 cos ψ + s_2 sin 2ψ + c_2 cos 2ψ"
+    shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0}
+    s_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.3, 0.0, 0.0, 0.0), tex="s_1")
+    c_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.3, 0.0, 0.0), tex="c_1")
+    s_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.3, 0.0), tex="s_2")
+    c_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.3), tex="c_2")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return jnp.zeros_like(motion.t)
+
+    def share(self, motion: Motion) -> Scalar:
+        return two_harmonics(motion.psi, self.s_1, self.c_1, self.s_2, self.c_2)
+
+
+class LoadFriction(AxisDry):
+    r"""Dry friction that grows with the transmitted torque, $M = \mu\,|M_d|\,\mathrm{sgn}\,w$."""
+
+    name: ClassVar[str] = "axis.load_friction"
+    label: ClassVar[str] = "load-dependent dry friction"
+    coordinate: ClassVar[str] = "load"
+    meaning: ClassVar[str] = "dry friction that grows with the transmitted torque M_d"
+    equation: ClassVar[str] = "μ abs(M_d) sgn w"
+    mu: Scalar = param("1", bounds=(0.0, 0.99), starts=(0.1,), tex="\\mu")
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.mu * jnp.abs(motion.load)
+
+
+class FrictionDrift(AxisDry):
+    r"""Friction that changes over the run: a level of dry friction $(1 + d\,f(t))$ times what the rig has warm, and $B\,w\,f(t)$
+    besides, with $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
+
+    name: ClassVar[str] = "axis.friction_drift"
+    label: ClassVar[str] = "friction that warms up"
+    coordinate: ClassVar[str] = "time"
+    meaning: ClassVar[str] = "friction that changes over the run"
+    equation: ClassVar[str] = (
+        "all dry friction of the rig times 1 + d f(t), and B w f(t), f = max(1 − s t/τ, 0)^(1/s), exp(−t/τ) for s = 0"
+    )
+    limits: ClassVar[tuple[str, ...]] = ("axis.viscous",)
+    changes_over_time: ClassVar[bool] = True
+    d: Scalar = param("1", bounds=(-1.0, jnp.inf), starts=(0.3,), tex="d")
+    B: Scalar = param(
+        "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", optional=True
+    )
+    tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0, 10.0), tex="\\tau")
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", optional=True)
+
+    def _cold(self, motion: Motion) -> Scalar:
+        return worn(1.0, motion.t / self.tau, self.s)
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return self.B * jnp.abs(motion.w) * self._cold(motion)
+
+    def share(self, motion: Motion) -> Scalar:
+        return self.d * self._cold(motion)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "as at the first instant"

@@ -1,0 +1,176 @@
+"""The base class of all effects: what an effect says about itself to the rest of the library."""
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple
+
+import equinox as eqx
+
+from rwjax.types import Scalar
+
+
+class Motion(NamedTuple):
+    """What an effect may depend on. States that a kind of rig does not have are 0.
+
+    Attributes:
+        t: Time since the run's first sample [s].
+        V: Motor voltage, the command after the drive [V].
+        psi: Angle of the axis [rad].
+        w: Rate of the axis [rad/s].
+        theta: Angle of the wheel [rad].
+        Omega: Rate of the wheel relative to the body [rad/s].
+        i: Motor current [A].
+        load: Torque that the drive transmits to the axis [N m].
+        sensed: Rate of the body that carries the encoder [rad/s].
+        own: The effects' own states by `effect:state`.
+    """
+
+    t: Scalar
+    V: Scalar
+    psi: Scalar
+    w: Scalar
+    theta: Scalar
+    Omega: Scalar
+    i: Scalar
+    load: Scalar
+    sensed: Scalar
+    own: dict[str, Scalar]
+
+
+class FittedRig(NamedTuple):
+    """A rig after a fit, as an effect needs it to say what it cannot be told from.
+
+    Attributes:
+        kind: Kind of the rig.
+        names: Names of the effects that the fit holds: those of the rig file and those of the hypothesis.
+        numbers: Values in SI by name, as fitted.
+    """
+
+    kind: str
+    names: frozenset[str]
+    numbers: Mapping[str, float]
+
+
+class Effect(eqx.Module):
+    """A part that a plant may have. Its class holds everything that the library knows about it.
+
+    The rest of the library asks these members and names no effect. Every effect sets the first five; the others have
+    a value that suits most effects.
+    """
+
+    name: ClassVar[str]
+    """Name in rig files and diagnoses: the part where it acts, a dot, and what it is."""
+    label: ClassVar[str]
+    """Name in plots and reports."""
+    coordinate: ClassVar[str]
+    """What the missing part is a function of, in the words of `diagnosis.json`."""
+    meaning: ClassVar[str] = ""
+    """What it is, for the table in the docs; "" for its label."""
+    equation: ClassVar[str] = ""
+    """Its equation as plain text without `|`, for the table in the docs."""
+
+    group: ClassVar[str]
+    """Effects of one group share a compiled program; those that a hypothesis does not hold are at their null in it."""
+    at_angle: ClassVar[bool] = False
+    """Whether it depends on where its body stands, not only on how far it turns: an unseen first angle then matters."""
+    states: ClassVar[tuple[str, ...]] = ()
+    """Names of its own states."""
+
+    limits: ClassVar[tuple[str, ...]] = ()
+    """Names of effects that are a special case or a limit of it. A number that both have under one name means the same
+    thing: a fit of one begins with the other's estimate."""
+    brings: ClassVar[str] = ""
+    """Name of the effect that it includes, or "". The numbers that both have are then estimated only where neither the
+    rig file nor another effect models the included one; else they are 0."""
+    modelled_by: ClassVar[tuple[str, ...]] = ()
+    """Numbers of the rig file each of which models it already: such a rig does not miss it."""
+    like_larger: ClassVar[tuple[str, ...]] = ()
+    """Numbers of the rig file that, fitted larger than the file says, cannot be told from it on any logs."""
+
+    shown_by: ClassVar[Mapping[str, int]] = {}
+    """The kinds of run that show it (keys of `rwjax.effects.shown.RUNS`), each with its place in the list of that run."""
+    ends_travel: ClassVar[bool] = False
+    """Whether it ends the travel of the axis."""
+    threshold: ClassVar[str] = ""
+    """Its number that is the size of command [V] below which the drive gives nothing, or ""."""
+
+    changes_over_time: ClassVar[bool] = False
+    """Whether it changes with the time since the run began, whatever the rig does."""
+    comes_and_goes: ClassVar[bool] = False
+    """Whether it alternates about zero, so that a design by mean torques leaves it out."""
+    linear_as: ClassVar[str | None] = None
+    """Name of the effect that stands for it in the linearised plant: None for itself, "" for none."""
+    linear_numbers: ClassVar[Mapping[str, float]] = {}
+    """Numbers that it has in the linearised plant, where they are not its own."""
+
+    @classmethod
+    def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
+        """Names of effects that are the same thing as this one on such a rig, whatever the logs.
+
+        One of two such effects says so; the relation holds both ways.
+
+        Args:
+            fitted: The rig and its fit.
+
+        Returns:
+            Names of effects.
+        """
+        return ()
+
+    @classmethod
+    def largest_command(cls, given: Mapping[str, float]) -> float:
+        """Size of the command beyond which more changes nothing [V].
+
+        Args:
+            given: Its numbers by name (SI).
+
+        Returns:
+            The size [V], infinite where there is none.
+        """
+        return math.inf
+
+    @classmethod
+    def travel(cls, given: Mapping[str, float]) -> float:
+        """Angle that the axis can turn away from 0 either way [rad].
+
+        Args:
+            given: Its numbers by name (SI).
+
+        Returns:
+            The angle [rad], infinite where it sets none.
+        """
+        return math.inf
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        """What stands for it in the transfer function, as part of a sentence.
+
+        Args:
+            given: Its numbers by name (SI); empty for its numbers at their null.
+
+        Returns:
+            The words, "" where the transfer function holds the effect itself.
+        """
+        return ""
+
+    def mine(self, motion: Motion) -> tuple[Scalar, ...]:
+        """Its own states in a motion.
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The states in the order of `states`, in their own units.
+        """
+        return tuple(motion.own[f"{self.name}:{state}"] for state in self.states)
+
+    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
+        """Rates of its own states.
+
+        Args:
+            motion: The motion.
+
+        Returns:
+            The rates in the order of `states`, in their units per second.
+        """
+        return ()
