@@ -22,6 +22,7 @@ from rwjax.diagnosis.hypothesis import (
 )
 from rwjax.diagnosis.information_criterion import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnosis.model_fits import BEHIND, ModelFits
+from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.settings import (
     CLOSE,
     CLOSE_ABOVE,
@@ -39,7 +40,6 @@ from rwjax.diagnosis.settings import (
 )
 from rwjax.effects import plain
 from rwjax.fitting.multiple_shooting import Fit
-from rwjax.kinds import HALVES, on_half
 
 LEADING, CLOSE_COST = 3, 1.5
 """Explanations at most from which their special cases are fitted, and their cost against the least."""
@@ -258,49 +258,6 @@ class Search:
         incomplete = any(a[name] > FAR_FROM_NOISE * self.count[name] for name in a)
         return incomplete and all(b[name] < (1.0 + TIE) * a[name] for name in a)
 
-    def _declared(self, best: Hypothesis) -> list[Hypothesis]:
-        """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
-        platform, names = self.rig.kind == "platform", {*best.names, *self.rig.effects}
-        groups = [["axis.asymmetric_friction", "axis.bias_torque"]]
-        if self.rig.kind == "two_axis":
-            groups = [[on_half(name, k) for name in group] for group in groups for k in range(len(HALVES))]
-        if platform and "drive.deadzone" not in names:
-            groups[0].append("drive.bias")
-        if platform:
-            groups.append(["drive.delay", "sensor.delay"])
-            if self._falls(best):
-                groups.append(["drive.curvature", "drive.supply_sag"])
-        for number in (n for n in best.numbers if on_one_axis(n) == "motor.resistance"):
-            if self.fits.known(best).numbers()[number] > self.rig.numbers[number]:  # a source's lies in series
-                groups.append([f"parameter.{number}", beside(number, "drive.supply_sag")])
-        found = []
-        for group in groups:
-            same = [name for name in group if name in self.names]
-            members = [name for name in best.names if name in same]
-            if len(members) == 1:
-                found += [e for name in same if (e := self._instead(best, members[0], name)) not in (best, None)]
-        return found
-
-    def _falls(self, best: Hypothesis) -> bool:
-        """Whether a curved drive's gain falls with the command's size, most of all where that is large, as that of a sagging
-        supply does: where no current is known, the command alone says how much it is loaded."""
-        if "drive.curvature" not in best.names:
-            return True
-        c, p, u_1 = (self.fits.known(best).numbers()[f"drive.curvature.{name}"] for name in ("c", "p", "u_1"))
-        bend = np.log1p(abs(c) * u_1) - np.log1p(0.5 * abs(c) * u_1)  # from half the largest command to all of it
-        return bool(c < 0.0 and bend > abs(p) * np.log(2.0))
-
-    def _instead(self, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
-        """`best` with a name in the place of a member; None where without dry friction the one is not the other."""
-        other, level = best.without(member).plus(name), beside(member, "axis.coulomb")
-        if models_dry(self.rig, member):
-            return other
-        if brings_level(member):
-            return other if brings_level(name) else other.plus(level)
-        if brings_level(name):
-            return other.without(level) if level in best.names else None
-        return other
-
     def nothing(self) -> Choice:
         """The rig as it is, without a search."""
         nothing = Hypothesis()
@@ -327,7 +284,7 @@ class Search:
         ]
         alternatives = [e for e in close if not any(e.contains(other) for other in close)]
         alternatives.sort(key=lambda e: -self.evidence(e, effective))
-        same = self._declared(best)
+        same = equivalents(self.fits, self.names, best)
         alternatives += [e for e in same if e not in alternatives]
         everything = [e for e in self.squares]
         base = self.evidence(nothing, effective)
