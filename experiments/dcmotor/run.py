@@ -12,12 +12,12 @@ import numpy as np
 from experiments.realdata import dcmotor
 from rwjax import read_log, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.diagnosis.words import text
 from rwjax.fitting.fit_rig import fit_rig
 from rwjax.fitting.predict import errors, predict
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.report.html import write_report
-from rwjax.report.words import text
 
 RPM = 60.0 / (2.0 * np.pi)
 SETS = (

@@ -17,7 +17,7 @@ from rwjax.fitting.predict import errors, predict
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.report.html import write_report
-from rwjax.report.words import text
+from rwjax.diagnosis.words import text
 
 SKIPPED = 20  # first samples, as in the benchmark's rule
 PUBLISHED = {

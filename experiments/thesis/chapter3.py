@@ -12,7 +12,7 @@ from experiments.thesis.table import folder_of, row
 from experiments.thesis.two_stages import misprints, two_stages
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.report.words import text
+from rwjax.diagnosis.words import text
 
 DATA = Path(__file__).parents[2] / "data" / "thesis"
 

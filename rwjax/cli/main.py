@@ -224,11 +224,11 @@ def diagnose(
 ) -> None:
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
     from rwjax.diagnosis.diagnosis import diagnose as run
+    from rwjax.diagnosis.words import text
     from rwjax.errors import write_text
     from rwjax.logs.read import read_logs
     from rwjax.planning.files import write_next
     from rwjax.report.html import write_report
-    from rwjax.report.words import text
     from rwjax.rig.read import read_rig
     from rwjax.rig.write import write_rig
 

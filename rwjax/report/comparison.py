@@ -9,8 +9,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from rwjax.diagnosis.words import UNIT
 from rwjax.methods.comparison import Comparison
-from rwjax.report.plots import AFTER, AXIS_LABEL, FLOOR, UNIT
+from rwjax.report.plots import AFTER, AXIS_LABEL, FLOOR
 
 
 def table(c: Comparison) -> str:

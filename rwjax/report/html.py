@@ -14,10 +14,10 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.diagnosis import Diagnosis
+from rwjax.diagnosis.words import UNIT, verdict_sentence, where_words
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError, write_text
 from rwjax.report import plots
-from rwjax.report.words import verdict_sentence, where_words
 from rwjax.rig.write import write_rig
 
 Plot = Callable[[Diagnosis, Axes], Axes]
@@ -79,7 +79,7 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "where_words": where_words,
     }
     page = environment.get_template("report.html.j2").render(
-        d=d, sentence=verdict_sentence(d), figures=figures, unit=plots.UNIT, corrected=write_rig(d.corrected)
+        d=d, sentence=verdict_sentence(d), figures=figures, unit=UNIT, corrected=write_rig(d.corrected)
     )
     path = folder / "report.html"
     write_text(path, page, InputError)

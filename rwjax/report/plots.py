@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.diagnosis import Diagnosis
-from rwjax.effects.library import BY_NAME
+from rwjax.diagnosis.words import UNIT, spoken
 from rwjax.kinds import half_column
 
 MEASURED, BEFORE, AFTER, FLOOR = "#222222", "#c1440e", "#1b6ca8", "#8a8a8a"
@@ -33,15 +33,6 @@ AXIS_LABEL |= {
         for k in range(2)
     },
 }
-ENDS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
-UNIT = {name: unit for name in AXIS_LABEL for end, unit in ENDS.items() if name.endswith(end)}
-
-
-def spoken(name: str) -> str:
-    """An effect in words: its label, or the wrong number's name."""
-    if name.startswith("parameter."):
-        return f"wrong {name.removeprefix('parameter.')}"
-    return BY_NAME[name].label if name in BY_NAME else name
 
 
 def plot_runs(d: Diagnosis, ax: Axes) -> Axes:

@@ -8,17 +8,18 @@ import pytest
 from rwjax import parse_rig
 from rwjax.diagnosis.diagnosis import Rung, diagnose
 from rwjax.diagnosis.gap import Gap
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import Hypothesis, candidates
 from rwjax.diagnosis.localise.where import Where, missing_torque
 from rwjax.diagnosis.model_fits import BEHIND, ModelFits, promise_of
 from rwjax.diagnosis.remarks import moves, ran_away
 from rwjax.diagnosis.score_screen import Screen
+from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.search.forward_backward import Choice, Search
 from rwjax.diagnosis.verdict import judge
+from rwjax.diagnosis.words import moved, numbers_of, verdict_sentence, where_words
 from rwjax.fitting.batched_runs import together
 from rwjax.fitting.fit_rig import fit_rig
 from rwjax.fitting.secant import derived, placed, residuals
-from rwjax.report.words import moved, numbers_of, verdict_sentence, where_words
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -85,8 +86,8 @@ def test_a_missing_bias_is_read_off_at_its_size() -> None:
 
 def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
     rig = platform("viscous = 0.02")
-    search = Search(ModelFits.of(rig, [true_log(rig)], [0], lambda text: None))
-    same = search._declared(Hypothesis(("axis.bias_torque", "axis.coulomb")))
+    fits = ModelFits.of(rig, [true_log(rig)], [0], lambda text: None)
+    same = equivalents(fits, candidates(rig), Hypothesis(("axis.bias_torque", "axis.coulomb")))
     assert {frozenset(e.names) for e in same} == {
         frozenset({"axis.asymmetric_friction"}),
         frozenset({"drive.bias", "axis.coulomb"}),
@@ -101,7 +102,7 @@ def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, sam
         Hypothesis(("drive.curvature",)),
     )
     fits.race([curved], Hypothesis())
-    assert [e.names for e in Search(fits)._declared(curved)] == same
+    assert [e.names for e in equivalents(fits, candidates(rig), curved)] == same
 
 
 @pytest.mark.parametrize(("factor", "same"), [(1.2, [("drive.supply_sag",)]), (0.8, [])])
@@ -115,7 +116,7 @@ def test_a_winding_of_more_resistance_may_be_a_source_in_series_and_one_of_less_
     y = {name: v + noise.normal(0.0, 0.01, len(v)) for name, v in run(true, asked, {}).items() if name in asked.outputs}
     fits = ModelFits.of(rig, [record(TIME, 4.0 * COMMAND, y)], [0], lambda text: None)
     fits.race([wrong], Hypothesis())
-    assert [e.names for e in Search(fits)._declared(wrong)] == same
+    assert [e.names for e in equivalents(fits, candidates(rig), wrong)] == same
 
 
 def test_a_rival_that_stands_at_a_wrong_place_begins_again_from_the_choice() -> None:

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rwjax import Log
-from rwjax.simulation import reference as adaptive
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
+from rwjax.simulation import reference as adaptive
 from rwjax.simulation.shooting import plant_of
 from tests.systems import platform, reaction, record, run, wheel
 

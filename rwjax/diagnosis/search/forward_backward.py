@@ -13,6 +13,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis, candidates, free_names
 from rwjax.diagnosis.information_criterion import effective_samples, log_evidence, residuals, sums
 from rwjax.diagnosis.model_fits import BEHIND, ModelFits
+from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.settings import (
     CLOSE,
     CLOSE_ABOVE,
@@ -28,8 +29,7 @@ from rwjax.diagnosis.settings import (
     WORTH,
     WORTH_BESIDES,
 )
-from rwjax.effects.effect import FittedRig
-from rwjax.effects.library import brought_by, models, null_of_optional, of_kind, same_groups
+from rwjax.effects.library import brought_by, null_of_optional
 from rwjax.fitting.multiple_shooting import Fit
 
 LEADING, CLOSE_COST = 3, 1.5
@@ -246,38 +246,6 @@ class Search:
         incomplete = any(a[name] > FAR_FROM_NOISE * self.count[name] for name in a)
         return incomplete and all(b[name] < (1.0 + TIE) * a[name] for name in a)
 
-    def _declared(self, best: Hypothesis) -> list[Hypothesis]:
-        """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
-        fitted = self.fits.known(best).numbers() if best in self.fits else {}
-        rig = FittedRig(self.rig.kind, frozenset({*best.names, *self.rig.effects}), fitted)
-        found = []
-        for group in [*same_groups(rig), *self._series(best, fitted)]:
-            same = [name for name in group if name in self.names]
-            members = [name for name in best.names if name in same]
-            if len(members) == 1:
-                found += [e for name in same if (e := self._instead(best, members[0], name)) not in (best, None)]
-        return found
-
-    def _series(self, best: Hypothesis, fitted: dict[str, float]) -> list[list[str]]:
-        """Numbers that `best` frees and that were fitted larger than the rig file says, each with the effects that it may be."""
-        effects = of_kind(self.rig.kind).items()
-        return [
-            [f"parameter.{number}", name]
-            for number in best.numbers
-            for name, effect in effects
-            if number in effect.like_larger and fitted[number] > self.rig.numbers[number]
-        ]
-
-    def _instead(self, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
-        """`best` with a name in the place of a member; None where the one is the other only beside an effect that it includes."""
-        other = best.without(member).plus(name)
-        before, after = brought_by(member), brought_by(name)
-        if before == after or models(self.rig.numbers, before or after):
-            return other
-        if before:
-            return other.plus(before)
-        return other.without(after) if after in best.names else None
-
     def nothing(self) -> Choice:
         """The rig as it is, without a search."""
         nothing = Hypothesis()
@@ -304,7 +272,7 @@ class Search:
         ]
         alternatives = [e for e in close if not any(e.contains(other) for other in close)]
         alternatives.sort(key=lambda e: -self.evidence(e, effective))
-        same = self._declared(best)
+        same = equivalents(self.fits, self.names, best)
         alternatives += [e for e in same if e not in alternatives]
         everything = [e for e in self.squares]
         base = self.evidence(nothing, effective)

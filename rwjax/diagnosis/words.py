@@ -5,7 +5,20 @@ from math import isfinite
 from rwjax.diagnosis.diagnosis import Diagnosis, Rung
 from rwjax.diagnosis.localise.where import Where
 from rwjax.effects.library import BY_NAME, unit_of_number
-from rwjax.report.plots import UNIT, spoken
+from rwjax.kinds import half_column
+
+_ENDS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
+_HALVED = ("wheel_rad", "wheel_rad_s", "current_A")
+_SIGNALS = (
+    "yaw_rad",
+    "yaw_rad_s",
+    *_HALVED,
+    "pitch_rad",
+    "pitch_rad_s",
+    *(half_column(y, k) for y in _HALVED for k in range(2)),
+)
+UNIT = {name: unit for name in _SIGNALS for end, unit in _ENDS.items() if name.endswith(end)}
+"""Unit of every output that a log may hold."""
 
 SURE, FAR_PERCENT = 3.0, 10.0
 """Standard errors, of both fits, by which a number's shift is worth a line; and the shift that is where its error with the effects
@@ -13,6 +26,13 @@ alone is that much smaller: the gap inflates the error without them."""
 
 AS_MUCH = 0.005
 """Difference in the share of the excess below which laws in two coordinates remove as much."""
+
+
+def spoken(name: str) -> str:
+    """An effect in words: its label, or the wrong number's name."""
+    if name.startswith("parameter."):
+        return f"wrong {name.removeprefix('parameter.')}"
+    return BY_NAME[name].label if name in BY_NAME else name
 
 
 def listed(names: tuple[str, ...]) -> str:

@@ -1,0 +1,44 @@
+"""Sets of names that are the same thing as a chosen one for a kind of rig, whatever the logs."""
+
+from collections.abc import Mapping, Sequence
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.effects.effect import FittedRig
+from rwjax.effects.library import brought_by, models, of_kind, same_groups
+from rwjax.rig.model import Rig
+
+
+def equivalents(fits: ModelFits, candidates: Sequence[str], best: Hypothesis) -> list[Hypothesis]:
+    """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
+    fitted = fits.known(best).numbers() if best in fits else {}
+    rig = FittedRig(fits.rig.kind, frozenset({*best.names, *fits.rig.effects}), fitted)
+    found = []
+    for group in [*same_groups(rig), *_in_series(fits.rig, best, fitted)]:
+        same = [name for name in group if name in candidates]
+        members = [name for name in best.names if name in same]
+        if len(members) == 1:
+            found += [e for name in same if (e := _instead(fits.rig, best, members[0], name)) not in (best, None)]
+    return found
+
+
+def _in_series(rig: Rig, best: Hypothesis, fitted: Mapping[str, float]) -> list[list[str]]:
+    """Numbers that `best` frees and that were fitted larger than the rig file says, each with the effects that it may be."""
+    effects = of_kind(rig.kind).items()
+    return [
+        [f"parameter.{number}", name]
+        for number in best.numbers
+        for name, effect in effects
+        if number in effect.like_larger and fitted[number] > rig.numbers[number]
+    ]
+
+
+def _instead(rig: Rig, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
+    """`best` with a name in the place of a member; None where the one is the other only beside an effect that it includes."""
+    other = best.without(member).plus(name)
+    before, after = brought_by(member), brought_by(name)
+    if before == after or models(rig.numbers, before or after):
+        return other
+    if before:
+        return other.plus(before)
+    return other.without(after) if after in best.names else None
