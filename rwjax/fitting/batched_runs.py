@@ -5,62 +5,20 @@ for at a time goes through one program together, a log with its parameter vector
 call costs a third of a call of its own.
 """
 
-import os
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from threading import Condition, Lock
+from threading import Condition
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from rwjax.fitting.problem import Problem
+from rwjax.fitting.threads import THREADS, pool_of_threads
 from rwjax.simulation.shooting import free_runs
 
-LANES = 16
+BATCH = 16
 """Free runs in one call."""
-THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-class _OneThread:
-    """Keeps the matrix products of numpy and scipy on one thread, in the whole process, while any thread is within: theirs
-    would wait for the next product busily, on the cores that the runs need."""
-
-    def __init__(self) -> None:
-        self.within, self.limit = 0, None
-        self.lock = Lock()
-
-    def __enter__(self) -> None:
-        with self.lock:
-            self.within += 1
-            if self.limit is None:
-                self.limit = ThreadpoolController().limit(limits=1, user_api="blas")
-
-    def __exit__(self, *error: object) -> None:
-        with self.lock:
-            self.within -= 1
-            if self.limit is not None and not self.within:
-                self.limit.restore_original_limits()
-                self.limit = None
-
-
-ONE_THREAD = _OneThread()
-
-
-@contextmanager
-def _threads() -> Iterator[ThreadPoolExecutor]:
-    """Threads that an error or Ctrl-C does not wait for."""
-    pool = ThreadPoolExecutor(THREADS)
-    try:
-        with ONE_THREAD:
-            yield pool
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
-    pool.shutdown()
 
 
 class Wanted(NamedTuple):
@@ -108,7 +66,7 @@ class _Asked:
 
 def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
     """Readings of some lanes, each a request and the number of the lane in it."""
-    full = [*part, *part[-1:] * (LANES - len(part))]  # the last one again fills the lanes
+    full = [*part, *part[-1:] * (BATCH - len(part))]  # the last one again fills the lanes
     row = [divmod(lane, len(asked.wanted.logs)) for asked, lane in full]
     theta = np.stack([asked.wanted.theta[b] for (asked, _), (b, _) in zip(full, row, strict=True)])
     log = np.array([asked.wanted.logs[k] for (asked, _), (_, k) in zip(full, row, strict=True)])
@@ -119,16 +77,10 @@ def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
     return np.asarray(y)[: len(part), : wanted.windows]
 
 
-def on_threads(function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]:
-    """What a function makes of each row of arguments, which are computed at the same time."""
-    with _threads() as pool:
-        return list(pool.map(function, *arguments))
-
-
 def together(searches: Sequence[Simulating[T]]) -> list[T]:
     """What several searches return, all carried out side by side."""
     work = _Work([*searches])
-    with _threads() as pool:
+    with pool_of_threads() as pool:
         try:
             crew = [pool.submit(work.until_done) for _ in range(THREADS)]
             for member in crew:
@@ -173,15 +125,15 @@ class _Work:
         with self.changed:
             while not self.stopped:
                 fullest = max(self.waiting, key=lambda program: len(self.waiting[program]), default=None)
-                if self.ready and (fullest is None or len(self.waiting[fullest]) < LANES):
+                if self.ready and (fullest is None or len(self.waiting[fullest]) < BATCH):
                     self.busy += 1
                     return partial(self._go_on, *self.ready.pop())
                 if fullest is not None:
                     lanes = self.waiting.pop(fullest)
-                    if lanes[LANES:]:
-                        self.waiting[fullest] = lanes[LANES:]
+                    if lanes[BATCH:]:
+                        self.waiting[fullest] = lanes[BATCH:]
                     self.busy += 1
-                    return partial(self._simulate, lanes[:LANES])
+                    return partial(self._simulate, lanes[:BATCH])
                 if not self.busy:
                     return None
                 self.changed.wait()

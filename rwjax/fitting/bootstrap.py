@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.fitting.batched_runs import on_threads
-from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import Problem
+from rwjax.fitting.threads import on_threads
 
 STRETCHES = 24
 """Stretches into which all logs together are cut: enough to draw from, each long against the residual's memory."""
@@ -20,7 +20,7 @@ STRETCHES = 24
 def _resampled(problem: Problem, rng: np.random.Generator) -> Problem:
     """The problem with every reading weighed by how often its stretch was drawn, and priors drawn."""
     lengths = np.array([log.time[-1] - log.time[0] for log in problem.logs])
-    counted = problem.told
+    counted = problem.logs_with_readings
     length = lengths[counted].sum() / STRETCHES
     parts = np.zeros(len(lengths), int)
     parts[counted] = np.maximum(np.round(lengths[counted] / length), 1)
@@ -44,7 +44,9 @@ def bootstrap(fitted: Fit, draws: int, seed: int = 0) -> np.ndarray:
     problems = [_resampled(fitted.problem, rng) for _ in range(draws)]
 
     def one(problem: Problem) -> np.ndarray:
-        again = fit(problem, fitted.coordinates, fitted.theta, start=fitted.start, most_steps=15, tolerance=1e-5)
+        again = least_squares(
+            problem, fitted.coordinates, fitted.theta, start=fitted.start, most_steps=15, tolerance=1e-5
+        )
         return again.theta[fitted.coordinates.index]
 
     return np.array(on_threads(one, problems))

@@ -27,7 +27,7 @@ class Coordinates:
         kept = self.index != number
         return Coordinates(self.index[kept], self.logarithmic[kept], self.size[kept], self.bounds[kept], self.small)
 
-    def inward(self, theta: np.ndarray) -> np.ndarray:
+    def clip(self, theta: np.ndarray) -> np.ndarray:
         """`theta` with its free numbers moved into their bounds."""
         out = theta.copy()
         out[self.index] = np.clip(out[self.index], *self.bounds.T)

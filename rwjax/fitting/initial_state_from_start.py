@@ -4,9 +4,11 @@ choose it bends it to hide what is missing, and then fails by the rule on which 
 import numpy as np
 
 from rwjax.fitting.coordinates import Coordinates
-from rwjax.fitting.initial_state import start_covariance
-from rwjax.fitting.multiple_shooting import Fit, by_start, fit, start_normal, start_response
+from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
+from rwjax.fitting.initial_state import initial_state_covariance
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import Problem
+from rwjax.fitting.sensitivities import residual_jacobian
 
 COMPLETE = 4.0
 """Mean square in floors up to which a model counts as complete and first states stay free: time stamps that are off by
@@ -17,25 +19,25 @@ UNLUCKY = 10.8
 """Square of a start's error, in its variances, that a complete model may have: chance exceeds it once in a thousand."""
 
 
-def complete(begun: Fit) -> bool:
+def is_complete(begun: Fit) -> bool:
     """Whether a fit with free first states reaches the noise, and by the start rule the floor.
 
     The start rule's first states and their floor are those that the sensitivities at the optimum give: near it the
     model is as good as linear in them, and nothing has to be simulated again.
     """
     problem, e = begun.problem, begun.evaluation
-    if 2.0 * (begun.cost - problem.against_prior(begun.theta)[0]) > COMPLETE * problem.batch.readings:
+    if 2.0 * (begun.cost - problem.prior_cost(begun.theta)[0]) > COMPLETE * problem.batch.readings:
         return False
-    rule = problem.by_rule
+    rule = problem.from_start
     n, nothing = problem.start.shape[1], np.zeros(0, int)
     p = len(e.local) - n
     square, limit = np.zeros((2, len(problem.structure.outputs)))
-    for log in map(int, problem.told):
+    for log in map(int, problem.logs_with_readings):
         s = np.flatnonzero(problem.start_free[log])
-        change = start_response(*start_normal(rule, e, log), nothing, p + s, 0.0)[1]
-        through = by_start(e, log)[..., p:]
+        change = initial_state_response(*initial_state_normal(rule, e, log), nothing, p + s, 0.0)[1]
+        through = residual_jacobian(e, log)[..., p:]
         seen = problem.batch.weight[log] > 0.0
-        scatter = np.einsum("wqya,ab,wqyb->wqy", through, start_covariance(problem, through, log), through)
+        scatter = np.einsum("wqya,ab,wqyb->wqy", through, initial_state_covariance(problem, through, log), through)
         square += np.sum(np.where(seen, e.residual[log] + through[..., s] @ change, 0.0) ** 2, axis=(0, 1))
         allowed = COMPLETE * problem.batch.share[log] + UNLUCKY * np.maximum(scatter, 0.0)
         limit += np.sum(np.where(seen, allowed, 0.0), axis=(0, 1))
@@ -50,7 +52,7 @@ def fit_from_start(
 ) -> Fit:
     """Best fit in which first states and numbers agree: all free where the model reaches the noise, else the start
     rule's first states at the fitted numbers."""
-    begun = fit(problem, coordinates, theta, start=start, creases=True)
-    if not problem.start_free.any() or complete(begun):
+    begun = least_squares(problem, coordinates, theta, start=start, creases=True)
+    if not problem.start_free.any() or is_complete(begun):
         return begun
-    return fit(problem.by_rule, coordinates, begun.theta, start=begun.start, creases=True)
+    return least_squares(problem.from_start, coordinates, begun.theta, start=begun.start, creases=True)

@@ -18,7 +18,7 @@ def _residual(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndar
         return ((np.asarray(y) - problem.batch.reading) * problem.batch.weight).ravel()
 
 
-def across_kinks(
+def secant_steps(
     problem: Problem,
     c: Coordinates,
     theta: np.ndarray,
@@ -53,7 +53,7 @@ def across_kinks(
         H, g = J.T @ J, J.T @ r
         k, slope = np.arange(len(c.index)), c.slope(theta)
         H[k, k] += problem.precision[c.index] * slope**2
-        g[k] += problem.against_prior(theta)[1][c.index] * slope
+        g[k] += problem.prior_cost(theta)[1][c.index] * slope
         scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
         for damping in DAMPINGS:
             M = H / scale / scale[:, None] + damping * np.eye(len(g))
@@ -63,7 +63,7 @@ def across_kinks(
             for (log, state), d in zip(entries, dz[len(c.index) :], strict=True):
                 start_new[log, state] += d
             new = 0.5 * float(np.sum(_residual(problem, theta_new, start_new) ** 2))
-            new += problem.against_prior(theta_new)[0]
+            new += problem.prior_cost(theta_new)[0]
             if new < cost:
                 theta, start, cost = theta_new, start_new, new
                 break

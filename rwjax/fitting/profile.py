@@ -10,7 +10,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 
 INSIDE = NormalDist().inv_cdf(0.975) ** 2  # of chi squared with one degree of freedom
 FARTHEST = 25
@@ -45,7 +45,7 @@ def _side(fitted: Fit, number: int, inflation: float, unit: float, bound: float)
             value = inside + float(np.clip(share, 0.1, 0.9)) * (outside - inside)
         theta = last.theta.copy()
         theta[number] = value
-        trial = fit(fitted.problem, others, theta, start=last.start, most_steps=20, tolerance=1e-6)
+        trial = least_squares(fitted.problem, others, theta, start=last.start, most_steps=20, tolerance=1e-6)
         left = max(2.0 * (trial.cost - fitted.cost) / inflation, 0.0)
         if left <= INSIDE:
             inside, left_inside, last = value, left, trial

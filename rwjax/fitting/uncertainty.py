@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.effects.library import null_of_optional
-from rwjax.fitting.multiple_shooting import Fit, by_start, start_normal, start_response
+from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.sensitivities import residual_jacobian
 from rwjax.simulation.batch import by_sample
 
 UNIDENTIFIED = 1e-8
@@ -63,8 +65,8 @@ def scores(fitted: Fit) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]
     jacobians, residuals = [], []
     for log, record in enumerate(problem.logs):
         s = np.flatnonzero(problem.start_free[log])
-        P, _ = start_response(*start_normal(problem, e, log), k, p + s, 0.0)
-        through = by_start(e, log)
+        P, _ = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)
+        through = residual_jacobian(e, log)
         through = (through[..., k] + through[..., p + s] @ P) * scale
         Gt = by_sample(problem.batch, log, through, len(record.time))
         A += np.einsum("tya,tyb->ab", Gt, Gt)

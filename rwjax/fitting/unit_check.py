@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rwjax.fitting.problem import START_S, Problem, starts_at_rest
+from rwjax.fitting.initial_guess import START_S, starts_at_rest
+from rwjax.fitting.problem import Problem
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
 from rwjax.simulation.batch import by_sample
@@ -33,8 +34,8 @@ class Question(str):
     """A note that asks whether readings are of another unit or sign."""
 
 
-def mistaken(problem: Problem, theta: np.ndarray) -> list[Question]:
-    """`asked` of a problem's logs, simulated with the rig's own numbers `theta`."""
+def check_units(problem: Problem, theta: np.ndarray) -> list[Question]:
+    """`check_readings` of a problem's logs, simulated with the rig's own numbers `theta`."""
     y = np.asarray(free_run(problem.structure, theta, problem.start, problem.batch)[0])
     names = problem.structure.outputs
     runs = []
@@ -42,10 +43,10 @@ def mistaken(problem: Problem, theta: np.ndarray) -> list[Question]:
         if problem.batch.weight[k].any():
             samples = by_sample(problem.batch, k, y[k], len(log.time))
             runs.append((log, {name: samples[:, j] for j, name in enumerate(names)}))
-    return asked(runs)
+    return check_readings(runs)
 
 
-def asked(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question]:
+def check_readings(runs: Sequence[tuple[Log, Mapping[str, np.ndarray]]]) -> list[Question]:
     """A sentence for every output that goes the other way than in a simulation with the rig file's numbers, or as many times
     as far as another unit would make it: the median over the logs that begin at rest, where the command alone sets the rig in
     motion; and one where all of them are as if the command were given in thousandths. `runs`: logs, each with the simulated

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from rwjax.fitting.fit_rig import fit_rig, to_fit
+from rwjax.fitting.fit import fit, to_fit
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.uncertainty import undetermined
@@ -18,7 +18,7 @@ from rwjax.simulation.shooting import free_run
 
 def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
     """The library's own fit: exact sensitivities, short windows first, unknown first states."""
-    result = fit_rig(rig, logs)
+    result = fit(rig, logs)
     return Identified(result.rig, result.notes)
 
 

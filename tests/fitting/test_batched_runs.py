@@ -5,7 +5,7 @@ from threading import Event
 import pytest
 from threadpoolctl import ThreadpoolController
 
-from rwjax.fitting.batched_runs import ONE_THREAD, on_threads
+from rwjax.fitting.threads import ONE_THREAD, on_threads
 
 
 def blas_threads() -> set[int]:

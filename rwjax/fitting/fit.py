@@ -9,13 +9,13 @@ from rwjax.errors import LogError, RigError
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
 from rwjax.fitting.intervals import Intervals, intervals
-from rwjax.fitting.multiple_shooting import Fit, fit, reaches_noise
+from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.predict import unit_of
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, memory, strongly_tied, uncertainty
-from rwjax.fitting.unit_check import mistaken
+from rwjax.fitting.unit_check import check_units
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -86,7 +86,7 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
-def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -> RigFit:
+def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -> RigFit:
     """End-to-end fit of the free numbers of `rig` to all `logs` that are not marked for validation.
 
     `bootstrap`: refits to resampled stretches, whose percentiles are then the intervals; 0 for none.
@@ -100,13 +100,13 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
     estimated = {*rig.free} - {*rig.per_run}
     free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])
     theta, bounds, size = (
-        problem.spread_out(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
+        problem.expand(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     tried = []
     for factor in OFF_BY:
-        begin = moves.inward(np.where(free, factor * theta, theta))
-        tried.append(fit(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
+        begin = moves.clip(np.where(free, factor * theta, theta))
+        tried.append(least_squares(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
     best = min(tried, key=lambda f: f.cost)
@@ -115,7 +115,7 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
         weighed = replace(problem, prior_weight=memory(best))
         best = fit_from_start(weighed, moves, best.theta, best.start)
     spread = uncertainty(best)
-    notes = [*mistaken(problem, theta), *spread.notes, *(remark for log in train for remark in log.remarks())]
+    notes = [*check_units(problem, theta), *spread.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
     notes += [*_misfit(best), *_against_prior(rig, best)]
@@ -134,7 +134,7 @@ def fit_rig(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 
 def _misfit(fitted: Fit) -> list[str]:
     """A sentence where the logs say that the model is wrong."""
     problem = fitted.problem
-    square = 2.0 * (fitted.cost - problem.against_prior(fitted.theta)[0]) / problem.batch.readings
+    square = 2.0 * (fitted.cost - problem.prior_cost(fitted.theta)[0]) / problem.batch.readings
     if square <= COMPLETE:
         return []
     logged = np.any(problem.batch.weight > 0.0, axis=(1, 2))
