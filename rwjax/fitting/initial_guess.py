@@ -1,4 +1,4 @@
-"""TODO."""
+"""What a log's first 0.5 s say about its initial state, before anything is simulated."""
 
 import numpy as np
 
@@ -10,14 +10,22 @@ from rwjax.plant.one_axis import Structure
 START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""
 NO_COMMAND = 1e-3
-"""Voltage that cannot be logs_with_readings from none [V]."""
-
-
+"""Voltage below which there is no command [V]."""
 SWING = 3.0
-"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves."""
+"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves [1]."""
+MOVES = 3.5
+"""Standard errors of a mean or a slope above which it differs from zero [1]."""
 
 
 def first_half_second(log: Log) -> np.ndarray:
+    """Which samples `(time,)` lie in the first `START_S` of a log.
+
+    Args:
+        log: The log.
+
+    Returns:
+        True where a sample does.
+    """
     return log.time - log.time[0] <= START_S
 
 
@@ -29,12 +37,21 @@ def _line(log: Log, name: str) -> tuple[float, float, float]:
         return (float(y[0]) if len(y) else 0.0), 0.0, np.inf
     A = np.stack([np.ones_like(t), t], axis=1)
     (value, slope), *_ = np.linalg.lstsq(A, y, rcond=None)
-    spread = max(np.std(y - A @ (value, slope)), noise_of.quantisation(log, name))
-    return float(value), float(slope), float(spread / np.sqrt(np.sum((t - t.mean()) ** 2)))
+    scatter = max(np.std(y - A @ (value, slope)), noise_of.quantisation(log, name))
+    return float(value), float(slope), float(scatter / np.sqrt(np.sum((t - t.mean()) ** 2)))
 
 
 def starts_at_rest(log: Log) -> bool:
-    """Whether input and rates are indistinguishable from zero over the first 0.5 s; a current's offset says nothing."""
+    """Whether input and rates cannot be distinguished from zero over the first 0.5 s.
+
+    A current may have an offset, and is not considered.
+
+    Args:
+        log: The log.
+
+    Returns:
+        True where the run starts at rest.
+    """
     early = first_half_second(log)
     if np.max(np.abs(log.command[early])) > NO_COMMAND:
         return False
@@ -47,19 +64,28 @@ def starts_at_rest(log: Log) -> bool:
         if is_angle(name):
             _, slope, error = _line(log, name)
             moved = float(np.ptp(y)) > 1.5 * log.resolution.get(name, 0.0)
-            if moved and abs(slope) > 3.5 * error:
+            if moved and abs(slope) > MOVES * error:
                 return False
         else:
             noise = max(noise_of.rapid(y), noise_of.quantisation(log, name))
-            spread = max(float(np.std(y)), noise) / np.sqrt(len(y))
+            error = max(float(np.std(y)), noise) / np.sqrt(len(y))
             swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
-            if swings or abs(float(np.mean(y))) > 3.5 * spread + 1e-12:
+            if swings or abs(float(np.mean(y))) > MOVES * error + 1e-12:
                 return False
     return True
 
 
 def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray, np.ndarray]:
-    """First state as the readings suggest it, and which entries stay unknown."""
+    """Initial state as the first readings suggest it, and which of its entries are unknown.
+
+    Args:
+        structure: The plant's structure, with its states `n`.
+        log: The log.
+        rest: Whether the run starts at rest: rates and currents are then known to be 0.
+
+    Returns:
+        The guess `(n,)` [rad, rad/s, A], and True where an entry has to be estimated `(n,)`.
+    """
     guess, free = dict.fromkeys(structure.states, 0.0), dict.fromkeys(structure.states, False)
     for angle, rate, angle_name, rate_name in structure.turning:
         early = first_half_second(log)

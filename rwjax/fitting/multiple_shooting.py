@@ -1,14 +1,19 @@
-"""End-to-end fit: free-run least squares over whole logs, through short windows first.
+"""Fit by multiple shooting: free-run least squares over whole logs, through short windows first.
 
-Two phases of one Gauss-Newton iteration with Levenberg-Marquardt damping. First every window starts from a state read
-off the log and only linearised continuity ties it to the next (condensed multiple shooting: a wide basin of
-attraction). Then the windows' states are those of the free run itself, so that the sum of squares is the free run's and
-falls with every accepted step. The loop runs on the host and calls two compiled programs: an optimistix solver would
-need the residual of the whole log as one function, whose Jacobian by plain forward mode costs the time of a sequential
-run for every number (see docs/design.md for the measurement).
+One Gauss-Newton iteration with Levenberg-Marquardt damping, in two phases:
+
+1. Every window starts from a state read off the log, and linearised continuity ties it to the next one (condensed
+   multiple shooting; Bock and Plitt, 1984). The basin of attraction is wide.
+2. The windows' states are those of the free run. The sum of squares is then that of the free run, and falls with every
+   accepted step.
+
+The loop runs on the host and calls two compiled programs. An optimistix solver would need the residual of the whole log
+as one function, whose Jacobian by plain forward mode costs the time of a sequential run for every number (see
+docs/design.md for the measurement).
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,19 +26,28 @@ from rwjax.fitting.sensitivities import run_costs, sensitivities
 from rwjax.simulation.shooting import Evaluation
 
 WINDOW_STEPS = 8
-LIGHT = 1e-9
-"""Damping below which a fit with a prior may end: a prior is light against readings, and heavy damping hides it."""
+"""Steps at most of the first phase."""
+DAMPING_TO_END = 1e-2
+"""Damping below which a fit may end where a step gains little [1]."""
+DAMPING_TO_END_WITH_PRIOR = 1e-9
+"""The same for a fit with a prior: a prior weighs little against the readings, and heavy damping hides it [1]."""
 MISFIT = 1.5
-"""Mean square in units of noise above which creases of the sum of squares may have stopped a fit early."""
+"""Mean square in units of noise above which a nonsmooth sum of squares may have stopped a fit early [1]."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of a fit. `theta` all numbers in the order of `problem.names`, `start` first state of each log.
+    """Result of a fit.
 
-    `cost`: half the sum of squared residuals in units of noise. `evaluation`: sensitivities at the optimum, windows
-    started from the free run (numpy arrays). `converged`: False where the step limit came first or no
-    step could be solved for.
+    Attributes:
+        problem: Logs and structure.
+        coordinates: The free numbers.
+        theta: All numbers `(t,)` [SI], in the order of `problem.names`.
+        start: Initial state of each log `(l, n)` [SI].
+        cost: Half the sum of squared residuals in units of noise, and the prior's share [1].
+        evaluation: Derivatives at the optimum, windows started from the free run (numpy arrays).
+        converged: False where the step limit came first or no step could be solved for.
+        steps: How many steps were taken [1].
     """
 
     problem: Problem
@@ -51,48 +65,59 @@ class Fit:
         return tuple(self.problem.names[k] for k in self.coordinates.index)
 
     def numbers(self) -> dict[str, float]:
-        """All numbers by name."""
+        """All numbers by name.
+
+        Returns:
+            Values [SI].
+        """
         return dict(zip(self.problem.names, (float(v) for v in self.theta), strict=True))
 
 
-def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[float, np.ndarray]:
-    """Half the sum of squares of all free runs and of the prior, and the states at the windows' starts."""
+class _Run(NamedTuple):
+    """A free run of all logs: numbers, initial states, cost with the prior's share, states at the windows' starts."""
+
+    theta: np.ndarray
+    start: np.ndarray
+    cost: float
+    nodes: np.ndarray
+
+
+def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> _Run:
+    """Free run, initial states from the first 0.5 s where the problem says so; `start` is where their search begins."""
+    if problem.initial_state_from_start.any():
+        from_start = problem.initial_state_from_start[:, None]
+        alone = replace(problem, start_free=problem.start_free & from_start)
+        start = np.where(from_start, initial_states_by_sensitivities(alone, theta, start), start)
     cost, nodes = run_costs(problem, theta, start)
-    return float(np.sum(cost)) + problem.prior_cost(theta)[0], nodes
+    return _Run(theta, start, float(np.sum(cost)) + problem.prior_cost(theta)[0], nodes)
 
 
 def reaches_noise(cost: float, theta: np.ndarray, problem: Problem) -> bool:
-    """Whether a cost, the prior's share left out, is so low that creases of the sum of squares, or a bad start, cannot
-    have stopped the fit early."""
+    """Whether a cost is so low that neither a nonsmooth sum of squares nor a bad start has stopped the fit early.
+
+    Args:
+        cost: Half the sum of squared residuals and the prior's share, which does not count here [1].
+        theta: Parameter vector `(t,)` [SI].
+        problem: Logs and structure.
+
+    Returns:
+        True where the mean square is at most `MISFIT`.
+    """
     return 2.0 * (cost - problem.prior_cost(theta)[0]) <= MISFIT * problem.batch.readings
 
 
 def _sticks(problem: Problem, theta: np.ndarray) -> bool:
-    """Whether any dry friction acts: without it the sum of squares has no creases."""
+    """Whether any dry friction acts: without it the sum of squares is smooth."""
     dry = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
     return any(
         name.partition(" ")[0].endswith(dry) and value > 0.0 for name, value in zip(problem.names, theta, strict=True)
     )
 
 
-def _project(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """First states with those of logs whose first state follows from their start set by the start rule."""
-    if not problem.initial_state_from_start.any():
-        return start
-    initial_state_from_start = replace(
-        problem, start_free=problem.start_free & problem.initial_state_from_start[:, None]
-    )
-    return np.where(
-        problem.initial_state_from_start[:, None],
-        initial_states_by_sensitivities(initial_state_from_start, theta, start),
-        start,
-    )
-
-
 def _through_windows(
     problem: Problem, c: Coordinates, theta: np.ndarray, nodes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """First phase: a few steps from states read off the log. Returns numbers and first states."""
+    """First phase: a few steps from states read off the log, to numbers and initial states."""
     damping = 1e-3
     for _ in range(WINDOW_STEPS):
         e = sensitivities(problem, theta, c.index, nodes)
@@ -114,6 +139,18 @@ def _through_windows(
     return theta, nodes[:, 0]
 
 
+def _better_through_windows(problem: Problem, c: Coordinates, here: _Run, nodes: np.ndarray) -> _Run:
+    """The run that the first phase leads to, or the given one where that leaves less."""
+    nodes = nodes.copy()
+    nodes[:, 0] = np.where(problem.start_free, nodes[:, 0], here.start)
+    with np.errstate(all="ignore"):
+        theta, start = _through_windows(problem, c, here.theta, nodes)
+    if np.all(np.isfinite(theta)) and np.all(np.isfinite(start)):
+        found = _run(problem, theta, start)
+        return found if found.cost < here.cost else here
+    return here
+
+
 def least_squares(
     problem: Problem,
     coordinates: Coordinates,
@@ -124,46 +161,46 @@ def least_squares(
     damping: float = 1e-3,
     most_steps: int = 60,
     tolerance: float = 1e-7,
-    creases: bool = False,
 ) -> Fit:
-    """Least squares of the free run over the free numbers and the logs' first states, those of logs whose first state follows from their start by the
-    start rule at every step.
+    """Least squares of the free run over the free numbers and the logs' initial states.
 
-    With `nodes` (l, w, n) given, the short windows come first and the better of both starts is kept. With `creases`, a
-    fit that ends well above the noise goes on by steps across the creases of stick and slip.
+    Initial states that the problem takes from the first 0.5 s are estimated anew at every step.
+
+    Args:
+        problem: Logs and structure.
+        coordinates: The free numbers.
+        theta: Parameter vector `(t,)` [SI] where the fit begins.
+        start: Initial states `(l, n)` [SI] where the fit begins; the problem's own without it.
+        nodes: States at the windows' starts `(l, w, n)` [SI]. With them the short windows come first, and the fit goes
+            on from the better of both runs.
+        damping: Levenberg-Marquardt damping of the first step [1].
+        most_steps: Steps at most [1].
+        tolerance: Share of the cost below which a step's gain ends the fit [1].
+
+    Returns:
+        The fit.
     """
-    theta = coordinates.clip(theta)
-    start = _project(problem, theta, problem.start if start is None else start)
-    cost, states = _run(problem, theta, start)
+    here = _run(problem, coordinates.clip(theta), problem.start if start is None else start)
     if nodes is not None:
-        nodes = nodes.copy()
-        nodes[:, 0] = np.where(problem.start_free, nodes[:, 0], start)
-        with np.errstate(all="ignore"):
-            theta_w, start_w = _through_windows(problem, coordinates, theta, nodes)
-        if np.all(np.isfinite(theta_w)) and np.all(np.isfinite(start_w)):
-            start_w = _project(problem, theta_w, start_w)
-            cost_w, states_w = _run(problem, theta_w, start_w)
-            if cost_w < cost:
-                theta, start, cost, states = theta_w, start_w, cost_w, states_w
-    e = sensitivities(problem, theta, coordinates.index, states)
+        here = _better_through_windows(problem, coordinates, here, nodes)
+    damping_to_end = DAMPING_TO_END_WITH_PRIOR if problem.precision.any() else DAMPING_TO_END
+    e = sensitivities(problem, here.theta, coordinates.index, here.nodes)
     converged, taken = most_steps == 0, 0
     while taken < most_steps:
         taken += 1
-        solved = gauss_newton_step(problem, e, coordinates, theta, damping)
-        if solved is None or not np.isfinite(cost):
+        step = gauss_newton_step(problem, e, coordinates, here.theta, damping)
+        if step is None or not np.isfinite(here.cost):
             break
-        dz, dx = solved
+        dz, dx = step
         share = coordinates.shorten(dz)
-        theta_new = coordinates.move(theta, share * dz)
-        start_new = _project(problem, theta_new, start + share * dx)
-        cost_new, states_new = _run(problem, theta_new, start_new)
-        gain = cost - cost_new
+        trial = _run(problem, coordinates.move(here.theta, share * dz), here.start + share * dx)
+        gain = here.cost - trial.cost
         if gain >= 0.0:
-            theta, start, cost, states = theta_new, start_new, cost_new, states_new
-            small = gain <= tolerance * max(cost, 1.0)
+            here = trial
+            small = gain <= tolerance * max(here.cost, 1.0)
             damping = max(damping * (0.1 if share == 1.0 else 1.0), 1e-10)
-            e = sensitivities(problem, theta, coordinates.index, states)
-            if small and damping < (LIGHT if problem.precision.any() else 1e-2):
+            e = sensitivities(problem, here.theta, coordinates.index, here.nodes)
+            if small and damping < damping_to_end:
                 converged = True
                 break
         else:
@@ -171,17 +208,35 @@ def least_squares(
             if damping > LARGEST_DAMPING or (len(dz) and np.max(np.abs(dz)) < 1e-10):
                 converged = True
                 break
+    return Fit(problem, coordinates, here.theta, here.start, here.cost, e, converged, taken)
+
+
+def least_squares_nonsmooth(
+    problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray | None = None
+) -> Fit:
+    """`least_squares`, and secant steps after it where stick-slip may have stopped it well above the noise.
+
+    Args:
+        problem: Logs and structure.
+        coordinates: The free numbers.
+        theta: Parameter vector `(t,)` [SI] where the fit begins.
+        start: Initial states `(l, n)` [SI] where the fit begins; the problem's own without it.
+
+    Returns:
+        The better of both fits.
+    """
+    found = least_squares(problem, coordinates, theta, start=start)
+    theta, cost = found.theta, found.cost
     if (
-        creases
-        and _sticks(problem, theta)
+        _sticks(problem, theta)
         and np.isfinite(cost)
         and not reaches_noise(cost, theta, problem)
         and len(coordinates.index)
     ):
         wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
         free = problem.start_free & ~problem.initial_state_from_start[:, None]
-        theta_k, start_k, _ = secant_steps(problem, wide, theta, start, free, cost)
-        rest = least_squares(problem, coordinates, theta_k, start=start_k)
+        theta, start, _ = secant_steps(problem, wide, theta, found.start, free, cost)
+        rest = least_squares(problem, coordinates, theta, start=start)
         if rest.cost < cost:
-            return replace(rest, steps=rest.steps + taken)
-    return Fit(problem, coordinates, theta, start, cost, e, converged, taken)
+            return replace(rest, steps=rest.steps + found.steps)
+    return found

@@ -1,4 +1,4 @@
-"""TODO."""
+"""Free runs of a problem with their cost, and the derivatives of its residual."""
 
 import numpy as np
 
@@ -13,29 +13,18 @@ LONG = 4000
 """Steps of a log from which a call of its own costs less than it saves."""
 
 
-def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
-    """`evaluate` with its columns by the numbers first, zeros up to a multiple of `COLUMNS`, the states last.
-
-    Of several long logs each has a call and a thread of its own; those without readings in the residual are left at 0.
-    """
-    padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
-    padded[: len(numbers)] = numbers
-
-    def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
-        return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch)))
-
-    batch, told = problem.batch, problem.logs_with_readings.tolist()
-    if len(nodes) == 1 or not told or batch.windows * len(batch.step_index) < LONG:
-        return of(nodes, batch)
-    found = dict(zip(told, on_threads(lambda log: of(nodes[log : log + 1], batch.of(log)), told), strict=True))
-    nothing = Evaluation(*(np.zeros_like(a) for a in found[told[0]]))
-    every = [found.get(log, nothing) for log in range(len(nodes))]
-    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}  # of logs
-    return Evaluation(*(np.concatenate([getattr(e, name) for e in every], axis[name]) for name in axis))
-
-
 def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Half the sum of squares of each log's free run `(l,)`, and the states at the windows' starts."""
+    """Cost of each log's free run, without the prior, and the states at its windows' starts.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        start: Initial states `(l, n)` [SI].
+
+    Returns:
+        Half the sum of squared residuals `(l,)` [1], infinite where a run leaves the range of numbers, and states
+        `(l, w, n)` [SI].
+    """
     y, nodes = free_run(problem.structure, theta, start, problem.batch)
     with np.errstate(over="ignore", invalid="ignore"):
         residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
@@ -43,13 +32,50 @@ def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[n
     return np.where(np.isfinite(cost), cost, np.inf), np.asarray(nodes)
 
 
-def residual_jacobian(e: Evaluation, log: int) -> np.ndarray:
-    """Derivative of a log's residual by (numbers, first state) through the whole run `(w, q, y, k+n)`."""
-    windows, n = e.residual.shape[1], e.chain.shape[2]
-    return chained(e.local[:, log], e.chain[log], windows, len(e.local) - n)
+def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
+    """`evaluate` of a problem's logs, as numpy arrays.
+
+    Its columns are the derivatives by the numbers, zeros up to a multiple of `COLUMNS`, and the derivatives by the
+    states. Several long logs run at the same time, each in a call of its own; logs without readings are left at 0.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        numbers: Entries of `theta` to differentiate by `(k,)`.
+        nodes: States at the windows' starts `(l, w, n)` [SI].
+
+    Returns:
+        Residuals in units of noise [1] and their derivatives [1/SI].
+    """
+    padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
+    padded[: len(numbers)] = numbers
+
+    def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
+        return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch)))
+
+    batch, counted = problem.batch, problem.logs_with_readings.tolist()
+    if len(nodes) == 1 or not counted or batch.windows * len(batch.step_index) < LONG:
+        return of(nodes, batch)
+    found = dict(zip(counted, on_threads(lambda log: of(nodes[log : log + 1], batch.of(log)), counted), strict=True))
+    nothing = Evaluation(*(np.zeros_like(a) for a in found[counted[0]]))
+    every = [found.get(log, nothing) for log in range(len(nodes))]
+    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}  # of logs
+    return Evaluation(*(np.concatenate([getattr(e, name) for e in every], axis[name]) for name in axis))
 
 
-def chained(local: np.ndarray, chain: np.ndarray, windows: int, p: int) -> np.ndarray:
+def residual_jacobian(e: Evaluation, log: int, windows: int | None = None) -> np.ndarray:
+    """Derivative of a log's residual by the numbers and its initial state, through the whole run.
+
+    Args:
+        e: Derivatives window by window.
+        log: Number of the log.
+        windows: How many windows, from the first one on; all without it [1].
+
+    Returns:
+        Derivative `(w, q, y, k+n)` [1/SI].
+    """
+    windows, p = e.residual.shape[1] if windows is None else windows, len(e.local) - e.chain.shape[2]
+    local, chain = e.local[:, log], e.chain[log]
     through = np.einsum("nwqy,wnc->wqyc", local[p:, :windows], chain[:windows])
     through[..., :p] += np.moveaxis(local[:p, :windows], 0, -1)
     return through
