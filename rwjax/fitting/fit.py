@@ -1,80 +1,48 @@
 """Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from rwjax.errors import LogError, RigError
-from rwjax.fitting.coordinates import coordinates
+from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
-from rwjax.fitting.intervals import Intervals, intervals
+from rwjax.fitting.intervals import intervals
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.predict import unit_of
-from rwjax.fitting.problem import pose
+from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
-from rwjax.fitting.uncertainty import Uncertainty, memory, strongly_tied, uncertainty
+from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.fitting.unit_check import check_units
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.rig.model import Rig
 
 OFF_BY = (1.0, 0.5, 2.0)
-"""Factors on all free numbers from which a fit is started, until one of them reaches the noise."""
-
+"""Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
+FIRST_STEPS = 10
+"""Steps from each of these starts."""
 FAR_FROM_PRIOR = 4.0
-"""Standard deviations of a prior beyond which the distance from it is said."""
-
-
-@dataclass(frozen=True)
-class RigFit:
-    """Fitted rig with what the optimum says. `rms`: free-run RMS of every output over the fitted logs [SI]. A number that
-    every run has of its own stands in `rig` as the mean over the runs, with the standard error of that mean. `interval`:
-    95 % of each estimated number [SI], by the sandwich's standard error; by the profile where a bound is near or the logs
-    say little; by the bootstrap where one was made.
-    """
-
-    rig: Rig
-    fit: Fit
-    uncertainty: Uncertainty
-    interval: Intervals
-    rms: dict[str, float]
-    notes: tuple[str, ...]
-    """What a user should know, one sentence each."""
-
-    def of_runs(self) -> list[str]:
-        """One line for each number that a run has of its own."""
-        value = self.fit.numbers()
-        ends = {name: self.interval[name] for name in self.fit.free if name not in self.rig.free}
-        return [f"{name} = {value[name]:.6g} (95 %: {low:.6g} to {high:.6g})" for name, (low, high) in ends.items()]
-
-    def json(self) -> dict:
-        """Plain objects for `rwjax fit --json`."""
-        value, errors = self.fit.numbers() | self.rig.values, self.uncertainty.standard_error | self.rig.standard_error
-        names = dict.fromkeys((*self.rig.free, *self.uncertainty.names))
-        return {
-            "schema": "rwjax.fit/1",
-            "rig": self.rig.name,
-            "numbers": {
-                name: {"value": value[name], "standard_error": _finite(errors.get(name, np.inf))} for name in names
-            },
-            "interval95": {name: [_finite(end) for end in ends] for name, ends in self.interval.items()},
-            "covariance_of": list(self.uncertainty.names),
-            "covariance": [[_finite(v) for v in row] for row in self.uncertainty.covariance],
-            "rms": self.rms,
-            "noise": self.fit.problem.noise,
-            "converged": self.fit.converged,
-            "notes": list(self.notes),
-        }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+"""Standard deviations of a prior beyond which a note says how far a number lies from it [1]."""
 
 
 def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
-    """The logs that may be fitted. Raises `RigError` where nothing is free and `LogError` where no log is left."""
+    """The logs that may be fitted: those not marked for validation.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: All logs.
+
+    Returns:
+        The logs to fit.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log is left.
+    """
     if not rig.free:
         inertia = next(name for name in rig.values if name.endswith(".inertia"))
         raise RigError(
@@ -87,11 +55,20 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
 
 
 def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -> RigFit:
-    """End-to-end fit of the free numbers of `rig` to all `logs` that are not marked for validation.
+    """Fit of a rig's free numbers to logs by free-run least squares over whole runs.
 
-    `bootstrap`: refits to resampled stretches, whose percentiles are then the intervals; 0 for none.
+    Args:
+        rig: The rig with its free numbers, bounds and priors.
+        logs: The logs; those marked for validation are left out.
+        bootstrap: Refits to resampled stretches, whose percentiles are then the intervals; 0 for none [1].
+        refine: Parts into which each time step is divided [1].
 
-    Raises `RigError` where nothing is free and `LogError` where no log may be fitted.
+    Returns:
+        The fitted rig with standard errors, intervals, RMS errors and notes.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log may be fitted.
     """
     train = to_fit(rig, logs)
     structure = structure_of(rig)
@@ -103,32 +80,47 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -
         problem.expand(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
+    best = _best_fit(problem, moves, theta, free, prior=bool(rig.prior))
+    found = uncertainty(best)
+    notes = [*check_units(problem, theta), *found.notes, *(remark for log in train for remark in log.remarks())]
+    notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
+    notes += [] if best.converged else ["the fit did not settle within its step limit"]
+    notes += [*_misfit(best), *_far_from_prior(rig, best)]
+    interval, of_intervals = intervals(best, found, bootstrap)
+    fitted = _estimated_rig(rig, best, found)
+    return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
+
+
+def _best_fit(problem: Problem, moves: Coordinates, theta: np.ndarray, free: np.ndarray, *, prior: bool) -> Fit:
+    """The fit carried to its end from the best of several starts, priors weighted by the readings' correlation."""
     tried = []
     for factor in OFF_BY:
         begin = moves.clip(np.where(free, factor * theta, theta))
-        tried.append(least_squares(problem, moves, begin, nodes=measured_nodes(problem, begin), most_steps=10))
+        nodes = measured_nodes(problem, begin)
+        tried.append(least_squares(problem, moves, begin, nodes=nodes, most_steps=FIRST_STEPS))
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
     best = min(tried, key=lambda f: f.cost)
     best = fit_from_start(problem, moves, best.theta, best.start)
-    if rig.prior:
-        weighed = replace(problem, prior_weight=memory(best))
-        best = fit_from_start(weighed, moves, best.theta, best.start)
-    spread = uncertainty(best)
-    notes = [*check_units(problem, theta), *spread.notes, *(remark for log in train for remark in log.remarks())]
-    notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(spread)]
-    notes += [] if best.converged else ["the fit did not settle within its step limit"]
-    notes += [*_misfit(best), *_against_prior(rig, best)]
-    values = best.theta[: len(shared)].copy()
-    known = {name: e for name, e in spread.standard_error.items() if np.isfinite(e) and name in rig.free}
+    if prior:
+        weighted = replace(problem, prior_weight=readings_per_independent_one(best))
+        best = fit_from_start(weighted, moves, best.theta, best.start)
+    return best
+
+
+def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
+    """The rig with estimates and standard errors, of numbers of every run the mean over the runs."""
+    problem, structure = fitted.problem, fitted.problem.structure
+    count = len(structure.names)
+    values = fitted.theta[:count].copy()
+    known = {name: e for name, e in errors.standard_error.items() if np.isfinite(e) and name in rig.free}
     for k, name in enumerate(rig.per_run):
-        own = np.arange(len(shared) + k, len(problem.names), len(rig.per_run))
-        values[structure.names.index(name)], error = _mean(best.theta[own], spread.of([problem.names[j] for j in own]))
+        own = np.arange(count + k, len(problem.names), len(rig.per_run))
+        mean, error = _mean(fitted.theta[own], errors.of([problem.names[j] for j in own]))
+        values[structure.names.index(name)] = mean
         if np.isfinite(error):
             known[name] = error
-    interval, said = intervals(best, spread, bootstrap)
-    notes += said
-    return RigFit(rig_with(rig, structure, values, known), best, spread, interval, _rms(best), tuple(notes))
+    return rig_with(rig, structure, values, known)
 
 
 def _misfit(fitted: Fit) -> list[str]:
@@ -148,10 +140,10 @@ def _misfit(fitted: Fit) -> list[str]:
     ]
 
 
-def _against_prior(rig: Rig, fitted: Fit) -> list[str]:
+def _far_from_prior(rig: Rig, fitted: Fit) -> list[str]:
     """A sentence for every number that ends far from what is known of it besides the logs."""
     value = fitted.numbers()
-    away = {name: (value[name] - mean) / spread for name, (mean, spread) in rig.prior.items() if name in fitted.free}
+    away = {name: (value[name] - mean) / sd for name, (mean, sd) in rig.prior.items() if name in fitted.free}
     return [
         f"{name} ends {abs(z):.3g} standard deviations from its prior"
         for name, z in away.items()
@@ -170,7 +162,7 @@ def _mean(own: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
 
 
 def _rms(fitted: Fit, log: int | slice = slice(None)) -> dict[str, float]:
-    """Of every output over a log, or over all."""
+    """RMS error [SI] of every output over a log, or over all."""
     problem = fitted.problem
     found = {}
     for y, name in enumerate(problem.structure.outputs):

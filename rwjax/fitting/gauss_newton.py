@@ -73,9 +73,7 @@ class _Reduced(NamedTuple):
     responses: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
-def _reduced(
-    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
-) -> _Reduced:
+def _reduced(problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float) -> _Reduced:
     """The damped normal equations at a point."""
     k = np.arange(len(coordinates.index))
     scale = coordinates.slope(theta)

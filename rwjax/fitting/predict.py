@@ -8,22 +8,45 @@ from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
+UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
 
-def predict(rig: Rig, log: Log) -> dict[str, np.ndarray]:
-    """Columns of `rwjax predict`: `time_s` and the free run of each measured output in SI at the log's times.
 
-    A log without outputs starts at rest at 0 and gets every output that the kind of rig has.
+class FreeRun(dict[str, np.ndarray]):
+    """Columns of a free run `(time,)` [SI] by name: `time_s`, and the predicted outputs. Prints as a summary."""
+
+    def __str__(self) -> str:
+        time, outputs = self["time_s"], [name for name in self if name != "time_s"]
+        lines = [f"free run of {len(time)} samples over {time[-1] - time[0]:.4g} s"]
+        lines += [f"  {name} from {self[name].min():.4g} to {self[name].max():.4g} {unit_of(name)}" for name in outputs]
+        return "\n".join(lines)
+
+
+def predict(rig: Rig, log: Log) -> FreeRun:
+    """Free run of a rig under a log's command, from the initial state of the log's first 0.5 s.
+
+    A log without outputs starts at rest at 0, and gets every output that the kind of rig has.
+
+    Args:
+        rig: The rig.
+        log: The log.
+
+    Returns:
+        `time_s` [s] and each measured output `(time,)` [SI], at the log's times.
     """
     structure = structure_of(rig)
     problem = pose(structure, (log,))
     outputs = predict_logs(problem, theta_of(rig, structure), with_floor=False)[0].outputs
     wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
-    return {"time_s": log.time, **{name: outputs[name] for name in wanted}}
-
-
-UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
+    return FreeRun({"time_s": log.time, **{name: outputs[name] for name in wanted}})
 
 
 def unit_of(output: str) -> str:
-    """The SI unit of an output, from the end of its name."""
+    """The SI unit of an output.
+
+    Args:
+        output: Its name, which ends with the unit.
+
+    Returns:
+        The unit as it is written.
+    """
     return next(unit for end, unit in UNITS.items() if output.endswith(end))

@@ -1,9 +1,9 @@
-"""Free run of a model against logs: the start rule, the prediction, its floor and the gap.
+"""Free runs of a problem from the initial states of the first 0.5 s, and the floor that a perfect model would leave.
 
-The start is least squares of the model's own initial states over the first 0.5 s; nothing after it is looked at. A run
-that begins with input and rates indistinguishable from zero starts at rest. The floor is what a perfect model would
-still leave: noise and quantisation of the readings, the start's uncertainty carried through the model, and the scatter
-of runs that repeat one command.
+The model's own initial states are estimated by least squares over the first 0.5 s; nothing after it is considered. A run
+that begins with input and rates indistinguishable from zero starts at rest. The floor has three parts: noise and
+quantisation of the readings, the uncertainty of the initial state carried through the model, and the scatter of runs
+that repeat one command.
 """
 
 from collections.abc import Sequence
@@ -17,14 +17,19 @@ from rwjax.fitting.initial_state import initial_state_covariance
 from rwjax.fitting.initial_state_by_secants import initial_states_by_secants, moved_starts
 from rwjax.fitting.problem import Problem
 from rwjax.kinds import is_angle
+from rwjax.logs.log import Log
 from rwjax.simulation.batch import by_sample
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Free run of the log numbered `log`. `outputs`: predicted readings in SI at the log's times, by name, all that the kind has.
+    """Free run of one log.
 
-    `floor`: standard deviation of what a perfect model would still leave, for each logged output, `(time,)`.
+    Attributes:
+        log: Number of the log.
+        outputs: Predicted readings `(time,)` [SI] at the log's times, by name, all that the kind of rig has.
+        start: Initial state `(n,)` [SI].
+        floor: Standard deviation of what a perfect model would still leave `(time,)` [SI], for each logged output.
     """
 
     log: int
@@ -34,38 +39,66 @@ class Prediction:
 
 
 def predict_logs(problem: Problem, theta: np.ndarray, *, with_floor: bool = True) -> list[Prediction]:
-    """Free runs of all logs of a problem from the start rule, with the floor if wanted."""
+    """Free runs of all logs of a problem.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        with_floor: Whether to compute the floor.
+
+    Returns:
+        One prediction for each log.
+    """
     return together([predicted(problem, theta, range(len(problem.logs)), with_floor=with_floor)])[0]
 
 
 def predicted(
     problem: Problem, theta: np.ndarray, logs: Sequence[int], *, with_floor: bool
 ) -> Simulating[list[Prediction]]:
-    """`predict_logs` of some logs, beside other searches."""
-    start, y, by_state = yield from _from_start_rule(problem, theta, np.array(logs), with_floor)
+    """Free runs of some logs, as a search beside others.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        logs: Numbers of the logs.
+        with_floor: Whether to compute the floor.
+
+    Yields:
+        Free runs to simulate.
+
+    Returns:
+        One prediction for each of these logs.
+    """
+    start, y, by_state = yield from _runs_and_secants(problem, theta, np.array(logs), with_floor)
     names = problem.structure.outputs
     found = []
-    for k, readings, slopes in zip(logs, y, np.moveaxis(by_state, 1, 0), strict=True):
-        log = problem.logs[k]
-        samples = by_sample(problem.batch, k, readings, len(log.time))
-        floor = {}
-        if with_floor:
-            through = np.moveaxis(slopes, 0, -1) * problem.batch.weight[k][..., None]
-            P0 = initial_state_covariance(problem, through, k)
-            S = by_sample(problem.batch, k, through, len(log.time))
-            for j, name in enumerate(names):
-                if name in log.outputs:
-                    from_start = np.einsum("ta,ab,tb->t", S[:, j], P0, S[:, j])
-                    floor[name] = problem.noise[name] * np.sqrt(1.0 + np.maximum(from_start, 0.0))
+    for k, readings, secants in zip(logs, y, np.moveaxis(by_state, 1, 0), strict=True):
+        samples = by_sample(problem.batch, k, readings, len(problem.logs[k].time))
+        floor = _floor(problem, k, secants) if with_floor else {}
         found.append(Prediction(k, {name: samples[:, j] for j, name in enumerate(names)}, start[k], floor))
     return found
 
 
-def _from_start_rule(
+def _floor(problem: Problem, k: int, secants: np.ndarray) -> dict[str, np.ndarray]:
+    """Standard deviation of noise and initial state `(time,)` for each logged output of log `k`; secants `(n, w, q, y)`."""
+    log, floor = problem.logs[k], {}
+    through = np.moveaxis(secants, 0, -1) * problem.batch.weight[k][..., None]
+    covariance = initial_state_covariance(problem, through, k)
+    S = by_sample(problem.batch, k, through, len(log.time))
+    for j, name in enumerate(problem.structure.outputs):
+        if name in log.outputs:
+            from_start = np.einsum("ta,ab,tb->t", S[:, j], covariance, S[:, j])
+            floor[name] = problem.noise[name] * np.sqrt(1.0 + np.maximum(from_start, 0.0))
+    return floor
+
+
+def _runs_and_secants(
     problem: Problem, theta: np.ndarray, logs: np.ndarray, with_secants: bool
 ) -> Simulating[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """First states of all logs by the start rule; of the wanted ones readings `(l, w, q, y)` and their secants by the first
-    states `(n, l, …)`, 0 where they are not asked for or a run leaves the range of numbers."""
+    """Initial states `(l, n)` of all logs; of some logs readings `(l, w, q, y)` and secants `(n, l, w, q, y)`.
+
+    The secants are by the initial states, 0 where none are asked for or a run leaves the range of numbers.
+    """
     start = yield from initial_states_by_secants(problem, theta)
     states, width, moved = moved_starts(problem, start) if with_secants else (np.zeros(0, int), start, [])
     windows = problem.batch.windows
@@ -77,8 +110,15 @@ def _from_start_rule(
     return start, y[0], by_state
 
 
-def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:
-    """Scatter between runs of one command, all from rest: for each output, (log, variance at its times)."""
+def repeatability(logs: tuple[Log, ...]) -> dict[str, list[tuple[int, np.ndarray]]]:
+    """Scatter between runs of one command that all start at rest.
+
+    Args:
+        logs: The logs.
+
+    Returns:
+        For each output, pairs of a log's number and the variance `(time,)` [SI²] at its times.
+    """
     groups: dict[tuple, list[int]] = {}
     for k, log in enumerate(logs):
         if starts_at_rest(log):  # a run that starts moving repeats only what moved alike
@@ -99,7 +139,15 @@ def repeatability(logs: tuple) -> dict[str, list[tuple[int, np.ndarray]]]:
 
 
 def errors(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np.ndarray]]:
-    """Measured minus predicted for every prediction and logged output, NaN where a reading is missing."""
+    """Measured minus predicted.
+
+    Args:
+        problem: Logs and structure.
+        predictions: Free runs of some of its logs.
+
+    Returns:
+        For every prediction the error `(time,)` [SI] of each logged output, NaN where a reading is missing.
+    """
     return [
         {name: value - prediction.outputs[name] for name, value in problem.logs[prediction.log].outputs.items()}
         for prediction in predictions
@@ -107,7 +155,15 @@ def errors(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np
 
 
 def floor_variance(problem: Problem, predictions: list[Prediction]) -> list[dict[str, np.ndarray]]:
-    """Squared floor for every prediction and output at its times; where runs repeat, their scatter if that is larger."""
+    """Squared floor; where runs repeat, their scatter if that is larger.
+
+    Args:
+        problem: Logs and structure.
+        predictions: Free runs of some of its logs, with floor.
+
+    Returns:
+        For every prediction the variance `(time,)` [SI²] of each logged output.
+    """
     variance = {p.log: {name: f**2 for name, f in p.floor.items()} for p in predictions}
     for name, members in repeatability(problem.logs).items():
         for k, scatter in members:

@@ -7,8 +7,8 @@ from scipy.optimize import least_squares
 
 from rwjax.fitting.fit import fit, to_fit
 from rwjax.fitting.problem import pose
+from rwjax.fitting.sandwich import undetermined
 from rwjax.fitting.scales import sizes_of
-from rwjax.fitting.uncertainty import undetermined
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of

@@ -22,8 +22,8 @@ from scipy.signal import lfilter, savgol_filter
 from rwjax.errors import LogError
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.predict import predict
+from rwjax.fitting.sandwich import meat, undetermined
 from rwjax.fitting.scales import sizes_of
-from rwjax.fitting.uncertainty import meat, undetermined
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
