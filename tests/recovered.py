@@ -14,10 +14,10 @@ from rwjax.effects.parameter import parameters
 from rwjax.fitting.batched_runs import together
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.initial_state_from_start import fit_from_start
-from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import scales, sizes_of
-from rwjax.fitting.secant import descend, placed, point
+from rwjax.fitting.secant import descend, search_point, with_residual
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 
 
@@ -52,7 +52,7 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
     def moves(free: tuple[str, ...]):
         return coordinates(theta, np.array([name in free for name in names]), bounds_of(rig, structure), size)
 
-    base = fit(problem, moves(rig.free), theta)
+    base = least_squares(problem, moves(rig.free), theta)
     own = {
         name: parameters(BY_NAME[effect])[name.rpartition(".")[2]] for name in names if name.startswith(f"{effect}.")
     }
@@ -64,8 +64,8 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
         for name, p in own.items():
             if name in free:
                 start[names.index(name)] = p.begin(typical)[j % len(p.starts)]
-        found.append(point(problem.by_rule, moves(free), start, base.start))
-    found = together([descend(f, most_steps=4, tolerance=1e-4) for f in together([placed(f) for f in found])])
+        found.append(search_point(problem.from_start, moves(free), start, base.start))
+    found = together([descend(f, most_steps=4, tolerance=1e-4) for f in together([with_residual(f) for f in found])])
     found = sorted(found, key=lambda f: f.cost)[:3]
     found = together([descend(f, most_steps=25, tolerance=1e-6) for f in found])
     best = min(found, key=lambda f: f.cost)

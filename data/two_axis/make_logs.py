@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax.fitting.predict import predict_log
+from rwjax.fitting.predict import predict
 from rwjax.logs.read import read_log
 from rwjax.logs.write import write_log
 from rwjax.rig.read import read_rig
@@ -37,7 +37,7 @@ def main() -> None:
         inputs = {"time_s": t, "voltage_1_V": np.round(volts[0], 3), "voltage_2_V": np.round(volts[1], 3)}
         notes = {"role": "validate"} if name == "steps" else {}
         write_log(path, inputs, notes)
-        y = predict_log(truth, read_log(path, rig, outputs_required=False))
+        y = predict(truth, read_log(path, rig, outputs_required=False))
         read = {f"{axis}_counts": np.rint(y[f"{axis}_rad"] / COUNT).astype(int) for axis in ("yaw", "pitch")}
         for k in (1, 2):
             noisy = y[f"wheel_{k}_rad_s"] + 0.3 * rng.normal(size=len(t))

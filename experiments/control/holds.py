@@ -23,7 +23,7 @@ from rwjax.control.linear import linearised, transfer
 from rwjax.control.region import real_boundary
 from rwjax.control.robust import Spread, draw
 from rwjax.errors import InputError
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 
 FIRST_SEED = 90_000
 PLANTS = 1000
@@ -63,7 +63,7 @@ def limits(kind: str, seed: int) -> Limits:
         write_case(case, Path(folder))
         believed = read_rig(Path(folder) / "rig.toml")
         logs = read_logs(sorted(Path(folder).glob("*.csv")), believed)
-    found = fit_rig(believed, logs)
+    found = fit(believed, logs)
     names, numbers = found.uncertainty.names, found.fit.numbers()
     spread = Spread(names, np.array([numbers[name] for name in names]), found.uncertainty.covariance)
     kd = np.array([derivative_gain(believed)])

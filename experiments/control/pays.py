@@ -23,7 +23,7 @@ from rwjax.control.robust import robust_gains
 from rwjax.control.tuning import tune
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.errors import InputError
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 from rwjax.plant.from_rig import structure_of, theta_of
 
 COUNTS, TICK, TOP = 2048, 0.01, 8.0  # s, V
@@ -123,7 +123,7 @@ def case(name: str) -> list[str]:
     """Row of the table: what is missing, what was found, both controllers and what they do."""
     truth = CASES[name]
     records = logs(truth)
-    fitted = fit_rig(RIG, records).rig
+    fitted = fit(RIG, records).rig
     found = diagnose(RIG, records)
     laws = [design(fitted), design(found.corrected)]
     did = [trial(truth, law) for law in laws]

@@ -19,7 +19,7 @@ from scipy.stats import binomtest
 from experiments.blind.cases import KINDS, make_case, write_case
 from rwjax import read_logs, read_rig
 from rwjax.fitting.bootstrap import bootstrap
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 from rwjax.fitting.profile import interval
 
 FIRST_SEED = 50_000
@@ -45,7 +45,7 @@ def hits(kind: str, seed: int) -> list[Hit]:
         rig = read_rig(Path(folder) / "rig.toml")
         logs = read_logs(sorted(Path(folder).glob("*.csv")), rig)
     begin = perf_counter()
-    found = fit_rig(rig, logs)
+    found = fit(rig, logs)
     took = perf_counter() - begin
     errors, truth = found.uncertainty.standard_error, case.truth["true_numbers"]
     names = [name for name in truth if np.isfinite(errors[name])]

@@ -13,8 +13,8 @@ from experiments.realdata import dcmotor
 from rwjax import read_log, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.words import text
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.predict import errors, predict
+from rwjax.fitting.fit import fit
+from rwjax.fitting.prediction import errors, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.report.html import write_report
@@ -35,7 +35,7 @@ def mae_rpm(rig, log) -> float:
     """Mean absolute error of the free run [rpm]."""
     structure = structure_of(rig)
     problem = pose(structure, (log,))
-    error = errors(problem, predict(problem, theta_of(rig, structure), with_floor=False))[0]["wheel_rad_s"]
+    error = errors(problem, predict_logs(problem, theta_of(rig, structure), with_floor=False))[0]["wheel_rad_s"]
     return RPM * float(np.mean(np.abs(error)))
 
 
@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
     print("sets of effects fitted to the whole log          MAE [rpm]   numbers")
     for effects in SETS:
         free = (*base.free, *(f"{e}.{p}" for e, given in effects.items() for p in given))
-        found = fit_rig(replace(base, effects=effects, free=free), [log]).rig
+        found = fit(replace(base, effects=effects, free=free), [log]).rig
         numbers = ", ".join(f"{name} {found.values[name]:.4g}" for name in free[len(base.free) :])
         print(f"  {' + '.join(effects) or 'linear':46s} {mae_rpm(found, log):8.2f}   {numbers}")
     result = diagnose(base, [log])

@@ -12,12 +12,12 @@ import numpy as np
 from experiments.realdata import emps
 from rwjax import read_log, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.predict import errors, predict
+from rwjax.diagnosis.words import text
+from rwjax.fitting.fit import fit
+from rwjax.fitting.prediction import errors, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.report.html import write_report
-from rwjax.diagnosis.words import text
 
 SKIPPED = 20  # first samples, as in the benchmark's rule
 PUBLISHED = {
@@ -32,7 +32,7 @@ def rmse_mm(rig, log) -> float:
     """Free-run RMSE of the position [mm]."""
     structure = structure_of(rig)
     problem = pose(structure, (log,))
-    error = errors(problem, predict(problem, theta_of(rig, structure), with_floor=False))[0]["yaw_rad"]
+    error = errors(problem, predict_logs(problem, theta_of(rig, structure), with_floor=False))[0]["yaw_rad"]
     return 1e3 * float(np.sqrt(np.mean(error[SKIPPED:] ** 2)))
 
 
@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
         effects={"axis.bias_torque": {"T": 0.0}},
         free=(*base.free, "axis.friction.coulomb", "axis.bias_torque.T"),
     )
-    result = fit_rig(four, logs[:1])
+    result = fit(four, logs[:1])
     print("four terms fitted to DATA_EMPS alone")
     for name, value in PUBLISHED.items():
         ours, error = result.rig.values[name], result.uncertainty.standard_error[name]

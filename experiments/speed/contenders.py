@@ -14,7 +14,7 @@ from experiments.speed import c_limit, scipy_ivp, scipy_numba
 from experiments.speed.curves import one_start
 from experiments.speed.problem import BELIEVED, FREE, arrays, log, rig
 from experiments.speed.table import ratio, seconds, show, timed
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 
 ROUNDS = 11
 CASADI_ROUNDS = 5
@@ -90,7 +90,7 @@ def measure() -> list[Entry]:
     a, believed, record = arrays(log()), rig(), log()
     limit, ours, plain = (
         Entry("C, SIMD windows"),
-        Entry("rwjax, `fit_rig`"),
+        Entry("rwjax, `fit`"),
         Entry("rwjax, one start without standard errors"),
     )
     numba, smooth, casadi = (
@@ -100,7 +100,7 @@ def measure() -> list[Entry]:
     )
     ivp = Entry("scipy least_squares + solve_ivp")
     fitter = c_limit.Fitter(a)
-    spent, _ = timed(fit_rig, believed, [record])
+    spent, _ = timed(fit, believed, [record])
     ours.first = f"first call {seconds(spent)}, programs from disk"
     numba.first = f"first call {seconds(timed(scipy_numba.fit, a)[0])}, from disk"
     smooth.first = f"first call {seconds(timed(scipy_numba.fit, a, scipy_numba.smooth_residual)[0])}, from disk"
@@ -108,7 +108,7 @@ def measure() -> list[Entry]:
     shooting = Casadi(CASADI_ROUNDS)
     casadi.first = f"build {seconds(shooting.build)}"
     for k in range(ROUNDS):
-        spent, found = timed(fit_rig, believed, [record])
+        spent, found = timed(fit, believed, [record])
         ours.times.append(spent)
         ours.numbers, ours.cost = [found.rig.values[name] for name in FREE], found.fit.cost
         spent, single = timed(one_start)

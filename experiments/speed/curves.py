@@ -15,8 +15,8 @@ from experiments.speed import c_limit, scipy_numba
 from experiments.speed.problem import BELIEVED, COUNT, EFFECTS, arrays, log, posed, rig, with_effects
 from experiments.speed.table import seconds, show, timed
 from rwjax import write_log
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.fit import fit
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.rig.write import write_rig
 
@@ -31,7 +31,7 @@ REACHED = 1e-3
 def one_start(believed: np.ndarray = BELIEVED) -> Fit:
     """The library's fit from one start alone, to the last digit and without standard errors."""
     problem, moves, theta = posed(log(), believed)
-    return fit(problem, moves, theta, nodes=measured_nodes(problem, theta))
+    return least_squares(problem, moves, theta, nodes=measured_nodes(problem, theta))
 
 
 def fresh(rounds: int = 3) -> None:
@@ -62,10 +62,10 @@ def effects(rounds: int = 7) -> list[tuple[int, float]]:
     for count in range(len(EFFECTS) + 1):
         believed, truth = with_effects(count)
         record = log(truth=truth)
-        first, _ = timed(fit_rig, believed, [record])
+        first, _ = timed(fit, believed, [record])
         times = []
         for _ in range(rounds):
-            spent, found = timed(fit_rig, believed, [record])
+            spent, found = timed(fit, believed, [record])
             times.append(spent)
         numbers, readings = len(believed.free), found.fit.problem.batch.readings
         points.append((numbers, float(np.median(times))))
@@ -74,7 +74,7 @@ def effects(rounds: int = 7) -> list[tuple[int, float]]:
         rows.append(
             [f"+ {added}" if count else "none", str(numbers), seconds(points[-1][1]), seconds(first), mean_square]
         )
-    head = ["effects, one more a row", "free numbers", "`fit_rig`", "first call", "mean square in units of noise"]
+    head = ["effects, one more a row", "free numbers", "`fit`", "first call", "mean square in units of noise"]
     show("Over the number of effects", head, rows)
     return points
 
@@ -87,8 +87,8 @@ def length() -> list[tuple[float, float, float]]:
         record, believed = log(duration), rig()
         a = arrays(record)
         fitter = c_limit.Fitter(a)
-        first, _ = timed(fit_rig, believed, [record])
-        runs = [timed(fit_rig, believed, [record]) for _ in range(5 if duration <= 300.0 else 1)]
+        first, _ = timed(fit, believed, [record])
+        runs = [timed(fit, believed, [record]) for _ in range(5 if duration <= 300.0 else 1)]
         fits = [timed(fitter.fit, BELIEVED) for _ in range(5)]
         ours, limit = (float(np.median([spent for spent, _ in found])) for found in (runs, fits))
         points.append((duration, ours, limit))
@@ -108,7 +108,7 @@ def length() -> list[tuple[float, float, float]]:
             ]
         )
     rows += [_slopes("slope", points), _slopes("slope from 60 s on", [p for p in points if p[0] >= 60.0])]
-    head = ["log", "windows x steps", "`fit_rig`", "first call", "C's optimum", "C", "scipy + numba", "C's optimum"]
+    head = ["log", "windows x steps", "`fit`", "first call", "C's optimum", "C", "scipy + numba", "C's optimum"]
     show("Over the log's length", head, rows)
     return points
 
@@ -129,7 +129,7 @@ def threads() -> None:
     record = log()
 
     def one(believed: np.ndarray) -> None:
-        fit_rig(rig(believed), [record])
+        fit(rig(believed), [record])
 
     one(BELIEVED)
     alone, both = [], []
@@ -156,13 +156,13 @@ def starts() -> None:
     fitter = c_limit.Fitter(a)
     limit = np.array([fitter.fit(s).cost for s in scattered])
     numba = np.array([scipy_numba.fit(replace(a, believed=s)).cost for s in scattered])
-    ours = np.array([fit_rig(rig(s), [record]).fit.cost for s in scattered])
+    ours = np.array([fit(rig(s), [record]).fit.cost for s in scattered])
     single = np.array([one_start(s).cost for s in scattered])
     best = min(limit.min(), ours.min())
     rows = [
         [name, f"{np.sum(cost <= (1.0 + REACHED) * best)} of {STARTS}"]
         for name, cost in (
-            ("`fit_rig`", ours),
+            ("`fit`", ours),
             ("rwjax from one start", single),
             ("C", limit),
             ("scipy + numba", numba),

@@ -11,15 +11,15 @@ import sys  # noqa: E402
 def main(folder: str) -> None:
     """Reads `rig.toml` and `log.csv` of a folder and fits."""
     from rwjax import read_log, read_rig
-    from rwjax.fitting.fit_rig import fit_rig
+    from rwjax.fitting.fit import fit
 
     imported = time.perf_counter()
     rig = read_rig(f"{folder}/rig.toml")
     record = read_log(f"{folder}/log.csv", rig)
     read = time.perf_counter()
-    found = fit_rig(rig, [record])
+    found = fit(rig, [record])
     fitted = time.perf_counter()
-    fit_rig(rig, [record])
+    fit(rig, [record])
     again = time.perf_counter()
     print(
         json.dumps(

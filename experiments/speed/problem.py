@@ -129,7 +129,7 @@ class Arrays:
 
 
 def posed(record: Log, believed: np.ndarray = BELIEVED) -> tuple[Problem, Coordinates, np.ndarray]:
-    """Problem, coordinates and numbers as `fit_rig` makes them."""
+    """Problem, coordinates and numbers as `fit` makes them."""
     r = rig(believed)
     structure = structure_of(r)
     theta = theta_of(r, structure)

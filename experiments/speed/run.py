@@ -40,7 +40,7 @@ def draw(over_effects: list, over_length: list) -> None:
     left.set(xlabel="free numbers", ylabel="warm fit [ms]", title="60 s log", ylim=(0, None))
     if over_length:
         duration, ours, limit = np.array(over_length).T
-        right.loglog(duration, ours, "o-", label="rwjax, fit_rig")
+        right.loglog(duration, ours, "o-", label="rwjax, fit")
         right.loglog(duration, limit, "s-", label="C")
         right.loglog(duration, ours[-1] * duration / duration[-1], ":", color="grey", label="linear")
         right.legend(frameon=False)

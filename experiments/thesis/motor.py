@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from experiments.thesis.table import row, run, save
 from rwjax import parse_rig
-from rwjax.fitting.predict import predict_log
+from rwjax.fitting.predict import predict
 
 K, R, J = 0.0182, 0.83, 1.24e-4  # N m/A, ohm, kg m2: Table 3.1
 SLOPE = 54.39  # rad/s per volt, measured limit speed over voltage (listing A.3)
@@ -65,7 +65,7 @@ def motor(folder: Path) -> None:
     )
     t = np.arange(10001) * 0.001
     volts = np.where(t < 5.0, 8.0, 0.0)
-    free = predict_log(rig, run(t, volts))
+    free = predict(rig, run(t, volts))
     held = clipped(volts, 0.001, b, low, CLIP)
     row(
         "largest current at 8 V (listing A.3 clips at 3 A, the text does not say so) [A]",

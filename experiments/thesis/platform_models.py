@@ -12,7 +12,7 @@ import numpy as np
 from experiments.thesis.regenerate import FRICTION, GAIN
 from experiments.thesis.table import rms, row, run, save
 from rwjax import Rig, parse_rig
-from rwjax.fitting.predict import predict_log
+from rwjax.fitting.predict import predict
 
 INERTIA = 0.228  # kg m2, Table 3.2
 DAMPING = 0.09091  # 1/s, eq. 3.6
@@ -78,7 +78,7 @@ def dead_band() -> None:
     t = np.arange(2001) * 0.01
     for volts in (4.2, 4.25):
         ends = [
-            predict_log(rig, run(t, np.full_like(t, volts)))["yaw_rad"][-1]
+            predict(rig, run(t, np.full_like(t, volts)))["yaw_rad"][-1]
             for rig in (PLATFORM, MODELS["eq. 3.6 (identified)"])
         ]
         row(f"angle after 20 s at {volts} V from rest, platform and eq. 3.6 [rad]", "", f"{ends[0]:.4g}, {ends[1]:.1f}")
@@ -88,8 +88,8 @@ def dead_band() -> None:
 def responses(number: int, folder: Path) -> None:
     """Both models and the platform in one experiment, in numbers and as a figure."""
     t, volts = command(number)
-    rig = predict_log(PLATFORM, run(t, volts))
-    runs = {name: predict_log(model, run(t, volts)) for name, model in MODELS.items()}
+    rig = predict(PLATFORM, run(t, volts))
+    runs = {name: predict(model, run(t, volts)) for name, model in MODELS.items()}
     for name, model in runs.items():
         miss = [rms(model[y] - rig[y]) for y in ("yaw_rad_s", "yaw_rad")]
         row(

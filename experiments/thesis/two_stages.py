@@ -11,8 +11,9 @@ from experiments.thesis.platform_models import INERTIA, PLATFORM, platform_rig, 
 from experiments.thesis.regenerate import FRICTION, GAIN, SPEED
 from experiments.thesis.table import rms, row, run, save
 from rwjax import Log, Rig, read_log
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.predict import errors, predict, predict_log
+from rwjax.fitting.fit import fit
+from rwjax.fitting.predict import predict
+from rwjax.fitting.prediction import errors, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.methods.two_stage import POLYNOMIAL, two_stage
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -142,11 +143,11 @@ def _digits() -> None:
 def _end_to_end(log: Log, twice: Rig) -> Polynomial:
     """The friction that the library's fit finds in the coast-down, and both free runs over it."""
     believed = replace(RIG, numbers=RIG.numbers | dict.fromkeys(POLYNOMIAL, 0.0) | {POLYNOMIAL[0]: 0.1})
-    end = fit_rig(believed, [log])
+    end = fit(believed, [log])
     row("end-to-end: free run over the whole coast-down, RMS [counts]", "", f"{end.rms['yaw_rad'] / QUANTUM:.2f}")
     structure = structure_of(RIG)
     problem = pose(structure, (log,))
-    left = errors(problem, predict(problem, theta_of(twice, structure), with_floor=False))[0]["yaw_rad"]
+    left = errors(problem, predict_logs(problem, theta_of(twice, structure), with_floor=False))[0]["yaw_rad"]
     row("two-stage: the same [counts]", "", f"{rms(left) / QUANTUM:.1f}")
     return of_rig(end.rig)
 
@@ -174,7 +175,7 @@ def _figure(ours: Polynomial, whole: Polynomial) -> plt.Figure:
         ylim=(0, 2.8),
     )
     t = np.arange(4001) * 0.01
-    driven = predict_log(PLATFORM, run(t, np.where(t > 0.6, 6.7, 0.0)))
+    driven = predict(PLATFORM, run(t, np.where(t > 0.6, 6.7, 0.0)))
     axes[2].plot(t, driven["yaw_rad_s"])
     axes[2].axhline(settled(6.7)[0], color="#999999", ls=":", label=f"settles at {settled(6.7)[0]:.2f} rad/s")
     axes[2].set(xlabel="time [s]", ylabel="yaw rate ψ' [rad/s]", title="Fig. 3.11: 6.7 V from rest")

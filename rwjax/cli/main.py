@@ -97,12 +97,12 @@ def fit(
         if bootstrap:
             raise InputError("--bootstrap: the two-stage method always makes its own; leave the option out")
     else:
-        from rwjax.fitting.fit_rig import fit_rig
+        from rwjax.fitting.fit import fit
         from rwjax.rig.read import read_rig
 
         if 0 < bootstrap < FEWEST_DRAWS:
             raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
-        identify = partial(fit_rig, bootstrap=bootstrap)
+        identify = partial(fit, bootstrap=bootstrap)
 
     if output is not None:
         keep_input(output, rig, *logs)
@@ -148,8 +148,8 @@ def predict(
     import numpy as np
 
     from rwjax.errors import write_text
-    from rwjax.fitting.predict import predict_log, unit_of
-    from rwjax.fitting.unit_check import asked
+    from rwjax.fitting.predict import predict, unit_of
+    from rwjax.fitting.unit_check import check_readings
     from rwjax.logs.read import read_log
     from rwjax.rig.read import read_rig
 
@@ -157,7 +157,7 @@ def predict(
     record = read_log(log, believed, outputs_required=False)
     with _progress(quiet) as progress:
         progress("simulating")
-        columns = predict_log(believed, record)
+        columns = predict(believed, record)
     if not all(np.isfinite(v).all() for v in columns.values()):
         raise InputError(
             f"{rig}: the simulation of {log} leaves the range of numbers; check the rig's numbers and units"
@@ -180,7 +180,7 @@ def predict(
             size, unit = float(np.sqrt(np.nanmean(measured**2))), unit_of(name)
             print(f"{name}: RMS error {error:.4g} {unit} of a signal of RMS {size:.4g} {unit}")
         print(f"written to {output}")
-    for question in asked([(record, columns)]):
+    for question in check_readings([(record, columns)]):
         print(f"note: {question}", file=sys.stderr)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.fitting.batched_runs import Simulating, together
-from rwjax.fitting.predict import Prediction, errors, floor_variance, predicted
+from rwjax.fitting.prediction import Prediction, errors, floor_variance, predicted
 
 BLOCK_S = 1.0  # errors closer than this are resampled together
 RESAMPLES = 2000

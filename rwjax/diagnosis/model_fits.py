@@ -9,13 +9,14 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis, free_names, handed_on, space, structure_for
 from rwjax.diagnosis.score_screen import Candidate, Screen, Screened
 from rwjax.effects.library import included_numbers, limit_numbers, null_of_optional
-from rwjax.fitting.batched_runs import Simulating, on_threads, together
+from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.coordinates import Coordinates
-from rwjax.fitting.initial_state_from_start import COMPLETE, complete, fit_from_start
-from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start, is_complete
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import Problem, pose
-from rwjax.fitting.secant import derived, descend, placed, point
+from rwjax.fitting.secant import descend, search_point, with_derivatives, with_residual
 from rwjax.fitting.shooting_nodes import measured_nodes
+from rwjax.fitting.threads import on_threads
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled
 from rwjax.plant.from_rig import theta_of
@@ -60,9 +61,9 @@ FOLD_STEPS = 6
 
 def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float = TOLERANCE) -> Simulating[Fit]:
     """A fit after some further steps, with its derivatives."""
-    here = yield from placed(replace(begun, problem=problem))
+    here = yield from with_residual(replace(begun, problem=problem))
     found = yield from descend(here, most_steps=steps, tolerance=tolerance)
-    return (yield from derived(found))
+    return (yield from with_derivatives(found))
 
 
 def _ended(problem: Problem, begun: Fit) -> Simulating[Fit]:
@@ -81,8 +82,8 @@ def _ended(problem: Problem, begun: Fit) -> Simulating[Fit]:
 def _exactly(problem: Problem, begun: Fit, most: float) -> Fit:
     """A fit after a glance by exact derivatives, and carried to their end where the glance leaves at most so much."""
     nodes, c = measured_nodes(problem, begun.theta), begun.coordinates
-    found = fit(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
-    return found if found.cost > most else fit(problem, c, found.theta, start=found.start)
+    found = least_squares(problem, c, begun.theta, start=begun.start, nodes=nodes, most_steps=GLANCE)
+    return found if found.cost > most else least_squares(problem, c, found.theta, start=found.start)
 
 
 def promise_of(cost: float, before: float, parent: float) -> float:
@@ -145,7 +146,7 @@ class ModelFits:
         begun = self(Hypothesis())
         if not self._ruled and begun.problem.start_free.any():
             self._ruled = True
-            found = fit(begun.problem.by_rule, begun.coordinates, begun.theta, start=begun.start)
+            found = least_squares(begun.problem.from_start, begun.coordinates, begun.theta, start=begun.start)
             self._done[Hypothesis()] = found
 
     def known(self, hypothesis: Hypothesis) -> Fit:
@@ -172,7 +173,7 @@ class ModelFits:
         begin = [(start, nodes) for start in starts for nodes in (measured_nodes(problem, start), None)]
 
         def tried(start: np.ndarray, nodes: np.ndarray | None) -> Fit:
-            return fit(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
+            return least_squares(problem, coordinates, start, nodes=nodes, most_steps=FIRST_STEPS)
 
         return min(on_threads(tried, *zip(*begin, strict=True)), key=lambda f: f.cost)
 
@@ -190,7 +191,7 @@ class ModelFits:
         if structure not in self._training:
             self._training[structure] = self._posed(structure).only(self.train)
         problem = self._training[structure]
-        return problem.by_rule if self._ruled else problem
+        return problem.from_start if self._ruled else problem
 
     def problem_of(self, hypothesis: Hypothesis) -> Problem:
         """All logs with the structure of an hypothesis."""
@@ -326,7 +327,7 @@ class ModelFits:
             (e, replace(self._begin_at(e, parent, s), theta=theta)) for e, s in screened.items() for theta in s.begin
         ]
         begun: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
-        for (e, _), f in zip(places, together([placed(f) for _, f in places]), strict=True):
+        for (e, _), f in zip(places, together([with_residual(f) for _, f in places]), strict=True):
             same = any(abs(f.cost - other.cost) <= SAME * other.cost for other in begun[e])
             begun[e] += () if same else (f,)
         return screened, {e: sorted(fits, key=lambda f: f.cost) for e, fits in begun.items()}
@@ -342,7 +343,7 @@ class ModelFits:
         """An hypothesis as it stands where it was screened."""
         problem = self._of_training(structure_for(self.rig, hypothesis))
         c, _ = self._space(hypothesis)
-        return point(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
+        return search_point(problem, c, screened.theta, self._start(problem, self(parent)), screened.residual)
 
     def _keep(self, found: dict[Hypothesis, Fit]) -> None:
         """Takes down fits that are better than what is known, or that took steps where what is known did not."""
@@ -397,7 +398,7 @@ class ModelFits:
         if not self._ruled or best.cost > most:
             return
         self._of_training(best.problem.structure)
-        if complete(together([_carried_on(self._training[best.problem.structure], best, FOLD_STEPS)])[0]):
+        if is_complete(together([_carried_on(self._training[best.problem.structure], best, FOLD_STEPS)])[0]):
             self._ruled = False
             maybe = sorted((e for e in self._done if self._done[e].cost <= most), key=lambda e: self._done[e].cost)
             self._finished |= {*maybe[:MAYBE]}
@@ -417,4 +418,4 @@ class ModelFits:
         begun = self(hypothesis)
         problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
-        return _carried_on(problem.by_rule if self._ruled else problem, replace(begun, start=start), FOLD_STEPS)
+        return _carried_on(problem.from_start if self._ruled else problem, replace(begun, start=start), FOLD_STEPS)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.effects.library import BY_NAME
-from rwjax.fitting.predict import predict
+from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import Problem
 from rwjax.planning.campaign import COASTING, DESIGNS, SECONDS
 from rwjax.planning.envelope import LIMITS, Envelope
@@ -47,7 +47,7 @@ def commands(top: float) -> list[Experiment]:
 
 def shown(rival: Rival, train: Sequence[int]) -> Envelope:
     """How far the training logs have gone: their largest command, and rates, current and travel as the rival has them."""
-    runs = predict(rival.problem, rival.theta, with_floor=False)
+    runs = predict_logs(rival.problem, rival.theta, with_floor=False)
     moved = [
         {name: y - y[0] if name == "yaw_rad" else y for name, y in runs[k].outputs.items() if name in LIMITS}
         for k in train

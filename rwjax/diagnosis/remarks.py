@@ -7,7 +7,7 @@ import numpy as np
 from rwjax.effects.library import thresholds
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.uncertainty import Uncertainty
-from rwjax.fitting.unit_check import mistaken
+from rwjax.fitting.unit_check import check_units
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.log import Log
 from rwjax.logs.noise import of_readings
@@ -54,8 +54,8 @@ def remarks(
 ) -> tuple[str, ...]:
     """Remarks on the fits of the named hypothesis and of those that cannot be told apart from it; `base`: the fit without
     any; `lost`: numbers that ran away."""
-    believed = base.problem.spread_out(theta_of(rig, base.problem.structure))
-    found = [*mistaken(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
+    believed = base.problem.expand(theta_of(rig, base.problem.structure))
+    found = [*check_units(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
     known = set() if rig.kind in TWO_AXIS else thresholds(rig.kind)  # of one command
     widths = [(name.rpartition(".")[0], f.numbers()[name]) for f in fits for name in f.free if name in known]
     if widths:

@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rwjax.fitting.batched_runs import together
-from rwjax.fitting.multiple_shooting import Fit, by_start, start_normal, start_response
+from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
+from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import residuals
+from rwjax.fitting.sensitivities import residual_jacobian
 
 LARGEST = 3.0
 """Most by which what a start changes is taken to grow in proportion."""
@@ -78,8 +80,8 @@ class Screen:
         blocks = []
         for log in range(len(problem.logs)):
             s = np.flatnonzero(problem.start_free[log])
-            through = by_start(e, log)
-            P, _ = start_response(*start_normal(problem, e, log), k, p + s, 0.0)
+            through = residual_jacobian(e, log)
+            P, _ = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)
             blocks.append((through[..., k] + through[..., p + s] @ P).reshape(-1, len(k)))
         self.seen = problem.batch.weight.ravel() > 0.0
         self.columns = np.concatenate(blocks).reshape(-1, len(k))[self.seen]

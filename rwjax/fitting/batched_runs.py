@@ -1,71 +1,36 @@
-"""Free runs of many searches side by side.
+"""Free runs of many searches, simulated in batches.
 
-A search is a generator that yields what it wants to see simulated and is sent the readings. Whatever several searches wait
-for at a time goes through one program together, a log with its parameter vector and first state to a lane: a lane of a full
-call costs a third of a call of its own.
+A search is a generator: it yields a `Wanted`, which says what to simulate, and is sent the readings. All searches that
+wait at a time share batches of `BATCH` free runs, each with its own log, parameter vector and initial state. A run in a
+full batch costs a third of a call of its own.
 """
 
-import os
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from threading import Condition, Lock
+from threading import Condition
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from rwjax.fitting.problem import Problem
+from rwjax.fitting.threads import THREADS, pool_of_threads
 from rwjax.simulation.shooting import free_runs
 
-LANES = 16
+BATCH = 16
 """Free runs in one call."""
-THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-class _OneThread:
-    """Keeps the matrix products of numpy and scipy on one thread, in the whole process, while any thread is within: theirs
-    would wait for the next product busily, on the cores that the runs need."""
-
-    def __init__(self) -> None:
-        self.within, self.limit = 0, None
-        self.lock = Lock()
-
-    def __enter__(self) -> None:
-        with self.lock:
-            self.within += 1
-            if self.limit is None:
-                self.limit = ThreadpoolController().limit(limits=1, user_api="blas")
-
-    def __exit__(self, *error: object) -> None:
-        with self.lock:
-            self.within -= 1
-            if self.limit is not None and not self.within:
-                self.limit.restore_original_limits()
-                self.limit = None
-
-
-ONE_THREAD = _OneThread()
-
-
-@contextmanager
-def _threads() -> Iterator[ThreadPoolExecutor]:
-    """Threads that an error or Ctrl-C does not wait for."""
-    pool = ThreadPoolExecutor(THREADS)
-    try:
-        with ONE_THREAD:
-            yield pool
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
-    pool.shutdown()
 
 
 class Wanted(NamedTuple):
-    """Free runs of some `logs` of a problem for parameter vectors `theta` (b, t) from first states `start` (b, l, n), in their
-    first `windows`. What is sent back are readings `(b, logs, windows, q, y)`, which are the search's own to change."""
+    """Free runs that a search waits for; it is sent their readings `(b, logs, windows, q, y)`, which it may overwrite.
+
+    Attributes:
+        problem: Logs and structure.
+        theta: Parameter vectors `(b, t)`.
+        start: Initial states `(b, l, n)` of all logs of the problem.
+        logs: Numbers of the logs to simulate.
+        windows: How many windows to simulate, from the first one on.
+    """
 
     problem: Problem
     theta: np.ndarray
@@ -76,11 +41,12 @@ class Wanted(NamedTuple):
 
 T = TypeVar("T")
 Simulating = Generator[Wanted, np.ndarray, T]
+"""A search: yields what to simulate, is sent the readings, and returns its result."""
 
 
 @dataclass
-class _Asked:
-    """What search number `search` waits for; `missing` lanes of its readings `y` (lanes, w, q, y) are still to come."""
+class _Request:
+    """What the search numbered `search` waits for; `missing` runs of its readings `y` (runs, w, q, y) are still to come."""
 
     search: int
     wanted: Wanted
@@ -95,7 +61,7 @@ class _Asked:
 
     @property
     def program(self) -> tuple:
-        """Lanes of which requests go together."""
+        """Requests of the same compiled program, whose runs may share a batch."""
         batch = self.wanted.problem.batch
         return (
             self.wanted.problem.structure,
@@ -106,59 +72,69 @@ class _Asked:
         )
 
 
-def _run(part: list[tuple[_Asked, int]]) -> np.ndarray:
-    """Readings of some lanes, each a request and the number of the lane in it."""
-    full = [*part, *part[-1:] * (LANES - len(part))]  # the last one again fills the lanes
-    row = [divmod(lane, len(asked.wanted.logs)) for asked, lane in full]
-    theta = np.stack([asked.wanted.theta[b] for (asked, _), (b, _) in zip(full, row, strict=True)])
-    log = np.array([asked.wanted.logs[k] for (asked, _), (_, k) in zip(full, row, strict=True)])
-    start = np.stack([asked.wanted.start[b, k] for (asked, _), (b, _), k in zip(full, row, log, strict=True)])
-    wanted = part[0][0].wanted
+_Run = tuple[_Request, int]
+"""A request and the number of the run in it."""
+
+
+def _simulated(runs: list[_Run]) -> np.ndarray:
+    """Readings of up to `BATCH` runs."""
+    full = [*runs, *runs[-1:] * (BATCH - len(runs))]  # the last one again fills the batch
+    row = [divmod(run, len(request.wanted.logs)) for request, run in full]
+    theta = np.stack([request.wanted.theta[b] for (request, _), (b, _) in zip(full, row, strict=True)])
+    log = np.array([request.wanted.logs[k] for (request, _), (_, k) in zip(full, row, strict=True)])
+    start = np.stack([request.wanted.start[b, k] for (request, _), (b, _), k in zip(full, row, log, strict=True)])
+    wanted = runs[0][0].wanted
     batch = wanted.problem.batch.inputs_of(log)
     y = free_runs(wanted.problem.structure, theta, start, np.array(wanted.windows), batch)
-    return np.asarray(y)[: len(part), : wanted.windows]
-
-
-def on_threads(function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]:
-    """What a function makes of each row of arguments, which are computed at the same time."""
-    with _threads() as pool:
-        return list(pool.map(function, *arguments))
+    return np.asarray(y)[: len(runs), : wanted.windows]
 
 
 def together(searches: Sequence[Simulating[T]]) -> list[T]:
-    """What several searches return, all carried out side by side."""
-    work = _Work([*searches])
-    with _threads() as pool:
+    """Results of several searches, whose free runs share batches.
+
+    Args:
+        searches: Generators that have not begun.
+
+    Returns:
+        What each generator returns, in the given order.
+
+    Raises:
+        Exception: The first error of any search; the others end with it.
+    """
+    schedule = _Schedule([*searches])
+    with pool_of_threads() as pool:
         try:
-            crew = [pool.submit(work.until_done) for _ in range(THREADS)]
-            for member in crew:
-                member.result()
+            workers = [pool.submit(schedule.work) for _ in range(THREADS)]
+            for worker in workers:
+                worker.result()
         finally:
-            work.stop()
-    return [work.found[number] for number in range(len(searches))]
+            schedule.stop()
+    return [schedule.found[number] for number in range(len(searches))]
 
 
-class _Work:
-    """Searches on their way: each thread takes lanes that fill a call, else goes on with the search whose readings came last, else
-    runs the lanes that there are."""
+class _Schedule:
+    """Shares work among threads.
+
+    Each thread takes, in this order: runs that fill a batch; the search whose readings came last; the runs that wait.
+    """
 
     def __init__(self, searches: list[Simulating[Any]]) -> None:
         self.searches = searches
         self.found: dict[int, Any] = {}
         self.ready: list[tuple[int, np.ndarray | None]] = [(number, None) for number in reversed(range(len(searches)))]
-        self.waiting: dict[tuple, list[tuple[_Asked, int]]] = {}
+        self.waiting: dict[tuple, list[_Run]] = {}
         self.busy = 0
         self.stopped = False
         self.changed = Condition()
 
     def stop(self) -> None:
-        """Nothing more is begun."""
+        """No thread starts further work."""
         with self.changed:
             self.stopped = True
             self.changed.notify_all()
 
-    def until_done(self) -> None:
-        """What one thread does."""
+    def work(self) -> None:
+        """What one thread does, until nothing is left."""
         try:
             while (job := self._next()) is not None:
                 job()
@@ -173,36 +149,36 @@ class _Work:
         with self.changed:
             while not self.stopped:
                 fullest = max(self.waiting, key=lambda program: len(self.waiting[program]), default=None)
-                if self.ready and (fullest is None or len(self.waiting[fullest]) < LANES):
+                if self.ready and (fullest is None or len(self.waiting[fullest]) < BATCH):
                     self.busy += 1
-                    return partial(self._go_on, *self.ready.pop())
+                    return partial(self._resume, *self.ready.pop())
                 if fullest is not None:
-                    lanes = self.waiting.pop(fullest)
-                    if lanes[LANES:]:
-                        self.waiting[fullest] = lanes[LANES:]
+                    runs = self.waiting.pop(fullest)
+                    if runs[BATCH:]:
+                        self.waiting[fullest] = runs[BATCH:]
                     self.busy += 1
-                    return partial(self._simulate, lanes[:LANES])
+                    return partial(self._simulate, runs[:BATCH])
                 if not self.busy:
                     return None
                 self.changed.wait()
         return None
 
-    def _go_on(self, number: int, y: np.ndarray | None) -> None:
+    def _resume(self, number: int, y: np.ndarray | None) -> None:
         try:
             wanted = next(self.searches[number]) if y is None else self.searches[number].send(y)
         except StopIteration as end:
             self.found[number] = end.value
             return
-        asked = _Asked(number, wanted)
+        request = _Request(number, wanted)
         with self.changed:
-            self.waiting.setdefault(asked.program, []).extend((asked, lane) for lane in range(asked.missing))
+            self.waiting.setdefault(request.program, []).extend((request, run) for run in range(request.missing))
 
-    def _simulate(self, part: list[tuple[_Asked, int]]) -> None:
-        for (asked, lane), y in zip(part, _run(part), strict=True):
-            asked.y[lane] = y
+    def _simulate(self, runs: list[_Run]) -> None:
+        for (request, run), y in zip(runs, _simulated(runs), strict=True):
+            request.y[run] = y
         with self.changed:
-            for asked, _ in part:
-                asked.missing -= 1
-                if not asked.missing:
-                    shape = (len(asked.wanted.theta), len(asked.wanted.logs), *asked.y.shape[1:])
-                    self.ready.append((asked.search, asked.y.reshape(shape)))
+            for request, _ in runs:
+                request.missing -= 1
+                if not request.missing:
+                    shape = (len(request.wanted.theta), len(request.wanted.logs), *request.y.shape[1:])
+                    self.ready.append((request.search, request.y.reshape(shape)))

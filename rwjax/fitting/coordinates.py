@@ -5,16 +5,26 @@ from dataclasses import dataclass
 import numpy as np
 
 LARGEST_LOG_STEP = 0.7
-"""Largest change of a logarithm in one step: keeps a start that is off by a factor from overshooting."""
+"""Largest change of a logarithm in one step [1]: a start that is off by a factor must not overshoot."""
 SMALL_LOG_STEP = 0.1
-"""Below it, where there is a prior, a number moves in proportion to the step, as the linear ones do: numbers that the logs
-only determine up to a common factor then stay on the straight line along which they scale together and the prior decides."""
+"""Log step below which a number moves in proportion to the step, where there is a prior [1].
+
+Logs may determine some numbers only up to a common factor. In proportion, these stay on the straight line along which
+they scale together, and the prior decides.
+"""
 
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Free numbers `theta[index]` within `bounds` (k, 2); `size`: unit of the linear ones; `small`: log steps below it move
-    in proportion."""
+    """The free numbers of a fit and the coordinates in which they move.
+
+    Attributes:
+        index: Entries of `theta` that are free `(k,)`.
+        logarithmic: Which of them move in their logarithm `(k,)`.
+        size: Unit of the others `(k,)` [SI].
+        bounds: Lower and upper bound `(k, 2)` [SI].
+        small: Log step below which a number moves in proportion to the step [1].
+    """
 
     index: np.ndarray
     logarithmic: np.ndarray
@@ -23,28 +33,64 @@ class Coordinates:
     small: float = 0.0
 
     def without(self, number: int) -> "Coordinates":
-        """The same with `theta[number]` held."""
+        """The same coordinates with one number held.
+
+        Args:
+            number: Its entry of `theta`.
+
+        Returns:
+            Coordinates of the other free numbers.
+        """
         kept = self.index != number
         return Coordinates(self.index[kept], self.logarithmic[kept], self.size[kept], self.bounds[kept], self.small)
 
-    def inward(self, theta: np.ndarray) -> np.ndarray:
-        """`theta` with its free numbers moved into their bounds."""
+    def clip(self, theta: np.ndarray) -> np.ndarray:
+        """Parameter vector with its free numbers moved into their bounds.
+
+        Args:
+            theta: Parameter vector `(t,)` [SI].
+
+        Returns:
+            A copy `(t,)` [SI].
+        """
         out = theta.copy()
         out[self.index] = np.clip(out[self.index], *self.bounds.T)
         return out
 
     def slope(self, theta: np.ndarray) -> np.ndarray:
-        """Derivative of the free numbers by their coordinates."""
+        """Derivative of the free numbers by their coordinates.
+
+        Args:
+            theta: Parameter vector `(t,)` [SI].
+
+        Returns:
+            Derivative `(k,)` [SI].
+        """
         return np.where(self.logarithmic, theta[self.index], self.size)
 
     def slope_at(self, theta: np.ndarray) -> np.ndarray:
-        """`slope` in the order of all numbers, 1 for those that are not free."""
+        """`slope` in the order of all numbers.
+
+        Args:
+            theta: Parameter vector `(t,)` [SI].
+
+        Returns:
+            Derivative `(t,)` [SI], 1 for numbers that are not free.
+        """
         out = np.ones(len(theta))
         out[self.index] = self.slope(theta)
         return out
 
     def move(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """`theta` after a step in coordinates, kept within bounds."""
+        """Parameter vector after a step, kept within bounds.
+
+        Args:
+            theta: Parameter vector `(t,)` [SI].
+            step: Step in coordinates `(k,)` [1].
+
+        Returns:
+            Parameter vector `(t,)` [SI].
+        """
         free = theta[self.index]
         with np.errstate(over="ignore", invalid="ignore"):  # each entry is computed both ways and taken once
             factor = np.where(np.abs(step) < self.small, 1.0 + step, np.exp(step))
@@ -54,12 +100,26 @@ class Coordinates:
         return out
 
     def shorten(self, step: np.ndarray) -> float:
-        """Share of a step that respects the largest log step."""
+        """Share of a step that respects the largest log step.
+
+        Args:
+            step: Step in coordinates `(k,)` [1].
+
+        Returns:
+            The share, at most 1 [1].
+        """
         longest = np.max(np.abs(step[self.logarithmic]), initial=0.0)
         return min(1.0, LARGEST_LOG_STEP / longest) if longest > 0.0 else 1.0
 
     def on_bound(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which free numbers sit on their lower and on their upper bound."""
+        """Which free numbers sit on a bound.
+
+        Args:
+            theta: Parameter vector `(t,)` [SI].
+
+        Returns:
+            True where a number is on its lower bound `(k,)`, and on its upper bound `(k,)`.
+        """
         low, high = self.bounds.T
         margin = 1e-9 * np.maximum(np.abs(theta[self.index]), self.size)
         return theta[self.index] <= low + margin, theta[self.index] >= high - margin
@@ -68,8 +128,18 @@ class Coordinates:
 def coordinates(
     theta: np.ndarray, free: np.ndarray, bounds: np.ndarray, size: np.ndarray, *, prior: bool = False
 ) -> Coordinates:
-    """Coordinates for the numbers marked in `free` (p,), with `bounds` (p, 2) and typical `size` (p,); `prior`: whether
-    any of them has one."""
+    """Coordinates of the free numbers; those with a lower bound above 0 are logarithmic.
+
+    Args:
+        theta: Parameter vector `(t,)` [SI].
+        free: Which numbers are free `(t,)`.
+        bounds: Lower and upper bound `(t, 2)` [SI].
+        size: Typical size `(t,)` [SI].
+        prior: Whether any number has a prior.
+
+    Returns:
+        The coordinates.
+    """
     index = np.flatnonzero(free)
     return Coordinates(
         index=index,

@@ -1,56 +1,77 @@
-"""Fit by the start rule: where a model is incomplete, a run takes its first state from its first 0.5 s. A fit that may
-choose it bends it to hide what is missing, and then fails by the rule on which every gap is measured."""
+"""Whether initial states may be free in a fit, or follow from the first 0.5 s of each run.
+
+A fit that may choose the initial states of an incomplete model bends them to hide what is missing. The model then
+misses the readings by the gap's rule, which takes every run's initial state from its start.
+"""
 
 import numpy as np
 
 from rwjax.fitting.coordinates import Coordinates
-from rwjax.fitting.initial_state import start_covariance
-from rwjax.fitting.multiple_shooting import Fit, by_start, fit, start_normal, start_response
+from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
+from rwjax.fitting.initial_state import initial_state_covariance
+from rwjax.fitting.multiple_shooting import Fit, least_squares_nonsmooth
 from rwjax.fitting.problem import Problem
+from rwjax.fitting.sensitivities import residual_jacobian
 
 COMPLETE = 4.0
-"""Mean square in floors up to which a model counts as complete and first states stay free: time stamps that are off by
-0.1 ms alone double it on a fast run, and a gap of three floors has 10."""
+"""Mean square in units of the floor up to which a model counts as complete [1].
 
-
+Time stamps that are off by 0.1 ms double it on a fast run; a gap of three floors has 10.
+"""
 UNLUCKY = 10.8
-"""Square of a start's error, in its variances, that a complete model may have: chance exceeds it once in a thousand."""
+"""Square of an initial state's error, in its variances, that a complete model may have [1].
+
+Chance exceeds it once in a thousand.
+"""
 
 
-def complete(begun: Fit) -> bool:
-    """Whether a fit with free first states reaches the noise, and by the start rule the floor.
+def is_complete(fitted: Fit) -> bool:
+    """Whether a fit with free initial states reaches the noise, and with initial states from the start the floor.
 
-    The start rule's first states and their floor are those that the sensitivities at the optimum give: near it the
-    model is as good as linear in them, and nothing has to be simulated again.
+    The sensitivities at the optimum give those initial states and their floor. Near it the model is almost linear in
+    them, and nothing has to be simulated again.
+
+    Args:
+        fitted: The fit, with its derivatives.
+
+    Returns:
+        True where the model lacks nothing that these logs show.
     """
-    problem, e = begun.problem, begun.evaluation
-    if 2.0 * (begun.cost - problem.against_prior(begun.theta)[0]) > COMPLETE * problem.batch.readings:
+    problem, e = fitted.problem, fitted.evaluation
+    if 2.0 * (fitted.cost - problem.prior_cost(fitted.theta)[0]) > COMPLETE * problem.batch.readings:
         return False
-    rule = problem.by_rule
+    from_start = problem.from_start
     n, nothing = problem.start.shape[1], np.zeros(0, int)
     p = len(e.local) - n
     square, limit = np.zeros((2, len(problem.structure.outputs)))
-    for log in map(int, problem.told):
+    for log in map(int, problem.logs_with_readings):
         s = np.flatnonzero(problem.start_free[log])
-        change = start_response(*start_normal(rule, e, log), nothing, p + s, 0.0)[1]
-        through = by_start(e, log)[..., p:]
+        change = initial_state_response(*initial_state_normal(from_start, e, log), nothing, p + s, 0.0)[1]
+        through = residual_jacobian(e, log)[..., p:]
         seen = problem.batch.weight[log] > 0.0
-        scatter = np.einsum("wqya,ab,wqyb->wqy", through, start_covariance(problem, through, log), through)
+        covariance = initial_state_covariance(problem, through, log)
+        scatter = np.einsum("wqya,ab,wqyb->wqy", through, covariance, through)
         square += np.sum(np.where(seen, e.residual[log] + through[..., s] @ change, 0.0) ** 2, axis=(0, 1))
         allowed = COMPLETE * problem.batch.share[log] + UNLUCKY * np.maximum(scatter, 0.0)
         limit += np.sum(np.where(seen, allowed, 0.0), axis=(0, 1))
     return bool(np.all(square <= limit))
 
 
-def fit_from_start(
-    problem: Problem,
-    coordinates: Coordinates,
-    theta: np.ndarray,
-    start: np.ndarray,
-) -> Fit:
-    """Best fit in which first states and numbers agree: all free where the model reaches the noise, else the start
-    rule's first states at the fitted numbers."""
-    begun = fit(problem, coordinates, theta, start=start, creases=True)
-    if not problem.start_free.any() or complete(begun):
-        return begun
-    return fit(problem.by_rule, coordinates, begun.theta, start=begun.start, creases=True)
+def fit_from_start(problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray) -> Fit:
+    """Best fit in which initial states and numbers agree.
+
+    Initial states are free where the model is then complete; else they are taken from the start of each run.
+
+    Args:
+        problem: Logs and structure.
+        coordinates: The free numbers.
+        theta: Parameter vector `(t,)` [SI] where the fit begins.
+        start: Initial states `(l, n)` [SI] where the fit begins.
+
+    Returns:
+        The fit.
+    """
+    found = least_squares_nonsmooth(problem, coordinates, theta, start)
+    if not problem.start_free.any() or is_complete(found):
+        return found
+    return least_squares_nonsmooth(problem.from_start, coordinates, found.theta, found.start)

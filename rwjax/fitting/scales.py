@@ -13,23 +13,33 @@ from rwjax.plant.one_axis import Structure
 from rwjax.rig.model import Rig
 
 
+def _fastest(log: Log) -> float | None:
+    """Fastest yaw rate of a log [rad/s], from the rate or from differences of the angle; None where neither is logged."""
+    for name in ("yaw_rad_s", "yaw_rad"):
+        if name in log.outputs:
+            y, t = log.outputs[name], log.time
+            seen = np.isfinite(y)
+            y, t = y[seen], t[seen]
+            stride = max(1, len(t) // 200)
+            rate = np.diff(y[::stride]) / np.diff(t[::stride]) if name == "yaw_rad" else y
+            return float(np.max(np.abs(rate), initial=0.0))
+    return None
+
+
 def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
-    """Typical command [V], torque [N m], rate [rad/s] and torque per rate, by the names used in `param(scale=…)`."""
+    """Typical sizes in a set of logs, by the names used in `param(scale=…)`.
+
+    Args:
+        rig: A rig with one axis or none.
+        logs: The logs.
+
+    Returns:
+        Typical command [V], torque [N m], rates [rad/s], current [A], angles [rad], and quotients of these.
+    """
     n = rig.numbers
     command = max(float(np.sqrt(np.mean(np.concatenate([log.command for log in logs]) ** 2))), 1e-9)
     gain = abs(n["drive.gain"]) if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
-    rates = []
-    for log in logs:
-        for name in ("yaw_rad_s", "yaw_rad"):
-            if name in log.outputs:
-                y, t = log.outputs[name], log.time
-                seen = np.isfinite(y)
-                y, t = y[seen], t[seen]
-                stride = max(1, len(t) // 200)
-                rate = np.diff(y[::stride]) / np.diff(t[::stride]) if name == "yaw_rad" else y
-                rates.append(float(np.max(np.abs(rate), initial=0.0)))
-                break
-    rate = max([*rates, 1e-3])
+    rate = max([*(fastest for log in logs if (fastest := _fastest(log)) is not None), 1e-3])
     angles = np.concatenate([log.outputs["yaw_rad"] for log in logs if "yaw_rad" in log.outputs] or [np.zeros(1)])
     peak = max(float(np.max(np.abs(log.command), initial=0.0)) for log in logs)
     currents = [float(np.nanmax(np.abs(log.outputs["current_A"]))) for log in logs if "current_A" in log.outputs]
@@ -58,8 +68,16 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
 
 
 def scales_for(rig: Rig, logs: Sequence[Log]) -> Callable[[str], dict[str, float]]:
-    """`scales` for a number or an effect by its name: of a two-axis rig those of the half that it belongs to, of pitch where it
-    belongs to neither."""
+    """`scales` for a number or an effect by its name.
+
+    Args:
+        rig: The rig.
+        logs: The logs.
+
+    Returns:
+        A function from a name to its scales. On a two-axis rig they are those of the half that the name belongs to, or
+        of pitch where it belongs to neither.
+    """
     if rig.kind != "two_axis":
         whole = scales(rig, logs)
         return lambda name: whole
@@ -73,7 +91,17 @@ def scales_for(rig: Rig, logs: Sequence[Log]) -> Callable[[str], dict[str, float
 
 
 def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[Log]) -> np.ndarray:
-    """Size of every number `(p,)`: its own, or a tenth of what is typical of its kind where that is larger."""
+    """Size of every number: its own, or a tenth of what is typical of its kind where that is larger.
+
+    Args:
+        rig: The rig.
+        structure: Its structure.
+        theta: The structure's numbers `(p,)` [SI].
+        logs: The logs.
+
+    Returns:
+        Sizes `(p,)` [SI], positive.
+    """
     sizes = scales_for(rig, logs)
     size = np.abs(theta)
     for k, name in enumerate(structure.names):

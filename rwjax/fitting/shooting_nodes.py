@@ -3,33 +3,50 @@
 import numpy as np
 
 from rwjax.fitting.problem import Problem
+from rwjax.logs.log import Log
 from rwjax.simulation.shooting import free_run
 
-HALF_WIDTH = 7  # samples on either side of a window's start, through which a parabola is laid
+HALF_WIDTH = 7
+"""Samples on either side of a window's start through which a parabola is laid."""
+FEWEST = 5
+"""Readings among them below which a state is not read off."""
+
+
+def _parabolas(log: Log, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Windows `(w,)` with enough readings of an output, and for these the coefficients `(…, 3)` at the times `at` [s]."""
+    t = log.time - log.time[0]
+    centre = np.clip(np.searchsorted(t, at), HALF_WIDTH, max(len(t) - 1 - HALF_WIDTH, HALF_WIDTH))
+    index = np.clip(centre[:, None] + np.arange(-HALF_WIDTH, HALF_WIDTH + 1), 0, len(t) - 1)
+    seen = np.isfinite(log.outputs[name][index])
+    enough = seen.sum(axis=1) >= FEWEST
+    offset = (t[index] - at[:, None])[enough, :, None]
+    powers = np.where(seen[enough, :, None], offset ** np.arange(3), 0.0)
+    y = np.where(seen[enough], log.outputs[name][index[enough]], 0.0)
+    return enough, np.einsum("wps,ws->wp", np.linalg.pinv(powers), y)
 
 
 def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
-    """States at the windows' starts `(l, w, n)`: measured ones from the log, the others from a free run at `theta`."""
+    """States at the windows' starts: measured ones from the log, the others from a free run.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI] of the free run.
+
+    Returns:
+        States `(l, w, n)` [SI].
+    """
     states = problem.structure.states
     nodes = np.full((len(problem.logs), problem.batch.windows, len(states)), np.nan)
     steps = len(problem.batch.step_index)
     for k, log in enumerate(problem.logs):
         at = np.minimum(np.arange(nodes.shape[1]) * steps * problem.batch.h[k], log.time[-1] - log.time[0])
-        t = log.time - log.time[0]
-        centre = np.clip(np.searchsorted(t, at), HALF_WIDTH, max(len(t) - 1 - HALF_WIDTH, HALF_WIDTH))
-        index = np.clip(centre[:, None] + np.arange(-HALF_WIDTH, HALF_WIDTH + 1), 0, len(t) - 1)
         for angle, rate, angle_name, rate_name in problem.structure.turning:
             for name, entries in ((angle_name, (angle, rate)), (rate_name, (rate,))):
                 if name not in log.outputs:
                     continue
-                seen = np.isfinite(log.outputs[name][index])
-                fitted = seen.sum(axis=1) >= 5
-                offset = (t[index] - at[:, None])[fitted, :, None]
-                powers = np.where(seen[fitted, :, None], offset ** np.arange(3), 0.0)
-                y = np.where(seen[fitted], log.outputs[name][index[fitted]], 0.0)
-                parabola = np.einsum("wps,ws->wp", np.linalg.pinv(powers), y)
+                enough, parabola = _parabolas(log, name, at)
                 for order, entry in enumerate(entries):
-                    nodes[k, fitted, states.index(entry)] = parabola[:, order]
+                    nodes[k, enough, states.index(entry)] = parabola[:, order]
     unseen = np.isnan(nodes)
     if unseen.any():
         _, simulated = free_run(problem.structure, theta, problem.start, problem.batch)

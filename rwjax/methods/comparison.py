@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import InputError
-from rwjax.fitting.fit_rig import to_fit
-from rwjax.fitting.predict import errors, floor_variance, predict
+from rwjax.fitting.fit import to_fit
+from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
@@ -90,7 +90,7 @@ def _judged(rig: Rig, logs: Sequence[Log]) -> list[tuple[dict[str, np.ndarray], 
     """Squared free-run errors and squared floors of each log by output."""
     structure = structure_of(rig)
     problem = pose(structure, logs)
-    predictions = predict(problem, theta_of(rig, structure))
+    predictions = predict_logs(problem, theta_of(rig, structure))
     floor = floor_variance(problem, predictions)
     with np.errstate(over="ignore"):
         square = [{name: e**2 for name, e in one.items()} for one in errors(problem, predictions)]

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
-from rwjax.fitting.fit_rig import to_fit
+from rwjax.fitting.fit import to_fit
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.logs.log import Log

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from rwjax.fitting.fit_rig import fit_rig, to_fit
+from rwjax.fitting.fit import fit, to_fit
 from rwjax.fitting.problem import pose
+from rwjax.fitting.sandwich import undetermined
 from rwjax.fitting.scales import sizes_of
-from rwjax.fitting.uncertainty import undetermined
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -18,7 +18,7 @@ from rwjax.simulation.shooting import free_run
 
 def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
     """The library's own fit: exact sensitivities, short windows first, unknown first states."""
-    result = fit_rig(rig, logs)
+    result = fit(rig, logs)
     return Identified(result.rig, result.notes)
 
 

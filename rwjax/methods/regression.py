@@ -20,10 +20,10 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter, savgol_filter
 
 from rwjax.errors import LogError
-from rwjax.fitting.fit_rig import to_fit
-from rwjax.fitting.predict import predict_log
+from rwjax.fitting.fit import to_fit
+from rwjax.fitting.predict import predict
+from rwjax.fitting.sandwich import meat, undetermined
 from rwjax.fitting.scales import sizes_of
-from rwjax.fitting.uncertainty import meat, undetermined
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -52,7 +52,7 @@ class _Motion:
         before = np.clip(held - 1, 0, None)
         self.command = 0.5 * (log.command[before] + log.command[held])  # what acts around a sample, not after it
         width = max(5, 2 * int(WIDTH_S / self.h / 2) + 1)
-        simulated = predict_log(rig, log)
+        simulated = predict(rig, log)
         self.states = {name: np.zeros(n) for name in structure.states}
         self.known = np.ones(n, bool)
         self.acceleration: dict[str, np.ndarray] = {}

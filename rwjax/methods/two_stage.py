@@ -15,9 +15,9 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from rwjax.errors import LogError, RigError
-from rwjax.fitting.fit_rig import to_fit
-from rwjax.fitting.predict import predict_log
-from rwjax.fitting.problem import NO_COMMAND
+from rwjax.fitting.fit import to_fit
+from rwjax.fitting.initial_guess import NO_COMMAND
+from rwjax.fitting.predict import predict
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.rig.model import Rig
@@ -99,7 +99,7 @@ def _wheel_torque(rig: Rig, log: Log) -> np.ndarray:
     """Torque of a reaction wheel on the axis [N m], from a free run of the rig's wheel and the readings that there are."""
     if rig.kind != "reaction":
         return np.zeros_like(log.time)
-    simulated = predict_log(rig, replace(log, outputs={}, resolution={}))
+    simulated = predict(rig, replace(log, outputs={}, resolution={}))
     current, rate = (
         np.where(np.isfinite(log.outputs[name]), log.outputs[name], simulated[name])
         if name in log.outputs

@@ -8,7 +8,7 @@ import pytest
 
 from rwjax import read_log
 from rwjax.diagnosis.next_experiment import BEYOND, Rival, propose
-from rwjax.fitting.predict import predict
+from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.planning.campaign import COASTING
 from rwjax.planning.files import read_plan, write_plan
@@ -43,7 +43,7 @@ def test_the_proposed_run_separates_its_rivals(tmp_path: Path) -> None:
     log = read_log(tmp_path / f"{planned.name}.csv", RIG, outputs_required=False)
     y = []
     for each in TWO:  # another way to the same motion: from the file, by `rwjax predict`
-        y.append(predict(pose(each.problem.structure, [log], {}), each.theta, with_floor=False)[0].outputs)
+        y.append(predict_logs(pose(each.problem.structure, [log], {}), each.theta, with_floor=False)[0].outputs)
     apart = np.sqrt(np.mean((y[0]["yaw_rad"] - y[1]["yaw_rad"]) ** 2)) / left["yaw_rad"]
     said = re.search(r"axis.coulomb and drive.deadzone differ by ([\d.]+) times the error that is left", sentence)
     assert said and apart > 1.0 and apart == pytest.approx(float(said[1]), rel=0.02, abs=0.06)
@@ -76,9 +76,9 @@ def test_where_the_travel_is_limited_the_way_until_the_rig_rests_counts() -> Non
     long = record(np.arange(len(many)) * 0.01, many)
     most = plan.limits["yaw_rad"]
     for each in two:
-        y = predict(pose(each.problem.structure, [long], {"yaw_rad": 2e-3}), each.theta, with_floor=False)[0].outputs[
-            "yaw_rad"
-        ]
+        y = predict_logs(pose(each.problem.structure, [long], {"yaw_rad": 2e-3}), each.theta, with_floor=False)[
+            0
+        ].outputs["yaw_rad"]
         later = y[len(volts) + 6000 :]  # than the minute for which a board waits
         assert np.abs(y - y[0]).max() <= BEYOND * most and np.abs(later - later[0]).max() <= COASTING * most
 

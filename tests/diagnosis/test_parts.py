@@ -18,8 +18,8 @@ from rwjax.diagnosis.search.forward_backward import Choice, Search
 from rwjax.diagnosis.verdict import judge
 from rwjax.diagnosis.words import moved, numbers_of, verdict_sentence, where_words
 from rwjax.fitting.batched_runs import together
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.secant import derived, placed, residuals
+from rwjax.fitting.fit import fit
+from rwjax.fitting.secant import residuals, with_derivatives, with_residual
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(2001) * 0.01
@@ -65,7 +65,7 @@ def test_a_true_rig_misses_no_torque_whatever_it_models() -> None:
         'static = 0.12\nstribeck_velocity = 0.3\n[effects."axis.bias_torque"]\nT = 0.03\n[fit]\nfree = ["axis.inertia"]'
     )
     log = true_log(rig)
-    found = missing_torque(fit_rig(rig, [log]).fit, 0, log)
+    found = missing_torque(fit(rig, [log]).fit, 0, log)
     assert found is not None
     bent = np.abs(found.torque) > 4.0 * found.deviation
     assert np.mean(bent) < 0.12  # the smoother cannot follow the instants of stick and slip
@@ -77,7 +77,7 @@ def test_a_true_rig_misses_no_torque_whatever_it_models() -> None:
 def test_a_missing_bias_is_read_off_at_its_size() -> None:
     rig = platform()
     log = true_log(rig, **{"axis.bias_torque": {"T": 0.03}})
-    structure_fit = fit_rig(rig, [true_log(rig)]).fit
+    structure_fit = fit(rig, [true_log(rig)]).fit
     found = missing_torque(structure_fit, 0, log)
     assert found is not None
     sliding = np.abs(found.coordinates["yaw_rate"]) > 0.3
@@ -128,7 +128,7 @@ def test_a_rival_that_stands_at_a_wrong_place_begins_again_from_the_choice() -> 
     k = [best.problem.structure.names.index(f"drive.saturation.{name}") for name in ("u_m", "n")]
     theta = best.theta.copy()
     theta[k] = 1.25, 5000.0
-    fits._done[rival] = together([placed(replace(best, theta=theta))])[0]
+    fits._done[rival] = together([with_residual(replace(best, theta=theta))])[0]
     fits._finished.add(rival)
     stuck = fits.known(rival).cost
     fits.race([rival], choice)
@@ -147,7 +147,7 @@ def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     fitted, begun = fits.known(few), fits.known(many)
     names = begun.problem.structure.names
     lost = np.where([name == "axis.end_stop.high" for name in names], 1e6, begun.theta)
-    fits._done[many] = together([placed(replace(begun, theta=lost))])[0]
+    fits._done[many] = together([with_residual(replace(begun, theta=lost))])[0]
     search = Search(fits)
     assert search.excess(many) > 100.0
     search._last_resort([few, many], [], enough=0.1)
@@ -163,7 +163,7 @@ def test_a_play_of_nothing_is_the_coupling_that_it_hands_its_numbers_to() -> Non
     theta = begun.theta.copy()
     for name, value in (true | {"g": 0.0}).items():
         theta[begun.problem.structure.names.index(f"axis.backlash.{name}")] = value
-    fits._done[play] = together([derived(together([placed(replace(begun, theta=theta))])[0])])[0]
+    fits._done[play] = together([with_derivatives(together([with_residual(replace(begun, theta=theta))])[0])])[0]
     fits.race([elastic], play)
     found = fits.known(elastic)
     assert {name: found.numbers()[f"axis.flexible_coupling.{name}"] for name in true} == pytest.approx(true, rel=0.1)
@@ -209,7 +209,7 @@ def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> Non
     k = [raced.problem.structure.names.index(f"drive.saturation.{name}") for name in ("u_m", "n")]
     theta = raced.theta.copy()
     theta[k] = 0.7, 300.0
-    fits._done[named] = together([placed(replace(raced, theta=theta))])[0]
+    fits._done[named] = together([with_residual(replace(raced, theta=theta))])[0]
     fits.exactly([named])
     found = fits.known(named)
     assert 2.0 * found.cost < 1.2 * found.problem.batch.readings
@@ -330,7 +330,7 @@ def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> 
     assert found.verdict == "unknown" and not found.effects
     assert "turns" in found.next_experiment and any("hardly moves" in remark for remark in found.remarks)
     turning = run(rig, record(TIME, command, held), {})
-    assert ran_away(rig, fit_rig(rig, [record(TIME, command, turning)]).fit) == ()
+    assert ran_away(rig, fit(rig, [record(TIME, command, turning)]).fit) == ()
 
 
 def test_a_race_moves_no_number_that_its_explanation_leaves_as_the_rig_file_says() -> None:

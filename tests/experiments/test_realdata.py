@@ -10,7 +10,7 @@ from experiments.emps import run as emps_run
 from experiments.realdata import dcmotor, emps
 from rwjax import read_log, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 
 
 def test_emps_four_terms(realdata: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,7 +23,7 @@ def test_emps_four_terms(realdata: Path, tmp_path: Path, monkeypatch: pytest.Mon
         effects={"axis.bias_torque": {"T": 0.0}},
         free=(*base.free, "axis.friction.coulomb", "axis.bias_torque.T"),
     )
-    found = fit_rig(four, [log]).rig
+    found = fit(four, [log]).rig
     assert emps_run.rmse_mm(found, log) < 2.8
     assert found.values["axis.inertia"] == pytest.approx(95.1089, rel=0.05)  # published
     assert found.values["axis.bias_torque.T"] == pytest.approx(3.1648, rel=0.1)

@@ -9,7 +9,7 @@ pytest.importorskip("numba", reason="the benchmark's rivals need the extra `expe
 
 from experiments.speed import c_limit, scipy_numba
 from experiments.speed.problem import BELIEVED, FIRST_STATE, FREE, TRUE, Arrays, arrays, log, posed, rig
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 from rwjax.simulation.batch import by_sample
 from rwjax.simulation.shooting import free_run
 
@@ -44,7 +44,7 @@ def test_the_rivals_simulate_the_same_plant(given: Arrays, other: Callable, numb
 
 @NEEDS_GCC
 def test_c_and_numba_end_at_the_optimum_of_the_library(given: Arrays) -> None:
-    ours = fit_rig(rig(), [log(SECONDS)])
+    ours = fit(rig(), [log(SECONDS)])
     for found in (c_limit.Fitter(given).fit(BELIEVED), scipy_numba.fit(given)):
         assert found.cost == pytest.approx(ours.fit.cost, rel=1e-6)
         assert found.numbers == pytest.approx([ours.rig.values[name] for name in FREE], rel=1e-5)

@@ -7,7 +7,7 @@ from numpy.polynomial import Polynomial
 from experiments.thesis import friction_laws, motor, platform_models, regenerate, two_stages
 from experiments.thesis.table import rms, run
 from rwjax import parse_rig
-from rwjax.fitting.predict import predict_log
+from rwjax.fitting.predict import predict
 
 TIME = np.arange(2001) * 0.01
 
@@ -16,7 +16,7 @@ def turned(volts: float, where: str) -> float:
     """Angle [rad] after 20 s at a constant voltage from rest, by the library or by the script that made the logs."""
     command = np.full_like(TIME, volts)
     if where == "library":
-        return predict_log(platform_models.PLATFORM, run(TIME, command))["yaw_rad"][-1]
+        return predict(platform_models.PLATFORM, run(TIME, command))["yaw_rad"][-1]
     return regenerate.platform(command[:300])[-1]
 
 
@@ -30,7 +30,7 @@ def test_the_platform_moves_at_4_25_volts_and_not_by_the_last_digit_at_4_2(where
 def test_at_4_volts_the_platform_rests_or_turns_by_its_past() -> None:
     t = np.arange(8000) * 0.05
     pushed = run(t, np.where(t < 30.0, 6.0, np.where(t < 230.0, 4.0, 3.6)))
-    rate = predict_log(platform_models.PLATFORM, pushed)["yaw_rad_s"]
+    rate = predict(platform_models.PLATFORM, pushed)["yaw_rad_s"]
     assert turned(4.0, "library") == 0.0
     balance = platform_models.settled(4.0)[1]
     assert regenerate.FRICTION(balance) == pytest.approx(4.0 * regenerate.GAIN)
@@ -49,12 +49,12 @@ def stuck_miss(gain: float, damping: float, volts: float, span: float) -> float:
 @pytest.mark.parametrize("experiment", [1, 2])
 def test_neither_linear_model_overlaps_the_platform(experiment: int) -> None:
     t, volts = platform_models.command(experiment)
-    rig = predict_log(platform_models.PLATFORM, run(t, volts))["yaw_rad_s"]
+    rig = predict(platform_models.PLATFORM, run(t, volts))["yaw_rad_s"]
     first = t < 0.5 * platform_models.PERIOD  # a quarter of the run
     assert np.all(rig[first] == 0.0)
     constants = ((0.428 / 0.228, 0.082 / 0.228), (0.08911, 0.09091))
     for model, (gain, damping) in zip(platform_models.MODELS.values(), constants, strict=True):
-        miss = predict_log(model, run(t, volts))["yaw_rad_s"] - rig
+        miss = predict(model, run(t, volts))["yaw_rad_s"] - rig
         least = stuck_miss(gain, damping, volts[0], 0.5 * platform_models.PERIOD)
         assert rms(miss[first]) == pytest.approx(least, rel=1e-3)  # a sum over 3142 samples for an integral
         assert rms(miss) > 0.5 * least > 1.5
@@ -79,7 +79,7 @@ def test_the_motor_of_table_3_1() -> None:
         f'kind = "wheel"\n[motor]\ntorque_constant = {motor.K}\nresistance = {motor.R}\ninductance = {low}\n'
         f"friction = {b}\n[wheel]\ninertia = {motor.J}"
     )
-    free = predict_log(rig, run(t, volts))
+    free = predict(rig, run(t, volts))
     assert np.max(np.abs(motor.clipped(volts, 0.001, b, low, np.inf)[:, 0] - free["wheel_rad_s"])) < 1e-6
     held = motor.clipped(volts, 0.001, b, low, motor.CLIP)
     assert np.max(free["current_A"]) > 2.0 * np.max(held[:, 1]) == 2.0 * motor.CLIP

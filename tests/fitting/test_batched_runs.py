@@ -5,7 +5,7 @@ from threading import Event
 import pytest
 from threadpoolctl import ThreadpoolController
 
-from rwjax.fitting.batched_runs import ONE_THREAD, on_threads
+from rwjax.fitting.threads import SINGLE_THREADED_BLAS, on_threads
 
 
 def blas_threads() -> set[int]:
@@ -35,8 +35,8 @@ def test_an_error_does_not_wait_for_what_runs_beside_it() -> None:
 
 def test_products_have_one_thread_until_the_last_one_leaves() -> None:
     before = blas_threads()
-    with ONE_THREAD:
-        with ONE_THREAD:
+    with SINGLE_THREADED_BLAS:
+        with SINGLE_THREADED_BLAS:
             assert blas_threads() == {1}
         assert blas_threads() == {1}
     assert blas_threads() == before

@@ -9,8 +9,8 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.multiple_shooting import Fit, fit
+from rwjax.fitting.fit import fit
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import pose
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -33,7 +33,7 @@ def log_of(rig, command=None, noise: float = 0.0, **more):
 def test_known_numbers_come_back_from_wrong_starts(factor: float) -> None:
     truth = platform(free=FREE)
     believed = truth.with_values({name: factor * truth.values[name] for name in truth.free})
-    found = fit_rig(believed, [log_of(truth)]).rig
+    found = fit(believed, [log_of(truth)]).rig
     for name in truth.free:
         assert found.values[name] == pytest.approx(truth.values[name], rel=1e-5), name
 
@@ -41,7 +41,7 @@ def test_known_numbers_come_back_from_wrong_starts(factor: float) -> None:
 def test_optimistix_ends_at_the_same_optimum() -> None:
     rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
     log = log_of(rig, noise=1e-3)
-    ours = fit_rig(rig.with_values({"axis.inertia": 0.15}), [log])
+    ours = fit(rig.with_values({"axis.inertia": 0.15}), [log])
     structure = structure_of(rig)
     problem = pose(structure, (log,), ours.fit.problem.noise)
     theta = theta_of(rig, structure)
@@ -68,7 +68,7 @@ def test_a_halved_step_moves_no_number_by_a_tenth_of_its_standard_error() -> Non
     y = log_of(rig).outputs["yaw_rad"]
     q = 2 * np.pi / 2048
     log = record(TIME, log_of(rig).command, {"yaw_rad": q * np.round(y / q)}, resolution={"yaw_rad": q})
-    plain, halved = fit_rig(rig, [log]), fit_rig(rig, [log], refine=2)
+    plain, halved = fit(rig, [log]), fit(rig, [log], refine=2)
     for name, error in plain.uncertainty.standard_error.items():
         assert abs(plain.rig.values[name] - halved.rig.values[name]) < 0.1 * error, name
 
@@ -78,7 +78,7 @@ def test_a_number_on_its_bound_is_named() -> None:
     believed = truth.with_values({"axis.friction.viscous": 0.01})
     log = log_of(truth, noise=2e-3)
     bent = record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] * (1.0 + 0.02 * TIME / 10.0)})
-    notes = fit_rig(believed, [bent]).notes
+    notes = fit(believed, [bent]).notes
     assert "axis.friction.viscous sits on its bound" in notes
 
 
@@ -88,7 +88,7 @@ def test_numbers_that_only_count_together_are_named() -> None:
     u = np.where(TIME > 0.6, 3.0 * np.sign(np.sin(1.7 * TIME)), 0.0)
     y = run(rig, record(TIME, u, {"wheel_rad_s": np.zeros_like(TIME)}), {})["wheel_rad_s"]
     y = y + np.random.default_rng(0).normal(0.0, 0.3, len(y))
-    found = fit_rig(rig, [record(TIME, u, {"wheel_rad_s": y})]).uncertainty
+    found = fit(rig, [record(TIME, u, {"wheel_rad_s": y})]).uncertainty
     # the speed tells K/(R J) and (b + K^2/R)/J: two of four
     notes = [note for note in found.notes if note.startswith("only a combination of")]
     assert len(notes) == len(found.notes) == 2
@@ -102,9 +102,9 @@ def test_a_number_that_moves_with_an_undetermined_combination_has_no_standard_er
     u = np.where(TIME > 0.6, 3.0 * np.sign(np.sin(1.7 * TIME)), 0.0)
     y = run(rig, record(TIME, u, {"wheel_rad_s": np.zeros_like(TIME)}), {})["wheel_rad_s"]
     log = record(TIME, u, {"wheel_rad_s": y + np.random.default_rng(0).normal(0.0, 0.3, len(y))})
-    plain = fit_rig(rig, [log])
+    plain = fit(rig, [log])
     held = replace(rig.with_values({"motor.friction": 20 * 4.07e-6}), free=rig.free[:3])
-    other = fit_rig(held, [log])
+    other = fit(held, [log])
     assert other.fit.cost == pytest.approx(plain.fit.cost, rel=1e-9)  # the log cannot tell the two apart,
     moved = abs(other.rig.values["motor.resistance"] - plain.rig.values["motor.resistance"])
     assert moved < 3.0 * plain.uncertainty.standard_error["motor.resistance"]  # 6 % of R, 80 standard errors
@@ -135,14 +135,16 @@ def _simulated(kind: str, noise: dict[str, float] | None = None) -> tuple[Rig, L
 
 
 def _from(rig: Rig, log: Log, factors: np.ndarray | float, *, windows: bool = True) -> Fit:
-    """One fit from one start, off the rig's free numbers by `factors`: `fit_rig` would try 0.5, 1 and 2 times that."""
+    """One fit from one start, off the rig's free numbers by `factors`: `fit` would try 0.5, 1 and 2 times that."""
     structure = structure_of(rig)
     theta, problem = theta_of(rig, structure), pose(structure, (log,))
     free = np.array([name in rig.free for name in structure.names])
     begin = theta.copy()
     begin[free] *= factors
     moves = coordinates(begin, free, bounds_of(rig, structure), np.ones_like(theta))
-    return fit(problem, moves, begin, nodes=measured_nodes(problem, begin) if windows else None, tolerance=1e-12)
+    return least_squares(
+        problem, moves, begin, nodes=measured_nodes(problem, begin) if windows else None, tolerance=1e-12
+    )
 
 
 @pytest.mark.parametrize("windows", [True, False], ids=["windows", "free run only"])
@@ -186,7 +188,7 @@ def test_a_number_without_a_trace_is_named() -> None:
     text = "axis.inertia = 0.1\naxis.friction.viscous = 0.02\naxis.gravity.torque = 0.0\naxis.gravity.angle = 0.3"
     free = 'fit.free = ["axis.inertia", "axis.gravity.angle"]'  # the direction of a load of 0
     rig = parse_rig(f'kind = "platform"\ndrive.gain = 0.4\n{text}\n{free}')
-    found = fit_rig(rig, [log_of(rig, noise=1e-3)]).uncertainty
+    found = fit(rig, [log_of(rig, noise=1e-3)]).uncertainty
     assert found.notes == ("axis.gravity.angle leaves no trace in these logs",)
     assert np.isinf(found.standard_error["axis.gravity.angle"]) and np.isfinite(found.standard_error["axis.inertia"])
 
@@ -195,14 +197,14 @@ def test_numbers_that_are_hardly_told_apart_are_named_with_their_correlation() -
     truth = platform("viscous = 0.5\ncoulomb = 0.05", free=FREE)
     level = np.where(TIME > 5.0, 0.55, 0.5)  # two speeds that hardly differ
     log = log_of(truth, np.where(TIME > 0.6, level, 0.0), noise=1e-3)
-    found = fit_rig(truth, [log])
+    found = fit(truth, [log])
     notes = [note for note in found.notes if "hardly told apart" in note]
     assert any("axis.friction.viscous" in note and "axis.friction.coulomb" in note for note in notes)
     C = np.array(found.json()["covariance"])
     k = [found.rig.free.index(f"axis.friction.{name}") for name in ("viscous", "coulomb")]
     assert C[k[0], k[1]] / np.sqrt(C[k[0], k[0]] * C[k[1], k[1]]) < -0.99
     other = platform(free=FREE)
-    assert not [n for n in fit_rig(other, [log_of(other, noise=1e-3)]).notes if "hardly" in n]
+    assert not [n for n in fit(other, [log_of(other, noise=1e-3)]).notes if "hardly" in n]
 
 
 def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
@@ -211,7 +213,7 @@ def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
     for seed in range(40):
         log = log_of(truth)
         noise = np.random.default_rng(seed).normal(0.0, 2e-3, len(TIME))
-        fits.append(fit_rig(truth, [record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] + noise})]))
+        fits.append(fit(truth, [record(TIME, log.command, {"yaw_rad": log.outputs["yaw_rad"] + noise})]))
     for name in truth.free:
         scatter = np.std([f.rig.values[name] for f in fits], ddof=1)
         claimed = np.median([f.uncertainty.standard_error[name] for f in fits])
@@ -228,7 +230,7 @@ def test_a_swing_is_not_fitted_a_period_off(factor: float) -> None:
     time = np.arange(2001) * 0.01
     y = run(truth, record(time, 0.0 * time), {"psi": 1.0})["yaw_rad"]
     log = record(time, 0.0 * time, {"yaw_rad": y + np.random.default_rng(0).normal(0.0, 1e-3, len(y))})
-    found = fit_rig(truth.with_values({name: factor * truth.values[name] for name in truth.free}), [log])
+    found = fit(truth.with_values({name: factor * truth.values[name] for name in truth.free}), [log])
     for name, error in found.uncertainty.standard_error.items():
         assert abs(found.rig.values[name] - truth.values[name]) < 4.0 * error < 0.04 * truth.values[name], name
 
@@ -242,7 +244,7 @@ def test_dropouts_cost_precision_and_nothing_else() -> None:
     )  # hardly any samples; the command is held there
     y = np.where(silent, np.nan, whole.outputs["yaw_rad"])
     broken = record(TIME[kept], whole.command[kept], {"yaw_rad": y[kept]})
-    full, found = fit_rig(truth, [whole]), fit_rig(truth, [broken])
+    full, found = fit(truth, [whole]), fit(truth, [broken])
     for name, error in found.uncertainty.standard_error.items():
         assert abs(found.rig.values[name] - truth.values[name]) < 4.0 * error, name
         assert full.uncertainty.standard_error[name] < error < 5.0 * full.uncertainty.standard_error[name], name

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.fitting.multiple_shooting import first_states
-from rwjax.fitting.predict import floor_variance, predict, predict_log, repeatability
-from rwjax.fitting.problem import pose, starts_at_rest
+from rwjax.fitting.initial_guess import starts_at_rest
+from rwjax.fitting.initial_state import initial_states_by_sensitivities
+from rwjax.fitting.predict import predict
+from rwjax.fitting.prediction import floor_variance, predict_logs, repeatability
+from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction, record, run
 
@@ -27,10 +29,10 @@ def test_nothing_after_the_first_half_second_is_looked_at() -> None:
     y = run(rig, asked, {"w": 0.3, "i": 1.0})
     rng = np.random.default_rng(0)
     noisy = {name: y[name] + rng.normal(0.0, 1e-3, len(TIME)) for name in asked.outputs}
-    plain = predict_log(rig, record(TIME, u, noisy))
+    plain = predict(rig, record(TIME, u, noisy))
     late = TIME > 0.5
     changed = {name: value + np.where(late, rng.normal(0.0, 0.5, len(TIME)), 0.0) for name, value in noisy.items()}
-    again = predict_log(rig, record(TIME, u, changed))
+    again = predict(rig, record(TIME, u, changed))
     for name in ("yaw_rad", "current_A"):
         assert again[name] == pytest.approx(plain[name], abs=1e-9)
 
@@ -39,16 +41,19 @@ def test_the_start_of_one_log_does_not_depend_on_the_others() -> None:
     rig = platform()
     logs = [moving(seed, speed) for seed, speed in enumerate((1.0, -2.0, 0.2, 5.0))]
     structure = structure_of(rig)
-    together = first_states(pose(structure, logs), theta_of(rig, structure))
+    together = initial_states_by_sensitivities(pose(structure, logs), theta_of(rig, structure))
     for k, log in enumerate(logs):
-        alone = first_states(pose(structure, (log,)), theta_of(rig, structure))
+        alone = initial_states_by_sensitivities(pose(structure, (log,)), theta_of(rig, structure))
         assert together[k] == pytest.approx(alone[0], abs=1e-6)
 
 
 def test_the_start_is_found_within_its_uncertainty() -> None:
     rig = platform()
     structure = structure_of(rig)
-    speeds = [first_states(pose(structure, (moving(seed),)), theta_of(rig, structure))[0, 1] for seed in range(30)]
+    speeds = [
+        initial_states_by_sensitivities(pose(structure, (moving(seed),)), theta_of(rig, structure))[0, 1]
+        for seed in range(30)
+    ]
     assert abs(np.mean(speeds) - 1.0) < 4.0 * np.std(speeds) / np.sqrt(30)
     # slope of a line through 51 readings of noise 1e-3 over 0.5 s
     assert np.std(speeds) == pytest.approx(1e-3 / (np.std(TIME[:51]) * np.sqrt(51)), rel=0.5)
@@ -59,7 +64,7 @@ def test_a_true_model_leaves_its_floor() -> None:
     structure = structure_of(rig)
     logs = tuple(moving(seed) for seed in range(12))
     problem = pose(structure, logs)
-    found = predict(problem, theta_of(rig, structure))
+    found = predict_logs(problem, theta_of(rig, structure))
     floor = floor_variance(problem, found)
     left = np.mean(
         [np.mean((log.outputs["yaw_rad"] - p.outputs["yaw_rad"]) ** 2) for log, p in zip(logs, found, strict=True)]
@@ -100,5 +105,5 @@ def test_gravity_acts_on_an_angle_that_was_not_logged() -> None:
     still = np.zeros_like(TIME)
     asked = record(TIME, still, {"yaw_rad_s": still})
     y = run(rig, asked, {"psi": 1.0})["yaw_rad_s"]
-    found = predict_log(rig, record(TIME, still, {"yaw_rad_s": y}))["yaw_rad_s"]
+    found = predict(rig, record(TIME, still, {"yaw_rad_s": y}))["yaw_rad_s"]
     assert found == pytest.approx(y, abs=1e-4)

@@ -6,7 +6,7 @@ import pytest
 from rwjax.effects.effect import Effect
 from rwjax.effects.library import EFFECTS
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.multiple_shooting import fit
+from rwjax.fitting.multiple_shooting import least_squares
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -49,7 +49,7 @@ def test_a_free_angle_on_which_nothing_acts_stays_and_harms_nothing() -> None:
         theta = 1.3 * theta_of(rig, structure)
         free = np.array([name in rig.free for name in structure.names])
         moves = coordinates(theta, free, bounds_of(rig, structure), sizes_of(rig, structure, theta, [log]))
-        found.append(fit(pose(structure, (log,)), moves, theta))
+        found.append(least_squares(pose(structure, (log,)), moves, theta))
     plain, held = found
     assert plain.converged and held.converged
     assert held.cost == pytest.approx(plain.cost, rel=1e-9) and held.start[0, 0] == 0.0
@@ -67,5 +67,5 @@ def test_an_unseen_angle_is_found_from_the_rate() -> None:
     theta[structure.names.index("axis.spring.k")] = 0.4
     free = np.array([name == "axis.inertia" for name in structure.names])
     moves = coordinates(theta, free, bounds_of(rig, structure), sizes_of(rig, structure, theta, [log]))
-    found = fit(pose(structure, (log,)), moves, theta)
+    found = least_squares(pose(structure, (log,)), moves, theta)
     assert found.start[0, :2] == pytest.approx([0.7, 0.3], abs=5e-3)

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from rwjax import Log
-from rwjax.fitting.batched_runs import LANES, Simulating, Wanted, together
+from rwjax.fitting.batched_runs import BATCH, Simulating, Wanted, together
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.multiple_shooting import COLUMNS, by_start, first_states, sensitivities
+from rwjax.fitting.initial_state import initial_states_by_sensitivities
+from rwjax.fitting.initial_state_by_secants import initial_states_by_secants
 from rwjax.fitting.problem import Problem, pose
-from rwjax.fitting.secant import by_start_rule, descend, placed, point, residuals, slopes
+from rwjax.fitting.secant import descend, residuals, search_point, slopes, with_residual
+from rwjax.fitting.sensitivities import COLUMNS, residual_jacobian, sensitivities
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.shooting import evaluate, free_run
@@ -44,7 +46,7 @@ def test_every_search_gets_its_own_runs_however_many_share_a_call() -> None:
     def search(problem: Problem, rounds: int) -> Simulating[list[float]]:
         theta, found = theta_of(platform() if problem is one else reaction(), problem.structure), []
         for _ in range(rounds):
-            thetas = [theta * rng.uniform(0.8, 1.2, len(theta)) for _ in range(1 + LANES // 5)]
+            thetas = [theta * rng.uniform(0.8, 1.2, len(theta)) for _ in range(1 + BATCH // 5)]
             starts = [problem.start + 0.1 * rng.normal(size=problem.start.shape) for _ in thetas]
             r = yield from residuals(problem, thetas, starts)
             found += [
@@ -92,11 +94,14 @@ def test_the_first_windows_are_those_of_the_whole_run() -> None:
 def test_first_states_agree_with_those_by_exact_sensitivities(rig: Rig) -> None:
     problem = several(rig)
     theta = theta_of(rig, problem.structure)
-    exact, found = first_states(problem, theta), together([by_start_rule(problem, theta)])[0]
+    exact, found = (
+        initial_states_by_sensitivities(problem, theta),
+        together([initial_states_by_secants(problem, theta)])[0],
+    )
 
     def early(start: np.ndarray) -> np.ndarray:
-        y, _ = free_run(problem.structure, theta, start, problem.early.batch)
-        square = ((np.asarray(y) - problem.early.batch.reading) * problem.early.batch.weight) ** 2
+        y, _ = free_run(problem.structure, theta, start, problem.start_only.batch)
+        square = ((np.asarray(y) - problem.start_only.batch.reading) * problem.start_only.batch.weight) ** 2
         return np.sum(square, axis=(1, 2, 3))
 
     assert np.all(early(found) <= early(exact) * (1.0 + 1e-5))
@@ -115,7 +120,7 @@ def test_slopes_are_the_sensitivities_of_a_smooth_plant() -> None:
     _, nodes = free_run(problem.structure, theta, problem.start, problem.batch)
     exact = sensitivities(problem, theta, c.index, np.asarray(nodes))
     for log in range(3):
-        through = by_start(exact, log)
+        through = residual_jacobian(exact, log)
         columns = [0, 1, through.shape[-1] - 2, through.shape[-1] - 1]  # numbers, then states; zeros between
         for k, column in enumerate(columns):
             scale = np.max(np.abs(through[..., column]))
@@ -143,7 +148,7 @@ def test_a_number_whose_run_leaves_the_range_of_numbers_is_not_moved(beyond: flo
 def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_reading_counts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("rwjax.fitting.multiple_shooting.LONG", 0)
+    monkeypatch.setattr("rwjax.fitting.sensitivities.LONG", 0)
     problem = several(platform("viscous = 0.02")).only((0, 2))
     theta = theta_of(platform("viscous = 0.02"), problem.structure)
     numbers = np.array([problem.structure.names.index(name) for name in ("axis.inertia", "axis.friction.viscous")])
@@ -164,8 +169,8 @@ def test_a_descent_by_secants_finds_the_numbers_of_runs_without_noise() -> None:
     truth = theta_of(rig, problem.structure)
     free = np.array([name in rig.free for name in problem.structure.names])
     c = coordinates(truth, free, bounds_of(rig, problem.structure), np.maximum(np.abs(truth), 1e-3))
-    for p in (problem, problem.by_rule):
-        here = together([placed(point(p, c, np.where(free, 1.3 * truth, truth), p.start))])[0]
+    for p in (problem, problem.from_start):
+        here = together([with_residual(search_point(p, c, np.where(free, 1.3 * truth, truth), p.start))])[0]
         found = together([descend(here, most_steps=25, tolerance=1e-9)])[0]
         assert found.theta[c.index] == pytest.approx(truth[c.index], rel=1e-4)
         assert found.cost < 1e-3 * here.cost

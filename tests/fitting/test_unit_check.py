@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.fitting.unit_check import asked
+from rwjax.fitting.unit_check import check_readings
 from rwjax.logs.log import Log
 from tests.systems import platform, record, run
 
@@ -30,7 +30,7 @@ def log(factor: float) -> Log:
     ],
 )
 def test_one_question_is_asked(factor: float, says: str) -> None:
-    (question,) = asked([(log(factor), {"yaw_rad": 1.2 * YAW})])
+    (question,) = check_readings([(log(factor), {"yaw_rad": 1.2 * YAW})])
     assert says in question
 
 
@@ -40,12 +40,12 @@ def counted(factor: float) -> Log:
 
 @pytest.mark.parametrize(("factor", "do"), [(4.0, "times 4"), (0.25, "divided by 4")])
 def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: float, do: str) -> None:
-    (question,) = asked([(counted(factor), {"yaw_rad": 1.2 * YAW})])
+    (question,) = check_readings([(counted(factor), {"yaw_rad": 1.2 * YAW})])
     assert f"should its encoder's counts_per_rev be {do}?" in question
-    assert asked([(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
+    assert check_readings([(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
 
 
 @pytest.mark.parametrize("given", [log, counted])
 @pytest.mark.parametrize("factor", [1.0, 0.7, 1.4, 8.0, 0.05])
 def test_numbers_that_are_off_besides_ask_nothing(factor: float, given: Callable[[float], Log]) -> None:
-    assert asked([(given(factor), {"yaw_rad": YAW})]) == []
+    assert check_readings([(given(factor), {"yaw_rad": YAW})]) == []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 from rwjax.logs.outliers import MOST, outliers
 from rwjax.logs.read import read_log
 from rwjax.logs.write import write_log
@@ -94,7 +94,7 @@ def test_a_fit_is_as_good_as_without_them_and_says_so(tmp_path) -> None:
     found = {}
     for name, y in (("clean", clean), ("wrong", wrong)):
         write_log(tmp_path / f"{name}.csv", {"time_s": TIME, "voltage_V": COMMAND, "wheel_rad_s": y})
-        found[name] = fit_rig(wheel(), [read_log(tmp_path / f"{name}.csv", wheel())])
+        found[name] = fit(wheel(), [read_log(tmp_path / f"{name}.csv", wheel())])
     assert any("outliers among the readings of wheel_rad_s" in note for note in found["wrong"].notes)
     assert not any("outliers" in note for note in found["clean"].notes)
     for name, error in found["clean"].uncertainty.standard_error.items():

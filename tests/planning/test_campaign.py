@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rwjax import InputError, read_log, read_rig
-from rwjax.fitting.predict import predict
+from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.logs.log import Log
 from rwjax.planning.campaign import DESIGNS, KEPT, recommend
@@ -41,7 +41,7 @@ def played(rig: Rig, within: Envelope, folder: Path) -> dict[str, tuple[Log, dic
     write_plan(folder, Plan(rig.name, within.known, runs))
     logs = [longer(read_log(folder / f"{run.name}.csv", rig, outputs_required=False)) for run in runs]
     structure = structure_of(rig)
-    found = predict(pose(structure, logs, {}), theta_of(rig, structure), with_floor=False)
+    found = predict_logs(pose(structure, logs, {}), theta_of(rig, structure), with_floor=False)
     return {run.name: (log, p.outputs) for run, log, p in zip(runs, logs, found, strict=True)}
 
 
@@ -118,7 +118,7 @@ def in_a_row(rig: Rig, runs: tuple[Run, ...], wait: float) -> np.ndarray:
     volts = np.concatenate(commands)
     structure = structure_of(rig)
     problem = pose(structure, [record(0.01 * np.arange(len(volts)), volts, {})], {})
-    (found,) = predict(problem, theta_of(rig, structure), with_floor=False)
+    (found,) = predict_logs(problem, theta_of(rig, structure), with_floor=False)
     return found.outputs["yaw_rad"]
 
 

@@ -22,8 +22,8 @@ from rwjax.diagnosis.hypothesis import (
 )
 from rwjax.effects.library import included_numbers
 from rwjax.errors import InputError, LogError, RigError
-from rwjax.fitting.fit_rig import fit_rig
-from rwjax.fitting.predict import predict_log
+from rwjax.fitting.fit import fit
+from rwjax.fitting.predict import predict
 from rwjax.fitting.problem import pose
 from rwjax.logs.half_rig import half_log, half_rig
 from rwjax.logs.read import read_logs
@@ -173,8 +173,8 @@ def test_the_yaw_encoder_may_read_a_part_of_pitch_and_both_may_be_late() -> None
 def test_a_late_run_is_the_same_run_later() -> None:
     rig = read_rig(DATA / "rig.toml")
     log = replace(read_log(DATA / "square.csv", rig).cut(0, 300), outputs={})
-    y = predict_log(rig, log)
-    late = predict_log(with_effects(rig, sensor__delay={"tau": 0.02}, sensor_1__misalignment={"e": 0.1}), log)
+    y = predict(rig, log)
+    late = predict(with_effects(rig, sensor__delay={"tau": 0.02}, sensor_1__misalignment={"e": 0.1}), log)
     for name in ("pitch_rad", "pitch_rad_s"):
         np.testing.assert_allclose(late[name][2:], y[name][:-2], atol=1e-12)
     np.testing.assert_allclose(late["yaw_rad"][2:], (y["yaw_rad"] + 0.1 * y["pitch_rad"])[:-2], atol=1e-12)
@@ -189,7 +189,7 @@ def test_the_fit_finds_the_numbers_and_the_tilt() -> None:
     truth = rig.values | {"wheel_1.gyroscopic.s": 1.0}
     rig = with_effects(rig, wheel_1__gyroscopic={"s": 0.5}).with_values({"yaw.inertia": 0.06, "pitch.inertia": 0.018})
     rig = replace(rig, free=(*rig.free, "wheel_1.gyroscopic.s"))
-    found = fit_rig(rig, [read_log(DATA / f"{name}.csv", rig).cut(0, 350) for name in ("square", "sines")])
+    found = fit(rig, [read_log(DATA / f"{name}.csv", rig).cut(0, 350) for name in ("square", "sines")])
     assert not found.notes, found.notes
     for name in rig.free:
         assert abs(found.rig.values[name] - truth[name]) < 4.0 * found.rig.standard_error[name], name

@@ -21,13 +21,13 @@ jax.monitoring.register_event_duration_secs_listener(
     lambda name, seconds, **more: traced.append(name) if name.endswith("jaxpr_trace_duration") and seconds > 0.02 else None
 )
 import numpy as np
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 from tests.systems import platform, record, run
 t = np.arange(300) * 0.01
 u = np.sign(np.sin(3.0 * t))
 rig = platform()
 traced.clear()
-found = fit_rig(rig, [record(t, u, {"yaw_rad": 0.3 * t**2})])
+found = fit(rig, [record(t, u, {"yaw_rad": 0.3 * t**2})])
 print(len(traced), found.rig.values["axis.inertia"])
 """
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import jax
 import numpy as np
 
-from rwjax.fitting.fit_rig import fit_rig
+from rwjax.fitting.fit import fit
 from tests.systems import platform, record, run
 
 FREE = '"axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"'
@@ -42,16 +42,16 @@ def test_a_new_start_and_a_second_log_of_the_same_padded_shape_compile_nothing()
     with _compilations() as heard:
         jax.jit(lambda x: 3.0 * x)(np.arange(5.0))
     assert heard  # else the listener hears nothing and the test says nothing
-    fit_rig(truth, [first])
+    fit(truth, [first])
     wrong = truth.with_values({name: 1.6 * truth.values[name] for name in truth.free})
     for rig, log in ((wrong, first), (truth, second), (wrong, second)):
         with _compilations() as again:
-            fit_rig(rig, [log])
+            fit(rig, [log])
         assert again == []
 
 
 def test_another_choice_of_free_numbers_compiles_nothing() -> None:
-    fit_rig(platform(free=FREE), [_log(501, 1.7)])
+    fit(platform(free=FREE), [_log(501, 1.7)])
     with _compilations() as again:
-        fit_rig(platform(free='"axis.inertia"'), [_log(501, 1.7)])
+        fit(platform(free='"axis.inertia"'), [_log(501, 1.7)])
     assert again == []

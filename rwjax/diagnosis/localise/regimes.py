@@ -7,7 +7,7 @@ from scipy.signal import welch
 
 from rwjax.diagnosis.information_criterion import correlation_time
 from rwjax.diagnosis.localise.own_noise import above
-from rwjax.fitting.problem import NO_COMMAND
+from rwjax.fitting.initial_guess import NO_COMMAND
 
 REGIMES = ("stuck", "breaking away", "reversing", "saturated", "coasting", "sliding")
 """Every sample is in the first that holds."""

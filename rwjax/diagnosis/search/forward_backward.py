@@ -93,7 +93,7 @@ class Search:
     def evidence(self, hypothesis: Hypothesis, effective: dict[str, float]) -> float:
         """Log evidence of an hypothesis for given effective samples, and of what the rig file says besides."""
         fitted = self.fits.known(hypothesis)
-        against, _ = fitted.problem.against_prior(fitted.theta)
+        against, _ = fitted.problem.prior_cost(fitted.theta)
         return log_evidence(self._seen(hypothesis), *self._numbers(hypothesis), effective) - against
 
     def effective(self, hypothesis: Hypothesis) -> dict[str, float]:

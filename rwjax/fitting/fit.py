@@ -1,0 +1,174 @@
+"""Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rwjax.errors import LogError, RigError
+from rwjax.fitting.coordinates import Coordinates, coordinates
+from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
+from rwjax.fitting.intervals import intervals
+from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
+from rwjax.fitting.predict import unit_of
+from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.rig_fit import RigFit
+from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.shooting_nodes import measured_nodes
+from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
+from rwjax.fitting.unit_check import check_units
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
+from rwjax.rig.model import Rig
+
+OFF_BY = (1.0, 0.5, 2.0)
+"""Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
+FIRST_STEPS = 10
+"""Steps from each of these starts."""
+FAR_FROM_PRIOR = 4.0
+"""Standard deviations of a prior beyond which a note says how far a number lies from it [1]."""
+
+
+def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
+    """The logs that may be fitted: those not marked for validation.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: All logs.
+
+    Returns:
+        The logs to fit.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log is left.
+    """
+    if not rig.free:
+        inertia = next(name for name in rig.values if name.endswith(".inertia"))
+        raise RigError(
+            f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, such as free = ["{inertia}"]'
+        )
+    train = [log for log in logs if not log.validate]
+    if not train:
+        raise LogError("every log is marked `# role: validate`; give at least one log to fit")
+    return train
+
+
+def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -> RigFit:
+    """Fit of a rig's free numbers to logs by free-run least squares over whole runs.
+
+    Args:
+        rig: The rig with its free numbers, bounds and priors.
+        logs: The logs; those marked for validation are left out.
+        bootstrap: Refits to resampled stretches, whose percentiles are then the intervals; 0 for none [1].
+        refine: Parts into which each time step is divided [1].
+
+    Returns:
+        The fitted rig with standard errors, intervals, RMS errors and notes.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log may be fitted.
+    """
+    train = to_fit(rig, logs)
+    structure = structure_of(rig)
+    problem = pose(structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine)
+    shared = theta_of(rig, structure)
+    estimated = {*rig.free} - {*rig.per_run}
+    free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])
+    theta, bounds, size = (
+        problem.expand(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
+    )
+    moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
+    best = _best_fit(problem, moves, theta, free, prior=bool(rig.prior))
+    found = uncertainty(best)
+    notes = [*check_units(problem, theta), *found.notes, *(remark for log in train for remark in log.remarks())]
+    notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
+    notes += [] if best.converged else ["the fit did not settle within its step limit"]
+    notes += [*_misfit(best), *_far_from_prior(rig, best)]
+    interval, of_intervals = intervals(best, found, bootstrap)
+    fitted = _estimated_rig(rig, best, found)
+    return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
+
+
+def _best_fit(problem: Problem, moves: Coordinates, theta: np.ndarray, free: np.ndarray, *, prior: bool) -> Fit:
+    """The fit carried to its end from the best of several starts, priors weighted by the readings' correlation."""
+    tried = []
+    for factor in OFF_BY:
+        begin = moves.clip(np.where(free, factor * theta, theta))
+        nodes = measured_nodes(problem, begin)
+        tried.append(least_squares(problem, moves, begin, nodes=nodes, most_steps=FIRST_STEPS))
+        if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
+            break
+    best = min(tried, key=lambda f: f.cost)
+    best = fit_from_start(problem, moves, best.theta, best.start)
+    if prior:
+        weighted = replace(problem, prior_weight=readings_per_independent_one(best))
+        best = fit_from_start(weighted, moves, best.theta, best.start)
+    return best
+
+
+def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
+    """The rig with estimates and standard errors, of numbers of every run the mean over the runs."""
+    problem, structure = fitted.problem, fitted.problem.structure
+    count = len(structure.names)
+    values = fitted.theta[:count].copy()
+    known = {name: e for name, e in errors.standard_error.items() if np.isfinite(e) and name in rig.free}
+    for k, name in enumerate(rig.per_run):
+        own = np.arange(count + k, len(problem.names), len(rig.per_run))
+        mean, error = _mean(fitted.theta[own], errors.of([problem.names[j] for j in own]))
+        values[structure.names.index(name)] = mean
+        if np.isfinite(error):
+            known[name] = error
+    return rig_with(rig, structure, values, known)
+
+
+def _misfit(fitted: Fit) -> list[str]:
+    """A sentence where the logs say that the model is wrong."""
+    problem = fitted.problem
+    square = 2.0 * (fitted.cost - problem.prior_cost(fitted.theta)[0]) / problem.batch.readings
+    if square <= COMPLETE:
+        return []
+    logged = np.any(problem.batch.weight > 0.0, axis=(1, 2))
+    each = np.where(logged, np.sum(fitted.evaluation.residual**2, axis=(1, 2)), -1.0)
+    log, output = np.unravel_index(int(np.argmax(each)), each.shape)
+    name = problem.structure.outputs[output]
+    miss = f"{name} of {problem.logs[log].name}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
+    return [
+        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most {miss}: the model lacks something, "
+        "and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
+    ]
+
+
+def _far_from_prior(rig: Rig, fitted: Fit) -> list[str]:
+    """A sentence for every number that ends far from what is known of it besides the logs."""
+    value = fitted.numbers()
+    away = {name: (value[name] - mean) / sd for name, (mean, sd) in rig.prior.items() if name in fitted.free}
+    return [
+        f"{name} ends {abs(z):.3g} standard deviations from its prior"
+        for name, z in away.items()
+        if abs(z) > FAR_FROM_PRIOR
+    ]
+
+
+def _mean(own: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
+    """Mean of the values of several runs with its standard error: that of the estimates, and what they scatter more."""
+    count = len(own)
+    estimated = float(np.sum(covariance)) / count**2
+    if count == 1 or not np.isfinite(estimated):
+        return float(np.mean(own)), float(np.sqrt(estimated))
+    expected = (float(np.trace(covariance)) - float(np.sum(covariance)) / count) / (count - 1)
+    return float(np.mean(own)), float(np.sqrt(estimated + max(float(np.var(own, ddof=1)) - expected, 0.0) / count))
+
+
+def _rms(fitted: Fit, log: int | slice = slice(None)) -> dict[str, float]:
+    """RMS error [SI] of every output over a log, or over all."""
+    problem = fitted.problem
+    found = {}
+    for y, name in enumerate(problem.structure.outputs):
+        weight, residual = problem.batch.weight[log, ..., y], fitted.evaluation.residual[log, ..., y]
+        seen = weight > 0.0
+        if seen.any():
+            error = residual[seen] / weight[seen]
+            found[name] = float(np.sqrt(np.mean(error**2)))
+    return found

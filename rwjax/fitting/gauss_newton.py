@@ -1,0 +1,143 @@
+"""Gauss-Newton steps whose initial states follow the numbers, log by log."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.fitting.coordinates import Coordinates
+from rwjax.fitting.problem import Problem
+from rwjax.fitting.sensitivities import residual_jacobian
+from rwjax.simulation.shooting import Evaluation
+
+LARGEST_DAMPING = 1e8
+"""Levenberg-Marquardt damping above which no step gains anything [1]."""
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a run that leaves the range of numbers: its step is refused
+def initial_state_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.ndarray, np.ndarray]:
+    """Normal equations of the readings from which a log's initial state is estimated.
+
+    Those are the readings of its first 0.5 s where its initial state is estimated from its start, else all.
+
+    Args:
+        problem: Logs and structure.
+        e: Derivatives at the present point.
+        log: Number of the log.
+
+    Returns:
+        Normal matrix `(k+n, k+n)` and gradient `(k+n,)`.
+    """
+    if not problem.initial_state_from_start[log]:
+        return e.H[log], e.g[log]
+    first = problem.start_only.batch
+    windows = first.windows
+    counts = (first.weight[log] > 0.0)[..., None]
+    G = np.where(counts, residual_jacobian(e, log, windows), 0.0).reshape(-1, len(e.local))
+    return G.T @ G, G.T @ np.where(counts[..., 0], e.residual[log, :windows], 0.0).ravel()
+
+
+def initial_state_response(
+    H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, damping: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Change of an initial state that minimises the cost, per change of the numbers and by itself.
+
+    Args:
+        H: Normal matrix `(k+n, k+n)`, of `initial_state_normal`.
+        g: Gradient `(k+n,)`.
+        k: Rows of the numbers `(k,)`.
+        s: Rows of the unknown entries of the initial state `(s,)`.
+        damping: Levenberg-Marquardt damping [1].
+
+    Returns:
+        Change per change of the numbers `(s, k)`, and at fixed numbers `(s,)` [SI].
+    """
+    Hss = H[np.ix_(s, s)]
+    diagonal = np.diag(Hss)
+    if not np.any(diagonal):  # no reading depends on these entries: they stay
+        return np.zeros((len(s), len(k))), np.zeros(len(s))
+    ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
+    with np.errstate(all="ignore"):  # a run that leaves the range of numbers: the step is refused where it is taken
+        inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
+        return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
+
+
+class _Reduced(NamedTuple):
+    """Normal equations of the coordinates with the initial states eliminated.
+
+    `A` (k, k), `b` (k,); `responses`: for each log the unknown entries of its initial state, their change per change of
+    the coordinates, and by itself.
+    """
+
+    A: np.ndarray
+    b: np.ndarray
+    responses: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
+def _reduced(problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float) -> _Reduced:
+    """The damped normal equations at a point."""
+    k = np.arange(len(coordinates.index))
+    scale = coordinates.slope(theta)
+    L, n = problem.start.shape
+    p = e.g.shape[1] - n
+    free = coordinates.index
+    A, responses = np.diag(problem.precision[free] * scale**2), []
+    b = problem.prior_cost(theta)[1][free] * scale
+    for log in range(L):
+        s = np.flatnonzero(problem.start_free[log])
+        P, q = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, damping)
+        P = P * scale
+        H, g = e.H[log], e.g[log]
+        Hts, Hss = H[np.ix_(k, p + s)] * scale[:, None], H[np.ix_(p + s, p + s)]
+        A += H[np.ix_(k, k)] * scale[:, None] * scale + Hts @ P + P.T @ Hts.T + P.T @ Hss @ P
+        A[np.diag_indices(len(k))] += damping * H[k, k] * scale**2
+        b += g[k] * scale + P.T @ g[p + s] + (Hts + P.T @ Hss) @ q
+        responses.append((s, P, q))
+    return _Reduced(A, b, responses)
+
+
+def _within_bounds(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Solution `(k,)` of `A dz = -b` in which no coordinate at a bound (`low`, `high`) leaves through it."""
+    held = np.diag(A) <= 0.0  # no reading depends on these
+    dz = np.zeros(len(b))
+    for _ in range(len(b) + 1):
+        move = np.flatnonzero(~held)
+        dz = np.zeros(len(b))
+        if len(move):
+            M = A[np.ix_(move, move)]
+            d = np.sqrt(np.maximum(np.diag(M), 1e-300))
+            dz[move] = -np.linalg.lstsq(M / d / d[:, None], b[move] / d, rcond=1e-13)[0] / d
+        leaving = ~held & ((low & (dz < 0.0)) | (high & (dz > 0.0)))
+        if not leaving.any():
+            break
+        held |= leaving
+    return dz
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def gauss_newton_step(
+    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Damped Gauss-Newton step of the coordinates and of each log's initial state.
+
+    Initial states follow the numbers by `initial_state_response`. A number on a bound is held where the step would
+    leave through it.
+
+    Args:
+        problem: Logs and structure.
+        e: Derivatives at `theta`.
+        coordinates: The free numbers.
+        theta: Parameter vector `(t,)` [SI].
+        damping: Levenberg-Marquardt damping [1].
+
+    Returns:
+        Change of the coordinates `(k,)` [1] and of the initial states `(l, n)` [SI]; None where the derivatives are not
+        finite.
+    """
+    A, b, responses = _reduced(problem, e, coordinates, theta, damping)
+    if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
+        return None
+    dz = _within_bounds(A, b, *coordinates.on_bound(theta))
+    dx = np.zeros(problem.start.shape)
+    for log, (s, P, q) in enumerate(responses):
+        dx[log, s] = q + P @ dz
+    return dz, dx

@@ -1,0 +1,107 @@
+"""What a log's first 0.5 s say about its initial state, before anything is simulated."""
+
+import numpy as np
+
+from rwjax.kinds import is_angle
+from rwjax.logs import noise as noise_of
+from rwjax.logs.log import Log
+from rwjax.plant.one_axis import Structure
+
+START_S = 0.5
+"""Length of the stretch from which a run's initial state is estimated [s]."""
+NO_COMMAND = 1e-3
+"""Voltage below which there is no command [V]."""
+SWING = 3.0
+"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves [1]."""
+MOVES = 3.5
+"""Standard errors of a mean or a slope above which it differs from zero [1]."""
+
+
+def first_half_second(log: Log) -> np.ndarray:
+    """Which samples `(time,)` lie in the first `START_S` of a log.
+
+    Args:
+        log: The log.
+
+    Returns:
+        True where a sample does.
+    """
+    return log.time - log.time[0] <= START_S
+
+
+def _line(log: Log, name: str) -> tuple[float, float, float]:
+    """Value at the first sample, slope, and the slope's standard error of a line through the first 0.5 s."""
+    early = first_half_second(log) & np.isfinite(log.outputs[name])
+    t, y = log.time[early] - log.time[0], log.outputs[name][early]
+    if len(t) < 3:
+        return (float(y[0]) if len(y) else 0.0), 0.0, np.inf
+    A = np.stack([np.ones_like(t), t], axis=1)
+    (value, slope), *_ = np.linalg.lstsq(A, y, rcond=None)
+    scatter = max(np.std(y - A @ (value, slope)), noise_of.quantisation(log, name))
+    return float(value), float(slope), float(scatter / np.sqrt(np.sum((t - t.mean()) ** 2)))
+
+
+def starts_at_rest(log: Log) -> bool:
+    """Whether input and rates cannot be distinguished from zero over the first 0.5 s.
+
+    A current may have an offset, and is not considered.
+
+    Args:
+        log: The log.
+
+    Returns:
+        True where the run starts at rest.
+    """
+    early = first_half_second(log)
+    if np.max(np.abs(log.command[early])) > NO_COMMAND:
+        return False
+    for name, value in log.outputs.items():
+        if name.startswith("current"):
+            continue
+        y = value[early & np.isfinite(value)]
+        if len(y) < 3:
+            continue
+        if is_angle(name):
+            _, slope, error = _line(log, name)
+            moved = float(np.ptp(y)) > 1.5 * log.resolution.get(name, 0.0)
+            if moved and abs(slope) > MOVES * error:
+                return False
+        else:
+            noise = max(noise_of.rapid(y), noise_of.quantisation(log, name))
+            error = max(float(np.std(y)), noise) / np.sqrt(len(y))
+            swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
+            if swings or abs(float(np.mean(y))) > MOVES * error + 1e-12:
+                return False
+    return True
+
+
+def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Initial state as the first readings suggest it, and which of its entries are unknown.
+
+    Args:
+        structure: The plant's structure, with its states `n`.
+        log: The log.
+        rest: Whether the run starts at rest: rates and currents are then known to be 0.
+
+    Returns:
+        The guess `(n,)` [rad, rad/s, A], and True where an entry has to be estimated `(n,)`.
+    """
+    guess, free = dict.fromkeys(structure.states, 0.0), dict.fromkeys(structure.states, False)
+    for angle, rate, angle_name, rate_name in structure.turning:
+        early = first_half_second(log)
+        if angle_name in log.outputs:
+            value, slope, _ = _line(log, angle_name)
+            seen = log.outputs[angle_name][early & np.isfinite(log.outputs[angle_name])]
+            guess[angle], guess[rate] = (float(np.mean(seen)) if rest and len(seen) else value), slope
+            free[angle] = True
+        elif log.outputs and angle in structure.angles:
+            free[angle] = True  # unseen, but something depends on it
+        if rate_name in log.outputs:
+            guess[rate] = _line(log, rate_name)[0]
+        free[rate] = not rest
+        guess[rate] = 0.0 if rest else guess[rate]
+    for i, name in structure.currents:
+        if not rest:
+            guess[i] = _line(log, name)[0] if name in log.outputs else 0.0
+            free[i] = True
+    return np.array(list(guess.values())), np.array(list(free.values()))

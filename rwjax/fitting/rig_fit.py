@@ -1,0 +1,91 @@
+"""A fitted rig with what its optimum says, for people and for programs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.effects import unit_of_number
+from rwjax.fitting.intervals import Intervals
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.predict import unit_of
+from rwjax.fitting.uncertainty import Uncertainty
+from rwjax.rig.model import Rig
+
+
+@dataclass(frozen=True)
+class RigFit:
+    """Fitted rig with what the optimum says. Prints as text.
+
+    Attributes:
+        rig: The rig with estimates and standard errors in place [SI]. A number that every run has of its own is the
+            mean over the runs, with the standard error of that mean.
+        fit: The fit.
+        uncertainty: Covariance of the free numbers.
+        interval: 95 % of each estimated number [SI]: by the standard error; by the profile where a bound is near or the
+            logs say little; by the bootstrap where one was made.
+        rms: Free-run RMS error of every output over the fitted logs [SI].
+        notes: What a user should know, one sentence each.
+    """
+
+    rig: Rig
+    fit: Fit
+    uncertainty: Uncertainty
+    interval: Intervals
+    rms: dict[str, float]
+    notes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        rows = [_row(name, value, error, self.interval.get(name)) for name, value, error in self._estimates()]
+        widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+        lines = [f"fit of {self.rig.name} to {', '.join(log.name for log in self.fit.problem.logs)}"]
+        lines += ["  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+        lines += [f"  RMS error of {name}: {value:.4g} {unit_of(name)}" for name, value in self.rms.items()]
+        return "\n".join([*lines, *(f"  note: {note}" for note in self.notes)])
+
+    def _estimates(self) -> list[tuple[str, float, float]]:
+        """Name, value and standard error [SI] of every estimated number."""
+        values, errors = self.fit.numbers() | self.rig.values, self.uncertainty.standard_error | self.rig.standard_error
+        names = dict.fromkeys((*self.rig.free, *self.uncertainty.names))
+        return [(name, values[name], errors.get(name, np.inf)) for name in names]
+
+    def of_runs(self) -> list[str]:
+        """Numbers that a run has of its own.
+
+        Returns:
+            One line for each, with its interval [SI].
+        """
+        value = self.fit.numbers()
+        ends = {name: self.interval[name] for name in self.fit.free if name not in self.rig.free}
+        return [f"{name} = {value[name]:.6g} (95 %: {low:.6g} to {high:.6g})" for name, (low, high) in ends.items()]
+
+    def json(self) -> dict:
+        """Plain objects for `rwjax fit --json`.
+
+        Returns:
+            Numbers, intervals and errors [SI] by name; null where a value is infinite.
+        """
+        return {
+            "schema": "rwjax.fit/1",
+            "rig": self.rig.name,
+            "numbers": {
+                name: {"value": value, "standard_error": _finite(error)} for name, value, error in self._estimates()
+            },
+            "interval95": {name: [_finite(end) for end in ends] for name, ends in self.interval.items()},
+            "covariance_of": list(self.uncertainty.names),
+            "covariance": [[_finite(v) for v in row] for row in self.uncertainty.covariance],
+            "rms": self.rms,
+            "noise": self.fit.problem.noise,
+            "converged": self.fit.converged,
+            "notes": list(self.notes),
+        }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _row(name: str, value: float, error: float, ends: tuple[float, float] | None) -> tuple[str, str, str, str]:
+    """Name, value, standard error with unit, and interval of a number, as text."""
+    unit = unit_of_number(name.partition(" ")[0])
+    spread = (f"± {error:.2g}" if np.isfinite(error) else "(no standard error)") + (f" {unit}" if unit else "")
+    return name, f"{value:.6g}", spread, "95 %: {:.6g} to {:.6g}".format(*ends) if ends else ""

@@ -1,0 +1,70 @@
+"""The middle of the sandwich covariance for correlated residuals, and the directions that a normal matrix leaves open."""
+
+import numpy as np
+
+UNIDENTIFIED = 1e-8
+"""Ratio of the smallest to the largest eigenvalue of the normalised normal equations below which a combination of
+numbers is called undetermined [1]."""
+WEIGHS = 0.01
+"""Weight in an undetermined combination above which a number is undetermined itself [1]."""
+
+
+def _bandwidth(series: np.ndarray) -> float:
+    """Bartlett bandwidth in samples by the first-order plug-in of Andrews (Econometrica 59, 1991, eq. 6.4)."""
+    num = den = 0.0
+    for x in series.T:
+        x = x - x.mean()
+        power = float(x @ x)
+        if power <= 0.0:
+            continue
+        rho = min(max(float(x[1:] @ x[:-1]) / power, 0.0), 0.999)
+        innovation = (1.0 - rho**2) * power / len(x)
+        num += 4.0 * rho**2 * innovation**2 / ((1.0 - rho) ** 6 * (1.0 + rho) ** 2)
+        den += innovation**2 / (1.0 - rho) ** 4
+    return 1.1447 * (num / den * len(series)) ** (1.0 / 3.0) if den > 0.0 else 0.0
+
+
+def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray:
+    """Long-run covariance of the score, summed over logs.
+
+    Args:
+        jacobians: For each log the derivative of its residual `(time, output, k)`.
+        residuals: For each log its residual `(time, output)`.
+
+    Returns:
+        Covariance `(k, k)`.
+
+    Source:
+        Newey and West, Econometrica 55 (1987).
+    """
+    k = jacobians[0].shape[-1]
+    total = np.zeros((k, k))
+    for G, r in zip(jacobians, residuals, strict=True):
+        score = np.einsum("tya,ty->ta", G, r)
+        width = min(_bandwidth(score), len(score) / 4.0)
+        total += score.T @ score
+        n, size = len(score), 1
+        while size < 2 * n:
+            size *= 2
+        spectrum = np.fft.rfft(score, size, axis=0)
+        for a in range(k):
+            for b in range(k):
+                lagged = np.fft.irfft(spectrum[:, a].conj() * spectrum[:, b], size)
+                lags = np.arange(1, min(int(np.ceil(width)) + 1, n))  # all of positive weight: no variance is below 0
+                weight = 1.0 - lags / (width + 1.0)
+                total[a, b] += float(weight @ (lagged[lags] + lagged[-lags]))
+    return total
+
+
+def undetermined(A: np.ndarray) -> np.ndarray:
+    """Which numbers have a share in a combination that a normal matrix leaves undetermined.
+
+    Args:
+        A: Normal matrix `(k, k)`.
+
+    Returns:
+        True for these `(k,)`.
+    """
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    values, vectors = np.linalg.eigh(A / d / d[:, None])
+    return (np.abs(vectors[:, values < UNIDENTIFIED * values[-1]]) > WEIGHS).any(axis=1) | (np.diag(A) <= 0.0)

@@ -1,0 +1,81 @@
+"""Free runs of a problem with their cost, and the derivatives of its residual."""
+
+import numpy as np
+
+from rwjax.fitting.problem import Problem
+from rwjax.fitting.threads import on_threads
+from rwjax.simulation.batch import Batch
+from rwjax.simulation.shooting import Evaluation, evaluate, free_run
+
+COLUMNS = 8
+"""Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
+LONG = 4000
+"""Steps of a log from which a call of its own costs less than it saves."""
+
+
+def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cost of each log's free run, without the prior, and the states at its windows' starts.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        start: Initial states `(l, n)` [SI].
+
+    Returns:
+        Half the sum of squared residuals `(l,)` [1], infinite where a run leaves the range of numbers, and states
+        `(l, w, n)` [SI].
+    """
+    y, nodes = free_run(problem.structure, theta, start, problem.batch)
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
+        cost = 0.5 * np.sum(residual**2, axis=(1, 2, 3))
+    return np.where(np.isfinite(cost), cost, np.inf), np.asarray(nodes)
+
+
+def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
+    """`evaluate` of a problem's logs, as numpy arrays.
+
+    Its columns are the derivatives by the numbers, zeros up to a multiple of `COLUMNS`, and the derivatives by the
+    states. Several long logs run at the same time, each in a call of its own; logs without readings are left at 0.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        numbers: Entries of `theta` to differentiate by `(k,)`.
+        nodes: States at the windows' starts `(l, w, n)` [SI].
+
+    Returns:
+        Residuals in units of noise [1] and their derivatives [1/SI].
+    """
+    padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
+    padded[: len(numbers)] = numbers
+
+    def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
+        return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch)))
+
+    batch, counted = problem.batch, problem.logs_with_readings.tolist()
+    if len(nodes) == 1 or not counted or batch.windows * len(batch.step_index) < LONG:
+        return of(nodes, batch)
+    found = dict(zip(counted, on_threads(lambda log: of(nodes[log : log + 1], batch.of(log)), counted), strict=True))
+    nothing = Evaluation(*(np.zeros_like(a) for a in found[counted[0]]))
+    every = [found.get(log, nothing) for log in range(len(nodes))]
+    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}  # of logs
+    return Evaluation(*(np.concatenate([getattr(e, name) for e in every], axis[name]) for name in axis))
+
+
+def residual_jacobian(e: Evaluation, log: int, windows: int | None = None) -> np.ndarray:
+    """Derivative of a log's residual by the numbers and its initial state, through the whole run.
+
+    Args:
+        e: Derivatives window by window.
+        log: Number of the log.
+        windows: How many windows, from the first one on; all without it [1].
+
+    Returns:
+        Derivative `(w, q, y, k+n)` [1/SI].
+    """
+    windows, p = e.residual.shape[1] if windows is None else windows, len(e.local) - e.chain.shape[2]
+    local, chain = e.local[:, log], e.chain[log]
+    through = np.einsum("nwqy,wnc->wqyc", local[p:, :windows], chain[:windows])
+    through[..., :p] += np.moveaxis(local[:p, :windows], 0, -1)
+    return through
