@@ -17,7 +17,7 @@ from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.secant import derived, descend, placed, point
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.logs.log import Log
-from rwjax.logs.noise import pooled
+from rwjax.logs.noise import pooled_noise
 from rwjax.plant.from_rig import theta_of
 from rwjax.plant.one_axis import Structure
 from rwjax.rig.model import Rig
@@ -116,8 +116,8 @@ class ModelFits:
     @classmethod
     def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "ModelFits":
         """ModelFits of `rig` to `logs`, trained on those numbered in `train`."""
-        noise = pooled(tuple(logs[k] for k in train))
-        unseen = pooled(tuple(logs))  # for outputs that no training log holds
+        noise = pooled_noise(tuple(logs[k] for k in train))
+        unseen = pooled_noise(tuple(logs))  # for outputs that no training log holds
         return cls(
             rig, pose(structure_for(rig, Hypothesis()), logs, unseen | noise, prior=rig.prior), tuple(train), progress
         )

@@ -79,7 +79,7 @@ class Problem:
         weight = batch.weight.copy()
         for k, log in enumerate(self.logs):
             early = _early(log)
-            noise = noise_of.of_readings(log.cut(0, int(early.sum())))
+            noise = noise_of.noise_by_output(log.cut(0, int(early.sum())))
             unit = np.array([self.noise[y] / noise[y] if y in noise else 1.0 for y in self.structure.outputs])
             late = np.append(~early, False)  # empty slots point at the last entry
             weight[k] = np.where(late[batch.slot_sample[k]][..., None], 0.0, weight[k] * unit)
@@ -127,7 +127,7 @@ def starts_at_rest(log: Log) -> bool:
             if moved and abs(slope) > 3.5 * error:
                 return False
         else:
-            noise = max(noise_of.rapid(y), noise_of.quantisation(log, name))
+            noise = max(noise_of.noise_level(y), noise_of.quantisation(log, name))
             spread = max(float(np.std(y)), noise) / np.sqrt(len(y))
             swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
             if swings or abs(float(np.mean(y))) > 3.5 * spread + 1e-12:
@@ -171,7 +171,7 @@ def pose(
     standard deviation by name."""
     logs = tuple(logs)
     known = [(prior or {}).get(name, (0.0, np.inf)) for name in structure.names]
-    noise = noise_of.pooled(logs) if noise is None else noise
+    noise = noise_of.pooled_noise(logs) if noise is None else noise
     first = [_first_state(structure, log, starts_at_rest(log)) for log in logs]
     problem = Problem(
         structure=structure,

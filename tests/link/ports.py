@@ -5,11 +5,12 @@ import termios
 
 from serial import SerialBase, SerialException
 
-from rwjax.link import frames
-from rwjax.link.frames import MESSAGES, Frame, Hello, Message, Sample
+from rwjax.link import frames, messages
+from rwjax.link.frames import Frame
+from rwjax.link.messages import MESSAGES, Hello, Message, Sample
 
 HELLO = Hello(1, 0xABCDEF01, 7, 1, 0, 0, 100, 2048, 2048, 2000, 3000, 4000, 100, 20, 630, 9000)
-SAMPLE = Sample(0, 0, 0, 3000, 3000, 12_000, frames.DISARMED, 0, 0, 0, 0, 0, 0)
+SAMPLE = Sample(0, 0, 0, 3000, 3000, 12_000, messages.DISARMED, 0, 0, 0, 0, 0, 0)
 
 
 def wire(said: Message, seq: int) -> bytes:

@@ -22,10 +22,13 @@ from firmware.simavr.avr import F_CPU, Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import Serial, url
 from rwjax.errors import InputError
-from rwjax.link import frames, recorder
-from rwjax.link.recorder import Raw, listen, play, record, to_play
-from rwjax.link.session import LinkError, Session
-from rwjax.link.stream import stretches, write_logs
+from rwjax.link import frames, messages, recorder
+from rwjax.link.play_experiment import play, play_values
+from rwjax.link.port import LinkError
+from rwjax.link.recorder import Raw, listen, record
+from rwjax.link.session import Session
+from rwjax.link.stream import stretches
+from rwjax.link.stream_to_logs import write_logs
 from rwjax.logs.read import read_log
 from rwjax.planning.experiment import Experiment
 from rwjax.rig.model import Rig
@@ -97,14 +100,14 @@ def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -
 def test_a_run_is_whole_though_every_answer_is_lost(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    whole = frames.message
+    whole = messages.message
     monkeypatch.setattr(frames, "message", lambda frame: None if frame.type == 0x83 else whole(frame))
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
 
 
-@pytest.mark.parametrize("kind", [frames.ARM, frames.PLAY, frames.DISARM])
+@pytest.mark.parametrize("kind", [messages.ARM, messages.PLAY, messages.DISARM])
 def test_a_command_that_is_lost_is_sent_once_more(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: int
 ) -> None:
@@ -119,13 +122,13 @@ def test_a_command_that_is_lost_is_sent_once_more(
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
-    assert sent.count(kind) == (3 if kind == frames.DISARM else 2)  # the last DISARM leaves
+    assert sent.count(kind) == (3 if kind == messages.DISARM else 2)  # the last DISARM leaves
 
 
 def test_a_board_that_is_disarmed_meanwhile_is_said_to_be(testbed: Bench, tmp_path: Path) -> None:
-    def meddling(session: Session, sample: frames.Sample) -> None:
-        if sample.playing and sample.state == frames.ARMED:
-            session._send(frames.DISARM)
+    def meddling(session: Session, sample: messages.Sample) -> None:
+        if sample.playing and sample.state == messages.ARMED:
+            session.send(messages.DISARM)
 
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {}, play(SQUARE, rig), meddling)
@@ -136,7 +139,7 @@ def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
     need_simavr()
     rig, on = read_rig(RIG), bench(TRUTH)
 
-    def empty(session: Session, sample: frames.Sample) -> None:
+    def empty(session: Session, sample: messages.Sample) -> None:
         if sample.playing and sample.tick % 50 == 0:
             on.avr.battery(8_000.0)
 
@@ -163,7 +166,7 @@ def playing_for(samples: int):
     """Whether so many samples of a run have come, for `watch` to ask."""
     seen = []
 
-    def enough(sample: frames.Sample) -> bool:
+    def enough(sample: messages.Sample) -> bool:
         seen.append(sample)
         return sum(s.playing for s in seen) >= samples
 
@@ -179,7 +182,7 @@ def test_a_cable_that_is_pulled_out_while_the_wheel_is_driven_ends_in_neutral(
     def pulled(*_: object) -> bytes:
         raise serial.SerialException("device reports readiness to read but returned no data")
 
-    def out(session: Session, sample: frames.Sample) -> None:
+    def out(session: Session, sample: messages.Sample) -> None:
         if enough(sample):
             monkeypatch.setattr(Serial, "read", pulled)
             monkeypatch.setattr(Serial, "write", pulled)
@@ -198,7 +201,7 @@ def test_a_disk_that_is_full_while_the_wheel_is_driven_ends_in_neutral(
     def full(*_: object) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    def filled(session: Session, sample: frames.Sample) -> None:
+    def filled(session: Session, sample: messages.Sample) -> None:
         if enough(sample):
             monkeypatch.setattr(recorder.os, "write", full)
 
@@ -211,9 +214,9 @@ def test_a_board_that_resets_while_the_wheel_is_driven_ends_in_neutral(tmp_path:
     need_simavr()
     on, rig, enough = Bench(Avr(build("hang", "-DHANG_ON_CLEAR")), Testbed(TRUTH)), read_rig(RIG), playing_for(120)
 
-    def hang(session: Session, sample: frames.Sample) -> None:
+    def hang(session: Session, sample: messages.Sample) -> None:
         if enough(sample):
-            session._send(frames.CLEAR)
+            session.send(messages.CLEAR)
 
     done = record(url(on), rig, tmp_path / "run.csv", {"experiment": "square"}, play(LONG, rig), hang)
     assert on.avr.resets == 1 and str(done.failure).endswith("in the middle of the session (cause: the watchdog)")
@@ -225,7 +228,7 @@ def test_a_board_that_resets_while_the_wheel_is_driven_ends_in_neutral(tmp_path:
 def test_ctrl_c_disarms_and_keeps_the_log(testbed: Bench, tmp_path: Path) -> None:
     rig, seen = read_rig(RIG), []
 
-    def impatient(session: Session, sample: frames.Sample) -> None:
+    def impatient(session: Session, sample: messages.Sample) -> None:
         seen.append(sample)
         if sample.playing and sum(s.playing for s in seen) == 150:
             raise KeyboardInterrupt
@@ -251,7 +254,7 @@ def test_an_unplugged_cable_keeps_what_came(scripted, tmp_path: Path, end: str, 
 
 
 def test_whatever_ends_a_recording_comes_after_its_log(scripted, tmp_path: Path) -> None:
-    def broken(session: Session, sample: frames.Sample) -> None:
+    def broken(session: Session, sample: messages.Sample) -> None:
         if sample.tick == 50:
             raise ZeroDivisionError
 
@@ -266,7 +269,7 @@ def test_a_second_ctrl_c_does_not_cost_the_log(scripted, monkeypatch: pytest.Mon
         signal.raise_signal(signal.SIGINT)
         return write_logs(raw, rig, output)
 
-    def interrupted(session: Session, sample: frames.Sample) -> None:
+    def interrupted(session: Session, sample: messages.Sample) -> None:
         if sample.tick == 50:
             raise KeyboardInterrupt
 
@@ -286,7 +289,7 @@ def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -
     done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
     assert str(done.failure).endswith("has started anew in the middle of the session (cause: the watchdog)")
     kinds = [frame.type for frame in frames.Decoder().feed(port.written)]
-    assert kinds[-1] == frames.DISARM and frames.ARM not in kinds
+    assert kinds[-1] == messages.DISARM and messages.ARM not in kinds
 
 
 def test_where_nothing_came_nothing_stays(scripted, tmp_path: Path) -> None:
@@ -311,7 +314,7 @@ def test_a_board_set_up_for_another_rig_is_refused_before_anything_is_sent(scrip
     with pytest.raises(InputError, match=said):
         record("port", read_rig(RIG), tmp_path / "run.csv", {}, play(SQUARE, read_rig(RIG)))
     kinds = {frame.type for frame in frames.Decoder().feed(port.written)}
-    assert kinds == {frames.ASK, frames.DISARM} and list(tmp_path.iterdir()) == []
+    assert kinds == {messages.ASK, messages.DISARM} and list(tmp_path.iterdir()) == []
 
 
 def test_a_port_belongs_to_one_program() -> None:
@@ -385,38 +388,38 @@ def test_an_esc_that_turns_one_way_has_the_whole_span() -> None:
     rig = read_rig(RIG)
     assert rig.pwm
     one_way = replace(rig, pwm=rig.pwm._replace(neutral_us=1000.0))
-    assert to_play(Experiment("square", 9.0, 10.0, 1.0, 1.0), one_way)[2:4] == (900, 1000)
+    assert play_values(Experiment("square", 9.0, 10.0, 1.0, 1.0), one_way)[2:4] == (900, 1000)
     with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; give less"):
-        to_play(Experiment("square", 11.0, 10.0, 1.0, 1.0), one_way)
+        play_values(Experiment("square", 11.0, 10.0, 1.0, 1.0), one_way)
     for reverses in (Experiment("square", 2.0, 1.5, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
         with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; this ESC turns one way: add an offset"):
-            to_play(reverses, one_way)
-    assert to_play(Experiment("coast-down", 1.0, 0.0, 1.0, 1.0), one_way)[2:4] == (100, 0)
+            play_values(reverses, one_way)
+    assert play_values(Experiment("coast-down", 1.0, 0.0, 1.0, 1.0), one_way)[2:4] == (100, 0)
 
 
 def test_a_neutral_pulse_near_an_end_is_said_for_what_it_is() -> None:
     rig = read_rig(RIG)
     assert rig.pwm
     near, high, no = (replace(rig, pwm=rig.pwm._replace(neutral_us=us)) for us in (1010.0, 1700.0, 1990.0))
-    assert to_play(Experiment("square", 1.0, 1.1, 1.0, 1.0), near)[2:4] == (100, 110)
+    assert play_values(Experiment("square", 1.0, 1.1, 1.0, 1.0), near)[2:4] == (100, 110)
     with pytest.raises(LinkError, match=r"the pulses reach 0 to 19\.8 V; this ESC turns one way: add an offset"):
-        to_play(Experiment("square", 2.0, 0.0, 1.0, 1.0), near)
+        play_values(Experiment("square", 2.0, 0.0, 1.0, 1.0), near)
     little = replace(rig, pwm=rig.pwm._replace(neutral_us=1100.0))  # pulses of 1050 us are there, and mean nothing
     for reverses in (Experiment("square", 1.0, 0.0, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
         with pytest.raises(LinkError, match="the pulses reach 0 to 18 V; this ESC turns one way: add an offset"):
-            to_play(reverses, little)
-    assert to_play(Experiment("coast-down", -6.0, 0.0, 1.0, 1.0), high)[2:4] == (-600, 0)
+            play_values(reverses, little)
+    assert play_values(Experiment("coast-down", -6.0, 0.0, 1.0, 1.0), high)[2:4] == (-600, 0)
     with pytest.raises(LinkError, match="the pulses reach -6 to 6 V; give less"):  # though pulses of 1000 us are -14 V
-        to_play(Experiment("coast-down", -7.0, 0.0, 1.0, 1.0), high)
+        play_values(Experiment("coast-down", -7.0, 0.0, 1.0, 1.0), high)
     with pytest.raises(InputError, match="`drive.pwm.neutral_us` is 1990, and boards give no pulses above 2000 us"):
-        to_play(Experiment("square", 0.1, 0.0, 1.0, 1.0), no)
+        play_values(Experiment("square", 0.1, 0.0, 1.0, 1.0), no)
 
 
 def test_an_esc_that_by_its_board_turns_one_way_is_not_armed_for_a_reversal(scripted, tmp_path: Path) -> None:
     port, rig = scripted(Scripted(stream(range(200), HELLO._replace(pulse_min=3000)))), read_rig(RIG)
     done = record("port", rig, tmp_path / "run.csv", {}, play(SQUARE, rig))
     assert "2 V about 0 V: the pulses reach 0 to 10 V; this ESC turns one way: add an offset" in str(done.failure)
-    assert frames.ARM not in {frame.type for frame in frames.Decoder().feed(port.written)}
+    assert messages.ARM not in {frame.type for frame in frames.Decoder().feed(port.written)}
 
 
 def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:

@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax.errors import LogError, RigError
-from rwjax.link.stream import channels, columns, stretches, write_logs
+from rwjax.link.channels import channels
+from rwjax.link.stream import stretches
+from rwjax.link.stream_to_logs import columns, write_logs
 from rwjax.logs.read import read_log
 from rwjax.rig.read import parse_rig
 from tests.link.ports import HELLO, SAMPLE, stream, wire, wrapped

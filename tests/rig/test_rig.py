@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rwjax.errors import InputError, RigError
 from rwjax.kinds import COEFFICIENTS, ENCODERS, KINDS, NUMBERS
-from rwjax.rig.model import Rig
-from rwjax.rig.parse import Pwm, effect_parameters
+from rwjax.rig.effect_section import effect_parameters
+from rwjax.rig.model import Pwm, Rig
 from rwjax.rig.read import parse_rig, read_rig
 from rwjax.rig.write import write_rig
 
@@ -217,7 +217,7 @@ def test_line_breaks_in_a_key_stay_on_the_line():
 
 
 def test_reading_without_effects_is_light(monkeypatch):
-    monkeypatch.setattr("rwjax.rig.parse.effect_parameters", lambda: pytest.fail("imports JAX"))
+    monkeypatch.setattr("rwjax.rig.effect_section.effect_parameters", lambda: pytest.fail("imports JAX"))
     assert parse_rig(write_rig(parse_rig(WHEEL))).kind == "wheel"
 
 

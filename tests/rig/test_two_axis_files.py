@@ -25,10 +25,11 @@ from rwjax.errors import InputError, LogError, RigError
 from rwjax.fitting.fit_rig import fit_rig
 from rwjax.fitting.predict import predict_log
 from rwjax.fitting.problem import pose
-from rwjax.logs.half_rig import half_log, half_rig
+from rwjax.logs.half_log import half_log
 from rwjax.logs.read import read_logs
 from rwjax.logs.write import write_log
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.half_rig import half_rig
 from rwjax.rig.model import Rig
 from rwjax.simulation.shooting import commands, plant_of
 from tests.systems import record
