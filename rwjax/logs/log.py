@@ -113,5 +113,5 @@ def _within(times: dict[str, np.ndarray], first: float, last: float) -> dict[str
 
 def _range(values: np.ndarray, unit: str) -> str:
     """Lowest and highest of the values that are there, in words."""
-    seen = values[np.isfinite(values)]
+    seen = values[np.isfinite(values)] + 0.0  # no negative zero
     return f"{seen.min():.4g} to {seen.max():.4g} {unit}".rstrip() if len(seen) else "no reading"

@@ -98,7 +98,7 @@ class Rig:
     def _in_words(self, name: str, value: float, unit: str) -> str:
         error = f" ± {self.standard_error[name]:.2g}" if name in self.standard_error else ""
         free = " (free, per run)" if name in self.per_run else " (free)" if name in self.free else ""
-        return f"{value:.6g}{error} {unit}{free}"
+        return f"{value:.6g}{error}{'' if unit == '1' else f' {unit}'}{free}"
 
 
 def with_one_axis(rig: Rig) -> Rig:

@@ -101,7 +101,7 @@ def test_a_run_is_whole_though_every_answer_is_lost(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     whole = messages.message
-    monkeypatch.setattr(frames, "message", lambda frame: None if frame.type == 0x83 else whole(frame))
+    monkeypatch.setattr(messages, "message", lambda frame: None if frame.type == 0x83 else whole(frame))
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
