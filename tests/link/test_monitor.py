@@ -7,8 +7,7 @@ from rich.console import Console
 from rwjax.link import messages
 from rwjax.link.monitor import View, table
 from rwjax.link.session import Session
-from tests.link.ports import SAMPLE, Scripted, stream, wrapped
-from tests.link.test_stream import RIG
+from tests.link.ports import RIG, SAMPLE, Scripted, stream, wrapped
 
 
 def drawn(view: View) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.link import frames, messages, play_plan, recorder, rest
+from rwjax.link import frames, messages, play_plan, recorder
 from rwjax.link.play_experiment import play
 from rwjax.link.port import LinkError
 from rwjax.link.session import Session
@@ -18,7 +18,7 @@ from rwjax.planning.files import Plan, Run, write_plan
 from rwjax.rig.read import read_rig
 from tests.boards import need_simavr
 from tests.command import rwjax
-from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire, wrapped
+from tests.link.ports import HELLO, SAMPLE, Scripted, resting, stream, wire
 
 ONE = Run("coast", Experiment("coast-down", 2.0, 0.0, 1.0, 3.0), "train", "coasting", (), {"wheel_rad_s": 100.0})
 TWO = Run("square", Experiment("square", 1.5, 0.2, 1.0, 2.0), "validate", "a kind of its own", (), {})
@@ -96,22 +96,6 @@ def test_what_cannot_be_played_is_said_before_anything_is_armed(
     assert messages.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
 
 
-def test_a_run_waits_until_nothing_has_counted_for_a_second() -> None:
-    moving = [wire(SAMPLE._replace(tick=k, count_1=k), k + 1) for k in range(50)]
-    still = [wire(SAMPLE._replace(tick=50 + k, count_1=50), 51 + k) for k in range(120)]
-    port = Scripted([*stream(range(1))[:1], *moving, *still])
-    session = Session(port)
-    rest.settle(session)
-    assert len(port.pieces) == 120 + 1 - rest.STILL_TICKS  # the last count before it is within the dither
-
-
-def test_an_encoder_that_hangs_between_two_counts_is_at_rest_and_one_that_creeps_is_not() -> None:
-    for counts, at_rest in (([0, 1], True), (range(0, 90_000, 1), False), ([0, 2], False)):
-        said = [wire(SAMPLE._replace(tick=k, count_2=counts[k % len(counts)]), k + 1) for k in range(6_100)]
-        session = Session(Scripted([*stream(range(1))[:1], *said]))
-        assert bool(rest.at_rest(session)) != at_rest
-
-
 FORTH = replace(ONE, name="forth", reaches={"yaw_rad": 0.3}, way=(-0.3, 0.02))
 AGAIN = replace(FORTH, name="again")
 BACK = replace(FORTH, name="back", way=(-0.02, 0.3))
@@ -149,20 +133,6 @@ def test_what_a_run_needs_from_the_middle_is_its_plans_care() -> None:
         play_plan.check_travel(wide, 0.01, 0.4, "")
 
 
-def resting(count: int, nonce: int) -> Session:
-    said = [wire(SAMPLE._replace(tick=k, count_1=wrapped(count)), k + 1) for k in range(200)]
-    return Session(Scripted([wire(HELLO._replace(nonce=nonce), 0), *said]))
-
-
-def test_the_place_of_the_axis_is_followed_through_boards_that_start_anew() -> None:
-    place = rest.AxisPosition(0, 0.001)
-    seen = []
-    for count, nonce in ((2**31 - 50, 7), (2**31 + 250, 7), (0, 8), (-400, 8), (20, 9)):
-        place.look(resting(count, nonce))
-        seen.append(place.angle)
-    assert seen == pytest.approx([0.0, 0.3, 0.3, -0.1, -0.08])
-
-
 def test_where_travel_is_limited_a_rig_that_does_not_come_to_rest_is_not_driven() -> None:
     said = [wire(SAMPLE._replace(tick=k, count_1=5 * k), k + 1) for k in range(6_100)]
     port = Scripted([*stream(range(1))[:1], *said])
@@ -172,13 +142,6 @@ def test_where_travel_is_limited_a_rig_that_does_not_come_to_rest_is_not_driven(
     ):
         task.ready(Session(port))
     assert messages.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
-
-
-def test_the_place_waits_for_the_axis_alone_and_is_lost_where_that_does_not_rest() -> None:
-    turning = [wire(SAMPLE._replace(tick=k, count_1=40, count_2=5 * k), k + 1) for k in range(200)]
-    place = rest.AxisPosition(0, 0.001)
-    assert place.look(Session(Scripted([wire(HELLO, 0), *turning])))  # the wheel coasts
-    assert not rest.AxisPosition(1, 0.001).look(Session(Scripted([wire(HELLO, 0), *turning * 40])))
 
 
 def test_a_run_that_ended_well_is_no_failure_though_the_axis_goes_on_and_the_next_one_is_refused(
@@ -195,11 +158,6 @@ def test_a_run_that_ended_well_is_no_failure_though_the_axis_goes_on_and_the_nex
     )
     with pytest.raises(LinkError, match="run `again`: the axis still moves .* go on with --run again"):
         second.ready(resting(0, 7))
-
-
-@pytest.mark.parametrize(("cause", "said"), [(1, False), (5, False), (4, True), (8, True), (2, False), (9, True)])
-def test_a_slow_supply_at_power_on_is_no_brown_out(cause: int, said: bool) -> None:
-    assert messages.unwanted_reset(HELLO._replace(reset_cause=cause)) == said
 
 
 def test_a_board_whose_esc_turns_one_way_refuses_a_plan_that_reverses(

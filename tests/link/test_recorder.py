@@ -1,14 +1,11 @@
 """The recorder: what it leaves on disk when all goes well, and when anything does not."""
 
 import errno
-import math
 import os
 import resource
 import signal
 import subprocess
 import sys
-from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +20,7 @@ from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import Serial, url
 from rwjax.errors import InputError
 from rwjax.link import frames, messages, recorder
-from rwjax.link.play_experiment import play, play_values
+from rwjax.link.play_experiment import play
 from rwjax.link.port import LinkError
 from rwjax.link.recorder import Raw, listen, record
 from rwjax.link.session import Session
@@ -317,15 +314,6 @@ def test_a_board_set_up_for_another_rig_is_refused_before_anything_is_sent(scrip
     assert kinds == {messages.ASK, messages.DISARM} and list(tmp_path.iterdir()) == []
 
 
-def test_a_port_belongs_to_one_program() -> None:
-    master, slave = os.openpty()
-    with closing(recorder.open_port(os.ttyname(slave))):
-        with pytest.raises(LinkError, match="another program talks to this port; end it first"):
-            recorder.open_port(os.ttyname(slave))
-    os.close(master)
-    os.close(slave)
-
-
 def test_bytes_are_handed_over_before_the_next_read(tmp_path: Path) -> None:
     """The thesis's listing closes its log file before the first line is written."""
     raw = Raw(tmp_path / "run.raw")
@@ -368,53 +356,6 @@ def _paths() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
-@pytest.mark.parametrize(
-    ("experiment", "said"),
-    [
-        (Experiment("square", 9.0, 2.0, 1.0, 1.0), "9 V about 2 V: the pulses reach -10 to 10 V; give less"),
-        (Experiment("square", math.nan, 0.0, 1.0, 1.0), "nan V about 0 V: the pulses reach -10 to 10 V; give less"),
-        (Experiment("square", 1e308, 0.0, 1.0, 1.0), "the pulses reach -10 to 10 V; give less"),
-        (Experiment("square", 1.0, 0.0, math.inf, 1.0), "a period of inf s: has to lie between 0.04 and 655 s"),
-        (Experiment("square", 1.0, 0.0, 0.01, 1.0), "a period of 0.01 s: has to lie between 0.04 and 655 s"),
-        (Experiment("square", 1.0, 0.0, 1.0, 4000.0), "a length of 4000 s: has to lie between 0.01 and 3600 s"),
-    ],
-)
-def test_experiments_that_the_board_cannot_play_are_refused(experiment: Experiment, said: str) -> None:
-    with pytest.raises(LinkError, match=said):
-        play(experiment, read_rig(RIG))
-
-
-def test_an_esc_that_turns_one_way_has_the_whole_span() -> None:
-    rig = read_rig(RIG)
-    assert rig.pwm
-    one_way = replace(rig, pwm=rig.pwm._replace(neutral_us=1000.0))
-    assert play_values(Experiment("square", 9.0, 10.0, 1.0, 1.0), one_way)[2:4] == (900, 1000)
-    with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; give less"):
-        play_values(Experiment("square", 11.0, 10.0, 1.0, 1.0), one_way)
-    for reverses in (Experiment("square", 2.0, 1.5, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
-        with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; this ESC turns one way: add an offset"):
-            play_values(reverses, one_way)
-    assert play_values(Experiment("coast-down", 1.0, 0.0, 1.0, 1.0), one_way)[2:4] == (100, 0)
-
-
-def test_a_neutral_pulse_near_an_end_is_said_for_what_it_is() -> None:
-    rig = read_rig(RIG)
-    assert rig.pwm
-    near, high, no = (replace(rig, pwm=rig.pwm._replace(neutral_us=us)) for us in (1010.0, 1700.0, 1990.0))
-    assert play_values(Experiment("square", 1.0, 1.1, 1.0, 1.0), near)[2:4] == (100, 110)
-    with pytest.raises(LinkError, match=r"the pulses reach 0 to 19\.8 V; this ESC turns one way: add an offset"):
-        play_values(Experiment("square", 2.0, 0.0, 1.0, 1.0), near)
-    little = replace(rig, pwm=rig.pwm._replace(neutral_us=1100.0))  # pulses of 1050 us are there, and mean nothing
-    for reverses in (Experiment("square", 1.0, 0.0, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
-        with pytest.raises(LinkError, match="the pulses reach 0 to 18 V; this ESC turns one way: add an offset"):
-            play_values(reverses, little)
-    assert play_values(Experiment("coast-down", -6.0, 0.0, 1.0, 1.0), high)[2:4] == (-600, 0)
-    with pytest.raises(LinkError, match="the pulses reach -6 to 6 V; give less"):  # though pulses of 1000 us are -14 V
-        play_values(Experiment("coast-down", -7.0, 0.0, 1.0, 1.0), high)
-    with pytest.raises(InputError, match="`drive.pwm.neutral_us` is 1990, and boards give no pulses above 2000 us"):
-        play_values(Experiment("square", 0.1, 0.0, 1.0, 1.0), no)
-
-
 def test_an_esc_that_by_its_board_turns_one_way_is_not_armed_for_a_reversal(scripted, tmp_path: Path) -> None:
     port, rig = scripted(Scripted(stream(range(200), HELLO._replace(pulse_min=3000)))), read_rig(RIG)
     done = record("port", rig, tmp_path / "run.csv", {}, play(SQUARE, rig))
@@ -447,11 +388,3 @@ def over_a_pseudo_terminal(rig: Rig, path: Path) -> recorder.Recorded:
     finally:
         serve.kill()
         serve.communicate()
-
-
-def test_a_port_that_is_not_there() -> None:
-    with pytest.raises(
-        LinkError, match="/dev/ttyNOPE: cannot be opened: No such file or directory; give a serial port"
-    ):
-        recorder.open_port("/dev/ttyNOPE")
-    assert issubclass(serial.SerialException, OSError)
