@@ -7,10 +7,15 @@ import pytest
 
 from experiments.testbed.campaign import RIG
 from rwjax.errors import InputError
+from rwjax.link import messages
+from rwjax.link.frames import Decoder
+from rwjax.link.messages import Ack, Sample
 from rwjax.link.play_experiment import play, play_values
 from rwjax.link.port import LinkError
+from rwjax.link.session import Session
 from rwjax.planning.experiment import Experiment
 from rwjax.rig.read import read_rig
+from tests.link.ports import HELLO, SAMPLE, Scripted, wire
 
 
 @pytest.mark.parametrize(
@@ -63,3 +68,46 @@ def test_a_neutral_pulse_near_an_end_is_said_for_what_it_is() -> None:
 def test_what_the_board_is_told_is_in_half_microseconds_and_ticks() -> None:
     """0.02 V/us: 2 V are 100 us, 200 half us; square is the second kind."""
     assert play_values(Experiment("square", 2.0, -0.5, 1.0, 2.5), read_rig(RIG)) == (0, 1, 200, -50, 100, 250)
+
+
+def played(states: list[Sample]) -> Scripted:
+    """A board that arms, takes the experiment, and then says `states`."""
+    armed = SAMPLE._replace(state=messages.ARMED)
+    said = [SAMPLE, Ack(2, messages.ARM, 0), armed, Ack(3, messages.PLAY, 0), *states, Ack(4, messages.DISARM, 0)]
+    return Scripted([wire(HELLO, 0), *(wire(one, k + 1) for k, one in enumerate(said))])
+
+
+SQUARE = Experiment("square", 2.0, 0.0, 1.0, 2.0)
+ARMED = SAMPLE._replace(state=messages.ARMED)
+
+
+def test_an_experiment_is_over_when_the_board_plays_no_more() -> None:
+    port = played([ARMED, ARMED._replace(playing=1), ARMED._replace(playing=1), ARMED])
+    play(SQUARE, read_rig(RIG))(Session(port))
+    sent = [(frame.type, frame.body) for frame in Decoder().feed(port.written)]
+    values = messages.COMMANDS[messages.PLAY].pack(*play_values(SQUARE, read_rig(RIG)))
+    assert [kind for kind, _ in sent] == [messages.ASK, messages.ARM, messages.PLAY, messages.DISARM]
+    assert sent[2][1] == values and port.pieces == []
+
+
+@pytest.mark.parametrize(
+    ("last", "said"),
+    [
+        (SAMPLE._replace(state=messages.FAULT, faults=4), "the board has stopped the experiment: battery low"),
+        (SAMPLE, "the board has stopped the experiment: it is disarmed"),
+    ],
+)
+def test_a_board_that_stops_an_experiment_is_said_to_have(last: Sample, said: str) -> None:
+    with pytest.raises(LinkError, match=said):
+        play(SQUARE, read_rig(RIG))(Session(played([ARMED._replace(playing=1), last])))
+
+
+def test_a_latched_fault_is_cleared_where_that_is_asked() -> None:
+    fault = SAMPLE._replace(state=messages.FAULT, faults=1)
+    answers = [fault, Ack(2, messages.CLEAR, 0), SAMPLE, Ack(3, messages.ARM, 0), ARMED, Ack(4, messages.PLAY, 0)]
+    said = [*answers, ARMED._replace(playing=1), ARMED, Ack(5, messages.DISARM, 0)]
+    port = Scripted([wire(HELLO, 0), *(wire(one, k + 1) for k, one in enumerate(said))])
+    play(SQUARE, read_rig(RIG), clear=True)(Session(port))
+    assert messages.CLEAR in [frame.type for frame in Decoder().feed(port.written)]
+    with pytest.raises(LinkError, match="fault: silence of the host; `rwjax run-experiment --clear` clears it"):
+        play(SQUARE, read_rig(RIG))(Session(Scripted([wire(HELLO, 0), wire(fault, 1)])))
