@@ -13,12 +13,11 @@ from functools import wraps
 from pathlib import Path
 from typing import Any
 
-from rwjax.diagnose import diagnosis
-
 from experiments.speed.diagnosis import CASES, write
 from experiments.speed.run import machine
 from experiments.speed.table import show, timed
 from rwjax import read_logs, read_rig
+from rwjax.diagnosis import diagnosis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import Screen
 from rwjax.diagnosis.search.forward_backward import Search

@@ -7,8 +7,9 @@ from experiments.testbed.plant import Testbed
 from firmware.simavr.avr import Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.link.play_plan import at_rest
-from rwjax.link.recorder import Recorded, play, record
+from rwjax.link.play_experiment import play
+from rwjax.link.recorder import Recorded, record
+from rwjax.link.rest import at_rest
 from rwjax.planning.experiment import Experiment
 from rwjax.rig.model import Rig
 from rwjax.rig.read import read_rig

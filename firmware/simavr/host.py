@@ -5,8 +5,9 @@ from itertools import pairwise
 
 from firmware.simavr.avr import CYCLES_PER_TICK
 from firmware.simavr.bench import Bench
-from rwjax.link import frames
-from rwjax.link.frames import Ack, Decoder, Hello, Sample, command, message
+from rwjax.link import messages
+from rwjax.link.frames import Decoder
+from rwjax.link.messages import Ack, Hello, Sample, command, message
 
 
 class Host:
@@ -53,13 +54,13 @@ class Host:
         """So many ticks, with a heartbeat every `beat` of them (0: none)."""
         for k in range(ticks):
             if beat and k % beat == 0:
-                self.send(frames.HEARTBEAT)
+                self.send(messages.HEARTBEAT)
             self.bench.run(self.bench.avr.cycle + CYCLES_PER_TICK)
             self.listen()
 
     def arm(self) -> None:
         """From power-on to armed."""
         self.run(3, beat=0)
-        self.send(frames.ARM, self.hellos[-1].nonce)
+        self.send(messages.ARM, self.hellos[-1].nonce)
         self.run(105)
-        assert self.latest.state == frames.ARMED, self.acks
+        assert self.latest.state == messages.ARMED, self.acks

@@ -9,7 +9,7 @@ from firmware.simavr.avr import CYCLES_PER_TICK, F_CPU, Avr, build, missing
 from firmware.simavr.bench import Bench, counts
 from firmware.simavr.host import Host
 from firmware.simavr.spin import Spin, constant, still
-from rwjax.link import frames
+from rwjax.link import messages
 
 BOARDS = ("atmega328p", "atmega2560")
 OVERFLOW = {"atmega328p": 13, "atmega2560": 20}  # vectors of timer 1, data sheets
@@ -35,7 +35,7 @@ def stack(mcu: str) -> int:
     """Deepest stack [bytes] seen in 2 s, armed and playing, both encoders fast: RAM that is no longer 0 below the top."""
     h = host(mcu, constant(60_000.0 + ODD), constant(-60_000.0))
     h.arm()
-    h.send(frames.PLAY, 0, 4, 300, 0, 100, 200)
+    h.send(messages.PLAY, 0, 4, 300, 0, 100, 200)
     h.run(200)
     first, last = RAM[mcu]
     free = range(first + sizes(mcu)[1], last + 1)
@@ -66,7 +66,7 @@ def pulse_error(mcu: str) -> float:
 
     h.bench.run = board_alone
     for width in range(2000, 4001, 8):
-        h.send(frames.PULSE, width, 6000 - width)
+        h.send(messages.PULSE, width, 6000 - width)
         h.run(3, beat=0)
         worst = max(worst, abs(seen[-1] - width / 2.0))
     return worst

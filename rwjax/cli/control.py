@@ -105,8 +105,8 @@ def write(
 ) -> list[str]:
     """The table to a file, with the figure beside it, or to stdout; the answer there if wanted. A device gets the table alone.
     Returns a line on what was written."""
-    from rwjax.errors import write_text
     from rwjax.report.control import write_png
+    from rwjax.text_files import write_text
 
     written = []
     if output is not None:

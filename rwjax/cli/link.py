@@ -72,7 +72,7 @@ def _notes(role: str) -> dict[str, str]:
 
 
 def _check(output: Path) -> None:
-    from rwjax.link.stream import refuse_existing
+    from rwjax.link.stream_to_logs import refuse_existing
 
     if output.suffix != ".csv":
         raise InputError(f"{output}: a log's name ends in .csv")
@@ -160,8 +160,10 @@ def run_experiment(
     if plan is None and runs:
         raise InputError("--run: belongs to a plan; give one with --plan")
     _needs_pyserial()
-    from rwjax.link.play_plan import Task, at_rest, check_plan, of_plan
-    from rwjax.link.recorder import check_new, play
+    from rwjax.link.play_experiment import play
+    from rwjax.link.play_plan import Task, check_plan, tasks_of_plan
+    from rwjax.link.recorder import check_new
+    from rwjax.link.rest import at_rest
     from rwjax.planning.envelope import in_both
     from rwjax.planning.experiment import Experiment
     from rwjax.planning.files import read_plan
@@ -173,7 +175,7 @@ def run_experiment(
             wanted = wanted.only(runs) if runs else wanted
         believed = read_one_axis_rig(rig)
         with of_file(plan):
-            tasks = of_plan(wanted, believed, clear)
+            tasks = tasks_of_plan(wanted, believed, clear)
         for run in wanted.runs:
             check_new((output or LOGS) / f"{run.name}.csv")
         check_plan(port, wanted, believed)
@@ -205,7 +207,8 @@ def monitor(rig: RigFile, port: Port) -> None:
     _needs_pyserial()
     if not sys.stderr.isatty():
         raise InputError("monitor draws on a terminal, and stderr is none; `rwjax record` writes what the board sends")
-    from rwjax.link.recorder import listen, open_port
+    from rwjax.link.port import open_port
+    from rwjax.link.recorder import listen
     from rwjax.link.session import Session
     from rwjax.rig.read import read_one_axis_rig
 
@@ -225,7 +228,7 @@ def decode(
     output: Annotated[Path | None, typer.Option("-o", metavar="LOG.csv", help="beside the stream without it")] = None,
 ) -> None:
     """Logs from a raw stream, such as a recording that was killed has left."""
-    from rwjax.link.stream import write_logs
+    from rwjax.link.stream_to_logs import write_logs
     from rwjax.rig.read import read_one_axis_rig
 
     if raw.is_dir():

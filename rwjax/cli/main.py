@@ -85,10 +85,11 @@ def fit(
     quiet: Quiet = False,
 ) -> None:
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
-    from rwjax.errors import RigError, write_text
+    from rwjax.errors import RigError
     from rwjax.fitting.unit_check import Question
     from rwjax.logs.read import read_logs
     from rwjax.rig.write import write_rig
+    from rwjax.text_files import write_text
 
     if method is FitMethod.TWO_STAGE:
         from rwjax.methods.two_stage import two_stage as identify
@@ -147,11 +148,12 @@ def predict(
     without readings, only `time_s` and the voltage, starts at rest at 0."""
     import numpy as np
 
-    from rwjax.errors import write_text
-    from rwjax.fitting.predict import predict, unit_of
+    from rwjax.fitting.predict import predict
     from rwjax.fitting.unit_check import check_readings
+    from rwjax.logs.columns import unit_of
     from rwjax.logs.read import read_log
     from rwjax.rig.read import read_rig
+    from rwjax.text_files import write_text
 
     believed = read_rig(rig)
     record = read_log(log, believed, outputs_required=False)
@@ -193,11 +195,12 @@ def compare(
     quiet: Quiet = False,
 ) -> None:
     """Every identification method on the same logs, judged on the same held-out data."""
-    from rwjax.errors import RigError, write_text
+    from rwjax.errors import RigError
     from rwjax.logs.read import read_logs
     from rwjax.methods.comparison import compare as run
     from rwjax.report.comparison import table, write_figure
     from rwjax.rig.read import read_one_axis_rig
+    from rwjax.text_files import write_text
 
     believed = read_one_axis_rig(rig)
     records = read_logs(logs, believed)
@@ -225,12 +228,12 @@ def diagnose(
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
     from rwjax.diagnosis.diagnosis import diagnose as run
     from rwjax.diagnosis.words import text
-    from rwjax.errors import write_text
     from rwjax.logs.read import read_logs
     from rwjax.planning.files import write_next
     from rwjax.report.html import write_report
     from rwjax.rig.read import read_rig
     from rwjax.rig.write import write_rig
+    from rwjax.text_files import write_text
 
     believed = read_rig(rig)
     records = read_logs(logs, believed)

@@ -13,9 +13,10 @@ from rwjax.control.closed_loop import LoopTiming, without_lags
 from rwjax.control.margins import on_circle, sampled_modulus
 from rwjax.control.region import Loop, share_of_sampled
 from rwjax.control.sampled_loop import running_loops, side_by_side
-from rwjax.errors import InputError, read_text
+from rwjax.errors import InputError
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
+from rwjax.text_files import read_text
 
 FREQUENCIES = 300
 """Along which the worst-case margin of a map is taken; that of the chosen gains along many more."""

@@ -18,7 +18,7 @@ from rwjax.fitting.secant import descend, search_point, with_derivatives, with_r
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
 from rwjax.logs.log import Log
-from rwjax.logs.noise import pooled
+from rwjax.logs.noise import pooled_noise
 from rwjax.plant.from_rig import theta_of
 from rwjax.plant.one_axis import Structure
 from rwjax.rig.model import Rig
@@ -117,8 +117,8 @@ class ModelFits:
     @classmethod
     def of(cls, rig: Rig, logs: Sequence[Log], train: Sequence[int], progress: Callable[[str], None]) -> "ModelFits":
         """ModelFits of `rig` to `logs`, trained on those numbered in `train`."""
-        noise = pooled(tuple(logs[k] for k in train))
-        unseen = pooled(tuple(logs))  # for outputs that no training log holds
+        noise = pooled_noise(tuple(logs[k] for k in train))
+        unseen = pooled_noise(tuple(logs))  # for outputs that no training log holds
         return cls(
             rig, pose(structure_for(rig, Hypothesis()), logs, unseen | noise, prior=rig.prior), tuple(train), progress
         )

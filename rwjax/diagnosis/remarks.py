@@ -10,7 +10,7 @@ from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.fitting.unit_check import check_units
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.log import Log
-from rwjax.logs.noise import of_readings
+from rwjax.logs.noise import noise_by_output
 from rwjax.plant.from_rig import theta_of
 from rwjax.rig.model import Rig
 
@@ -28,7 +28,7 @@ is below 2, of a counter between two counts 3.5."""
 
 def moves(log: Log) -> bool:
     """Whether any reading of a log changes by more than its noise."""
-    noise = of_readings(log)
+    noise = noise_by_output(log)
     for name, value in log.outputs.items():
         seen = value[np.isfinite(value)]
         mean = np.convolve(seen, np.full(TOGETHER, 1.0 / TOGETHER), "valid") if len(seen) >= TOGETHER else seen

@@ -10,13 +10,13 @@ from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
 from rwjax.fitting.intervals import intervals
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
-from rwjax.fitting.predict import unit_of
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.fitting.unit_check import check_units
+from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.rig.model import Rig

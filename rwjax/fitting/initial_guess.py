@@ -67,7 +67,7 @@ def starts_at_rest(log: Log) -> bool:
             if moved and abs(slope) > MOVES * error:
                 return False
         else:
-            noise = max(noise_of.rapid(y), noise_of.quantisation(log, name))
+            noise = max(noise_of.noise_level(y), noise_of.quantisation(log, name))
             error = max(float(np.std(y)), noise) / np.sqrt(len(y))
             swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
             if swings or abs(float(np.mean(y))) > MOVES * error + 1e-12:

@@ -39,14 +39,3 @@ def predict(rig: Rig, log: Log) -> FreeRun:
     wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
     return FreeRun({"time_s": log.time, **{name: outputs[name] for name in wanted}})
 
-
-def unit_of(output: str) -> str:
-    """The SI unit of an output.
-
-    Args:
-        output: Its name, which ends with the unit.
-
-    Returns:
-        The unit as it is written.
-    """
-    return next(unit for end, unit in UNITS.items() if output.endswith(end))

@@ -97,7 +97,7 @@ class Problem:
         weight = batch.weight.copy()
         for k, log in enumerate(self.logs):
             early = first_half_second(log)
-            noise = noise_of.of_readings(log.cut(0, int(early.sum())))
+            noise = noise_of.noise_by_output(log.cut(0, int(early.sum())))
             unit = np.array([self.noise[y] / noise[y] if y in noise else 1.0 for y in self.structure.outputs])
             late = np.append(~early, False)  # empty slots point at the last entry
             weight[k] = np.where(late[batch.slot_sample[k]][..., None], 0.0, weight[k] * unit)
@@ -143,7 +143,7 @@ def pose(
     """
     logs = tuple(logs)
     known = [(prior or {}).get(name, (0.0, np.inf)) for name in structure.names]
-    noise = noise_of.pooled(logs) if noise is None else noise
+    noise = noise_of.pooled_noise(logs) if noise is None else noise
     first = [guess_initial_state(structure, log, starts_at_rest(log)) for log in logs]
     problem = Problem(
         structure=structure,

@@ -7,9 +7,10 @@ import numpy as np
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.kinds import HALVES, of_half
-from rwjax.logs.half_rig import half_log, half_rig
+from rwjax.logs.half_log import half_log
 from rwjax.logs.log import Log
 from rwjax.plant.one_axis import Structure
+from rwjax.rig.half_rig import half_rig
 from rwjax.rig.model import Rig
 
 

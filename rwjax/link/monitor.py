@@ -1,22 +1,31 @@
-"""The live view: angles, rates, command, battery, losses. `View` is fed with samples, `table` draws it."""
+"""The live view of a board: angles, rates, command, battery, losses."""
 
 import math
 from collections import deque
 
 from rich.table import Table
 
-from rwjax.link import frames
-from rwjax.link.frames import Sample
+from rwjax.link import messages
+from rwjax.link.channels import channels
+from rwjax.link.messages import Sample
 from rwjax.link.session import Session, faults
-from rwjax.link.stream import channels
 from rwjax.planning.experiment import TICK_HZ
 from rwjax.rig.model import Rig
 
-RATE_TICKS = 10  # over which a rate is taken: 0.1 s
+RATE_TICKS = 10
+"""Ticks over which a rate is taken: 0.1 s."""
 
 
 class View:
-    """What the latest samples say."""
+    """What the latest samples of a session say.
+
+    Args:
+        rig: The rig that hangs on the board.
+
+    Attributes:
+        rig: The same.
+        lost: Frames of the board that did not arrive whole.
+    """
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
@@ -24,20 +33,40 @@ class View:
         self._samples: deque[Sample] = deque(maxlen=RATE_TICKS + 1)
 
     def __call__(self, session: Session, sample: Sample) -> None:
-        """Takes a sample, as `Session` hands it out."""
+        """Takes a sample, as `Session` hands it out.
+
+        Args:
+            session: The session that it came in.
+            sample: The sample.
+        """
         self.lost = session.lost
         self._samples.append(sample)
 
     @property
     def latest(self) -> Sample | None:
+        """The latest sample, None before the first."""
         return self._samples[-1] if self._samples else None
 
     def angle(self, who: str) -> float | None:
-        """Angle [rad] of "axis" or "wheel", None where the rig has no such encoder."""
+        """The angle of a part.
+
+        Args:
+            who: "axis" or "wheel".
+
+        Returns:
+            The angle [rad]; None before the first sample, and where the rig has no such encoder.
+        """
         return None if self.latest is None else self._radians(who, self._count(who, self.latest))
 
     def rate(self, who: str) -> float | None:
-        """Rate [rad/s] over the last 0.1 s."""
+        """The rate of a part over the last 0.1 s.
+
+        Args:
+            who: "axis" or "wheel".
+
+        Returns:
+            The rate [rad/s]; None before the second sample, and where the rig has no such encoder.
+        """
         if len(self._samples) < 2:
             return None
         first, last = self._samples[0], self._samples[-1]
@@ -47,7 +76,11 @@ class View:
         return None if angle is None or ticks == 0 else angle * TICK_HZ / ticks
 
     def volts(self) -> float | None:
-        """Command [V]."""
+        """The command that the latest pulse means.
+
+        Returns:
+            The command [V]; None before the first sample, and where the rig file has no `drive.pwm`.
+        """
         if self.latest is None or self.rig.pwm is None:
             return None
         half_us = (self.latest.pulse_1, self.latest.pulse_2)[channels(self.rig).output]
@@ -62,13 +95,20 @@ class View:
 
 
 def table(view: View) -> Table:
-    """The view as a table for the terminal."""
+    """The view as a table for the terminal.
+
+    Args:
+        view: What the latest samples say.
+
+    Returns:
+        A table of names and values.
+    """
     drawn = Table(show_header=False, title=view.rig.name)
     sample = view.latest
     if sample is None:
         drawn.add_row("waiting for the board", "")
         return drawn
-    drawn.add_row("state", frames.STATES[sample.state] + (f": {faults(sample)}" if sample.faults else ""))
+    drawn.add_row("state", messages.STATES[sample.state] + (f": {faults(sample)}" if sample.faults else ""))
     drawn.add_row("time", f"{sample.tick / TICK_HZ:10.2f} s")
     drawn.add_row("command", _said(view.volts(), "V"))
     for who, angle, rate in (("axis", "yaw", "yaw rate"), ("wheel", "wheel angle", "wheel rate")):

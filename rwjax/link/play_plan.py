@@ -1,83 +1,113 @@
-"""A plan played on the board: everything that can be refused is refused before it is armed, and every run begins at rest and
-where its travel suffices."""
+"""A plan played on the board.
+
+Everything that can be refused is refused before the board is armed. Every run begins at rest, and where the axis's travel
+is limited, where its own travel suffices.
+"""
 
 import math
-from collections import deque
 from collections.abc import Callable
 from contextlib import closing
 from typing import NamedTuple
 
-from rwjax.link.frames import Hello, Sample
-from rwjax.link.recorder import check_pulses, open_port, play, to_play
-from rwjax.link.session import LinkError, Session
-from rwjax.link.stream import channels, check_rig
-from rwjax.planning.experiment import TICK_HZ
+from rwjax.link.channels import channels, pwm_of
+from rwjax.link.messages import Hello
+from rwjax.link.play_experiment import check_pulses, play, play_values
+from rwjax.link.port import LinkError, open_port
+from rwjax.link.rest import AxisPosition, at_rest
+from rwjax.link.session import Session
 from rwjax.planning.files import Plan, Run
 from rwjax.planning.motion import WAIT_S
 from rwjax.rig.model import Rig
 
-STILL_TICKS = TICK_HZ
-"""In which no encoder may count more than `DITHER`, for the rig to be taken to be at rest."""
-DITHER = 1
-"""Counts between which an encoder may hang."""
-LONGEST_WAIT = round(WAIT_S * TICK_HZ)
-"""Ticks after which the wait ends even so: something may drift for ever."""
-
 
 class Task(NamedTuple):
-    """What a recording waits for, with notes on it, and what it does then."""
+    """What a recording does.
+
+    Attributes:
+        ready: Waits until it may begin, and returns notes on that.
+        act: What it records.
+    """
 
     ready: Callable[[Session], dict[str, str]]
     act: Callable[[Session], None]
 
 
-def of_plan(plan: Plan, rig: Rig, clear: bool = False) -> list[Task]:
-    """What to do in the session of each run's recording. Raises `LinkError` for the first run that the board cannot play.
+def tasks_of_plan(plan: Plan, rig: Rig, clear: bool = False) -> list[Task]:
+    """What to do in the session of each run's recording.
 
-    Where the plan limits the travel, a run that would leave it from where the axis then stands is refused; the axis is taken
-    to stand in the middle of it when the first one begins.
+    Where the plan limits the travel, the axis is taken to stand in the middle of it when the first run begins. A run that
+    would leave the travel from where the axis then stands is refused.
+
+    Args:
+        plan: The plan.
+        rig: The rig that it moves.
+        clear: Whether a latched fault is cleared first.
+
+    Returns:
+        A task for each run.
+
+    Raises:
+        LinkError: For a plan of another rig, and for the first run that no board can play.
+        RigError: Where the rig file says nothing about pulses or counts.
     """
-    check_rig(rig)
+    pwm_of(rig)
     if plan.rig != rig.name:
         raise LinkError(
             f"made for the rig `{plan.rig}`, and this is `{rig.name}`; make a plan for it with `rwjax plan`"
         )
     for run in plan.runs:
         try:
-            to_play(run.experiment, rig)
+            play_values(run.experiment, rig)
         except LinkError as error:
             raise LinkError(f"run `{run.name}`: {error}") from None
     acts = [play(run.experiment, rig, clear) for run in plan.runs]
     axis, travel = channels(rig).encoders.get("axis"), plan.limits.get("yaw_rad", math.inf)
     if axis is None or math.isinf(travel):
         return [Task(at_rest, act) for act in acts]
-    place = Place(axis, 2.0 * math.pi / rig.counts_per_rev["axis"])
+    limited = _LimitedTravel(plan.runs, travel, AxisPosition(axis, 2.0 * math.pi / rig.counts_per_rev["axis"]))
+    return [limited.task(k, act) for k, act in enumerate(acts)]
 
-    def task(k: int, run: Run, act: Callable[[Session], None]) -> Task:
-        rest = " ".join(f"--run {later.name}" for later in plan.runs[k:])
+
+class _LimitedTravel:
+    """Tasks of runs that share one travel of the axis [rad] either way, and follow where the axis stands."""
+
+    def __init__(self, runs: tuple[Run, ...], travel: float, position: AxisPosition) -> None:
+        self._runs, self._travel, self._position = runs, travel, position
+
+    def task(self, k: int, act: Callable[[Session], None]) -> Task:
+        """The k-th run's: it is refused where it would leave the travel, and looks where the axis stands at its end."""
+        run, position = self._runs[k], self._position
+        rest = " ".join(f"--run {later.name}" for later in self._runs[k:])
 
         def ready(session: Session) -> dict[str, str]:
-            if place.lost or not place.look(session):
+            if position.lost or not position.look(session):
                 raise LinkError(
                     f"run `{run.name}`: the axis still moves after {WAIT_S:g} s, and its travel is limited; bring it to the middle, "
                     f"hold it, and go on with {rest}"
                 )
-            check_travel(run, place.angle, travel, rest)
+            check_travel(run, position.angle, self._travel, rest)
             return {}
 
-        def then_rest(session: Session) -> None:
+        def act_then_look(session: Session) -> None:
             act(session)
-            if k + 1 < len(plan.runs):  # so that it stands where it was seen, should the board forget its counts
-                place.lost = not place.look(session)  # this run is done; the next one is refused then
+            if k + 1 < len(self._runs):  # the board may forget its counts before the next run
+                position.lost = not position.look(session)  # this run is done; the next one is refused then
 
-        return Task(ready, then_rest)
-
-    return [task(k, run, act) for k, (run, act) in enumerate(zip(plan.runs, acts, strict=True))]
+        return Task(ready, act_then_look)
 
 
 def check_plan(url: str, plan: Plan, rig: Rig) -> None:
-    """Raises `LinkError` for a run whose pulses the board at this port does not give, or in which, by its plan, an encoder
-    turns faster than that allows."""
+    """Checks that the board at a port can play a plan.
+
+    Args:
+        url: The port, as `open_port` takes it.
+        plan: The plan.
+        rig: The rig that it moves.
+
+    Raises:
+        LinkError: For a run with pulses that the board does not give, or in which, by the plan's simulation, an encoder
+            turns faster than the board allows; and where no board answers.
+    """
     with closing(open_port(url)) as port:
         hello = Session(port).greet()
     for run in plan.runs:
@@ -85,23 +115,35 @@ def check_plan(url: str, plan: Plan, rig: Rig) -> None:
             check_pulses(run.experiment, rig, hello.pulse_min / 2.0, hello.pulse_max / 2.0)
         except LinkError as error:
             raise LinkError(f"run `{run.name}`: {error}") from None
-        for who, output, option, unit in (
-            ("axis", "yaw_rad_s", "--rate", 1.0),
-            ("wheel", "wheel_rad_s", "--rpm", 30.0 / math.pi),
-        ):
-            counts, rate = rig.counts_per_rev.get(who), run.reaches.get(output, 0.0)
-            most = hello.most_counts * hello.tick_hz * 2.0 * math.pi / counts if counts else math.inf
-            if rate > most:
-                raise LinkError(
-                    f"run `{run.name}`: the {who} reaches {rate:.4g} rad/s, and the board stops at {most:.4g} rad/s; "
-                    f"make a plan with `rwjax plan {option} {unit * most:.4g}`"
-                )
+        _check_rates(run, rig, hello)
+
+
+def _check_rates(run: Run, rig: Rig, hello: Hello) -> None:
+    """`LinkError` where an encoder turns faster than the board allows."""
+    for who, output, option, unit in (
+        ("axis", "yaw_rad_s", "--rate", 1.0),
+        ("wheel", "wheel_rad_s", "--rpm", 30.0 / math.pi),
+    ):
+        counts, rate = rig.counts_per_rev.get(who), run.reaches.get(output, 0.0)
+        most = hello.most_counts * hello.tick_hz * 2.0 * math.pi / counts if counts else math.inf
+        if rate > most:
+            raise LinkError(
+                f"run `{run.name}`: the {who} reaches {rate:.4g} rad/s, and the board stops at {most:.4g} rad/s; "
+                f"make a plan with `rwjax plan {option} {unit * most:.4g}`"
+            )
 
 
 def check_travel(run: Run, angle: float, travel: float, rest: str) -> None:
-    """Raises `LinkError` where a run that begins at an angle [rad] from the middle leaves the travel either way of it.
+    """Checks that a run keeps to the travel from where it begins. What it needs from the middle is the plan's care.
 
-    `rest`: options that play it and what comes after it. What a run needs from the middle itself is its plan's care.
+    Args:
+        run: The run.
+        angle: Where it begins [rad], from the middle.
+        travel: How far the axis may turn from the middle [rad], either way.
+        rest: Options that play this run and those after it, for the message.
+
+    Raises:
+        LinkError: Where the run would leave the travel.
     """
     peak = run.reaches.get("yaw_rad", 0.0)
     low, high = run.way or (-peak, peak)
@@ -111,48 +153,3 @@ def check_travel(run: Run, angle: float, travel: float, rest: str) -> None:
             f"run `{run.name}`: the axis stands {angle:.3g} rad from where the plan began, and would go on to {far:.3g}, beyond "
             f"the {travel:.3g} of the plan; bring it back there and go on with {rest}"
         )
-
-
-class Place:
-    """Where the axis stands [rad], from where it was first looked at: through several sessions, also where the board starts
-    anew with each, as many do when their port is opened, and counts from 0 again. `lost` where it did not come to rest in time."""
-
-    def __init__(self, encoder: int, per_count: float) -> None:
-        self.angle, self.lost = 0.0, False
-        self._encoder, self._per_count = encoder, per_count
-        self._seen: tuple[Hello, int] | None = None
-
-    def look(self, session: Session) -> bool:
-        """Waits for the axis to rest; whether it does so within a minute."""
-        hello = session.hello or session.greet()
-        sample = settle(session, (self._encoder,))
-        if sample is None:
-            return False
-        count = (sample.count_1, sample.count_2)[self._encoder]
-        if self._seen is not None:
-            before = self._seen[1] if self._seen[0].nonce == hello.nonce else 0
-            self.angle += self._per_count * ((count - before + 2**31) % 2**32 - 2**31)
-        self._seen = hello, count
-        return True
-
-
-def at_rest(session: Session) -> dict[str, str]:
-    """Waits for rest; a note where there is none within a minute."""
-    return {} if settle(session) else {"start": f"the rig still moved after a wait of {WAIT_S:g} s"}
-
-
-def settle(session: Session, encoders: tuple[int, ...] = (0, 1)) -> Sample | None:
-    """Waits until these encoders have been at rest for a second: the sample then, or None where one still counts after a
-    minute."""
-    latest: deque[Sample] = deque(maxlen=STILL_TICKS)
-    left = LONGEST_WAIT
-    while left > 0:
-        found = session.samples()
-        left -= len(found)
-        latest.extend(found)
-        if len(latest) == STILL_TICKS and all(
-            max(counts) - min(counts) <= DITHER
-            for counts in ([(s.count_1, s.count_2)[k] for s in latest] for k in encoders)
-        ):
-            return latest[-1]
-    return None

@@ -1,61 +1,47 @@
-"""A session with a board: who it is, commands and their answers, a heartbeat for every few samples that come in.
+"""A session with a board: greeting, commands and their answers, and a heartbeat for every few samples that come in.
 
-Nothing here looks at a clock: waiting is counted in samples, and in reads of the port that bring nothing, each of which
-lasts `READ_S`. So a simulated board and a real one are talked to alike. A line that is dead in either direction, a host
-that hangs or a disk that blocks ends the heartbeats, and the board goes to neutral by itself.
+No clock is read: waiting is counted in samples, and in reads of the port that bring nothing, each of which lasts `READ_S`.
+So a simulated board and a real one are talked to alike. A line that is dead in either direction, a host that hangs or a
+disk that blocks ends the heartbeats, and the board goes to neutral by itself.
 """
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import Protocol, runtime_checkable
 
-from rwjax.errors import InputError
-from rwjax.link import frames
-from rwjax.link.frames import Ack, Decoder, Hello, Message, Sample
+from rwjax.link import messages
+from rwjax.link.frames import Decoder
+from rwjax.link.messages import Ack, Hello, Message, Sample
+from rwjax.link.port import READ_S, LinkError, Port, reason
 from rwjax.planning.experiment import TICK_HZ
 
-READ_S = 0.1  # s, the port's timeout
-GREETINGS = 20  # a board with a bootloader takes up to 2 s
-GREETING_WAIT = 5  # samples or reads in vain until the next greeting
-SILENT_READS = 10  # in a row without a byte, and the board is gone
-FOREIGN_BYTES = 5000  # in a row without a message in them, and it is no board: two seconds of samples
-ANSWER_WAIT = 200  # samples or reads in vain
-ATTEMPTS = 2  # at a command that nothing answers
-SAMPLES_PER_HEARTBEAT = 5  # 50 ms; the board waits for 200 ms
-
-
-@runtime_checkable
-class Port(Protocol):
-    """What is needed of pyserial's ports."""
-
-    @property
-    def port(self) -> str | None: ...
-
-    @property
-    def in_waiting(self) -> int: ...
-
-    @property
-    def timeout(self) -> float | None: ...
-
-    @timeout.setter
-    def timeout(self, timeout: float | None, /) -> None: ...
-
-    def read(self, size: int = 1, /) -> bytes: ...
-
-    def write(self, data: bytes, /) -> int | None: ...
-
-    def flush(self) -> None: ...
-
-    def close(self) -> None: ...
-
-
-class LinkError(InputError):
-    """The board, the port or the disk does not do what a recording needs."""
+GREETINGS = 20
+"""How often a board is asked who it is: one with a bootloader takes up to 2 s."""
+GREETING_WAIT = 5
+"""Samples, or reads without a byte, until it is asked again."""
+SILENT_READS = 10
+"""Reads in a row without a byte after which the board is gone."""
+FOREIGN_BYTES = 5000
+"""Bytes in a row without a message after which it is no board: two seconds of samples."""
+ANSWER_WAIT = 200
+"""Samples, or reads without a byte, within which a command has to be answered."""
+ATTEMPTS = 2
+"""How often a command is sent that nothing answers."""
+SAMPLES_PER_HEARTBEAT = 5
+"""50 ms; the board waits for 200 ms."""
 
 
 class Session:
-    """Talks to the board at `port`. Every byte goes to `keep` before anything else is done with it."""
+    """Talks to a board.
+
+    Args:
+        port: The port that the board hangs on.
+        keep: Takes every byte that comes, before anything else is done with it.
+        watch: Takes the session and every sample that comes.
+
+    Attributes:
+        hello: What the board said of itself, None before the greeting.
+        lost: Frames of the board that did not arrive whole.
+    """
 
     def __init__(
         self,
@@ -65,19 +51,19 @@ class Session:
     ) -> None:
         port.timeout = READ_S
         self.hello: Hello | None = None
-        self.lost = 0  # frames of the board that did not arrive whole
+        self.lost = 0
         self._port, self._keep, self._watch = port, keep, watch
         self._decoder = Decoder()
-        self._silent = 0  # reads in a row without a byte
-        self._foreign = 0  # bytes in a row without a message
+        self._silent_reads = 0  # in a row
+        self._foreign_bytes = 0  # in a row
         self._armed_here = False
-        self._theirs: int | None = None  # number of the last frame that came
-        self._mine = 0
+        self._last_received: int | None = None  # number of the last frame that came
+        self._last_sent = 0
         self._since_heartbeat = 0
 
     @contextmanager
     def _plugged(self) -> Iterator[None]:
-        """What the system says where the cable is out, in one line."""
+        """Turns what the system says where the cable is out into one line."""
         try:
             yield
         except OSError as error:
@@ -85,29 +71,36 @@ class Session:
             raise LinkError(said) from None
 
     def read(self) -> list[Message]:
-        """What has come; waits for something, `READ_S` at most. Raises `LinkError` where the board is gone."""
+        """Takes what has come, and waits for something, `READ_S` at most.
+
+        Returns:
+            The messages, in their order; none where nothing came.
+
+        Raises:
+            LinkError: Where the board is gone, has started anew, or is no board of the testbed.
+        """
         with self._plugged():
             data = self._port.read(max(1, self._port.in_waiting))
         if not data:
-            self._silent += 1
-            if self.hello and self._silent >= SILENT_READS:
+            self._silent_reads += 1
+            if self.hello and self._silent_reads >= SILENT_READS:
                 raise LinkError(f"{self._port.port}: the board is silent for {SILENT_READS * READ_S:g} s; is it on?")
             return []
-        self._silent = 0
-        self._foreign += len(data)
+        self._silent_reads = 0
+        self._foreign_bytes += len(data)
         self._keep(data)
-        messages = []
+        found = []
         for frame in self._decoder.feed(data):
-            if self._theirs is not None:
-                self.lost += (frame.seq - self._theirs - 1) % 2**16
-            self._theirs = frame.seq
-            if (message := frames.message(frame)) is not None:
-                self._foreign = 0
+            if self._last_received is not None:
+                self.lost += (frame.seq - self._last_received - 1) % 2**16
+            self._last_received = frame.seq
+            if (message := messages.message(frame)) is not None:
+                self._foreign_bytes = 0
                 self._heed(message)
-                messages.append(message)
-        if self._foreign >= FOREIGN_BYTES:
+                found.append(message)
+        if self._foreign_bytes >= FOREIGN_BYTES:
             raise self._no_board()
-        return messages
+        return found
 
     def _no_board(self) -> LinkError:
         return LinkError(
@@ -115,47 +108,68 @@ class Session:
         )
 
     def _coming(self, wait: int) -> Iterator[Message]:
-        """What comes, until so many samples have come or reads have been in vain."""
+        """What comes, until so many samples have come or reads have brought nothing."""
         while wait > 0:
-            messages = self.read()
-            yield from messages
-            wait -= sum(isinstance(m, Sample) for m in messages) if self._silent == 0 else 1
+            found = self.read()
+            yield from found
+            wait -= sum(isinstance(m, Sample) for m in found) if self._silent_reads == 0 else 1
 
     def _heed(self, message: Message) -> None:
+        """Passes samples on, sends heartbeats, and notices a board that has started anew."""
         if isinstance(message, Hello):
             if self.hello and message.nonce != self.hello.nonce:
-                cause = frames.resets(message)
+                cause = messages.reset_causes(message)
                 raise LinkError(
                     f"{self._port.port}: the board has started anew in the middle of the session (cause: {cause})"
                 )
         elif isinstance(message, Sample):
             self._watch(self, message)
             self._since_heartbeat += 1
-            driven = self._armed_here and message.state in (frames.ARMING, frames.ARMED)
+            driven = self._armed_here and message.state in (messages.ARMING, messages.ARMED)
             if driven and self._since_heartbeat >= SAMPLES_PER_HEARTBEAT:
-                self._send(frames.HEARTBEAT)
+                self.send(messages.HEARTBEAT)
 
     def _write(self, data: bytes) -> None:
         with self._plugged():
             self._port.write(data)
 
-    def _send(self, kind: int, *values: int) -> int:
-        self._mine = (self._mine + 1) % 2**16
+    def send(self, kind: int, *values: int) -> int:
+        """Sends a command and does not wait for its answer.
+
+        Args:
+            kind: One of `messages.COMMANDS`.
+            *values: What its body holds, in the order and the units given there.
+
+        Returns:
+            Number of the frame, which the answer names.
+
+        Raises:
+            LinkError: Where the port is gone.
+        """
+        self._last_sent = (self._last_sent + 1) % 2**16
         self._since_heartbeat = 0
-        self._write(frames.command(kind, self._mine, *values))
-        return self._mine
+        self._write(messages.command(kind, self._last_sent, *values))
+        return self._last_sent
 
     def greet(self) -> Hello:
-        """Asks the board who it is until it answers."""
+        """Asks the board who it is until it answers.
+
+        Returns:
+            What the board says of itself.
+
+        Raises:
+            LinkError: Where none answers, or one with another protocol or tick.
+        """
         self._write(b"\0")  # ends whatever an earlier host left unfinished
         for _ in range(GREETINGS):
-            self._send(frames.ASK)
+            self.send(messages.ASK)
             for message in self._coming(GREETING_WAIT):
                 if isinstance(message, Hello):
                     return self._met(message)
         raise self._no_board()
 
     def _met(self, hello: Hello) -> Hello:
+        """Takes over what the board says of itself; `LinkError` where it speaks otherwise."""
         if hello.protocol != 1:
             raise LinkError(
                 f"{self._port.port}: the firmware speaks protocol {hello.protocol}, this rwjax 1; update the older"
@@ -164,67 +178,90 @@ class Session:
             raise LinkError(f"{self._port.port}: the firmware ticks at {hello.tick_hz} Hz, this rwjax at {TICK_HZ} Hz")
         self.hello, self.lost = hello, 0
         if hello.heard:
-            self._mine = hello.seq
+            self._last_sent = hello.seq
         return hello
 
     def command(self, kind: int, *values: int, done: Callable[[Sample], bool] = lambda sample: False) -> None:
-        """Sends a command and waits for its answer or for a sample that shows it `done`, and sends it once more where neither
-        comes: either may be lost on the line. Raises `LinkError` if the board does not do it."""
+        """Sends a command and waits until the board has done it.
+
+        It is sent once more where neither an answer comes nor a sample that shows it done: either may be lost on the line.
+
+        Args:
+            kind: One of `messages.COMMANDS`.
+            *values: What its body holds, in the order and the units given there.
+            done: Whether a sample shows that the command is done.
+
+        Raises:
+            LinkError: If the board refuses it or does not answer.
+        """
         for _ in range(ATTEMPTS):
-            number = self._send(kind, *values)
+            number = self.send(kind, *values)
             for message in self._coming(ANSWER_WAIT):
                 if isinstance(message, Sample) and done(message):
                     return
                 if isinstance(message, Ack) and message.seq == number and message.command == kind:
-                    if message.result and not (message.result == frames.NOT_NOW and done(self.samples()[-1])):
-                        raise LinkError(f"{self._port.port}: the board refuses: {frames.RESULTS[message.result]}")
+                    if message.result and not (message.result == messages.NOT_NOW and done(self.samples()[-1])):
+                        raise LinkError(f"{self._port.port}: the board refuses: {messages.RESULTS[message.result]}")
                     return
         raise LinkError(f"{self._port.port}: the board does not answer a command")
 
     def disarm(self) -> None:
-        """Ends the pulses that drive."""
-        self.command(frames.DISARM, done=lambda sample: sample.state not in (frames.ARMING, frames.ARMED))
+        """Ends the pulses that drive.
+
+        Raises:
+            LinkError: If the board does not answer.
+        """
+        self.command(messages.DISARM, done=lambda sample: sample.state not in (messages.ARMING, messages.ARMED))
 
     def samples(self) -> list[Sample]:
-        """The samples of the next `read` that brings any."""
+        """The samples of the next read that brings any.
+
+        Returns:
+            At least one sample.
+
+        Raises:
+            LinkError: Where the board is gone, has started anew, or is no board of the testbed.
+        """
         while not (found := [m for m in self.read() if isinstance(m, Sample)]):
             pass
         return found
 
     def arm(self) -> None:
-        """Neutral pulses until the ESCs are armed, and heartbeats from here on.
+        """Arms the board, with neutral pulses until the ESCs are ready, and sends heartbeats from here on.
 
-        A latched fault is a `LinkError` that says which.
+        Raises:
+            LinkError: Where a latched fault, which the message names, or a silent board keeps it from arming.
         """
         hello = self.hello or self.greet()
         sample = self.samples()[-1]
-        if sample.state == frames.FAULT:
+        if sample.state == messages.FAULT:
             raise LinkError(f"{self._port.port}: fault: {faults(sample)}; `rwjax run-experiment --clear` clears it")
-        if sample.state != frames.DISARMED:
+        if sample.state != messages.DISARMED:
             self.disarm()
         self._armed_here = True
-        self.command(frames.ARM, hello.nonce, done=lambda sample: sample.state in (frames.ARMING, frames.ARMED))
+        self.command(messages.ARM, hello.nonce, done=lambda sample: sample.state in (messages.ARMING, messages.ARMED))
         for message in self._coming(4 * hello.arm_ticks):
-            if isinstance(message, Sample) and message.state == frames.ARMED:
+            if isinstance(message, Sample) and message.state == messages.ARMED:
                 return
-            if isinstance(message, Sample) and message.state == frames.FAULT:
+            if isinstance(message, Sample) and message.state == messages.FAULT:
                 raise LinkError(f"{self._port.port}: the board does not arm: {faults(message)}")
         raise LinkError(f"{self._port.port}: the board does not arm")
 
     def leave(self) -> None:
-        """Disarms if it can; a board that does not hear it goes to neutral by itself."""
+        """Disarms the board if it can; a board that does not hear it goes to neutral by itself."""
         self._armed_here = False
         with suppress(Exception):  # whatever the port of a cable that is out raises: `termios.error` is no `OSError`
-            self._send(frames.DISARM)
+            self.send(messages.DISARM)
             self._port.flush()
 
 
-def reason(error: Exception) -> str:
-    """The system's words where there are any, pyserial's else."""
-    number = getattr(error, "errno", None)
-    return os.strerror(number) if number else str(error).splitlines()[0]
-
-
 def faults(sample: Sample) -> str:
-    """The faults of a sample in words."""
-    return ", ".join(name for bit, name in frames.FAULTS.items() if sample.faults & bit) or "none"
+    """The faults of a sample in words.
+
+    Args:
+        sample: Any sample.
+
+    Returns:
+        The faults, "none" where there is none.
+    """
+    return ", ".join(name for bit, name in messages.FAULTS.items() if sample.faults & bit) or "none"

@@ -1,1 +1,1 @@
-"""Logs of a rig: read, checked, written, cut and split; their noise and their outliers."""
+"""Logs of a rig: read, checked, written, cut and split into folds; their noise and their outliers."""

@@ -1,21 +1,22 @@
-"""The columns that a log may hold, by kind of rig."""
+"""The columns that a log may hold, by kind of rig, and the unit of what they become."""
 
 from typing import NamedTuple
 
-from rwjax.kinds import (
-    MOTORED,
-    TURNING,
-    TWO_AXIS,
-    half_column,
-)
+from rwjax.kinds import MOTORED, TURNING, TWO_AXIS, half_column
 
 
 class Column(NamedTuple):
-    """A column that a log may hold besides time and input."""
+    """A column that a log may hold besides time and input.
 
-    output: str  # its name in `Log.outputs`, in SI
-    kinds: tuple[str, ...]  # kinds of rig that have it
-    encoder: str | None = None  # counts of this encoder, of `rig_names.ENCODERS`
+    Attributes:
+        output: Name of the output in `Log.outputs`, in SI.
+        kinds: Kinds of rig that have the column.
+        encoder: What the encoder sits on whose counts the column holds (`kinds.ENCODERS`); None for a column in SI.
+    """
+
+    output: str
+    kinds: tuple[str, ...]
+    encoder: str | None = None
 
 
 COLUMNS = {
@@ -39,11 +40,33 @@ COLUMNS |= {
         for name in ("wheel_counts", "wheel_rad_s", "current_A")
     },
 }
+"""Columns of measured outputs by name."""
 COMMANDS = {"two_axis": ("voltage_1_V", "voltage_2_V")}
 """Columns of the command by kind; every other kind has one, `voltage_V`."""
 INPUTS = ("time_s", "voltage_V", *COMMANDS["two_axis"], "supply_V")
+"""Columns that are no measured output."""
+_UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
 
 
 def commands_of(kind: str) -> tuple[str, ...]:
-    """The columns of the command, which every log of this kind of rig needs."""
+    """The columns of the command, which every log of a kind of rig needs.
+
+    Args:
+        kind: Kind of the rig.
+
+    Returns:
+        One name, or two for a rig with two axes.
+    """
     return COMMANDS.get(kind, ("voltage_V",))
+
+
+def unit_of(output: str) -> str:
+    """The unit of an output, as people write it.
+
+    Args:
+        output: A name in `Log.outputs`, such as `yaw_rad_s`.
+
+    Returns:
+        The unit ("rad/s"), empty for a name without a known one.
+    """
+    return next((unit for end, unit in _UNITS.items() if output.endswith(end)), "")

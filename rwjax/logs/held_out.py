@@ -1,4 +1,4 @@
-"""The held-out rule: which logs a model is fitted on and which it is judged on (INTERFACE.md, section 2)."""
+"""The held-out rule: which logs a model is fitted on, and which it is judged on."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,16 +10,31 @@ from rwjax.logs.sheet import FEWEST
 
 @dataclass(frozen=True)
 class Fold:
-    """One split of the logs."""
+    """One split of the logs.
 
-    train: tuple[Log, ...]  # fitted and selected on
-    test: tuple[Log, ...]  # judged on, never looked at before
+    Attributes:
+        train: Logs that a model is fitted and selected on.
+        test: Logs that it is judged on, and that nothing looks at before.
+    """
+
+    train: tuple[Log, ...]
+    test: tuple[Log, ...]
 
 
 def folds(logs: Sequence[Log]) -> tuple[str, tuple[Fold, ...]]:
-    """The rule that applies to `logs`, by its name in `diagnosis.json`, and its splits.
+    """The splits of a set of logs.
 
-    Raises `LogError` without a log to fit on, and where the only log is too short to be split.
+    Logs marked `# role: validate` are held out. Where none is marked, each log is held out once; of a single
+    log, the last third.
+
+    Args:
+        logs: The logs of one rig.
+
+    Returns:
+        Name of the rule that applies, as in `diagnosis.json`, and its splits.
+
+    Raises:
+        LogError: Without a log to fit on, and where the only log is too short to be split.
     """
     train = tuple(log for log in logs if not log.validate)
     test = tuple(log for log in logs if log.validate)
@@ -35,6 +50,7 @@ def folds(logs: Sequence[Log]) -> tuple[str, tuple[Fold, ...]]:
 
 
 def _last_third(log: Log) -> Fold:
+    """The first two thirds of a log to fit on, the last to judge on."""
     n = len(log.time)
     first = n - n // 3
     if n - first < FEWEST:

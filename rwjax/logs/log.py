@@ -1,37 +1,65 @@
-"""The log file (CSV): one run of the rig. `read_log`, `read_logs`, `write_log` and the `Log` between."""
+"""A log in memory: one run of the rig, or a stretch of it."""
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from rwjax.logs.columns import unit_of
+
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """One run of the rig, or a stretch of it. Arrays have shape (n,), the command of a two-axis rig (n, 2); the input is held
-    between samples."""
+    """One run of the rig, or a stretch of it, with `n` samples. The command is held between samples.
 
-    name: str  # the file name, as shown to users
-    time: np.ndarray  # s, as in the file, strictly increasing
-    command: np.ndarray  # V
-    outputs: dict[str, np.ndarray]  # by the names of `Column.output`, in SI; NaN where a reading is missing
-    resolution: dict[str, float]  # quantisation step of each output in SI; 0.0 where the file holds SI
+    Attributes:
+        name: The file name, as shown to users.
+        time: Time [s] (n,), as in the file, strictly increasing.
+        command: Motor voltage [V] (n,); of a two-axis rig (n, 2).
+        outputs: Readings [SI] (n,) by the names of `Column.output`; NaN where a reading is missing.
+        resolution: Size of a count [SI] of each output; 0.0 where the file holds SI.
+        notes: The notes above the header, by key in small letters.
+        validate: Whether the log is kept out of every fit and every choice.
+        supply: Voltage of the supply [V] (n,), None where it was not logged.
+        origin: Time [s] of the run's first sample, kept by `cut`.
+        added: Known differences [SI] of the rig's numbers in this run, by name.
+        left_out: Times [s] of the outliers of each output, which are NaN in `outputs`.
+        earlier: Time [s] (m,) and command [V] (m,) or (m, 2) of the run's samples before a cut.
+    """
+
+    name: str
+    time: np.ndarray
+    command: np.ndarray
+    outputs: dict[str, np.ndarray]
+    resolution: dict[str, float]
     notes: dict[str, str]
-    validate: bool  # never used to fit or to select
-    supply: np.ndarray | None  # V
-    origin: float  # s, time of the run's first sample, kept by `cut`
-    added: dict[str, float] = field(default_factory=dict)  # known differences of the rig's numbers in this run
-    left_out: dict[str, np.ndarray] = field(default_factory=dict)  # times [s] of outliers, which `outputs` do not hold
-    earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))  # time and command before a cut
+    validate: bool
+    supply: np.ndarray | None
+    origin: float
+    added: dict[str, float] = field(default_factory=dict)
+    left_out: dict[str, np.ndarray] = field(default_factory=dict)
+    earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))
 
     def remarks(self) -> list[str]:
-        """What a user should know about the readings, one sentence each."""
+        """What a user should know about the readings.
+
+        Returns:
+            One sentence for every output with outliers.
+        """
         return [
             f"{self.name}: outliers among the readings of {name}, which are left out: {len(times)}, the first at {times[0]:.6g} s"
             for name, times in self.left_out.items()
         ]
 
     def cut(self, first: int, last: int) -> "Log":
-        """The samples `first` to `last - 1`; the name says which ("square.csv[12.0 s…]")."""
+        """A stretch of the log.
+
+        Args:
+            first: Index of its first sample, counted as by a slice.
+            last: Index of the sample after its last one.
+
+        Returns:
+            The stretch; its name says which ("square.csv[12.0 s…]").
+        """
         first, last, _ = slice(first, last).indices(len(self.time))
         start = f"{self.time[first]:.1f} s" if first > 0 else ""
         end = f"{self.time[last - 1]:.1f} s" if last < len(self.time) else ""
@@ -45,16 +73,45 @@ class Log:
             left_out=_within(self.left_out, self.time[first], self.time[last - 1]),
             earlier=(
                 np.append(self.earlier[0], self.time[:first]),
-                after(self.earlier[1], self.command[:first]),
+                with_earlier(self.earlier[1], self.command[:first]),
             ),
         )
 
+    def __str__(self) -> str:
+        """Name, duration, samples and rate, then a line each for the command, every output and every note."""
+        n, seconds = len(self.time), float(np.ptp(self.time)) if len(self.time) else 0.0
+        rate = f" at {1.0 / np.median(np.diff(self.time)):.4g} Hz" if n > 1 else ""
+        role = ", kept for validation" if self.validate else ""
+        lines = [
+            f"log `{self.name}`: {seconds:.6g} s, {n} samples{rate}{role}",
+            f"  command: {_range(self.command, 'V')}",
+        ]
+        for name, y in self.outputs.items():
+            missing = int(np.isnan(y).sum())
+            lines.append(f"  {name}: {_range(y, unit_of(name))}" + (f", {missing} missing" if missing else ""))
+        return "\n".join([*lines, *(f"  # {key}: {value}" for key, value in self.notes.items())])
 
-def after(before: np.ndarray, command: np.ndarray) -> np.ndarray:
-    """Samples of a command `(n, …)` with those before them."""
-    return np.concatenate([before.reshape(len(before), *command.shape[1:]), command])
+
+def with_earlier(earlier: np.ndarray, command: np.ndarray) -> np.ndarray:
+    """A command together with its samples before a cut.
+
+    Args:
+        earlier: Samples [V] before the cut (m, …), or none as `(0,)`.
+        command: Samples [V] from the cut on (n, …).
+
+    Returns:
+        Samples [V] (m + n, …).
+    """
+    return np.concatenate([earlier.reshape(len(earlier), *command.shape[1:]), command])
 
 
 def _within(times: dict[str, np.ndarray], first: float, last: float) -> dict[str, np.ndarray]:
+    """Those of the times of each output that lie within a stretch; no entry where there are none."""
     kept = {name: t[(t >= first) & (t <= last)] for name, t in times.items()}
     return {name: t for name, t in kept.items() if len(t)}
+
+
+def _range(values: np.ndarray, unit: str) -> str:
+    """Lowest and highest of the values that are there, in words."""
+    seen = values[np.isfinite(values)] + 0.0  # no negative zero
+    return f"{seen.min():.4g} to {seen.max():.4g} {unit}".rstrip() if len(seen) else "no reading"

@@ -1,24 +1,25 @@
-"""Readings that cannot be: a few samples far outside what lies around them, as a lost byte or a spark makes them.
+"""Outliers: a few readings far outside what lies around them, as a lost byte or a spark makes them.
 
 No model is asked. A body with inertia changes its angle and its rate little from sample to sample. Readings are outliers
 
 * where up to three in a row lie outside the range of the three before and the three after (at the ends of a log: the six on
-  the one side) by more than three times the largest change among these and eight times the noise;
-* where one lies outside the band of the middle 98 % of all readings by more than the band's width and most of the six around
-  it lie inside: outliers near one another, which hide from the first rule.
+  the one side) by more than three times the largest change among these six plus eight times the noise;
+* where one lies outside the band of the middle 98 % of all readings by more than the band's width plus eight times the
+  noise, and most of the six around it lie inside. This finds outliers near one another, which the first rule misses.
 
 What a model may have to explain (a jump that stays, a kink, a slow deviation) is kept.
 """
 
 import numpy as np
 
-from rwjax.logs import noise
+from rwjax.logs.noise import noise_level
 
 AROUND = 3
 """Readings on either side with which a suspect is compared."""
 LONGEST = 3
 """Readings in a row that may be outliers together."""
 CHANGES, SIGMAS = 3.0, 8.0
+"""Largest changes of the surroundings, and noise levels, by which a suspect has to lie outside."""
 MOST = 0.05
 """Share of the readings above which they are not exceptions, and all are kept."""
 ANSWER = 15
@@ -26,16 +27,23 @@ ANSWER = 15
 
 
 def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None) -> np.ndarray:
-    """Which of an output's readings (NaN where there is none) are outliers.
+    """Which of an output's readings are outliers.
 
-    With a `command`, readings that follow a change of it by less than `ANSWER` samples are not suspected.
+    Args:
+        time: Time [s] (n,).
+        y: Readings (n,) in any unit, NaN where there is none.
+        command: Command [V] (n,) or (n, 2), for an output that may answer a change of it by a leap: readings less
+            than `ANSWER` samples after a change are then not suspected.
+
+    Returns:
+        True for the outliers (n,); none where they are more than the share `MOST`.
     """
     seen = np.isfinite(y)
     if seen.sum() < 2 * AROUND + LONGEST:
         return np.zeros(len(y), bool)
     value = y / max(float(np.max(np.abs(y[seen]))), 1e-300)
     distinct = np.diff(np.unique(value[seen]))
-    unit = max(noise.rapid(value[seen]), float(distinct.min())) if len(distinct) else 0.0
+    unit = max(noise_level(value[seen]), float(distinct.min())) if len(distinct) else 0.0
     may = seen & ~_answers(command) if command is not None else seen
     longest_gap = (LONGEST + 1.5) * float(np.median(np.diff(time)))
     found = np.zeros(len(y), bool)
@@ -54,8 +62,11 @@ def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None)
 
 
 def _answers(command: np.ndarray) -> np.ndarray:
-    """Readings that may lie off their surroundings because the command changes: those after a change, and those before one
-    so early that all which the log's first readings are compared with comes after it."""
+    """Readings that may lie off their surroundings because the command changes.
+
+    They come after a change. Where the command changes within the log's first readings, so do the readings before
+    it, since they are compared with readings after it.
+    """
     changed = np.append(False, np.diff(command.reshape(len(command), -1), axis=0).any(axis=1))
     first = 2 * AROUND + LONGEST
     answers = np.convolve(changed, np.ones(ANSWER + 1))[: len(changed)] > 0.5
@@ -66,7 +77,7 @@ def _answers(command: np.ndarray) -> np.ndarray:
 def _outside_surroundings(
     time: np.ndarray, value: np.ndarray, length: int, before: int, unit: float, longest_gap: float
 ) -> np.ndarray:
-    """Indices of readings that belong to `length` suspects with `before` readings of their surroundings before them."""
+    """Indices of the readings of every `length` in a row that lie outside their surroundings, `before` of which come first."""
     size = length + 2 * AROUND
     if len(value) < size:
         return np.zeros(0, int)
@@ -83,7 +94,7 @@ def _outside_surroundings(
 
 
 def _outside_band(value: np.ndarray, unit: float) -> np.ndarray:
-    """Indices of readings that lie far outside the band of nearly all, most of their neighbours within it."""
+    """Indices of readings that lie far outside the band of nearly all readings, with most of their neighbours within it."""
     low, high = np.percentile(value, (1.0, 99.0))
     margin = (high - low) + SIGMAS * unit
     within = (value >= low) & (value <= high)

@@ -1,4 +1,4 @@
-"""The text of a log file: notes, header, rows, and rows as numbers. What columns mean is in `log.py`."""
+"""A log file as text: notes, header, rows, and columns as numbers. What the columns mean is in `layouts.py`."""
 
 import math
 import os
@@ -6,29 +6,58 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.errors import LogError, read_text
+from rwjax.errors import LogError
 from rwjax.kinds import THESIS_COLUMNS
+from rwjax.text_files import read_text
 
-FEWEST = 10  # samples of a log, and readings of a column, below which nothing can be said
+FEWEST = 10
+"""Samples of a log, and readings of a column, below which nothing can be said."""
 
 
 class Sheet(NamedTuple):
-    """A log file as text: its notes, its header and the rows below."""
+    """A log file as text.
+
+    Attributes:
+        path: The file.
+        notes: Lines `# key: value` above the header, by key in small letters.
+        header: Line number of the header, counted from 1.
+        names: Names of the columns.
+        delimiter: What separates the cells of a row.
+        rows: The lines below the header.
+    """
 
     path: str | os.PathLike[str]
     notes: dict[str, str]
-    header: int  # line number
+    header: int
     names: list[str]
     delimiter: str
     rows: list[str]
 
     def error(self, row: int | None, message: str) -> LogError:
-        """The message with the line of `row`, or of the header."""
+        """An error that names the file and the line.
+
+        Args:
+            row: Index of the row that is wrong, counted from 0; None for the header.
+            message: What is wrong and what would be right.
+
+        Returns:
+            The error, to be raised.
+        """
         return LogError(f"{self.path}:{self.header if row is None else self.header + 1 + row}: {message}")
 
 
 def read_sheet(path: str | os.PathLike[str]) -> Sheet:
-    """Notes, header and rows of a CSV file of one of the two layouts. Raises `LogError`."""
+    """Notes, header and rows of a log file of either layout.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The file as text.
+
+    Raises:
+        LogError: Where the file cannot be read, has no header, or a note or the header is malformed.
+    """
     lines = read_text(path, LogError).rstrip().split("\n")
     notes: dict[str, str] = {}
     for number, line in enumerate(lines, start=1):
@@ -40,6 +69,7 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
 
 
 def _note(where: str, line: str, notes: dict[str, str]) -> None:
+    """Puts the note of a line into `notes`; a key given twice keeps both values."""
     key, colon, value = (part.strip() for part in line[1:].partition(":"))
     if not colon and key.lower().startswith("role"):
         raise LogError(f"{where}: `{line}` is no note; write `# role: validate` or `# role: train`")
@@ -47,11 +77,12 @@ def _note(where: str, line: str, notes: dict[str, str]) -> None:
         raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
     if value.lower() in ("validate", "train") and key.lower() != "role":
         raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
-    if colon:  # a key given twice keeps both values
+    if colon:
         notes[key.lower()] = f"{notes[key.lower()]}; {value}" if key.lower() in notes else value
 
 
 def _header(path: str | os.PathLike[str], number: int, line: str, notes: dict[str, str], rows: list[str]) -> Sheet:
+    """The sheet whose header is `line`, of whichever layout it is."""
     thesis = [cell.strip() for cell in line.split(";")]
     if thesis == list(THESIS_COLUMNS):
         return Sheet(path, notes, number, thesis, ";", rows)
@@ -67,7 +98,18 @@ def _header(path: str | os.PathLike[str], number: int, line: str, notes: dict[st
 
 
 def numbers(sheet: Sheet, names: list[str]) -> list[np.ndarray]:
-    """The columns `names` as numbers, NaN where a cell is empty."""
+    """Columns as numbers.
+
+    Args:
+        sheet: The log file as text.
+        names: Names of the columns.
+
+    Returns:
+        One array (n,) for each name, NaN where a cell is empty.
+
+    Raises:
+        LogError: With the line of the first row that cannot be read, and where the log is too short.
+    """
     if len(sheet.rows) < FEWEST:
         raise sheet.error(None, f"{len(sheet.rows)} samples below the header; a log needs at least {FEWEST}")
     use = [sheet.names.index(name) for name in names]
@@ -77,12 +119,13 @@ def numbers(sheet: Sheet, names: list[str]) -> list[np.ndarray]:
             table = np.loadtxt(sheet.rows, delimiter=sheet.delimiter, comments=None, usecols=use, ndmin=2)
             return list(np.ascontiguousarray(table.T))
         except ValueError:
-            pass  # an empty cell or a mistake: the slow way fills the one and finds the other
+            pass  # an empty cell or a mistake: reading row by row fills the one and names the other
     table = np.array([_row(sheet, number, use) for number in range(len(sheet.rows))])
     return list(np.ascontiguousarray(table.T))
 
 
 def _row(sheet: Sheet, number: int, use: list[int]) -> list[float]:
+    """The cells of one row in the columns `use`, NaN where one is empty."""
     text = sheet.rows[number]
     cells = text.split(sheet.delimiter)
     if text.startswith("#"):
@@ -99,6 +142,14 @@ def _row(sheet: Sheet, number: int, use: list[int]) -> list[float]:
 
 
 def is_number(text: str) -> bool:
+    """Whether a text reads as a number.
+
+    Args:
+        text: A cell or the value of a note.
+
+    Returns:
+        True also for `nan` and `inf`.
+    """
     try:
         float(text)
     except ValueError:
@@ -107,7 +158,16 @@ def is_number(text: str) -> bool:
 
 
 def check_finite(sheet: Sheet, name: str, values: np.ndarray) -> None:
-    """`LogError` with the first line in which `values` are missing or infinite."""
+    """Checks that a column has a finite number in every row.
+
+    Args:
+        sheet: The log file as text.
+        name: Name of the column.
+        values: The column (n,), in its own unit.
+
+    Raises:
+        LogError: With the first line in which the number is missing or infinite.
+    """
     if len(bad := np.flatnonzero(~np.isfinite(values))):
         row = int(bad[0])
         said = "missing" if np.isnan(values[row]) else f"{values[row]}"

@@ -1,19 +1,27 @@
-"""Writing of log files: `write_log`."""
+"""Log files (CSV) written: columns and notes, so that every number reads back equal."""
 
 import os
 from collections.abc import Mapping
 
 import numpy as np
 
-from rwjax.errors import LogError, write_text
+from rwjax.errors import LogError
+from rwjax.text_files import write_text
 
 
 def write_log(
     path: str | os.PathLike[str], columns: Mapping[str, np.ndarray], notes: Mapping[str, str] | None = None
 ) -> None:
-    """Writes columns of equal length as CSV, every number so that it reads back equal, NaN as an empty cell.
+    """Writes a log file, whole or not at all.
 
-    The file appears whole or not at all. Raises `LogError` if it cannot be written.
+    Args:
+        path: The file; one that is there is replaced.
+        columns: Columns (n,) by name, in the units of their names; NaN becomes an empty cell.
+        notes: Notes above the header by key.
+
+    Raises:
+        LogError: Where the file cannot be written.
+        ValueError: Where the columns differ in length.
     """
     head = [f"# {key}: {value}" for key, value in (notes or {}).items()]
     cells = [["" if x != x else repr(x) for x in np.asarray(column).tolist()] for column in columns.values()]

@@ -9,8 +9,7 @@ import numpy as np
 from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
 from rwjax.kinds import MOTORED, TURNING
-from rwjax.rig.model import Rig
-from rwjax.rig.parse import Pwm
+from rwjax.rig.model import Pwm, Rig
 
 PULSES_US = (1000.0, 2000.0)
 """Shortest and longest pulse of servos and ESCs [us]."""

@@ -11,9 +11,10 @@ from typing import Any
 
 import tomlkit
 
-from rwjax.errors import InputError, nearest, read_text, write_text
+from rwjax.errors import InputError, nearest
 from rwjax.logs.write import write_log
 from rwjax.planning.experiment import SHAPES, Experiment
+from rwjax.text_files import read_text, write_text
 
 SCHEMA, FILE = "rwjax.plan/1", "plan.toml"
 HEAD = """\

@@ -16,9 +16,10 @@ from matplotlib.axes import Axes
 from rwjax.diagnosis.diagnosis import Diagnosis
 from rwjax.diagnosis.words import UNIT, verdict_sentence, where_words
 from rwjax.effects.library import unit_of_number
-from rwjax.errors import InputError, write_text
+from rwjax.errors import InputError
 from rwjax.report import plots
 from rwjax.rig.write import write_rig
+from rwjax.text_files import write_text
 
 Plot = Callable[[Diagnosis, Axes], Axes]
 

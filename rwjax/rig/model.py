@@ -1,46 +1,118 @@
-"""The rig file (TOML), what the user believes about the hardware: `read_rig`, `write_rig`, `Rig`."""
+"""A rig as its file describes it: every number with its name, which are free, and how much is known of them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from rwjax.errors import RigError
-from rwjax.kinds import TWO_AXIS
-from rwjax.rig import parse as read
+from rwjax.kinds import NUMBERS, TWO_AXIS
+from rwjax.rig.effect_section import effect_parameters
+
+
+class Pwm(NamedTuple):
+    """The map from pulse width to voltage of an ESC: $V = (pulse - neutral)\\cdot volts\\_per\\_us$.
+
+    Attributes:
+        neutral_us: Pulse width at 0 V [us].
+        volts_per_us: Voltage per pulse width [V/us], negative where longer pulses drive backwards.
+    """
+
+    neutral_us: float
+    volts_per_us: float
 
 
 @dataclass(frozen=True)
 class Rig:
-    """A rig file, checked. Every value is in SI; names are dotted, as in `fit.free`."""
+    """A rig file, checked. Every value is in SI; names are dotted, as in `fit.free` of the file.
 
-    kind: str  # "wheel", "platform", "reaction" or "two_axis"
+    Attributes:
+        kind: "wheel", "platform", "reaction" or "two_axis".
+        name: The rig's name, by default the file's.
+        numbers: The plant numbers that the file holds, by the names and units of `kinds.NUMBERS`.
+        free: Names of `values` that a fit estimates.
+        bounds: Lowest and highest value of a number by name.
+        prior: Mean and standard deviation of a free number by name, from elsewhere than the logs.
+        per_run: Names of `free` of which every log has a value of its own.
+        standard_error: Standard error of an earlier estimate by name; infinite where the logs say nothing about it.
+        effects: Effect name -> parameter name -> value.
+        counts_per_rev: Counted edges per turn [1] of the encoders, by what they sit on (`kinds.ENCODERS`).
+        pwm: Map from pulse width to volts, None where the file holds none.
+        columns: "position" and "pulse" -> column of a log of the thesis's layout.
+    """
+
+    kind: str
     name: str
-    numbers: dict[str, float]  # the plant numbers that the file holds, of `rig_names.NUMBERS`
-    free: tuple[str, ...] = ()  # the names, of `values`, that a fit estimates
+    numbers: dict[str, float]
+    free: tuple[str, ...] = ()
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
-    prior: dict[str, tuple[float, float]] = field(default_factory=dict)  # mean and standard deviation besides the logs
-    per_run: tuple[str, ...] = ()  # the names, of `free`, of which every log has a value of its own
-    standard_error: dict[str, float] = field(default_factory=dict)  # inf: the logs say nothing about it
-    effects: dict[str, dict[str, float]] = field(default_factory=dict)  # effect name -> its parameters
-    counts_per_rev: dict[str, float] = field(default_factory=dict)  # of the encoders, by `rig_names.ENCODERS`
-    pwm: read.Pwm | None = None
-    columns: dict[str, str] = field(default_factory=dict)  # "position", "pulse" -> column of the thesis layout
+    prior: dict[str, tuple[float, float]] = field(default_factory=dict)
+    per_run: tuple[str, ...] = ()
+    standard_error: dict[str, float] = field(default_factory=dict)
+    effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    counts_per_rev: dict[str, float] = field(default_factory=dict)
+    pwm: Pwm | None = None
+    columns: dict[str, str] = field(default_factory=dict)
 
     @property
     def values(self) -> dict[str, float]:
-        """Every number and effect parameter by its name ("axis.inertia", "axis.stribeck.velocity")."""
+        """Every number and effect parameter [SI] by its name ("axis.inertia", "axis.stribeck.v_s")."""
         return self.numbers | {f"{e}.{p}": value for e, given in self.effects.items() for p, value in given.items()}
 
     def with_values(self, values: Mapping[str, float]) -> "Rig":
-        """This rig with `values` in place; raises `KeyError` for a name that it does not hold yet."""
+        """This rig with other values of some numbers.
+
+        Args:
+            values: New values [SI] by name, of numbers that the rig holds.
+
+        Returns:
+            The rig with these values, everything else as it is.
+
+        Raises:
+            KeyError: For a name that the rig does not hold.
+        """
         if unknown := sorted(values.keys() - self.values.keys()):
             raise KeyError(f"the rig `{self.name}` holds no {unknown}")
         new = {name: float(values.get(name, old)) for name, old in self.values.items()}
         effects = {e: {p: new[f"{e}.{p}"] for p in given} for e, given in self.effects.items()}
         return replace(self, numbers={name: new[name] for name in self.numbers}, effects=effects)
 
+    def __str__(self) -> str:
+        """Kind and name, then a line for every part: its numbers with units, and which of them are free."""
+        lines: dict[str, list[str]] = {}
+        for name, value, unit in self._numbers_with_units():
+            part, _, rest = name.partition(".") if name in self.numbers else name.rpartition(".")
+            lines.setdefault(part, []).append(f"{rest} = {self._in_words(name, value, unit)}")
+        return "\n".join(
+            [f"{self.kind} rig `{self.name}`", *(f"  {part}: {', '.join(of)}" for part, of in lines.items())]
+        )
+
+    def _numbers_with_units(self) -> Iterator[tuple[str, float, str]]:
+        """Name, value and unit of every number and effect parameter."""
+        for name in (name for name in NUMBERS if name in self.numbers):
+            yield name, self.numbers[name], NUMBERS[name].unit
+        known = effect_parameters() if self.effects else {}
+        for effect, given in self.effects.items():
+            for parameter, value in given.items():
+                yield f"{effect}.{parameter}", value, known[effect][parameter].unit
+
+    def _in_words(self, name: str, value: float, unit: str) -> str:
+        error = f" ± {self.standard_error[name]:.2g}" if name in self.standard_error else ""
+        free = " (free, per run)" if name in self.per_run else " (free)" if name in self.free else ""
+        return f"{value:.6g}{error}{'' if unit == '1' else f' {unit}'}{free}"
+
 
 def with_one_axis(rig: Rig) -> Rig:
-    """The rig itself. Raises `RigError` if it has two axes."""
+    """A rig that has to have one axis.
+
+    Args:
+        rig: Any rig.
+
+    Returns:
+        The rig itself.
+
+    Raises:
+        RigError: If it has two axes.
+    """
     if rig.kind in TWO_AXIS:
         raise RigError(f"kind `{rig.kind}` has two axes, and this is for one; describe that axis by a `reaction` rig")
     return rig

@@ -1,6 +1,5 @@
-"""Reading of rig files (TOML): `read_rig`, `parse_rig`."""
+"""Rig files (TOML) read: from the text to a checked `Rig`, every mistake as a `RigError` with file, key and remedy."""
 
-import math
 import os
 import re
 import tomllib
@@ -8,18 +7,41 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rwjax.errors import RigError, read_text
-from rwjax.rig import parse as read
+from rwjax.errors import RigError
+from rwjax.rig import document, parse
+from rwjax.rig.effect_section import effects
+from rwjax.rig.fit_section import FitTables, fit_section
 from rwjax.rig.model import Rig, with_one_axis
+from rwjax.text_files import read_text
 
 
 def read_rig(path: str | os.PathLike[str]) -> Rig:
-    """The rig that a TOML file describes. Raises `RigError` (file, key, what would be right)."""
+    """The rig that a TOML file describes.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The rig, checked.
+
+    Raises:
+        RigError: With file, key, what is wrong and what would be right.
+    """
     return parse_rig(read_text(path, RigError), path)
 
 
 def read_one_axis_rig(path: str | os.PathLike[str]) -> Rig:
-    """`read_rig` for what knows one command and one axis. Raises `RigError` for a rig with two axes, too."""
+    """The rig that a TOML file describes, for what knows one command and one axis.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The rig, checked.
+
+    Raises:
+        RigError: As `read_rig`, and for a rig with two axes.
+    """
     rig = read_rig(path)
     try:
         return with_one_axis(rig)
@@ -28,7 +50,18 @@ def read_one_axis_rig(path: str | os.PathLike[str]) -> Rig:
 
 
 def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
-    """The rig that a TOML text describes; `path` stands in the messages. Raises `RigError`."""
+    """The rig that a TOML text describes.
+
+    Args:
+        text: The text.
+        path: What messages call the file; its stem names a rig without a name.
+
+    Returns:
+        The rig, checked.
+
+    Raises:
+        RigError: With file, key, what is wrong and what would be right.
+    """
     try:
         return _rig(tomllib.loads(text), Path(path).stem)
     except RigError as error:
@@ -53,32 +86,20 @@ def _remedy(line: str, path: str | os.PathLike[str]) -> str:
     return "write `key = value` under `[section]` headers"
 
 
-def _rig(document: dict[str, Any], stem: str) -> Rig:
-    leaves = read.leaves(document)
-    kind = read.kind(leaves)
-    standard_error, bounds, prior, effects = (
-        read.take(leaves, section) for section in ("fit.standard_error", "fit.bounds", "fit.prior", "effects")
-    )
-    read.check_keys(leaves, kind)
+def _rig(parsed: dict[str, Any], stem: str) -> Rig:
+    """The rig of parsed TOML; `stem` of the file is its name where the file gives none."""
+    leaves = document.leaves(parsed)
+    kind = parse.kind(leaves)
+    tables = FitTables(*(document.take(leaves, f"fit.{name}") for name in FitTables._fields))
+    given = document.take(leaves, "effects")
+    document.check_keys(leaves, kind)
     rig = Rig(
         kind=kind,
-        name=read.text(leaves, "name", stem),
-        numbers=read.numbers(leaves, kind),
-        effects=read.effects(effects, kind),
-        counts_per_rev=read.counts_per_rev(leaves),
-        pwm=read.pwm(leaves),
-        columns=read.columns(leaves),
+        name=document.text(leaves, "name", stem),
+        numbers=parse.numbers(leaves, kind),
+        effects=effects(given, kind),
+        counts_per_rev=parse.counts_per_rev(leaves),
+        pwm=parse.pwm(leaves),
+        columns=parse.columns(leaves),
     )
-    free = read.names(leaves, "fit.free", rig.values, kind)
-    limits = {name: read.bound(name, pair, rig.values, kind) for name, pair in bounds.items()}
-    anything = (-math.inf, math.inf)
-    return replace(
-        rig,
-        free=free,
-        per_run=read.per_run(leaves, free, rig.values, kind),
-        prior={name: read.prior(name, pair, free, limits.get(name, anything)) for name, pair in prior.items()},
-        bounds=limits,
-        standard_error={
-            name: read.standard_error(name, value, rig.values, kind) for name, value in standard_error.items()
-        },
-    )
+    return replace(rig, **fit_section(leaves, tables, rig.values, kind)._asdict())

@@ -1,4 +1,4 @@
-"""Writing of rig files: `write_rig`."""
+"""Rig files (TOML) written: a `Rig` as text that reads back as an equal one."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -6,10 +6,10 @@ from typing import Any
 import tomlkit
 
 from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, encoder_section
-from rwjax.rig import parse as read
+from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.model import Rig
 
-ORDER = (
+_ORDER = (
     "kind",
     "name",
     "motor",
@@ -23,12 +23,20 @@ ORDER = (
     "fit",
     "effects",
 )
+"""Sections and keys at the top of the file, in their order."""
 
 
 def write_rig(rig: Rig) -> str:
-    """TOML text that reads back as an equal `Rig`; sections as in the interface, units in comments."""
+    """A rig as the text of a rig file, with units in comments.
+
+    Args:
+        rig: Any rig.
+
+    Returns:
+        TOML text, from which `parse_rig` makes an equal rig.
+    """
     document = tomlkit.document()
-    for path, value, comment in sorted(_entries(rig), key=lambda entry: ORDER.index(entry[0][0])):
+    for path, value, comment in sorted(_entries(rig), key=lambda entry: _ORDER.index(entry[0][0])):
         table: Any = document
         for section in path[:-1]:
             table = table.setdefault(section, tomlkit.table())
@@ -69,7 +77,7 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
         yield ("fit", "standard_error", name), error, ""
     for name, bounds in rig.bounds.items():
         yield ("fit", "bounds", name), list(bounds), ""
-    units = read.effect_parameters() if rig.effects else {}
+    units = effect_parameters() if rig.effects else {}
     for effect, parameters in rig.effects.items():
         for parameter, value in parameters.items():
             yield ("effects", effect, parameter), value, units[effect][parameter].unit

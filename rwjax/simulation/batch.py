@@ -12,7 +12,7 @@ import numpy as np
 
 from rwjax.errors import LogError
 from rwjax.kinds import is_angle
-from rwjax.logs.log import Log, after
+from rwjax.logs.log import Log, with_earlier
 from rwjax.plant.one_axis import Structure
 
 LONGEST_STEP = 5e-3
@@ -177,7 +177,7 @@ def lay_out(
         held = np.append(recent[k][0], t)
         t_command[k, : len(held)] = held
         t_command[k, len(held) :] = np.linspace(end, 2.0 * end, samples + 1 - len(held))
-        u_command[k] = after(recent[k][1], log.command)[np.minimum(np.arange(samples), len(held) - 1)]
+        u_command[k] = with_earlier(recent[k][1], log.command)[np.minimum(np.arange(samples), len(held) - 1)]
         position = np.minimum(t / h, steps)
         nearest = np.round(position)
         position = np.where(np.abs(position - nearest) < 1e-6, nearest, position)

@@ -13,7 +13,8 @@ from firmware.simavr.avr import Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
 from firmware.simavr.spin import Spin, constant, still
-from rwjax.link import cli, played, recorder
+from rwjax.cli import link as cli
+from rwjax.link import recorder, rest
 from tests.boards import need_simavr
 from tests.command import rwjax
 from tests.link.ports import Scripted, stream
@@ -41,7 +42,7 @@ def test_an_experiment_that_begins_while_the_rig_moves_says_so(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     need_simavr()
-    monkeypatch.setattr(played, "LONGEST_WAIT", 300)
+    monkeypatch.setattr(rest, "LONGEST_WAIT", 300)
     port, log = url(Bench(Avr(build()), Spin(still, constant(900.0)))), tmp_path / "run.csv"
     assert rwjax(monkeypatch, "run-experiment", RIG, port, "-o", log, "--kind", "square", "--seconds", 1) == 0
     said = capsys.readouterr()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rwjax import Rig, parse_rig
-from rwjax.control import dumping
+from rwjax.control import momentum_dump
 from rwjax.control.momentum_dump import dump
 from rwjax.control.open_loop import Limits, course, resting, steady
 from rwjax.errors import InputError
@@ -86,7 +86,7 @@ def test_no_bound_is_claimed_where_the_load_changes() -> None:
 def test_what_a_dump_lacks_is_said(wheel: float, angle: float, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     still = resting(loose())
     tried = still._replace(angle=jnp.array([0.0, angle]), wheel=jnp.array([SPIN, wheel]))
-    monkeypatch.setattr(dumping, "fastest", lambda *_: (tried, 1.0))
+    monkeypatch.setattr(momentum_dump, "fastest", lambda *_: (tried, 1.0))
     with pytest.raises(InputError, match=f"no dump from 400 rad/s was found: {words}"):
         dump(loose(), SPIN, Limits(10.0))
 

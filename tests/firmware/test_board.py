@@ -12,7 +12,7 @@ from firmware.simavr.bench import Bench, counts
 from firmware.simavr.host import Host
 from firmware.simavr.spin import Spin, constant, still, swinging
 from firmware.simavr.tables import OVERFLOW, sizes
-from rwjax.link import frames
+from rwjax.link import messages
 from rwjax.link.stream import stretches
 from tests.boards import need_arduino, need_simavr
 from tests.firmware import desk
@@ -87,7 +87,7 @@ def test_pulses_are_as_wide_as_commanded_and_never_anything_else(mcu: str) -> No
     )
     wanted = [(2000 + 13 * k, 4000 - 13 * k) for k in range(154)]
     for a, b in wanted:
-        h.send(frames.PULSE, a, b)
+        h.send(messages.PULSE, a, b)
         h.run(2, beat=0)
     h.run(2)
     assert not any(ack.result for ack in h.acks)
@@ -111,7 +111,7 @@ def test_the_sample_tells_the_pulse_that_begins_with_it(elf: Path) -> None:
     )
     h.arm()
     for width in (3100, 2500, 3900, 3001):
-        h.send(frames.PULSE, width, 3000)
+        h.send(messages.PULSE, width, 3000)
         h.run(3, beat=0)
     told = {s.tick + 1: s.pulse_1 / 2.0 for s in h.samples[:-1]}  # the first pulse begins before tick 0
     assert {k: pulses[k] for k in told} == pytest.approx(told, abs=PULSE_ERROR)
@@ -185,10 +185,10 @@ def test_no_count_is_lost_in_reversals(mcu: str) -> None:
 def test_above_the_limit_the_board_goes_to_neutral(elf: Path) -> None:
     h = host(elf, still, lambda t: 2_000.0 * 64 * np.maximum(t - 1.2, 0.0) ** 2)
     h.arm()
-    h.send(frames.PULSE, 3400, 3000)
-    while h.latest.state == frames.ARMED and len(h.samples) < 400:
+    h.send(messages.PULSE, 3400, 3000)
+    while h.latest.state == messages.ARMED and len(h.samples) < 400:
         h.run(1)
-    assert h.latest.state == frames.FAULT and h.latest.faults == 2
+    assert h.latest.state == messages.FAULT and h.latest.faults == 2
     h.run(2)
     assert h.latest.pulse_1 == h.latest.pulse_2 == 3000
     moved = np.diff([s.count_2 for s in h.samples])
@@ -200,36 +200,36 @@ def test_silence_of_the_host_ends_in_neutral(mcu: str) -> None:
     need_simavr()
     h = host(build(mcu=mcu), mcu=mcu)
     h.arm()
-    h.send(frames.PULSE, 3500, 2500)
+    h.send(messages.PULSE, 3500, 2500)
     h.run(1, beat=0)
     heard = h.latest.tick
     h.run(40, beat=0)
     back = next(s.tick for s in h.samples if s.tick > heard + 2 and s.pulse_1 == 3000)
     assert 18 <= back - heard <= 22  # 200 ms and the tick in which it is written
-    assert h.latest.state == frames.FAULT and h.latest.faults == 1
-    h.send(frames.ARM, h.hellos[-1].nonce)
+    assert h.latest.state == messages.FAULT and h.latest.faults == 1
+    h.send(messages.ARM, h.hellos[-1].nonce)
     h.run(2)
-    assert h.acks[-2].result == 6 and h.latest.state == frames.FAULT  # latched
-    h.send(frames.CLEAR)
+    assert h.acks[-2].result == 6 and h.latest.state == messages.FAULT  # latched
+    h.send(messages.CLEAR)
     h.run(2)
-    assert h.latest.state == frames.DISARMED
+    assert h.latest.state == messages.DISARMED
 
 
 def test_damaged_commands_do_not_arm(elf: Path) -> None:
     h = host(elf)
     h.run(3, beat=0)
-    right = frames.command(frames.ARM, 1, h.hellos[-1].nonce)
+    right = messages.command(messages.ARM, 1, h.hellos[-1].nonce)
     for bit in range(8 * (len(right) - 1)):
         flipped = bytearray(right)
         flipped[bit // 8] ^= 1 << (bit % 8)
         h.bench.avr.send(bytes(flipped) + b"\0")
         h.run(1, beat=0)
     h.run(2, beat=0)
-    assert h.latest.state == frames.DISARMED and all(s.state == frames.DISARMED for s in h.samples)
+    assert h.latest.state == messages.DISARMED and all(s.state == messages.DISARMED for s in h.samples)
     assert h.latest.damaged > 60
     h.bench.avr.send(right)
     h.run(2, beat=0)
-    assert h.latest.state == frames.ARMING
+    assert h.latest.state == messages.ARMING
 
 
 @pytest.mark.parametrize("mcu", LIMITS)
@@ -237,17 +237,17 @@ def test_a_hang_resets_the_board_and_what_lies_in_a_buffer_does_not_arm_it(mcu: 
     need_simavr()
     h = host(build("hang", "-DHANG_ON_CLEAR", mcu=mcu), mcu=mcu)
     h.arm()
-    h.send(frames.PULSE, 3600, 3000)
+    h.send(messages.PULSE, 3600, 3000)
     h.run(3)
     old = h.hellos[-1].nonce
-    h.send(frames.CLEAR)
+    h.send(messages.CLEAR)
     h.run(20, beat=0)
     assert h.bench.avr.resets == 1
     assert h.hellos[-1].nonce == old + 1 and h.hellos[-1].reset_cause == 8  # WDRF
-    assert h.latest.state == frames.DISARMED and h.latest.pulse_1 == 3000
-    h.send(frames.ARM, old)
+    assert h.latest.state == messages.DISARMED and h.latest.pulse_1 == 3000
+    h.send(messages.ARM, old)
     h.run(5)
-    assert h.latest.state == frames.DISARMED and h.acks[-2].result == 4
+    assert h.latest.state == messages.DISARMED and h.acks[-2].result == 4
 
 
 def test_a_minute_of_samples_without_a_gap(elf: Path) -> None:
@@ -298,7 +298,7 @@ def test_the_board_plays_the_law_tick_by_tick(elf: Path, c) -> None:
     h = host(elf, swinging(9_000.0, 0.31))
     h.arm()
     law = desk.Law(40, 900, -2500, 25)
-    h.send(frames.HOLD, 0, 40, 900, -2500, 25)
+    h.send(messages.HOLD, 0, 40, 900, -2500, 25)
     h.run(100)
     rows = [(s.count_1, s.pulse_1) for s in h.samples[-90:]]
     played = [3000 + c.law_width(law, b[0], b[0] - a[0], 1000) for a, b in pairwise(rows)]
@@ -311,13 +311,13 @@ def test_the_board_plays_an_experiment_tick_by_tick(mcu: str, c) -> None:
     need_simavr()
     h = host(build(mcu=mcu), mcu=mcu)
     h.arm()
-    h.send(frames.PLAY, 1, 4, 300, -20, 128, 256)
+    h.send(messages.PLAY, 1, 4, 300, -20, 128, 256)
     h.run(350)
     played = [s for s in h.samples if s.playing]
     wave = desk.widths(c, desk.Experiment(4, 300, -20, 128, 256), 316)
     assert len(played) == 315  # up to the tick with which the last width is written
     assert [s.pulse_2 - 3000 for s in played] == [0, *wave[:-2]]
-    assert h.latest.state == frames.ARMED and h.latest.pulse_2 == 3000
+    assert h.latest.state == messages.ARMED and h.latest.pulse_2 == 3000
 
 
 def test_two_runs_give_the_same_bytes_at_the_same_cycles(elf: Path) -> None:
@@ -325,7 +325,7 @@ def test_two_runs_give_the_same_bytes_at_the_same_cycles(elf: Path) -> None:
     for _ in range(2):
         h = host(elf, swinging(30_000.0, 0.31), constant(70_001.3))
         h.arm()
-        h.send(frames.PLAY, 0, 1, 400, 0, 20, 50)
+        h.send(messages.PLAY, 0, 1, 400, 0, 20, 50)
         h.run(120)
         digests.append(h.digest.hexdigest())
     assert digests[0] == digests[1]

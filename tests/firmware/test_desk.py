@@ -16,7 +16,7 @@ from experiments.testbed.campaign import FOLDER
 from firmware.simavr import avr
 from firmware.simavr.avr import desk as compiled
 from firmware.wave import TARGET, text
-from rwjax.link import frames
+from rwjax.link import messages
 from rwjax.planning.experiment import wave
 from tests.boards import need_compiler
 from tests.firmware import desk
@@ -129,51 +129,51 @@ class States(RuleBasedStateMachine):
     @rule(right=st.booleans())
     def arm(self, right: bool) -> None:
         before = self.machine.state
-        result = self.send(frames.ARM, struct.pack("<I", self.nonce + (not right)))
-        assert (result == 0) == (right and before == frames.DISARMED)
+        result = self.send(messages.ARM, struct.pack("<I", self.nonce + (not right)))
+        assert (result == 0) == (right and before == messages.DISARMED)
         self.neutral_ticks = 0 if result == 0 else self.neutral_ticks
 
-    @precondition(lambda self: self.machine.state == frames.DISARMED)
+    @precondition(lambda self: self.machine.state == messages.DISARMED)
     @rule()
     def all_the_way(self) -> None:
         """A second of heartbeats; without it nothing here would ever be armed."""
         self.arm(True)
         for _ in range(10):
-            assert self.machine.state == frames.ARMING
-            self.plain(frames.HEARTBEAT)
+            assert self.machine.state == messages.ARMING
+            self.plain(messages.HEARTBEAT)
             self.run(10, 0, 0, 12_000)
-        assert self.machine.state == frames.ARMED
+        assert self.machine.state == messages.ARMED
 
-    @rule(kind=st.sampled_from((frames.HEARTBEAT, frames.DISARM, frames.CLEAR)))
+    @rule(kind=st.sampled_from((messages.HEARTBEAT, messages.DISARM, messages.CLEAR)))
     def plain(self, kind: int) -> None:
         before = self.machine.state
         self.send(kind, b"")
-        if kind == frames.DISARM:
-            assert self.machine.state == (frames.FAULT if before == frames.FAULT else frames.DISARMED)
-        if kind == frames.CLEAR and before == frames.FAULT:
-            assert self.machine.state == frames.DISARMED and self.machine.faults == 0
+        if kind == messages.DISARM:
+            assert self.machine.state == (messages.FAULT if before == messages.FAULT else messages.DISARMED)
+        if kind == messages.CLEAR and before == messages.FAULT:
+            assert self.machine.state == messages.DISARMED and self.machine.faults == 0
 
     @rule(a=st.integers(1900, 4100), b=st.integers(1900, 4100))
     def pulse(self, a: int, b: int) -> None:
         before = list(self.machine.width)
         legal = all(NEUTRAL - SPAN <= width <= NEUTRAL + SPAN for width in (a, b))
-        result = self.send(frames.PULSE, struct.pack("<HH", a, b))
-        assert result == (5 if not legal else 0 if self.machine.state == frames.ARMED else 6)
+        result = self.send(messages.PULSE, struct.pack("<HH", a, b))
+        assert result == (5 if not legal else 0 if self.machine.state == messages.ARMED else 6)
         assert list(self.machine.width) == ([a, b] if result == 0 else before)  # nothing of a command that is refused
 
     @rule(values=st.tuples(st.integers(0, 2), INT32, INT16, INT16, st.integers(0, 1100)))
     def hold(self, values: tuple[int, ...]) -> None:
         legal = values[0] < 2 and values[4] <= SPAN
-        result = self.send(frames.HOLD, struct.pack("<BihhH", *values))
-        assert result == (5 if not legal else 0 if self.machine.state == frames.ARMED else 6)
+        result = self.send(messages.HOLD, struct.pack("<BihhH", *values))
+        assert result == (5 if not legal else 0 if self.machine.state == messages.ARMED else 6)
 
     @rule(values=st.tuples(st.integers(0, 2), st.integers(0, 5), INT16, INT16, st.integers(0, 99), st.integers(0, 500)))
     def play(self, values: tuple[int, ...]) -> None:
-        self.send(frames.PLAY, struct.pack("<BBhhHI", *values))
+        self.send(messages.PLAY, struct.pack("<BBhhHI", *values))
 
     @rule(body=st.binary(max_size=20), kind=st.integers(0, 255))
     def anything(self, body: bytes, kind: int) -> None:
-        if kind != frames.ARM:
+        if kind != messages.ARM:
             self.send(kind, body)
 
     @rule(
@@ -193,21 +193,21 @@ class States(RuleBasedStateMachine):
             self.first = 0
             self.silent += 1
             self.neutral_ticks += 1
-            if before == frames.ARMING and self.machine.state == frames.ARMED:
+            if before == messages.ARMING and self.machine.state == messages.ARMED:
                 assert self.neutral_ticks >= 100  # the ESCs have had their second of neutral
-            if before != frames.ARMED and before != frames.ARMING:
+            if before != messages.ARMED and before != messages.ARMING:
                 assert self.machine.state == before  # nothing arms, nor leaves a fault, by itself
-            if before in (frames.ARMING, frames.ARMED) and max(abs(first), abs(second)) > 630 and not boot:
-                assert self.machine.state == frames.FAULT and self.machine.faults & 2
+            if before in (messages.ARMING, messages.ARMED) and max(abs(first), abs(second)) > 630 and not boot:
+                assert self.machine.state == messages.FAULT and self.machine.faults & 2
 
     @invariant()
     def outputs(self) -> None:
-        if self.machine.state != frames.ARMED:
+        if self.machine.state != messages.ARMED:
             assert list(self.machine.width) == [NEUTRAL, NEUTRAL]
         else:
             assert self.silent <= 20
         assert all(NEUTRAL - SPAN <= width <= NEUTRAL + SPAN for width in self.machine.width)
-        assert (self.machine.state == frames.FAULT) == bool(self.machine.faults)
+        assert (self.machine.state == messages.FAULT) == bool(self.machine.faults)
 
 
 test_states = States.TestCase
@@ -217,7 +217,7 @@ def test_a_command_that_comes_twice_or_late_is_refused(c: ctypes.CDLL) -> None:
     machine = desk.Machine()
     c.machine_init(machine, 0)
     beat = [
-        c.machine_command(machine, desk.frame(frames.HEARTBEAT, seq, b"")) for seq in (65535, 65535, 2, 65535, 1, 3)
+        c.machine_command(machine, desk.frame(messages.HEARTBEAT, seq, b"")) for seq in (65535, 65535, 2, 65535, 1, 3)
     ]
     assert beat == [0, 3, 0, 3, 3, 0]
 
@@ -227,11 +227,11 @@ def armed(c: ctypes.CDLL) -> desk.Machine:
     """A machine after a second of neutral pulses, at count 0."""
     machine, now = desk.Machine(), desk.Readings(battery=12_000)
     c.machine_init(machine, 0)
-    assert c.machine_command(machine, desk.frame(frames.ARM, 1, bytes(4))) == 0
+    assert c.machine_command(machine, desk.frame(messages.ARM, 1, bytes(4))) == 0
     for k in range(100):
-        assert c.machine_command(machine, desk.frame(frames.HEARTBEAT, k + 2, b"")) == 0
+        assert c.machine_command(machine, desk.frame(messages.HEARTBEAT, k + 2, b"")) == 0
         c.machine_tick(machine, now, k == 0)
-    assert machine.state == frames.ARMED
+    assert machine.state == messages.ARMED
     return machine
 
 
@@ -255,7 +255,7 @@ def test_an_armed_board_faults_at_its_limits_and_not_below(
     now = desk.Readings(tick=200, battery=12_000, missed=missed)
     now.count[encoder] = sense * counts
     c.machine_tick(armed, now, 0)
-    assert armed.faults == faults and armed.state == (frames.FAULT if faults else frames.ARMED)
+    assert armed.faults == faults and armed.state == (messages.FAULT if faults else messages.ARMED)
     assert armed.missed == missed and armed.moved[encoder] == sense * (counts // (missed + 1))
 
 

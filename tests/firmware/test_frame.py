@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.link import frames
+from rwjax.link import frames, messages
 from tests.firmware import desk
 
 FRAMES = st.builds(frames.Frame, st.integers(0, 255), st.integers(0, 2**16 - 1), st.binary(max_size=48))
@@ -102,11 +102,15 @@ def test_nothing_arms_but_an_arm_that_arrives_whole(c: ctypes.CDLL) -> None:
     rng = np.random.default_rng(8)
     pieces, sent = [], set()
     for k in range(10_000):
-        kind = frames.ARM if k % 2 else int(rng.choice([frames.ASK, frames.HEARTBEAT, frames.DISARM, frames.CLEAR]))
-        wire = frames.command(kind, k, *([NONCE] if kind == frames.ARM else []))
-        if kind == frames.ARM:
+        kind = (
+            messages.ARM
+            if k % 2
+            else int(rng.choice([messages.ASK, messages.HEARTBEAT, messages.DISARM, messages.CLEAR]))
+        )
+        wire = messages.command(kind, k, *([NONCE] if kind == messages.ARM else []))
+        if kind == messages.ARM:
             sent.add(wire[:-1])
-        if kind == frames.ARM and k % 100 != 99:
+        if kind == messages.ARM and k % 100 != 99:
             harm = rng.integers(4)
             if harm < 2:
                 wire = damaged(wire, rng)
@@ -125,8 +129,8 @@ def test_nothing_arms_but_an_arm_that_arrives_whole(c: ctypes.CDLL) -> None:
     for found in line.feed(stream):
         c.machine_init(machine, NONCE)
         c.machine_command(machine, desk.frame(*found))
-        assert machine.state in (frames.DISARMED, frames.ARMING)
-        if machine.state == frames.ARMING:
+        assert machine.state in (messages.DISARMED, messages.ARMING)
+        if machine.state == messages.ARMING:
             armed.append(frames.encode(frames.Frame(*found))[:-1])
     assert armed == whole and line.damaged > 2_000
 
@@ -135,8 +139,8 @@ def test_damaged_commands_never_arm(c: ctypes.CDLL) -> None:
     """ARM for another boot, and every one-bit error of the right one."""
     machine, line = desk.Machine(), desk.Line(c)
     c.machine_init(machine, 77)
-    right = frames.command(frames.ARM, 1, 77)
-    wrong = [frames.command(frames.ARM, 1, nonce) for nonce in (0, 76, 78, 2**32 - 1)]
+    right = messages.command(messages.ARM, 1, 77)
+    wrong = [messages.command(messages.ARM, 1, nonce) for nonce in (0, 76, 78, 2**32 - 1)]
     for bit in range(8 * (len(right) - 1)):
         flipped = bytearray(right)
         flipped[bit // 8] ^= 1 << (bit % 8)
@@ -144,9 +148,9 @@ def test_damaged_commands_never_arm(c: ctypes.CDLL) -> None:
     for wire in wrong:
         for found in line.feed(wire):
             assert c.machine_command(machine, desk.frame(*found)) != 0
-        assert machine.state == frames.DISARMED
+        assert machine.state == messages.DISARMED
     (found,) = line.feed(right)
-    assert c.machine_command(machine, desk.frame(*found)) == 0 and machine.state == frames.ARMING
+    assert c.machine_command(machine, desk.frame(*found)) == 0 and machine.state == messages.ARMING
 
 
 @given(values=st.lists(st.integers(-(2**31), 2**31 - 1), min_size=2, max_size=2), small=st.integers(0, 255))
@@ -158,7 +162,7 @@ def test_a_sample_reads_as_the_board_wrote_it(c: ctypes.CDLL, values: list[int],
         values[0] % 2**32, tuple(values), (2000 + small, 4000 - small), 12_000 + small, small, 900 + small, small
     )
     c.machine_sample(machine, now, body)
-    assert frames.message(frames.Frame(*desk.plain(body))) == frames.Sample(
+    assert messages.message(frames.Frame(*desk.plain(body))) == messages.Sample(
         values[0] % 2**32, *values, 2000 + small, 4000 - small, 12_000 + small, 0, small, 0,
         300 + small, 900 + small, 600 + small, small,
     )  # fmt: skip
@@ -168,20 +172,20 @@ def test_hello_and_ack_read_as_the_board_wrote_them(c: ctypes.CDLL) -> None:
     machine, body = desk.Machine(), desk.Frame()
     c.machine_init(machine, 0x01020304)
     c.machine_hello(machine, 8, body)
-    hello = frames.message(frames.Frame(*desk.plain(body)))
-    assert isinstance(hello, frames.Hello)
-    assert hello._replace(firmware=0) == frames.Hello(
+    hello = messages.message(frames.Frame(*desk.plain(body)))
+    assert isinstance(hello, messages.Hello)
+    assert hello._replace(firmware=0) == messages.Hello(
         1, 0, 0x01020304, 8, 0, 0, 100, 2048, 2048, 2000, 3000, 4000, 100, 20, 630, 9000
     )
-    c.machine_ack(desk.frame(frames.PULSE, 513, b""), 5, body)
-    assert frames.message(frames.Frame(*desk.plain(body))) == frames.Ack(513, frames.PULSE, 5)
+    c.machine_ack(desk.frame(messages.PULSE, 513, b""), 5, body)
+    assert messages.message(frames.Frame(*desk.plain(body))) == messages.Ack(513, messages.PULSE, 5)
 
 
-@pytest.mark.parametrize("kind", frames.COMMANDS)
+@pytest.mark.parametrize("kind", messages.COMMANDS)
 def test_every_command_has_the_length_that_the_board_expects(c: ctypes.CDLL, kind: int) -> None:
     machine = desk.Machine()
     c.machine_init(machine, 0)
-    size = frames.COMMANDS[kind].size
+    size = messages.COMMANDS[kind].size
     for length in range(0, 20):
         wrong_length = c.machine_command(machine, desk.frame(kind, length + 1, bytes(length))) == 2
         assert wrong_length == (length != size)

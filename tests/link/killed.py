@@ -15,8 +15,9 @@ from pathlib import Path
 
 import serial
 
+from rwjax.link.port import LinkError
 from rwjax.link.recorder import Raw
-from rwjax.link.session import LinkError, Session
+from rwjax.link.session import Session
 from rwjax.link.stream import stretches
 from tests.link.ports import stream
 

@@ -1,15 +1,28 @@
-"""A port whose other end is written down beforehand, and frames of a board to write down."""
+"""A port whose other end is written down beforehand, frames of a board to write down, and a rig that hangs on it."""
 
 import errno
 import termios
 
 from serial import SerialBase, SerialException
 
-from rwjax.link import frames
-from rwjax.link.frames import MESSAGES, Frame, Hello, Message, Sample
+from rwjax.link import frames, messages
+from rwjax.link.frames import Frame
+from rwjax.link.messages import MESSAGES, Hello, Message, Sample
+from rwjax.link.session import Session
+from rwjax.rig.read import parse_rig
 
+RIG = parse_rig("""
+kind = "reaction"
+motor = { torque_constant = 0.02, resistance = 1.0 }
+wheel = { inertia = 1e-4 }
+axis = { inertia = 0.05 }
+drive = { pwm = { neutral_us = 1500, volts_per_us = 0.02 } }
+encoder = { counts_per_rev = 2048 }
+wheel_encoder = { counts_per_rev = 1024 }
+""")
 HELLO = Hello(1, 0xABCDEF01, 7, 1, 0, 0, 100, 2048, 2048, 2000, 3000, 4000, 100, 20, 630, 9000)
-SAMPLE = Sample(0, 0, 0, 3000, 3000, 12_000, frames.DISARMED, 0, 0, 0, 0, 0, 0)
+SAMPLE = Sample(0, 0, 0, 3000, 3000, 12_000, messages.DISARMED, 0, 0, 0, 0, 0, 0)
+LIKE_RIG = HELLO._replace(counts_per_rev_2=1024)
 
 
 def wire(said: Message, seq: int) -> bytes:
@@ -28,7 +41,14 @@ def stream(ticks, hello: Hello = HELLO, first: int = 0) -> list[bytes]:
 
 
 def wrapped(value: int) -> int:
+    """A count as a board's 32 bits hold it."""
     return (value + 2**31) % 2**32 - 2**31
+
+
+def resting(count: int, nonce: int) -> Session:
+    """A session with a board on its start number `nonce`, whose encoder 1 stands still for two seconds."""
+    said = [wire(SAMPLE._replace(tick=k, count_1=wrapped(count)), k + 1) for k in range(200)]
+    return Session(Scripted([wire(HELLO._replace(nonce=nonce), 0), *said]))
 
 
 class Scripted(SerialBase):

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from rwjax.link import frames
+from rwjax.link import messages
 from rwjax.link.monitor import View, table
 from rwjax.link.session import Session
-from tests.link.ports import SAMPLE, Scripted, stream, wrapped
-from tests.link.test_stream import RIG
+from tests.link.ports import RIG, SAMPLE, Scripted, stream, wrapped
 
 
 def drawn(view: View) -> str:
@@ -37,5 +36,5 @@ def test_it_shows_state_faults_battery_and_losses() -> None:
     while session.samples()[-1].tick < 5:
         pass
     assert "3 frames here" in drawn(view) and "disarmed" in drawn(view) and "12.00 V" in drawn(view)
-    view(session, SAMPLE._replace(state=frames.FAULT, faults=6, missed=17))
+    view(session, SAMPLE._replace(state=messages.FAULT, faults=6, missed=17))
     assert "fault: over the speed limit, battery low" in drawn(view) and "17" in drawn(view)

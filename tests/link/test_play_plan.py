@@ -8,16 +8,17 @@ import pytest
 
 from experiments.testbed.campaign import RIG, TRUTH, bench
 from firmware.simavr.protocol_simavr import url
-from rwjax.link import frames, played, recorder
-from rwjax.link.recorder import play
-from rwjax.link.session import LinkError, Session
+from rwjax.link import frames, messages, play_plan, recorder
+from rwjax.link.play_experiment import play
+from rwjax.link.port import LinkError
+from rwjax.link.session import Session
 from rwjax.logs.read import read_log
 from rwjax.planning.experiment import Experiment
 from rwjax.planning.files import Plan, Run, write_plan
 from rwjax.rig.read import read_rig
 from tests.boards import need_simavr
 from tests.command import rwjax
-from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire, wrapped
+from tests.link.ports import HELLO, SAMPLE, Scripted, resting, stream, wire
 
 ONE = Run("coast", Experiment("coast-down", 2.0, 0.0, 1.0, 3.0), "train", "coasting", (), {"wheel_rad_s": 100.0})
 TWO = Run("square", Experiment("square", 1.5, 0.2, 1.0, 2.0), "validate", "a kind of its own", (), {})
@@ -84,7 +85,7 @@ def test_what_cannot_be_played_is_said_before_anything_is_armed(
 ) -> None:
     port, folder = Scripted(stream(range(200))), tmp_path / "plan"
     monkeypatch.setattr(recorder, "open_port", lambda _: port)
-    monkeypatch.setattr(played, "open_port", lambda _: port)
+    monkeypatch.setattr(play_plan, "open_port", lambda _: port)
     folder.mkdir()
     write_plan(folder, planned)
     logs = tmp_path / "logs"
@@ -92,23 +93,7 @@ def test_what_cannot_be_played_is_said_before_anything_is_armed(
     error = capsys.readouterr().err
     assert error.startswith("rwjax: " + said.replace("PLAN", str(folder))) and error.count("\n") == 1
     assert not logs.exists()
-    assert frames.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
-
-
-def test_a_run_waits_until_nothing_has_counted_for_a_second() -> None:
-    moving = [wire(SAMPLE._replace(tick=k, count_1=k), k + 1) for k in range(50)]
-    still = [wire(SAMPLE._replace(tick=50 + k, count_1=50), 51 + k) for k in range(120)]
-    port = Scripted([*stream(range(1))[:1], *moving, *still])
-    session = Session(port)
-    played.settle(session)
-    assert len(port.pieces) == 120 + 1 - played.STILL_TICKS  # the last count before it is within the dither
-
-
-def test_an_encoder_that_hangs_between_two_counts_is_at_rest_and_one_that_creeps_is_not() -> None:
-    for counts, at_rest in (([0, 1], True), (range(0, 90_000, 1), False), ([0, 2], False)):
-        said = [wire(SAMPLE._replace(tick=k, count_2=counts[k % len(counts)]), k + 1) for k in range(6_100)]
-        session = Session(Scripted([*stream(range(1))[:1], *said]))
-        assert bool(played.at_rest(session)) != at_rest
+    assert messages.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
 
 
 FORTH = replace(ONE, name="forth", reaches={"yaw_rad": 0.3}, way=(-0.3, 0.02))
@@ -143,48 +128,27 @@ def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused
 
 def test_what_a_run_needs_from_the_middle_is_its_plans_care() -> None:
     wide = replace(ONE, reaches={"yaw_rad": 0.5})
-    played.check_travel(wide, 0.0, 0.4, "")
+    play_plan.check_travel(wide, 0.0, 0.4, "")
     with pytest.raises(LinkError, match="the axis stands 0.01 rad from where the plan began, and would go on to 0.51"):
-        played.check_travel(wide, 0.01, 0.4, "")
-
-
-def resting(count: int, nonce: int) -> Session:
-    said = [wire(SAMPLE._replace(tick=k, count_1=wrapped(count)), k + 1) for k in range(200)]
-    return Session(Scripted([wire(HELLO._replace(nonce=nonce), 0), *said]))
-
-
-def test_the_place_of_the_axis_is_followed_through_boards_that_start_anew() -> None:
-    place = played.Place(0, 0.001)
-    seen = []
-    for count, nonce in ((2**31 - 50, 7), (2**31 + 250, 7), (0, 8), (-400, 8), (20, 9)):
-        place.look(resting(count, nonce))
-        seen.append(place.angle)
-    assert seen == pytest.approx([0.0, 0.3, 0.3, -0.1, -0.08])
+        play_plan.check_travel(wide, 0.01, 0.4, "")
 
 
 def test_where_travel_is_limited_a_rig_that_does_not_come_to_rest_is_not_driven() -> None:
     said = [wire(SAMPLE._replace(tick=k, count_1=5 * k), k + 1) for k in range(6_100)]
     port = Scripted([*stream(range(1))[:1], *said])
-    (task,) = played.of_plan(replace(PLAN, limits={"yaw_rad": 0.3}, runs=(FORTH,)), read_rig(RIG))
+    (task,) = play_plan.tasks_of_plan(replace(PLAN, limits={"yaw_rad": 0.3}, runs=(FORTH,)), read_rig(RIG))
     with pytest.raises(
         LinkError, match="axis still moves after 60 s, and its travel is limited; bring it to the middle"
     ):
         task.ready(Session(port))
-    assert frames.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
-
-
-def test_the_place_waits_for_the_axis_alone_and_is_lost_where_that_does_not_rest() -> None:
-    turning = [wire(SAMPLE._replace(tick=k, count_1=40, count_2=5 * k), k + 1) for k in range(200)]
-    place = played.Place(0, 0.001)
-    assert place.look(Session(Scripted([wire(HELLO, 0), *turning])))  # the wheel coasts
-    assert not played.Place(1, 0.001).look(Session(Scripted([wire(HELLO, 0), *turning * 40])))
+    assert messages.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
 
 
 def test_a_run_that_ended_well_is_no_failure_though_the_axis_goes_on_and_the_next_one_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(played, "play", lambda *_: lambda session: None)
-    first, second = played.of_plan(
+    monkeypatch.setattr(play_plan, "play", lambda *_: lambda session: None)
+    first, second = play_plan.tasks_of_plan(
         replace(PLAN, limits={"yaw_rad": 0.3}, runs=(FORTH, replace(FORTH, name="again"))), read_rig(RIG)
     )
     first.act(
@@ -196,17 +160,12 @@ def test_a_run_that_ended_well_is_no_failure_though_the_axis_goes_on_and_the_nex
         second.ready(resting(0, 7))
 
 
-@pytest.mark.parametrize(("cause", "said"), [(1, False), (5, False), (4, True), (8, True), (2, False), (9, True)])
-def test_a_slow_supply_at_power_on_is_no_brown_out(cause: int, said: bool) -> None:
-    assert frames.unwanted(HELLO._replace(reset_cause=cause)) == said
-
-
 def test_a_board_whose_esc_turns_one_way_refuses_a_plan_that_reverses(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     port, folder = Scripted(stream(range(200), HELLO._replace(pulse_min=3000))), tmp_path / "plan"
     monkeypatch.setattr(recorder, "open_port", lambda _: port)
-    monkeypatch.setattr(played, "open_port", lambda _: port)
+    monkeypatch.setattr(play_plan, "open_port", lambda _: port)
     folder.mkdir()
     write_plan(folder, PLAN)
     assert rwjax(monkeypatch, "run-experiment", RIG, "port", "--plan", folder, "-o", tmp_path / "logs") == 2
@@ -219,7 +178,7 @@ def test_a_leftover_of_any_run_is_met_before_the_first_is_played(
 ) -> None:
     port, logs = Scripted(stream(range(200))), tmp_path / "logs"
     monkeypatch.setattr(recorder, "open_port", lambda _: port)
-    monkeypatch.setattr(played, "open_port", lambda _: port)
+    monkeypatch.setattr(play_plan, "open_port", lambda _: port)
     (tmp_path / "plan").mkdir()
     write_plan(tmp_path / "plan", PLAN)
     logs.mkdir()
@@ -234,4 +193,4 @@ def test_of_plan_refuses_what_play_refuses() -> None:
     with pytest.raises(LinkError, match="a length of 4000 s"):
         play(long, rig)
     with pytest.raises(LinkError, match="run `coast`: a length of 4000 s"):
-        played.of_plan(replace(PLAN, runs=(replace(ONE, experiment=long),)), rig)
+        play_plan.tasks_of_plan(replace(PLAN, runs=(replace(ONE, experiment=long),)), rig)

@@ -1,14 +1,11 @@
 """The recorder: what it leaves on disk when all goes well, and when anything does not."""
 
 import errno
-import math
 import os
 import resource
 import signal
 import subprocess
 import sys
-from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +19,13 @@ from firmware.simavr.avr import F_CPU, Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import Serial, url
 from rwjax.errors import InputError
-from rwjax.link import frames, recorder
-from rwjax.link.recorder import Raw, listen, play, record, to_play
-from rwjax.link.session import LinkError, Session
-from rwjax.link.stream import stretches, write_logs
+from rwjax.link import frames, messages, recorder
+from rwjax.link.play_experiment import play
+from rwjax.link.port import LinkError
+from rwjax.link.recorder import Raw, listen, record
+from rwjax.link.session import Session
+from rwjax.link.stream import stretches
+from rwjax.link.stream_to_logs import write_logs
 from rwjax.logs.read import read_log
 from rwjax.planning.experiment import Experiment
 from rwjax.rig.model import Rig
@@ -97,14 +97,14 @@ def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -
 def test_a_run_is_whole_though_every_answer_is_lost(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    whole = frames.message
-    monkeypatch.setattr(frames, "message", lambda frame: None if frame.type == 0x83 else whole(frame))
+    whole = messages.message
+    monkeypatch.setattr(messages, "message", lambda frame: None if frame.type == 0x83 else whole(frame))
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
 
 
-@pytest.mark.parametrize("kind", [frames.ARM, frames.PLAY, frames.DISARM])
+@pytest.mark.parametrize("kind", [messages.ARM, messages.PLAY, messages.DISARM])
 def test_a_command_that_is_lost_is_sent_once_more(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: int
 ) -> None:
@@ -119,13 +119,13 @@ def test_a_command_that_is_lost_is_sent_once_more(
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {"experiment": "square"}, play(SQUARE, rig))
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
-    assert sent.count(kind) == (3 if kind == frames.DISARM else 2)  # the last DISARM leaves
+    assert sent.count(kind) == (3 if kind == messages.DISARM else 2)  # the last DISARM leaves
 
 
 def test_a_board_that_is_disarmed_meanwhile_is_said_to_be(testbed: Bench, tmp_path: Path) -> None:
-    def meddling(session: Session, sample: frames.Sample) -> None:
-        if sample.playing and sample.state == frames.ARMED:
-            session._send(frames.DISARM)
+    def meddling(session: Session, sample: messages.Sample) -> None:
+        if sample.playing and sample.state == messages.ARMED:
+            session.send(messages.DISARM)
 
     rig = read_rig(RIG)
     done = record(url(testbed), rig, tmp_path / "run.csv", {}, play(SQUARE, rig), meddling)
@@ -136,7 +136,7 @@ def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
     need_simavr()
     rig, on = read_rig(RIG), bench(TRUTH)
 
-    def empty(session: Session, sample: frames.Sample) -> None:
+    def empty(session: Session, sample: messages.Sample) -> None:
         if sample.playing and sample.tick % 50 == 0:
             on.avr.battery(8_000.0)
 
@@ -163,7 +163,7 @@ def playing_for(samples: int):
     """Whether so many samples of a run have come, for `watch` to ask."""
     seen = []
 
-    def enough(sample: frames.Sample) -> bool:
+    def enough(sample: messages.Sample) -> bool:
         seen.append(sample)
         return sum(s.playing for s in seen) >= samples
 
@@ -179,7 +179,7 @@ def test_a_cable_that_is_pulled_out_while_the_wheel_is_driven_ends_in_neutral(
     def pulled(*_: object) -> bytes:
         raise serial.SerialException("device reports readiness to read but returned no data")
 
-    def out(session: Session, sample: frames.Sample) -> None:
+    def out(session: Session, sample: messages.Sample) -> None:
         if enough(sample):
             monkeypatch.setattr(Serial, "read", pulled)
             monkeypatch.setattr(Serial, "write", pulled)
@@ -198,7 +198,7 @@ def test_a_disk_that_is_full_while_the_wheel_is_driven_ends_in_neutral(
     def full(*_: object) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    def filled(session: Session, sample: frames.Sample) -> None:
+    def filled(session: Session, sample: messages.Sample) -> None:
         if enough(sample):
             monkeypatch.setattr(recorder.os, "write", full)
 
@@ -211,9 +211,9 @@ def test_a_board_that_resets_while_the_wheel_is_driven_ends_in_neutral(tmp_path:
     need_simavr()
     on, rig, enough = Bench(Avr(build("hang", "-DHANG_ON_CLEAR")), Testbed(TRUTH)), read_rig(RIG), playing_for(120)
 
-    def hang(session: Session, sample: frames.Sample) -> None:
+    def hang(session: Session, sample: messages.Sample) -> None:
         if enough(sample):
-            session._send(frames.CLEAR)
+            session.send(messages.CLEAR)
 
     done = record(url(on), rig, tmp_path / "run.csv", {"experiment": "square"}, play(LONG, rig), hang)
     assert on.avr.resets == 1 and str(done.failure).endswith("in the middle of the session (cause: the watchdog)")
@@ -225,7 +225,7 @@ def test_a_board_that_resets_while_the_wheel_is_driven_ends_in_neutral(tmp_path:
 def test_ctrl_c_disarms_and_keeps_the_log(testbed: Bench, tmp_path: Path) -> None:
     rig, seen = read_rig(RIG), []
 
-    def impatient(session: Session, sample: frames.Sample) -> None:
+    def impatient(session: Session, sample: messages.Sample) -> None:
         seen.append(sample)
         if sample.playing and sum(s.playing for s in seen) == 150:
             raise KeyboardInterrupt
@@ -251,7 +251,7 @@ def test_an_unplugged_cable_keeps_what_came(scripted, tmp_path: Path, end: str, 
 
 
 def test_whatever_ends_a_recording_comes_after_its_log(scripted, tmp_path: Path) -> None:
-    def broken(session: Session, sample: frames.Sample) -> None:
+    def broken(session: Session, sample: messages.Sample) -> None:
         if sample.tick == 50:
             raise ZeroDivisionError
 
@@ -266,7 +266,7 @@ def test_a_second_ctrl_c_does_not_cost_the_log(scripted, monkeypatch: pytest.Mon
         signal.raise_signal(signal.SIGINT)
         return write_logs(raw, rig, output)
 
-    def interrupted(session: Session, sample: frames.Sample) -> None:
+    def interrupted(session: Session, sample: messages.Sample) -> None:
         if sample.tick == 50:
             raise KeyboardInterrupt
 
@@ -286,7 +286,7 @@ def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -
     done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None))
     assert str(done.failure).endswith("has started anew in the middle of the session (cause: the watchdog)")
     kinds = [frame.type for frame in frames.Decoder().feed(port.written)]
-    assert kinds[-1] == frames.DISARM and frames.ARM not in kinds
+    assert kinds[-1] == messages.DISARM and messages.ARM not in kinds
 
 
 def test_where_nothing_came_nothing_stays(scripted, tmp_path: Path) -> None:
@@ -311,16 +311,7 @@ def test_a_board_set_up_for_another_rig_is_refused_before_anything_is_sent(scrip
     with pytest.raises(InputError, match=said):
         record("port", read_rig(RIG), tmp_path / "run.csv", {}, play(SQUARE, read_rig(RIG)))
     kinds = {frame.type for frame in frames.Decoder().feed(port.written)}
-    assert kinds == {frames.ASK, frames.DISARM} and list(tmp_path.iterdir()) == []
-
-
-def test_a_port_belongs_to_one_program() -> None:
-    master, slave = os.openpty()
-    with closing(recorder.open_port(os.ttyname(slave))):
-        with pytest.raises(LinkError, match="another program talks to this port; end it first"):
-            recorder.open_port(os.ttyname(slave))
-    os.close(master)
-    os.close(slave)
+    assert kinds == {messages.ASK, messages.DISARM} and list(tmp_path.iterdir()) == []
 
 
 def test_bytes_are_handed_over_before_the_next_read(tmp_path: Path) -> None:
@@ -365,58 +356,11 @@ def _paths() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
-@pytest.mark.parametrize(
-    ("experiment", "said"),
-    [
-        (Experiment("square", 9.0, 2.0, 1.0, 1.0), "9 V about 2 V: the pulses reach -10 to 10 V; give less"),
-        (Experiment("square", math.nan, 0.0, 1.0, 1.0), "nan V about 0 V: the pulses reach -10 to 10 V; give less"),
-        (Experiment("square", 1e308, 0.0, 1.0, 1.0), "the pulses reach -10 to 10 V; give less"),
-        (Experiment("square", 1.0, 0.0, math.inf, 1.0), "a period of inf s: has to lie between 0.04 and 655 s"),
-        (Experiment("square", 1.0, 0.0, 0.01, 1.0), "a period of 0.01 s: has to lie between 0.04 and 655 s"),
-        (Experiment("square", 1.0, 0.0, 1.0, 4000.0), "a length of 4000 s: has to lie between 0.01 and 3600 s"),
-    ],
-)
-def test_experiments_that_the_board_cannot_play_are_refused(experiment: Experiment, said: str) -> None:
-    with pytest.raises(LinkError, match=said):
-        play(experiment, read_rig(RIG))
-
-
-def test_an_esc_that_turns_one_way_has_the_whole_span() -> None:
-    rig = read_rig(RIG)
-    assert rig.pwm
-    one_way = replace(rig, pwm=rig.pwm._replace(neutral_us=1000.0))
-    assert to_play(Experiment("square", 9.0, 10.0, 1.0, 1.0), one_way)[2:4] == (900, 1000)
-    with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; give less"):
-        to_play(Experiment("square", 11.0, 10.0, 1.0, 1.0), one_way)
-    for reverses in (Experiment("square", 2.0, 1.5, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
-        with pytest.raises(LinkError, match="the pulses reach 0 to 20 V; this ESC turns one way: add an offset"):
-            to_play(reverses, one_way)
-    assert to_play(Experiment("coast-down", 1.0, 0.0, 1.0, 1.0), one_way)[2:4] == (100, 0)
-
-
-def test_a_neutral_pulse_near_an_end_is_said_for_what_it_is() -> None:
-    rig = read_rig(RIG)
-    assert rig.pwm
-    near, high, no = (replace(rig, pwm=rig.pwm._replace(neutral_us=us)) for us in (1010.0, 1700.0, 1990.0))
-    assert to_play(Experiment("square", 1.0, 1.1, 1.0, 1.0), near)[2:4] == (100, 110)
-    with pytest.raises(LinkError, match=r"the pulses reach 0 to 19\.8 V; this ESC turns one way: add an offset"):
-        to_play(Experiment("square", 2.0, 0.0, 1.0, 1.0), near)
-    little = replace(rig, pwm=rig.pwm._replace(neutral_us=1100.0))  # pulses of 1050 us are there, and mean nothing
-    for reverses in (Experiment("square", 1.0, 0.0, 1.0, 1.0), Experiment("coast-down", -1.0, 0.0, 1.0, 1.0)):
-        with pytest.raises(LinkError, match="the pulses reach 0 to 18 V; this ESC turns one way: add an offset"):
-            to_play(reverses, little)
-    assert to_play(Experiment("coast-down", -6.0, 0.0, 1.0, 1.0), high)[2:4] == (-600, 0)
-    with pytest.raises(LinkError, match="the pulses reach -6 to 6 V; give less"):  # though pulses of 1000 us are -14 V
-        to_play(Experiment("coast-down", -7.0, 0.0, 1.0, 1.0), high)
-    with pytest.raises(InputError, match="`drive.pwm.neutral_us` is 1990, and boards give no pulses above 2000 us"):
-        to_play(Experiment("square", 0.1, 0.0, 1.0, 1.0), no)
-
-
 def test_an_esc_that_by_its_board_turns_one_way_is_not_armed_for_a_reversal(scripted, tmp_path: Path) -> None:
     port, rig = scripted(Scripted(stream(range(200), HELLO._replace(pulse_min=3000)))), read_rig(RIG)
     done = record("port", rig, tmp_path / "run.csv", {}, play(SQUARE, rig))
     assert "2 V about 0 V: the pulses reach 0 to 10 V; this ESC turns one way: add an offset" in str(done.failure)
-    assert frames.ARM not in {frame.type for frame in frames.Decoder().feed(port.written)}
+    assert messages.ARM not in {frame.type for frame in frames.Decoder().feed(port.written)}
 
 
 def test_the_real_thing_over_a_pseudo_terminal(tmp_path: Path) -> None:
@@ -444,11 +388,3 @@ def over_a_pseudo_terminal(rig: Rig, path: Path) -> recorder.Recorded:
     finally:
         serve.kill()
         serve.communicate()
-
-
-def test_a_port_that_is_not_there() -> None:
-    with pytest.raises(
-        LinkError, match="/dev/ttyNOPE: cannot be opened: No such file or directory; give a serial port"
-    ):
-        recorder.open_port("/dev/ttyNOPE")
-    assert issubclass(serial.SerialException, OSError)

@@ -7,9 +7,10 @@ from firmware.simavr.avr import F_CPU, Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
 from firmware.simavr.spin import Spin, still
-from rwjax.link import frames
-from rwjax.link.frames import Ack
-from rwjax.link.session import LinkError, Session, faults
+from rwjax.link import frames, messages
+from rwjax.link.messages import Ack
+from rwjax.link.port import LinkError
+from rwjax.link.session import Session, faults
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire
 
@@ -30,22 +31,22 @@ def test_the_board_says_who_it_is_and_arms(bench: Bench) -> None:
     session = connected(bench)
     assert session.hello and session.hello.nonce == 1 and session.hello.tick_hz == 100
     session.arm()
-    assert session.samples()[-1].state == frames.ARMED
-    session.command(frames.PULSE, 3200, 3000)
+    assert session.samples()[-1].state == messages.ARMED
+    session.command(messages.PULSE, 3200, 3000)
     for _ in range(100):
         last = session.samples()[-1]
-    assert last.state == frames.ARMED and last.pulse_1 == 3200  # the heartbeats keep it so
+    assert last.state == messages.ARMED and last.pulse_1 == 3200  # the heartbeats keep it so
     session.leave()
     for _ in range(5):
         last = session.samples()[-1]
-    assert last.state == frames.DISARMED and last.pulse_1 == 3000 and session.lost == 0
+    assert last.state == messages.DISARMED and last.pulse_1 == 3000 and session.lost == 0
 
 
 def test_a_second_host_goes_on_with_the_numbers_of_the_first(bench: Bench) -> None:
     connected(bench).arm()
     second = connected(bench)
     assert second.hello and second.hello.heard
-    second.command(frames.PULSE, 3100, 3000)  # not stale
+    second.command(messages.PULSE, 3100, 3000)  # not stale
 
 
 def test_a_host_that_stops_reading_leaves_the_board_in_a_fault_that_is_named(bench: Bench) -> None:
@@ -56,17 +57,17 @@ def test_a_host_that_stops_reading_leaves_the_board_in_a_fault_that_is_named(ben
     assert faults(session.samples()[-1]) == "silence of the host"
     with pytest.raises(LinkError, match="fault: silence of the host"):
         session.arm()
-    session.command(frames.CLEAR)
+    session.command(messages.CLEAR)
     session.arm()
 
 
 def test_a_refusal_is_an_error_with_its_reason(bench: Bench) -> None:
     session = connected(bench)
     with pytest.raises(LinkError, match="the board refuses: not in this state"):
-        session.command(frames.PULSE, 3200, 3000)
+        session.command(messages.PULSE, 3200, 3000)
     session.arm()
     with pytest.raises(LinkError, match="the board refuses: out of range"):
-        session.command(frames.PULSE, 5000, 3000)
+        session.command(messages.PULSE, 5000, 3000)
 
 
 def test_a_port_where_nothing_or_something_else_answers() -> None:
@@ -125,7 +126,7 @@ def test_heartbeats_only_from_the_session_that_armed() -> None:
         pieces = [
             wire(HELLO, 0),
             wire(SAMPLE, 1),
-            wire(Ack(2, frames.ARM, 0), 2),
+            wire(Ack(2, messages.ARM, 0), 2),
             wire(SAMPLE._replace(state=state), 3),
         ]
         port = Scripted([*pieces, *(wire(SAMPLE._replace(tick=k, state=state), k + 3) for k in range(1, 50))])
@@ -136,10 +137,10 @@ def test_heartbeats_only_from_the_session_that_armed() -> None:
         while port.pieces:
             session.read()
         session.leave()
-        return sum(frame.type == frames.HEARTBEAT for frame in frames.Decoder().feed(port.written))
+        return sum(frame.type == messages.HEARTBEAT for frame in frames.Decoder().feed(port.written))
 
-    assert beats(False, frames.ARMED) == beats(False, frames.DISARMED) == 0
-    assert beats(True, frames.ARMED) == 10
+    assert beats(False, messages.ARMED) == beats(False, messages.DISARMED) == 0
+    assert beats(True, messages.ARMED) == 10
 
 
 def test_a_passive_host_does_not_keep_a_board_armed(bench: Bench) -> None:
@@ -147,17 +148,17 @@ def test_a_passive_host_does_not_keep_a_board_armed(bench: Bench) -> None:
     passive = connected(bench)
     for _ in range(40):
         last = passive.samples()[-1]
-    assert last.state == frames.FAULT and faults(last) == "silence of the host"
+    assert last.state == messages.FAULT and faults(last) == "silence of the host"
 
 
 @pytest.mark.parametrize("size", (1, 7, 5000))
 def test_waiting_does_not_depend_on_the_size_of_reads(size: int) -> None:
     samples = [wire(SAMPLE._replace(tick=k), k) for k in range(300)]
-    whole = b"".join([*samples[:4], wire(HELLO, 4), *samples[5:150], wire(Ack(2, frames.PULSE, 0), 150)])
+    whole = b"".join([*samples[:4], wire(HELLO, 4), *samples[5:150], wire(Ack(2, messages.PULSE, 0), 150)])
     session = Session(Scripted([whole[k : k + size] for k in range(0, len(whole), size)]))
     session.greet()
     if size < 5000:
-        session.command(frames.PULSE, 3000, 3000)
+        session.command(messages.PULSE, 3000, 3000)
 
 
 def test_a_line_that_never_says_anything_sensible_ends_the_wait() -> None:
@@ -170,19 +171,19 @@ def test_a_line_that_never_says_anything_sensible_ends_the_wait() -> None:
 
 
 def test_a_fault_while_arming_is_named() -> None:
-    fault = SAMPLE._replace(state=frames.FAULT, faults=4)
-    session = Session(Scripted([*stream(range(1)), wire(Ack(2, frames.ARM, 0), 2), wire(fault, 3)]))
+    fault = SAMPLE._replace(state=messages.FAULT, faults=4)
+    session = Session(Scripted([*stream(range(1)), wire(Ack(2, messages.ARM, 0), 2), wire(fault, 3)]))
     session.greet()
     with pytest.raises(LinkError, match="scripted: the board does not arm: battery low"):
         session.arm()
 
 
 def test_answers_of_a_newer_firmware_are_passed_over() -> None:
-    odd = [wire(SAMPLE._replace(state=4), 1), wire(Ack(2, frames.PULSE, 7), 2), wire(Ack(2, frames.PULSE, 4), 3)]
+    odd = [wire(SAMPLE._replace(state=4), 1), wire(Ack(2, messages.PULSE, 7), 2), wire(Ack(2, messages.PULSE, 4), 3)]
     session = Session(Scripted([wire(HELLO, 0), *odd]))
     session.greet()
     with pytest.raises(LinkError, match="the board refuses: wrong nonce"):
-        session.command(frames.PULSE, 3000, 3000)
+        session.command(messages.PULSE, 3000, 3000)
 
 
 def test_another_tick_is_refused() -> None:

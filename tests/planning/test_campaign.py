@@ -16,8 +16,7 @@ from rwjax.planning.campaign import DESIGNS, KEPT, recommend
 from rwjax.planning.envelope import LIMITS, Envelope, envelope
 from rwjax.planning.files import Plan, Run, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.rig.model import Rig
-from rwjax.rig.parse import Pwm
+from rwjax.rig.model import Pwm, Rig
 from tests.systems import platform, reaction, record, wheel
 
 DEMO = Path(__file__).parents[2] / "data" / "demo" / "rig.toml"

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware.simavr.avr import desk as compiled
-from rwjax.link.frames import EXPERIMENTS
+from rwjax.link.messages import EXPERIMENTS
 from rwjax.planning.experiment import SHAPES, Experiment
 from tests.boards import need_compiler
 from tests.firmware import desk

@@ -1,0 +1,103 @@
+"""The serial port that a board hangs on, and the error of everything that can fail there."""
+
+import errno
+import os
+from typing import Protocol, runtime_checkable
+
+import serial
+
+from rwjax.errors import InputError
+
+BAUD = 250_000
+READ_S = 0.1
+"""How long a read waits for a byte [s], the port's timeout."""
+
+
+@runtime_checkable
+class Port(Protocol):
+    """What a session needs of pyserial's ports."""
+
+    @property
+    def port(self) -> str | None:
+        """Name of the port."""
+        ...
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that have come and are not read yet."""
+        ...
+
+    @property
+    def timeout(self) -> float | None:
+        """How long a read waits [s]."""
+        ...
+
+    @timeout.setter
+    def timeout(self, timeout: float | None, /) -> None: ...
+
+    def read(self, size: int = 1, /) -> bytes:
+        """Reads bytes.
+
+        Args:
+            size: How many at most.
+
+        Returns:
+            What came within the timeout.
+        """
+        ...
+
+    def write(self, data: bytes, /) -> int | None:
+        """Writes bytes.
+
+        Args:
+            data: The bytes.
+
+        Returns:
+            How many were taken, where the port knows.
+        """
+        ...
+
+    def flush(self) -> None:
+        """Waits until everything is written."""
+        ...
+
+    def close(self) -> None:
+        """Closes the port."""
+        ...
+
+
+class LinkError(InputError):
+    """The board, the port or the disk does not do what a recording needs."""
+
+
+def open_port(url: str) -> Port:
+    """Opens a serial port for this program alone.
+
+    Args:
+        url: A path such as `/dev/ttyACM0`, or a URL of pyserial.
+
+    Returns:
+        The open port.
+
+    Raises:
+        LinkError: Where it cannot be opened, or another program has it.
+    """
+    try:
+        return serial.serial_for_url(url, baudrate=BAUD, exclusive=True)
+    except (serial.SerialException, ValueError) as error:
+        if getattr(error, "errno", None) == errno.EWOULDBLOCK:
+            raise LinkError(f"{url}: another program talks to this port; end it first") from None
+        raise LinkError(f"{url}: cannot be opened: {reason(error)}; give a serial port such as /dev/ttyACM0") from None
+
+
+def reason(error: Exception) -> str:
+    """Why a port failed, in one line.
+
+    Args:
+        error: What the port raised.
+
+    Returns:
+        The operating system's words where it gives any, else pyserial's.
+    """
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error).splitlines()[0]

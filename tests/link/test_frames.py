@@ -1,0 +1,47 @@
+"""Frames on the host's side; `tests/firmware/test_frame.py` holds them against the firmware's."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rwjax.link.frames import LONGEST, MAX_BODY, Decoder, Frame, crc, decode, encode
+
+FRAMES = st.builds(Frame, st.integers(0, 255), st.integers(0, 2**16 - 1), st.binary(max_size=MAX_BODY))
+
+
+def test_the_check_sum_is_the_published_one() -> None:
+    assert crc(b"123456789") == 0x29B1  # CRC-16/IBM-3740, catalogue of CRC algorithms
+
+
+def test_the_bytes_on_the_line_are_those_of_the_definition() -> None:
+    """type 1, seq 0x0200, no body: 01 00 02 and its check sum, with every zero replaced by the way to the next one."""
+    plain = b"\x01\x00\x02"
+    low, high = crc(plain).to_bytes(2, "little")
+    assert 0 not in (low, high)
+    assert encode(Frame(1, 0x0200, b"")) == bytes([2, 1, 4, 2, low, high, 0])
+
+
+@given(frame=FRAMES)
+def test_a_frame_holds_no_zero_but_its_last_byte_and_reads_back_equal(frame: Frame) -> None:
+    wire = encode(frame)
+    assert wire.index(0) == len(wire) - 1 < LONGEST and decode(wire[:-1]) == frame
+
+
+@given(frame=FRAMES, data=st.data())
+def test_a_turned_bit_is_noticed(frame: Frame, data: st.DataObject) -> None:
+    wire = bytearray(encode(frame)[:-1])
+    bit = data.draw(st.integers(0, 8 * len(wire) - 1))
+    wire[bit // 8] ^= 1 << bit % 8
+    assert decode(bytes(wire)) is None
+
+
+@pytest.mark.parametrize("wire", [b"", b"\x01", b"\x05ab", b"\xff" * 60])
+def test_what_cannot_be_a_frame_is_none(wire: bytes) -> None:
+    assert decode(wire) is None
+
+
+def test_damage_costs_one_frame_and_is_counted() -> None:
+    one, two, three = (encode(Frame(1, k, b"body")) for k in range(3))
+    decoder = Decoder()
+    found = [f for piece in (one[:4], one[4:] + two[:3], b"\0" + three + b"\0\0") for f in decoder.feed(piece)]
+    assert [f.seq for f in found] == [0, 2] and decoder.damaged == 1

@@ -1,0 +1,130 @@
+"""Logs from raw streams: every frame that arrived is in them, and what was lost is noted."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax.errors import LogError, RigError
+from rwjax.link.stream import stretches
+from rwjax.link.stream_to_logs import columns, numbered, read_notes, write_logs
+from rwjax.logs.read import read_log
+from tests.link.ports import LIKE_RIG, RIG, SAMPLE, stream, wire
+
+
+def test_a_log_holds_the_interfaces_columns_in_its_units(tmp_path: Path) -> None:
+    said = [SAMPLE._replace(tick=k, count_1=2 * k, count_2=-7 * k, pulse_1=3000 + k, battery=11_500) for k in range(50)]
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join([wire(LIKE_RIG, 0), *(wire(s, k + 1) for k, s in enumerate(said))]))
+    (tmp_path / "run.notes").write_text("date: today\nrole: validate\n")
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    log = read_log(path, RIG)
+    k = np.arange(50)
+    assert remarks == [] and log.validate and log.notes["date"] == "today" and log.notes["firmware"] == "abcdef01"
+    assert np.array_equal(log.time, k / 100)
+    assert log.command == pytest.approx(0.01 * k, abs=1e-9)  # half a microsecond is 0.01 V
+    # the thesis's listing divides by 2 pi where it has to multiply
+    assert log.outputs["yaw_rad"] == pytest.approx(2 * np.pi * 2 * k / 2048)
+    assert log.outputs["wheel_rad"] == pytest.approx(-2 * np.pi * 7 * k / 1024)
+    assert log.supply == pytest.approx(np.full(50, 11.5))
+
+
+def test_gaps_are_noted_and_long_ones_end_a_log(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream([*range(50), *range(53, 100), *range(140, 200), 230, 231], LIKE_RIG)))
+    paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert [p.name for p in paths] == ["run-1.csv", "run-2.csv"]
+    assert remarks == ["1 stretches of under 10 samples are left out", "run-1.csv: gap of 3 samples before 0.53 s"]
+    log = read_log(paths[0], RIG)
+    assert log.notes["gap"] == "3 samples before 0.53 s" and len(log.time) == 97
+
+
+def test_a_gap_in_which_the_command_changed_ends_a_log(tmp_path: Path) -> None:
+    """What a row tells is held until the next: over a gap in a multisine that would be a command that nobody gave."""
+    raw = tmp_path / "run.raw"
+    said = [SAMPLE._replace(tick=k, pulse_1=3000 + k // 40 % 2) for k in range(160) if k not in (60, 61, 80, 125)]
+    raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
+    paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert [len(read_log(path, RIG).time) for path in paths] == [78, 78]  # ends where 79 and 81 differ
+    assert remarks == ["run-1.csv: gap of 2 samples before 0.62 s", "run-2.csv: gap of 1 samples before 0.45 s"]
+
+
+def test_what_the_board_counted_reaches_the_notes(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    before = SAMPLE._replace(missed=65_535, dropped=7, damaged=3, overruns=254)
+    said = [before._replace(tick=k) for k in range(50)]
+    said[30:] = [s._replace(missed=2, dropped=8, damaged=3, overruns=1) for s in said[30:]]
+    raw.write_bytes(b"".join([wire(LIKE_RIG._replace(reset_cause=8), 0), *(wire(s, k) for k, s in enumerate(said))]))
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    told = [
+        "3 ticks missed",
+        "1 frames dropped for lack of room on the line",
+        "3 bytes of the host lost",
+        "its last start was by the watchdog",
+    ]
+    assert read_log(path, RIG).notes["board"] == "; ".join(told)
+    assert remarks == [f"run.csv: the board: {trouble}" for trouble in told]
+
+
+def test_only_what_was_played_is_the_log_of_an_experiment(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    said = [SAMPLE._replace(tick=k, playing=20 <= k < 60) for k in range(100)]
+    raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
+    (path,), _ = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert len(read_log(path, RIG).time) == 40
+
+
+def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
+    said = [SAMPLE._replace(tick=k, count_1=k, count_2=9 * k, pulse_2=3100) for k in range(20)]
+    (found,), _ = stretches(b"".join(wire(s, k) for k, s in enumerate(said)))
+    table = columns(found, replace(RIG, columns={"position": "pos2", "pulse": "pwm_2"}))
+    assert table["yaw_counts"][1] == 9 and table["wheel_counts"][1] == 1 and table["voltage_V"][0] == 1.0
+
+
+def test_a_rig_without_pulses_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RigError, match=r"no `drive.pwm`; a recording needs `pwm = \{"):
+        write_logs(tmp_path / "run.raw", replace(RIG, pwm=None), tmp_path / "run.csv")
+
+
+def test_nothing_is_the_log_of_an_experiment_that_was_not_played(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream(range(100), LIKE_RIG)))
+    (tmp_path / "run.notes").write_text("experiment: square\n")
+    assert write_logs(raw, RIG, tmp_path / "run.csv") == (
+        [],
+        ["1 stretches in which nothing was played are left out"],
+    )
+    said = [SAMPLE._replace(tick=k, playing=k >= 140) for k in (*range(100), *range(130, 200))]
+    raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert len(read_log(path, RIG).time) == 60 and len(remarks) == 1
+
+
+def test_no_log_is_written_where_one_of_them_is_there_already(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream([*range(50), *range(100, 150)], LIKE_RIG)))
+    (tmp_path / "run-2.csv").write_text("precious")
+    with pytest.raises(LogError, match="run-2.csv: exists already; a recording never replaces another"):
+        write_logs(raw, RIG, tmp_path / "run.csv")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run-2.csv", "run.raw"]
+    assert (tmp_path / "run-2.csv").read_text() == "precious"
+
+
+def test_a_board_that_disagrees_with_the_rig_file_is_told(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream(range(50))))
+    _, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert remarks == [
+        "the firmware's config.h has 2048 counts a turn for the encoder of the wheel, the rig file 1024, which is used"
+    ]
+    raw.write_bytes(b"".join(stream(range(50), LIKE_RIG._replace(pulse_neutral=2000))))
+    with pytest.raises(RigError, match="`neutral_us` is 1500, and the board's neutral pulse lasts 1000 us"):
+        write_logs(raw, RIG, tmp_path / "other.csv")
+
+
+def test_several_logs_are_numbered_and_notes_may_be_absent(tmp_path: Path) -> None:
+    assert numbered(tmp_path / "run.csv", 2) == tmp_path / "run-2.csv"
+    assert read_notes(tmp_path / "run.notes") == {}
+    (tmp_path / "run.notes").write_text("why: because: of it\nno colon\n")
+    assert read_notes(tmp_path / "run.notes") == {"why": "because: of it"}

@@ -1,0 +1,117 @@
+"""The two layouts of a log file: their columns, and what does not fit the rig."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax.errors import LogError
+from rwjax.logs.layouts import read_columns
+from rwjax.logs.read import read_log
+from rwjax.logs.sheet import read_sheet
+from rwjax.logs.write import write_log
+from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
+from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
+
+two = "time_s,voltage_V"
+MALFORMED = [
+    (["volt,yaw_counts", *ROWS], ":1: no column `time_s`, which every log needs; found `volt`, `yaw_counts`"),
+    (
+        ["time_s,volts,yaw_counts", *ROWS],
+        "no column `voltage_V`, which every log needs; found `time_s`, `volts`, ",
+    ),
+    ([two + ",yaw_count", *ROWS], ":1: unknown column `yaw_count`; did you mean `yaw_counts`? Else write `# ignore: "),
+    (
+        [HEADER + ",temperature_C", *(row + ",20" for row in ROWS)],
+        ":1: unknown column `temperature_C`; write `# ignore: temperature_C` above the header to leave it out",
+    ),
+    ([HEADER + ",", *(row + "," for row in ROWS)], ":1: column 4 has no name; name it, or take it out"),
+    (["# ignore: time_s", HEADER, *ROWS], "no column `time_s`, which every log needs; found `voltage_V`, `yaw_counts`"),
+    (
+        [HEADER + ",current_A", *ROWS],
+        "a `platform` rig has no `current_A`; its columns are time_s, voltage_V, supply_V",
+    ),
+    ([HEADER + ",yaw_rad", *ROWS], "`yaw_counts` and `yaw_rad` are the same reading; keep one of them"),
+    ([HEADER + ",voltage_V", *ROWS], "`voltage_V` and `voltage_V` are the same reading"),
+    (changed(3, "0.02,1,1"), ":5: `time_s` is 0.02 after 0.02; time has to increase from row to row"),
+    (
+        [THESIS_HEADER, *THESIS_ROWS],
+        ':1: the thesis layout needs [columns] position = "pos1" or "pos2" in the rig',
+    ),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), MALFORMED, ids=[message for _, message in MALFORMED])
+def test_columns_that_cannot_be_are_refused_in_one_line(refused, lines: list[str], message: str) -> None:
+    refused(lines, message)
+
+
+@pytest.mark.parametrize(
+    ("lines", "rig", "message"),
+    [
+        (
+            ["time_s,voltage_V,wheel_counts", *ROWS],
+            REACTION,
+            "`wheel_counts` needs [wheel_encoder] counts_per_rev = …",
+        ),
+        (["time_s,voltage_V,position_m", *ROWS], REACTION, "a `reaction` rig has no `position_m`"),
+        ([HEADER, *ROWS], WHEEL, "a `wheel` rig has no `yaw_counts`"),
+    ],
+)
+def test_log_that_does_not_fit_the_rig(log, lines, rig, message):
+    with pytest.raises(LogError) as error:
+        log(lines, rig)
+    assert message in str(error.value)
+
+
+def test_columns_keep_the_units_of_their_names(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join([HEADER, *ROWS]))
+    found = read_columns(read_sheet(path), PLATFORM)
+    assert [*found] == HEADER.split(",") and np.array_equal(found["yaw_counts"], 7.0 * np.arange(12))
+
+
+@pytest.mark.parametrize(("rig", "output", "counts"), [(WHEEL, "wheel_rad", 100), (REACTION, "yaw_rad", 2048)])
+def test_thesis_layout(log, rig, output, counts):
+    run = log(["# role: validate", THESIS_HEADER, *THESIS_ROWS], rig)
+    assert run.validate and run.time == pytest.approx(0.01 * np.arange(12))
+    assert run.command == pytest.approx(0.02 * np.arange(12))
+    assert run.outputs[output] == pytest.approx(2 * np.arange(12) * math.tau / counts)
+
+
+def test_pulses_of_the_thesis_need_a_map_to_volts(refused) -> None:
+    message = ":1: the thesis layout needs [drive] pwm = { neutral_us = …, volts_per_us = … } in the rig file"
+    refused([THESIS_HEADER, *THESIS_ROWS], message, replace(WHEEL, pwm=None))
+
+
+def test_milliseconds_are_noticed(log):
+    with pytest.raises(LogError, match="a sample every 10 s; a rig needs one every 2 s at least"):
+        log([HEADER, *(f"{10 * k},{k % 3},{7 * k}" for k in range(12))])
+
+
+WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)
+T = 0.01 * np.arange(60)
+READ = {"time_s": T, "voltage_1_V": np.sin(T), "voltage_2_V": np.cos(T), "yaw_rad": T, "pitch_counts": np.zeros(60)}
+
+
+@pytest.mark.parametrize(
+    "columns, said",
+    [
+        ({"voltage_V": T}, "no column `voltage_1_V`, which every log needs"),
+        (READ | {"voltage_V": T}, "a `two_axis` rig has no `voltage_V`"),
+        (READ | {"wheel_rad_s": T}, "a `two_axis` rig has no `wheel_rad_s`"),
+    ],
+)
+def test_an_unusable_log_is_refused_in_one_line(columns: dict, said: str, tmp_path: Path) -> None:
+    write_log(tmp_path / "log.csv", {"time_s": T} | columns)
+    with pytest.raises(LogError) as error:
+        read_log(tmp_path / "log.csv", WHOLE)
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_log_of_the_thesis_holds_one_axis(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("t;pos1;pos2;speed2;pwm_1;pwm_2\n" + 20 * "0;0;0;0;1500;1500\n")
+    with pytest.raises(LogError, match="holds one axis; a `two_axis` rig needs `time_s`, `voltage_1_V`"):
+        read_log(tmp_path / "log.csv", WHOLE)

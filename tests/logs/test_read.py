@@ -1,0 +1,122 @@
+"""Log files read: counts become radians, what is missing is NaN, and readings that cannot be are refused."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from rwjax.errors import LogError
+from rwjax.logs.read import read_log, read_logs
+from rwjax.logs.write import write_log
+from tests.logs.texts import HEADER, PLATFORM, ROWS, changed
+from tests.two_axes import two_axis
+
+two = "time_s,voltage_V"
+MALFORMED = [
+    (
+        [two, *(row.rpartition(",")[0] for row in ROWS)],
+        "no measured output; a `platform` rig needs at least one of `yaw_counts`, `yaw_rad`, `position_m`",
+    ),
+    (changed(3, "0.03,1,1.5"), ":5: `yaw_counts` is 1.5; counts have to be whole numbers"),
+    (changed(3, "0.03,1,inf"), ":5: `yaw_counts` is infinite; leave the cell empty"),
+    (
+        [HEADER, *(f"{k},1," for k in range(12))],
+        ":1: `yaw_counts` holds 0 readings; give at least 10, or leave",
+    ),
+    ([HEADER, *(f"{k},1,{'' if k > 8 else k}" for k in range(12))], "`yaw_counts` holds 9 readings"),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), MALFORMED, ids=[message for _, message in MALFORMED])
+def test_readings_that_cannot_be_are_refused_in_one_line(refused, lines: list[str], message: str) -> None:
+    refused(lines, message)
+
+
+def test_counts_become_radians(log):
+    run = log(["# role: validate", "# Rig: yaw testbed", "", HEADER, *ROWS])
+    assert run.name == "run.csv" and run.validate and run.notes == {"role": "validate", "rig": "yaw testbed"}
+    assert np.array_equal(run.time, np.arange(12) / 100) and np.array_equal(run.command, np.arange(12) % 3)
+    assert run.outputs["yaw_rad"] == pytest.approx(7 * np.arange(12) * math.tau / 256, rel=1e-15)
+    assert run.resolution == {"yaw_rad": math.tau / 256} and run.supply is None and run.origin == 0.0
+
+
+@pytest.mark.parametrize(
+    ("lines", "ending"),
+    [
+        ([HEADER, *ROWS], "\r\n"),
+        (["\ufeff" + HEADER, *ROWS], "\n"),
+        ([HEADER, *ROWS, "", "  ", ""], "\n"),
+        ([HEADER.replace(",", ", "), *(row.replace(",", " ,\t") for row in ROWS)], "\n"),
+    ],
+    ids=["CRLF", "byte order mark", "blank last lines", "blanks"],
+)
+def test_the_same_log_written_otherwise(log, lines, ending):
+    plain, other = log([HEADER, *ROWS]), log(lines, ending=ending)
+    assert not plain.validate
+    assert np.array_equal(plain.time, other.time) and np.array_equal(plain.command, other.command)
+    assert np.array_equal(plain.outputs["yaw_rad"], other.outputs["yaw_rad"])
+
+
+def test_missing_readings_are_nan(log):
+    lines = [
+        "supply_V,voltage_V,yaw_rad,time_s",
+        *(f"12,1,{k},{k}" for k in range(12)),
+        "12,1,,12",
+        "12,1,NaN,13",
+        "12,1, ,14",
+    ]
+    run = log(lines)
+    assert np.isnan(run.outputs["yaw_rad"][12:]).all() and np.array_equal(run.outputs["yaw_rad"][:12], np.arange(12))
+    assert run.resolution == {"yaw_rad": 0.0} and run.supply is not None and (run.supply == 12.0).all()
+
+
+def test_linear_axis_and_no_outputs(log):
+    run = log(["time_s,voltage_V,position_m", *ROWS])
+    assert list(run.outputs) == ["yaw_rad"] and run.resolution == {"yaw_rad": 0.0}
+    assert log(["time_s,voltage_V", *(row.rpartition(",")[0] for row in ROWS)], outputs_required=False).outputs == {}
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("0.03,0,1e15", "`yaw_counts` is 1e+15; no rig gives more than"),
+        ("0.03,0,-1e300", "no rig gives more than 1e+12"),
+    ],
+)
+def test_a_reading_beyond_all_rigs_is_refused(log, row, message):
+    with pytest.raises(LogError, match=re.escape(message)):
+        log(changed(3, row))
+
+
+def test_unreadable_files(tmp_path):
+    with pytest.raises(LogError, match="none.csv: cannot be read: No such file or directory"):
+        read_log(tmp_path / "none.csv", PLATFORM)
+    (tmp_path / "latin.csv").write_bytes(HEADER.encode() + b"\n0,1,\xb5\n")
+    with pytest.raises(LogError, match="latin.csv:2: byte 0xb5 is not UTF-8"):
+        read_log(tmp_path / "latin.csv", PLATFORM)
+
+
+def test_several_logs(tmp_path):
+    for name in ("a/run.csv", "b/run.csv", "c.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("\n".join([HEADER, *ROWS]))
+    paths = [tmp_path / "a/run.csv", tmp_path / "c.csv", tmp_path / "b/run.csv"]
+    assert [log.name for log in read_logs(paths, PLATFORM)] == [str(paths[0]), "c.csv", str(paths[2])]
+    with pytest.raises(LogError, match="c.csv: named 2 times; name each log once"):
+        read_logs([tmp_path / "c.csv", tmp_path / "a/../c.csv"], PLATFORM)
+
+
+def test_outliers_are_left_out_and_their_times_kept(log) -> None:
+    rows = [f"{k / 100},0,{1000 if k == 7 else k}" for k in range(30)]
+    run = log([HEADER, *rows])
+    assert np.flatnonzero(np.isnan(run.outputs["yaw_rad"])).tolist() == [7]
+    assert run.left_out["yaw_rad"].tolist() == [0.07]
+
+
+def test_counts_of_a_second_axis_need_their_own_encoder(tmp_path) -> None:
+    t = 0.01 * np.arange(60)
+    read = {"time_s": t, "voltage_1_V": np.sin(t), "voltage_2_V": np.cos(t), "yaw_rad": t, "pitch_counts": np.zeros(60)}
+    write_log(tmp_path / "log.csv", read)
+    with pytest.raises(LogError, match=re.escape("`pitch_counts` needs [pitch_encoder] counts_per_rev")):
+        read_log(tmp_path / "log.csv", two_axis())

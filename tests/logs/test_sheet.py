@@ -1,0 +1,104 @@
+"""A log file as text: notes, header, rows, and which line is wrong."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from rwjax.errors import LogError
+from rwjax.logs.sheet import check_finite, is_number, numbers, read_sheet
+from tests.logs.texts import HEADER, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
+
+two = "time_s,voltage_V"
+MALFORMED = [
+    ([""], "holds no header and no samples"),
+    (["# a: b"], "holds no header and no samples"),
+    (ROWS, ":1: no header; the first row has to name the columns"),
+    ([HEADER], ":1: 0 samples below the header; a log needs at least 10"),
+    ([HEADER, *ROWS[:9]], ":1: 9 samples below the header"),
+    (
+        [HEADER.replace(",", ";"), *ROWS],
+        ":1: the columns are separated by semicolons; separate them by commas",
+    ),
+    ([HEADER.replace(",", "\t"), *ROWS], ":1: the columns are separated by tabs; separate them by commas"),
+    (["# role validate", HEADER, *ROWS], ":1: `# role validate` is no note; write `# role: validate`"),
+    (changed(3, "0.03,1"), ":5: 2 cells; the header names 3 columns"),
+    (changed(3, ""), ":5: 1 cells; the header names 3 columns"),
+    (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
+    (changed(3, "# a: b"), ":5: a note among the samples; notes go before the header"),
+    (
+        changed(3, "0.03,1,1O"),
+        ":5: `yaw_counts` is '1O'; it has to be a number, or empty where a reading is missing",
+    ),
+    (changed(3, "nan,1,1"), ":5: `time_s` is missing; it has to be a finite number in every row"),
+    (changed(3, "0.03,,1"), ":5: `voltage_V` is missing; it has to be a finite number in every row"),
+    (changed(3, "0.03,-inf,1"), ":5: `voltage_V` is -inf; it has to be a finite number in every row"),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), MALFORMED, ids=[message for _, message in MALFORMED])
+def test_a_malformed_file_is_refused_in_one_line(refused, lines: list[str], message: str) -> None:
+    refused(lines, message)
+
+
+def test_notes_header_and_rows_are_told_apart(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(
+        "\n".join(["# Rig: yaw: testbed", "", "# no colon", "# rig: again", HEADER.replace(",", " , "), *ROWS])
+    )
+    sheet = read_sheet(path)
+    assert sheet.notes == {"rig": "yaw: testbed; again"} and sheet.header == 5 and sheet.delimiter == ","
+    assert sheet.names == HEADER.split(",") and sheet.rows == ROWS
+    assert str(sheet.error(2, "wrong")) == f"{path}:8: wrong" and str(sheet.error(None, "wrong")) == f"{path}:5: wrong"
+
+
+def test_both_ways_of_reading_rows_give_the_same_numbers(tmp_path) -> None:
+    """Row by row where a cell is empty, all at once where none is."""
+    whole, holey = tmp_path / "whole.csv", tmp_path / "holey.csv"
+    rows = [f"{k / 7!r},{k},{k * math.pi!r}" for k in range(12)]
+    whole.write_text("\n".join([HEADER, *rows]))
+    holey.write_text("\n".join([HEADER, *rows[:5], "0,,", *rows[6:]]))
+    a, b = (np.array(numbers(read_sheet(path), ["yaw_counts", "time_s"])) for path in (whole, holey))
+    assert np.isnan(b[0, 5]) and b[1, 5] == 0.0
+    assert np.array_equal(np.delete(a, 5, axis=1), np.delete(b, 5, axis=1)) and a[0, 3] == 3 * math.pi
+
+
+def test_what_reads_as_a_number() -> None:
+    assert all(is_number(text) for text in ("1", " -2.5e3 ", "nan", "inf"))
+    assert not any(is_number(text) for text in ("", "1,5", "1O", "much"))
+
+
+def test_the_first_row_without_a_finite_number_is_named(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join([HEADER, *ROWS]))
+    sheet = read_sheet(path)
+    check_finite(sheet, "voltage_V", np.zeros(12))
+    for value, said in ((math.nan, "missing"), (-math.inf, "-inf")):
+        with pytest.raises(
+            LogError, match=f"run.csv:5: `voltage_V` is {said}; it has to be a finite number in every row"
+        ):
+            check_finite(sheet, "voltage_V", np.where(np.arange(12) >= 3, value, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;;5"], "run.csv:14: `pwm_1` is missing"),
+        ([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3"], "run.csv:14: 4 cells; the header names 6 columns"),
+    ],
+)
+def test_a_row_of_the_thesis_that_cannot_be_read_is_named(refused, lines, message) -> None:
+    refused(lines, message, WHEEL)
+
+
+@pytest.mark.parametrize(
+    ("note", "message"),
+    [
+        ("# add axis.inertia 0.05", "write it with a colon, `# add axis.inertia: 0.012`"),
+        ("# rle: validate", "did you mean `# role: validate`?"),
+    ],
+)
+def test_a_note_that_is_written_otherwise_is_refused(log, note, message) -> None:
+    with pytest.raises(LogError, match=re.escape(message)):
+        log([note, HEADER, *ROWS])

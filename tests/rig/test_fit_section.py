@@ -1,0 +1,84 @@
+"""What a rig file says about estimation: names, bounds, priors and standard errors that fit its numbers."""
+
+import math
+
+import pytest
+
+from rwjax.kinds import COEFFICIENTS
+from rwjax.rig.fit_section import FitTables, fit_section
+from tests.rig.texts import PLATFORM, STRIBECK, is_refused
+
+FIT = "[fit]\nfree = ['axis.inertia']\n"
+FREE = PLATFORM + "[fit]\nfree = "
+MALFORMED = [
+    (
+        FREE + "'axis.inertia'",
+        "`fit.free` is 'axis.inertia'; it has to be a list of names, such as [\"axis.inertia\"]",
+    ),
+    (
+        FREE + "['axis.inertai']",
+        "`fit.free` names `axis.inertai`, no number of this file; the nearest is `axis.inertia`",
+    ),
+    (FREE + "['axis.friction.viscous']", "which has no value in this file; give it a starting value"),
+    (FREE + "['axis.friction.polynomial']", "which has no value in this file; give it a starting value"),
+    (FREE + f"['axis.stribeck.{STRIBECK[0]}']", "which has no value in this file; give it a starting value"),
+    (FREE + "['motor.resistance']", "`motor.resistance`, no number of this file; the nearest is"),
+    (FREE + "['axis.inertia', 'axis.inertia']", "`fit.free` names `axis.inertia` twice; name it once"),
+    (
+        PLATFORM + "[fit.bounds]\naxis.inertia = 3",
+        "`fit.bounds.axis.inertia` is 3; it has to be [lowest, highest]",
+    ),
+    (PLATFORM + "[fit.bounds]\n'axis.inertia' = [2, 1]", "the first has to be below the second"),
+    (
+        PLATFORM + "[fit.bounds]\n'axis.inertia' = [1, 2]",
+        "`axis.inertia` is 0.228, outside its `fit.bounds` [1.0, 2.0]",
+    ),
+    (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = 3", "`fit.prior.axis.inertia` is 3; it has to be [mean, stand"),
+    (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = [1, 0]", "`fit.prior.axis.inertia` is 0.0; it has to be positive"),
+    (PLATFORM + FIT + "[fit.prior]\n'drive.gain' = [1, 1]", "is of no use, since `drive.gain` is not estimated"),
+    (PLATFORM + FIT + "per_run = ['drive.gain']", "`fit.per_run` names `drive.gain`, which is not estimated"),
+    (PLATFORM + FIT + "per_run = 'drive.gain'", "`fit.per_run` is 'drive.gain'; it has to be a list of names"),
+    (PLATFORM + "[fit.standard_error]\n'axis.inerta' = 1", "the nearest is `axis.inertia`"),
+    (PLATFORM + "[fit.standard_error]\n'axis.inertia' = -1", "it has to be zero or positive"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), MALFORMED, ids=[message for _, message in MALFORMED])
+def test_what_does_not_fit_the_numbers_is_refused_in_one_line(text: str, message: str) -> None:
+    is_refused(text, message)
+
+
+VALUES = {"axis.inertia": 0.2, "drive.gain": -0.4, "motor.inductance": 0.0}
+
+
+def test_nothing_is_estimated_without_the_section() -> None:
+    assert fit_section({}, FitTables({}, {}, {}), VALUES, "platform") == ((), (), {}, {}, {})
+
+
+def test_the_section_is_read_whole() -> None:
+    tables = FitTables({"drive.gain": math.inf}, {"axis.inertia": [0.1, math.inf]}, {"axis.inertia": [0.3, 0.1]})
+    leaves = {"fit.free": ["axis.inertia", "drive.gain"], "fit.per_run": ["drive.gain"]}
+    found = fit_section(leaves, tables, VALUES, "platform")
+    assert found.free == ("axis.inertia", "drive.gain") and found.per_run == ("drive.gain",)
+    assert found.bounds == {"axis.inertia": (0.1, math.inf)} and found.prior == {"axis.inertia": (0.3, 0.1)}
+    assert found.standard_error == {"drive.gain": math.inf}
+
+
+def test_the_polynomial_is_four_free_numbers() -> None:
+    values = dict.fromkeys(COEFFICIENTS, 1.0)
+    assert fit_section({"fit.free": ["axis.friction.polynomial"]}, FitTables({}, {}, {}), values, "platform").free == (
+        COEFFICIENTS
+    )
+
+
+def test_a_prior_lies_within_the_bounds() -> None:
+    text = PLATFORM + FIT + "bounds = { 'axis.inertia' = [0.1, 1] }\nprior = { 'axis.inertia' = [2, 1] }\n"
+    is_refused(text, "`fit.prior.axis.inertia` has the mean 2.0, outside the number's `fit.bounds` [0.1, 1.0]")
+
+
+def test_an_inductance_that_is_left_out_has_no_value_for_each_log() -> None:
+    text = (
+        'kind = "wheel"\nmotor = { torque_constant = 1, resistance = 1, inductance = 0 }\nwheel.inertia = 1\n'
+        'fit = { free = ["motor.inductance"], per_run = ["motor.inductance"] }'
+    )
+    is_refused(text, "`fit.per_run` names `motor.inductance`, which is 0 and left out; give it a starting value")
