@@ -8,7 +8,6 @@ from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
-UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
 
 
 class FreeRun(dict[str, np.ndarray]):
