@@ -1,4 +1,4 @@
-"""The documentation names everything that a user may write, and the README only commands that exist."""
+"""The documentation names everything that a user may write, and only commands, modules and files that exist."""
 
 import re
 from importlib import import_module
@@ -15,6 +15,8 @@ from rwjax.kinds import COEFFICIENTS, KEYS
 from rwjax.logs.columns import COLUMNS, INPUTS
 
 ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "data").glob("*/README.md"))]
+MOST_LINES, WIDEST_CELL = 120, 200  # of the README; characters of a table's cell
 
 
 def test_every_key_column_and_effect_is_documented() -> None:
@@ -43,9 +45,35 @@ def test_rig_files_in_the_documentation_can_be_read() -> None:
 def test_the_readme_names_only_commands_that_exist() -> None:
     text = (ROOT / "README.md").read_text()
     commands = {command.callback.__name__ for command in app.registered_commands if command.callback}
-    assert {*re.findall(r"^\$ rwjax +(\w+)", text, re.M)} <= commands
+    named = {*re.findall(r"^\$ rwjax +(\w+)", text, re.M)}
+    assert named and named <= commands
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_modules_and_files_that_a_page_names_exist(page: Path) -> None:
+    text = page.read_text()
     for module in re.findall(r"python -m ([\w.]+)", text):
         assert (ROOT / f"{module.replace('.', '/')}.py").exists(), module
+    for path in re.findall(r"`((?:rwjax|tests|experiments|firmware|data|docs)/[\w./]+)`", text):
+        assert (ROOT / path).exists(), path
+    for target in re.findall(r"\]\(([^)#\s]+)", text):
+        assert target.startswith("http") or (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_into_a_page_lead_to_a_heading(page: Path) -> None:
+    for target, anchor in re.findall(r"\]\(([^)#\s]*)#([\w-]+)\)", page.read_text()):
+        there = (page.parent / target if target else page).read_text()
+        headings = [re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in re.findall(r"^#+ (.+)$", there, re.M)]
+        assert anchor in headings, (target, anchor)
+
+
+def test_the_readme_is_short_and_no_table_is_too_wide_to_read() -> None:
+    assert len((ROOT / "README.md").read_text().splitlines()) <= MOST_LINES
+    for page in PAGES:
+        for row in re.findall(r"^\|.*\|$", page.read_text(), re.M):
+            for cell in row.split("|"):
+                assert len(cell.strip()) <= WIDEST_CELL, (page.name, cell)
 
 
 def test_the_readmes_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -54,7 +82,8 @@ def test_the_readmes_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     names: dict = {}
     exec(example, names)
     assert len(names["angle"]) == len(names["logs"][0].time)
-    assert float(capsys.readouterr().out.split()[0]) > 0.0
+    assert names["found"].rig.values["axis.inertia"] > 0.0
+    assert "axis.inertia" in capsys.readouterr().out
 
 
 def test_what_the_package_says_to_call_is_there() -> None:

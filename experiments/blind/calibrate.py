@@ -1,9 +1,9 @@
 """Limits of the verdict from a campaign over the set `calibrate`, those that `rwjax/diagnosis/settings.py` holds beside them.
 
-`python -m experiments.blind.calibrate RESULTS.jsonl` judges every case again under each combination of limits. Of those that
-name a cause on at most `FALSE` of the rigs that lack nothing and on at most `CONFIDENT` of the causes outside the list, it
-prints the ones that name most of the single causes right, rightly say `unknown` most often where these tie, and then lie
-furthest from the edges of what was tried.
+`python -m experiments.blind.calibrate RESULTS.jsonl` judges every case again under each combination of limits. It keeps combinations
+that name a cause on at most `FALSE` of the rigs that lack nothing, and on at most `CONFIDENT` of the causes outside the list. Of
+these it prints the ones that name most of the single causes right. Where these tie, those count that rightly say `unknown` most
+often, and then those that lie furthest from the edges of what was tried.
 """
 
 import argparse

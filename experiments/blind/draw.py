@@ -1,14 +1,16 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own fits.
 
 `python -m experiments.blind.draw calibrate [--processes 1] [--group single …]` appends to `experiments/blind/sets/calibrate.jsonl` what is
-not there yet. `calibrate` and `explore` are to be looked at as often as one likes; `test` and then `second`, drawn after the search had been
-mended by what `test` showed, have been looked at: the next claim needs a set of its own, with seeds that served nothing else.
+not there yet. Look at `calibrate` and `explore` as often as you like. `test` and `second` have been looked at: the next claim needs a set
+of its own, with seeds that served nothing else.
 
-A line: place in the set and group, kind, effect, the size wanted, seed, amplitude; by fits from the truth the size, what the
-true effect leaves (`left`, as a size), the size where first states follow the interface's rule (`by_rule`: a run that moves
-within its first 0.5 s may hide in them what is missing), misfits of the runs fitted without and with it, relative errors of its numbers;
-`repeatable` (see the oracle); of a pair the size without either name (`needed`); why seeds before this one were `dropped`,
-all of them where the line has no seed.
+A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
+
+* the size, and what the true effect leaves (`left`, as a size);
+* the size where initial states follow the start rule (`by_rule`): a run that moves within its first 0.5 s may hide in them what is missing;
+* misfits of the runs fitted without and with the effect, and relative errors of its numbers;
+* `repeatable` (see the oracle), and of a pair the size without either name (`needed`);
+* why seeds before this one were `dropped`, all of them where the line has no seed.
 """
 
 import argparse

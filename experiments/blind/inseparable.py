@@ -1,9 +1,9 @@
 """Is what the library names instead of the truth as good as the truth? The simulator, refitted with both, answers.
 
 `python -m experiments.blind.inseparable RESULTS.jsonl [--processes 2]` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
-An hypothesis counts as inseparable where its refit leaves no more than the true effect's, to `TOLERANCE` floors, of the
-runs fitted (all columns together) and of those held out (each column). What has more names than the truth is not asked
-about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
+A hypothesis counts as inseparable where its refit leaves no more than that of the true effect, to `TOLERANCE` floors. This has to
+hold of the runs fitted (all columns together) and of those held out (each column). A hypothesis with more names than the truth is
+not asked about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
 """
 
 import argparse

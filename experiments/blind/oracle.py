@@ -1,7 +1,7 @@
 """What the best possible diagnosis could know of a case: the simulator itself, refitted to the logs that it made.
 
-It begins at the true numbers and the true form of the effect, so where its refit does not close the gap, or leaves an
-effect's number open, the logs do not carry it. `judge` answers for a case, `refit` fits any effect to it.
+The refit begins at the true numbers and the true form of the effect. Where it does not close the gap, or leaves an effect's number
+open, the logs do not carry the effect. `judge` answers for a case, `refit` fits any effect to it.
 `python -m experiments.blind.oracle --kind platform --effect axis.stribeck --seed 3`
 """
 
@@ -24,7 +24,7 @@ from experiments.blind.truth import PSI, THETA, Truth
 FIRST = 0.5  # s, part of a run that its start is taken from
 DISTINCT = 3.5  # standard errors above which a rate is no longer zero
 ROUNDING = 1e-9  # rad/s
-MOVES = np.array([1e-3, 1e-2, 1e-2, 0.1, 0.01])  # by which first states are moved: rad, rad/s, rad, rad/s, A
+MOVES = np.array([1e-3, 1e-2, 1e-2, 0.1, 0.01])  # by which initial states are moved: rad, rad/s, rad, rad/s, A
 REST = 1e-7  # rad, shift of the start that shows whether a run can be repeated
 SIGNED = (
     *("asymmetry", "bias_torque", "bias_command", "gain_asymmetry", "curvature", "scale", "clock", "jump"),
@@ -119,7 +119,7 @@ def rests(run: Run) -> bool:
 
 
 def by_rule(truth: Truth, run: Run, step: float) -> np.ndarray:
-    """The interface's start: least squares of all first states over the first 0.5 s, unless the run rests there."""
+    """The interface's start: least squares of all initial states over the first 0.5 s, unless the run rests there."""
     start = at_rest(truth, run, step)
     if rests(run):
         return start

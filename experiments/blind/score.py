@@ -2,11 +2,15 @@
 
 `python -m experiments.blind.score RESULTS.jsonl [--confusions]`
 
-What counts, for a case with one true name, where an *option* is `effects` or one of `alternatives`:
-exact: verdict `effect` and the truth alone; set: the truth is an option, and each other option is declared the same thing
-(`same_as` of the label) or inseparable from it by the oracle (`inseparable`); together they are *right*. twin: the truth is
-no option, but every option is the same or inseparable; wider: the truth or a twin is in an option, but some option holds a
-name too many or one that the logs rule out; wrong: other names; then the verdicts `unknown` and `none`, and errors.
+These are the outcomes of a case with one true name, where an *option* is `effects` or one of `alternatives`:
+
+* exact: the verdict is `effect` and names the truth alone.
+* set: the truth is an option. Each other option is declared the same thing (`same_as` of the label), or the oracle cannot tell it
+  from the truth (`inseparable`). Exact and set together are *right*.
+* twin: the truth is no option, but every option is the same or inseparable.
+* wider: the truth or a twin is in an option, but some option holds a name too many or one that the logs rule out.
+* wrong: other names. Then there are the verdicts `unknown` and `none`, and errors.
+
 Intervals are Clopper and Pearson's, 95 %.
 """
 
@@ -36,7 +40,7 @@ Judged = dict[int, set[frozenset[str]]]
 
 
 def judged(path: Path) -> Judged:
-    """Explanations of each case that the oracle cannot tell from the truth."""
+    """Hypotheses of each case that the oracle cannot tell from the truth."""
     found: Judged = {}
     for one in read(beside(path)):
         if one["inseparable"]:

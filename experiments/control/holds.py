@@ -1,11 +1,12 @@
 """Do gains that hold for every plant which a fit allows hold for the rig? `python -m experiments.control.holds [RIGS] [KIND …]`.
 
-For each of RIGS simulated rigs that lack nothing (`experiments/blind`, 100 of each kind by default) the free numbers are fitted. The
-smallest K_p that puts a real pole left of -sigma, at one K_d, is then worked out for the fitted rig alone, for 1000 plants drawn from
-the fit's covariance (the largest of theirs) and for the rig's true numbers, which neither of the others knows. The largest of 1000 draws
-lies three standard deviations out, so that it would hide a standard error 1.5 times too small: the rank of the true limit among the draws
-tells, which in 5 % of the rigs has to lie among the outer 5 % of them. A map of pairs would
-hide the question: the fits are so sharp that all three regions hold the same pairs of a grid of 101 by 101.
+RIGS simulated rigs that lack nothing (`experiments/blind`, 100 of each kind by default) are fitted. At one K_d, the smallest K_p that puts
+a real pole left of -sigma is then worked out three times: for the fitted rig alone, for 1000 plants drawn from the fit's covariance
+(the largest of theirs), and for the rig's true numbers, which neither of the others knows.
+
+The largest of 1000 draws lies three standard deviations out. It would hide a standard error that is 1.5 times too small. The rank of the
+true limit among the draws does not: in 5 % of the rigs it has to lie among the outer 5 %. A map of pairs would hide the question, since
+the fits are so sharp that all three regions hold the same pairs of a grid of 101 by 101.
 """
 
 import sys

@@ -1,8 +1,8 @@
 """What the diagnosis pays: gains designed on the corrected model against gains designed on the rig file as it was fitted.
 
-`python -m experiments.control.pays [CASE …]`. The rig is the separate simulator's (`experiments/blind`); it logs, the library fits and
-diagnoses, the same design (largest margin, then tuned through the model's nonlinear loop, its friction fed forward) is made on both
-models, and both controllers run on the simulator's rig.
+`python -m experiments.control.pays [CASE …]`. The rig is the separate simulator's (`experiments/blind`). The library fits and diagnoses its
+logs. The same design is made on both models: largest margin, then tuned through the model's nonlinear loop, its friction fed forward.
+Both controllers then run on the simulator's rig.
 """
 
 import sys

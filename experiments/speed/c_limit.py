@@ -21,7 +21,7 @@ ROWS = np.ctypeslib.ndpointer(np.float64, flags="C")
 
 @dataclass(frozen=True)
 class Found:
-    """Optimum: numbers (inertia, viscous, coulomb), first state, half sum of squares, evaluations."""
+    """Optimum: numbers (inertia, viscous, coulomb), initial state, half sum of squares, evaluations."""
 
     numbers: np.ndarray
     first: np.ndarray

@@ -116,7 +116,7 @@ def _log(seconds: float, seed: int, truth: tuple) -> Log:
 class Arrays:
     """What a contender gets: command and readings with their weight at 100 Hz, the grid step, the start of the fit.
 
-    The residual is `weight * (simulated - reading)`; `believed` (3,) the numbers, `first` (2,) the first state.
+    The residual is `weight * (simulated - reading)`; `believed` (3,) the numbers, `first` (2,) the initial state.
     """
 
     command: np.ndarray

@@ -90,7 +90,7 @@ def smooth_residual(a: Arrays, numbers: np.ndarray, first: np.ndarray) -> np.nda
 
 
 def fit(a: Arrays, residual: Callable = residual) -> Found:
-    """Optimum over logarithms of the numbers and the first state; `evaluations` counts simulations."""
+    """Optimum over logarithms of the numbers and the initial state; `evaluations` counts simulations."""
     count = 0
 
     def misfit(z: np.ndarray) -> np.ndarray:
