@@ -371,5 +371,5 @@ def _next(fits: ModelFits, verdict: Verdict, rivals: list[Hypothesis], left: dic
             "repeat one of these runs three times, so that what never repeats can be told from what is missing"
         )
     if verdict == "effect":
-        return Proposal("none needed: no other hypothesis comes close on these logs")
+        return Proposal("none needed: no other explanation comes close on these logs")
     return Proposal("none needed: the rig explains these logs down to their floor")
