@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects.library import BY_NAME, brought_by, models, of_kind
+from rwjax.effects.library import BY_NAME, brought_by, models, of_kind, special_cases
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling
 from rwjax.fitting.coordinates import Coordinates, coordinates
@@ -83,7 +83,7 @@ class Hypothesis:
 
     def contains(self, other: "Hypothesis") -> bool:
         """Whether `other` is a special case of this hypothesis."""
-        limits = {limit for name in self.effects for limit in BY_NAME[name].limits}
+        limits = {limit for name in self.effects for limit in special_cases(name)}
         own = {*self.names} | limits
         return {*other.names} <= own and {*other.names} != {*self.names}
 

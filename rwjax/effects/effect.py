@@ -77,11 +77,11 @@ class Effect(eqx.Module):
     """Names of its own states."""
 
     limits: ClassVar[tuple[str, ...]] = ()
-    """Names of effects that are a special case or a limit of it. A number that both have under one name means the same
+    """Names of other effects that are a special case or a limit of it. A number that both have under one name means the same
     thing: a fit of one begins with the other's estimate."""
     brings: ClassVar[str] = ""
-    """Name of the effect that it includes, or "". The numbers that both have are then estimated only where neither the
-    rig file nor another effect models the included one; else they are 0."""
+    """Name of the effect that it includes and that is a special case of it, or "". A number that both have is estimated
+    only where neither the rig file nor another effect models the included one; else it is 0."""
     modelled_by: ClassVar[tuple[str, ...]] = ()
     """Numbers of the rig file each of which models it already: such a rig does not miss it."""
     like_larger: ClassVar[tuple[str, ...]] = ()

@@ -83,6 +83,19 @@ def brought_by(name: str) -> str:
     return BY_NAME[name].brings if name in BY_NAME else ""
 
 
+def special_cases(name: str) -> set[str]:
+    """Names of the effects that are a special case or a limit of another one, the included one among them.
+
+    Args:
+        name: Name of an effect.
+
+    Returns:
+        The names.
+    """
+    effect = BY_NAME[name]
+    return {*effect.limits, *([effect.brings] if effect.brings else [])}
+
+
 def models(numbers: Iterable[str], effect: str) -> bool:
     """Whether a rig file models an effect by one of its own numbers.
 
@@ -142,7 +155,7 @@ def limit_numbers() -> list[tuple[str, ...]]:
     Returns:
         Groups of names `effect.parameter` that mean the same thing, the limit's name first.
     """
-    return _same((limit, e) for e in BY_NAME.values() for limit in e.limits if limit != e.brings)
+    return _same((limit, e) for e in BY_NAME.values() for limit in e.limits)
 
 
 def _same(pairs: Iterable[tuple[str, type[Effect]]]) -> list[tuple[str, ...]]:

@@ -66,20 +66,43 @@ def _of_half(fitted: FittedRig, half: int) -> FittedRig:
 
 
 class Tilt(Effect):
-    """How far the axis of wheel 1 leans where the pitch body tilts."""
+    """Port: how far the axis of wheel 1 leans where the pitch body tilts."""
 
     group: ClassVar[str] = "two axes"
 
     @abstractmethod
     def share(self) -> Scalar:
-        """Share of the pitch by which it leans."""
+        """Share of the pitch by which it leans [1].
+
+        Returns:
+            The share [1].
+        """
+
+
+class YawReading(Effect):
+    """Port: what the encoder of the yaw axis reads of both axes."""
+
+    group: ClassVar[str] = "sensor 1"
+
+    @abstractmethod
+    def read(self, yaw: Scalar, pitch: Scalar) -> Scalar:
+        """What the encoder of the yaw axis makes of both angles [rad], or of both rates [rad/s].
+
+        Args:
+            yaw: Angle or rate of yaw [rad or rad/s].
+            pitch: Angle or rate of pitch [rad or rad/s].
+
+        Returns:
+            The reading [rad or rad/s].
+        """
 
 
 class Gyroscopic(Tilt):
-    r"""Gyroscopic coupling: wheel 1 leans by $s\theta$ at a pitch of $\theta$, its momentum $H$ then turns with the bodies:
-    $s\sin(s\theta)\,H\,\dot\theta$ on yaw and $-s\sin(s\theta)\,H\,\dot\psi$ on pitch, and the motor's torque on yaw falls by
-    $\cos(s\theta)$ (`rwjax.plant.two_axis`). $s = 1$: the pitch body carries the wheel; $s = 0$: the yaw body does. All of it begins with
-    $s^2$, so a fit of $s$ has to begin beside 0.
+    r"""Gyroscopic coupling: wheel 1 leans by $s\theta$ at a pitch of $\theta$, and its momentum $H$ turns with the bodies.
+
+    Torques: $s\sin(s\theta)\,H\,\dot\theta$ on yaw and $-s\sin(s\theta)\,H\,\dot\psi$ on pitch; the motor's torque on yaw falls
+    by $\cos(s\theta)$ (`rwjax.plant.two_axis`). With $s = 1$ the pitch body carries the wheel, with $s = 0$ the yaw body
+    does. All of it begins with $s^2$, so a fit of $s$ has to begin beside 0.
     """
 
     name: ClassVar[str] = "wheel_1.gyroscopic"
@@ -87,7 +110,8 @@ class Gyroscopic(Tilt):
     coordinate: ClassVar[str] = "pitch"
     meaning: ClassVar[str] = "wheel 1 tilts with the pitch body, its momentum H₁ turns with it"
     equation: ClassVar[str] = (
-        "its axis leans by s θ: s sin(sθ) H₁ θ' on yaw, −s sin(sθ) H₁ ψ' on pitch, cos(sθ) of its torque on yaw; s = 0 where the yaw body carries it, 1 where the pitch body does"
+        "its axis leans by s θ (0: the yaw body carries it, 1: the pitch body): s sin(sθ) H₁ θ' on yaw, −s sin(sθ) H₁ ψ' on "
+        "pitch, cos(sθ) of its torque on yaw"
     )
     s: Scalar = param("1", bounds=(0.0, 2.0), starts=(1.0, 0.3), tex="s")
 
@@ -95,11 +119,10 @@ class Gyroscopic(Tilt):
         return self.s
 
 
-class Misalignment(Effect):
+class Misalignment(YawReading):
     r"""Misaligned encoder of the yaw axis: it reads a part of the pitch, $y = \psi + e\,\theta$."""
 
     name: ClassVar[str] = "sensor_1.misalignment"
-    group: ClassVar[str] = "sensor 1"
     label: ClassVar[str] = "yaw encoder that reads a part of the pitch"
     coordinate: ClassVar[str] = "pitch"
     meaning: ClassVar[str] = "the yaw encoder reads a part of the pitch"
@@ -107,5 +130,4 @@ class Misalignment(Effect):
     e: Scalar = param("1", bounds=(-0.9, 0.9), starts=(0.03, -0.03), tex="e")
 
     def read(self, yaw: Scalar, pitch: Scalar) -> Scalar:
-        """What the encoder of the yaw axis makes of both angles, or of both rates."""
         return yaw + self.e * pitch

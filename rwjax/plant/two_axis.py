@@ -36,7 +36,7 @@ from jaxtyping import Array, Float
 from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic, Clock, EncoderDelay, WheelDry
-from rwjax.effects.two_axis import Misalignment, Tilt
+from rwjax.effects.two_axis import Tilt, YawReading
 from rwjax.kinds import half_column, on_half
 from rwjax.plant.one_axis import Numbers, Plant, State, Structure, one_axis
 from rwjax.types import Scalar
@@ -167,7 +167,7 @@ class TwoAxis(eqx.Module):
             names = (half_column(name, k) for name in half.structure.outputs)
             reading |= dict(zip(names, (*axis, *now[2:]), strict=True))
         states = self.structure.states
-        for effect in (e for e in self.effects if isinstance(e, Misalignment)):
+        for effect in (e for e in self.effects if isinstance(e, YawReading)):
             for name, pitch in (("yaw_rad", "psi_2"), ("yaw_rad_s", "w_2")):
                 reading[name] = effect.read(reading[name], late[states.index(pitch)])
         return tuple(reading[name] for name in self.structure.outputs)

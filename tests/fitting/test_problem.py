@@ -29,7 +29,9 @@ def test_an_unseen_angle_is_free_where_something_depends_on_it(effect: type[Effe
     structure = structure_of(reaction()).with_effects(effect.name)
     rates = {"yaw_rad_s": COMMAND, "wheel_rad_s": COMMAND}
     free = dict(zip(structure.states, pose(structure, (record(TIME, COMMAND, rates),)).start_free[0], strict=True))
-    wanted = {ON_ANGLE[effect.name]} if effect.name in ON_ANGLE else set()
+    assert effect.at_angle or effect.name not in ON_ANGLE
+    body = ON_ANGLE.get(effect.name, "theta" if effect.name.startswith("wheel.") else "psi")
+    wanted = {body} if effect.at_angle else set()
     assert {name for name in ("psi", "theta") if free[name]} == wanted
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from experiments.blind.draws import EFFECTS as SIMULATED
 from experiments.blind.drive import BUS
 from rwjax.effects.library import EFFECTS
 from tests.recovered import recover
@@ -116,5 +117,5 @@ def test_a_fit_recovers_the_numbers_of_the_effect(case: Case) -> None:
         )
 
 
-def test_every_effect_is_recovered() -> None:
-    assert [case.effect for case in CASES] == [effect.name for effect in EFFECTS]
+def test_every_effect_that_the_separate_simulator_has_is_recovered() -> None:
+    assert [case.effect for case in CASES] == [effect.name for effect in EFFECTS if effect.name in SIMULATED]
