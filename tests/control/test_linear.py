@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.control.linear import Linear, characteristic, linearised, taken_as, transfer
+from rwjax.control.linear import Linear, linearised, linearisation_notes
+from rwjax.control.transfer import characteristic, transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.simulation.shooting import one_axis_plant_of
@@ -71,10 +72,10 @@ def test_play_counts_as_closed_and_ripple_holds_nothing() -> None:
     play, elastic = (f'[effects."axis.{e}"]\n{numbers}' for e in ("backlash", "flexible_coupling"))
     closed, coupled = (parse_rig(platform(effects=e)) for e in (f"{play}\ng = 0.02", elastic))
     assert np.array_equal(transfer(linearised(closed)).den, transfer(linearised(coupled)).den)
-    assert taken_as(closed) == ("axis.backlash: the play is closed",) and taken_as(coupled) == ()
+    assert linearisation_notes(closed) == ("axis.backlash: the play is closed",) and linearisation_notes(coupled) == ()
     ripple = parse_rig(stiff(0.06, '[effects."wheel.cogging"]\ns = 0.01\nc = 0.0\nn = 6.0'))
     assert np.array_equal(transfer(linearised(ripple)).den, transfer(linearised(parse_rig(stiff(0.06)))).den)
-    (line,) = taken_as(parse_rig(platform("", '[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 0.7')))
+    (line,) = linearisation_notes(parse_rig(platform("", '[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 0.7')))
     assert line.startswith("axis.stribeck: infinitely steep")
 
 
@@ -92,7 +93,7 @@ def test_friction_that_builds_up_over_a_displacement_keeps_its_slope_and_not_its
     w = structure.states.index("w")
     slid = [float(rates(jnp.zeros(()), tuple(map(jnp.asarray, (0.0, v, 1.0))), jnp.ones(()))[w]) for v in (0.1, 0.2)]
     assert (slid[1] - slid[0]) / 0.1 == pytest.approx(-plant.den[1], rel=1e-9)
-    assert taken_as(elastic) == ("axis.presliding: sliding, all its friction built up",)
+    assert linearisation_notes(elastic) == ("axis.presliding: sliding, all its friction built up",)
 
 
 @pytest.mark.parametrize("angle", [0.5, 1.5, -0.5, 2.5])
@@ -113,7 +114,7 @@ def test_the_slope_of_stribeck_friction_at_standstill_is_its_limit(n: float, slo
     rig = parse_rig(platform("viscous = 0.02", falling))
     assert transfer(linearised(rig)).den == pytest.approx([1.0, 0.2 + slope / 0.1, 0.0], rel=1e-9)
     level = ("axis.stribeck: level at standstill, though it falls at once beside it",)
-    assert taken_as(rig) == (level if 1.0 < n < 2.0 else ())
+    assert linearisation_notes(rig) == (level if 1.0 < n < 2.0 else ())
 
 
 def test_an_infinite_slope_is_taken_where_it_is_said_to_be() -> None:
@@ -135,20 +136,20 @@ def test_an_infinite_slope_is_taken_where_it_is_said_to_be() -> None:
     ],
 )
 def test_what_changes_with_time_or_command_is_named(effect: str, numbers: str, words: str) -> None:
-    (line,) = taken_as(parse_rig(platform(effects=f'[effects."{effect}"]\n{numbers}')))
+    (line,) = linearisation_notes(parse_rig(platform(effects=f'[effects."{effect}"]\n{numbers}')))
     assert line.startswith(f"{effect}: ") and line.endswith(words)
 
 
 def test_a_cold_winding_is_named_and_a_sharp_limit_is_not() -> None:
     heats = stiff(0.06, '[effects."motor.heating"]\nc = 0.02\ntau = 30.0')
-    assert taken_as(parse_rig(heats)) == ("motor.heating: as at the first instant, the winding cold",)
-    assert taken_as(parse_rig(platform(effects='[effects."drive.saturation"]\nu_m = 6.0'))) == ()
+    assert linearisation_notes(parse_rig(heats)) == ("motor.heating: as at the first instant, the winding cold",)
+    assert linearisation_notes(parse_rig(platform(effects='[effects."drive.saturation"]\nu_m = 6.0'))) == ()
 
 
 def test_a_power_of_the_command_is_left_out_and_named() -> None:
     bent = parse_rig(platform(effects='[effects."drive.curvature"]\nc = 0.0\np = 0.2\nu_1 = 3.0'))
     assert np.array_equal(linearised(bent).B, linearised(parse_rig(platform())).B)
-    assert taken_as(bent) == ("drive.curvature: its power is left out, the gain is that of small commands without it",)
+    assert linearisation_notes(bent) == ("drive.curvature: its power is left out, the gain is that of small commands without it",)
 
 
 def test_drag_has_no_slope_at_standstill() -> None:

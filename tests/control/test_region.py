@@ -7,21 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
-from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
-from rwjax.control.linear import Transfer, linearised, transfer, without_lateness
+from rwjax.control.boundary import boundary, real_boundary
+from rwjax.control.closed_loop import run_rig
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.linear import linearised, left_out_effects
+from rwjax.control.loop_polynomial import pd_loop, pid_loop
 from rwjax.control.polynomials import disc, hurwitz, mapped, shift, within_sector
-from rwjax.control.region import (
-    boundary,
-    pd_loop,
-    pd_region,
-    pid_loop,
-    real_boundary,
-    sampled_loop,
-    sampled_pid_loop,
-    share_of_plants,
-    stable,
-    stable_sampled,
-)
+from rwjax.control.region import pd_region
+from rwjax.control.sampled_loop import sampled_loop, sampled_pid_loop
+from rwjax.control.stability import share_of_plants, stable, stable_sampled
+from rwjax.control.transfer import Transfer, transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction, wheel
@@ -155,7 +150,7 @@ def test_drives_and_friction_in_the_loop() -> None:
     def of(effects: str, friction: str = "viscous = 0.02") -> Transfer:
         text = f'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\n{friction}\n{effects}'
         rig = parse_rig(text)
-        assert without_lateness(rig) == (("drive.delay",) if "delay" in effects else ())
+        assert left_out_effects(rig) == (("drive.delay",) if "delay" in effects else ())
         return transfer(linearised(rig))
 
     plain = of("")
@@ -207,8 +202,8 @@ def test_a_sampled_loop_is_what_the_recursion_does(late: float) -> None:
 
 def test_a_filtered_sampled_loop_with_an_integral_is_what_runs() -> None:
     rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02')
-    law = Controller(6.0, ki=2.0, kd=2.0, smooth=0.03)
-    run = np.asarray(run_rig(rig, law, np.zeros(400), LoopTiming(late=2.0), psi=0.1).angle)
+    law = Controller(6.0, ki=2.0, kd=2.0, filter_time=0.03)
+    run = np.asarray(run_rig(rig, law, np.zeros(400), LoopTiming(delay_steps=2.0), psi=0.1).angle)
     poles = 1.0 + sampled_pid_loop(transfer(linearised(rig)), 0.01, 0.005, 0.03).poles(6.0, 2.0, 2.0)
     p = np.poly(poles).real  # the angle's recursion
     rest = [np.dot(p, run[k - len(p) + 1 : k + 1][::-1]) for k in range(100, 400)]

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from rwjax import Rig, parse_rig
-from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
-from rwjax.control.linear import linearised, transfer
+from rwjax.control.closed_loop import run_rig
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.fit_estimate import FitEstimate, draw_plants, read_fit_estimate
+from rwjax.control.linear import linearised
 from rwjax.control.margins import pd_margins, sampled_modulus
-from rwjax.control.region import sampled_loop, share_of_plants
-from rwjax.control.robust import Spread, draw, read_spread, robust_gains
-from rwjax.control.tuning import tune
+from rwjax.control.robust_gains import robust_gains
+from rwjax.control.sampled_loop import sampled_loop
+from rwjax.control.stability import share_of_plants
+from rwjax.control.transfer import transfer
+from rwjax.control.tuning import tune_from
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction
@@ -21,13 +25,13 @@ from tests.systems import platform, reaction
 NAMES = ("axis.inertia", "motor.torque_constant", "axis.friction.viscous")
 MEAN = np.array([0.0495, 0.0182, 0.0026])
 ROOT = np.diag(0.1 * MEAN) @ np.array([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.3, 0.9]])
-SPREAD = Spread(NAMES, MEAN, ROOT @ ROOT.T)
+SPREAD = FitEstimate(NAMES, MEAN, ROOT @ ROOT.T)
 AXIS = np.linspace(0.0, 100.0, 41)
 
 
 def test_draws_have_the_fit_s_mean_and_covariance() -> None:
     rig = reaction()
-    thetas = draw(rig, SPREAD, 20_000)
+    thetas = draw_plants(rig, SPREAD, 20_000)
     at = [structure_of(rig).names.index(name) for name in NAMES]
     assert np.mean(thetas[:, at], 0) == pytest.approx(MEAN, rel=0.005)  # 0.1 sqrt(1/20 000) is 0.0007
     size = np.sqrt(np.diag(SPREAD.covariance))
@@ -38,17 +42,17 @@ def test_draws_have_the_fit_s_mean_and_covariance() -> None:
 
 
 def test_draws_keep_to_what_is_possible() -> None:
-    wide = Spread(NAMES, MEAN, np.diag(MEAN**2))
-    assert np.all(draw(reaction(), wide, 500)[:, [structure_of(reaction()).names.index(n) for n in NAMES]] > 0.0)
+    wide = FitEstimate(NAMES, MEAN, np.diag(MEAN**2))
+    assert np.all(draw_plants(reaction(), wide, 500)[:, [structure_of(reaction()).names.index(n) for n in NAMES]] > 0.0)
     with pytest.raises(InputError, match="far beyond what is possible"):
-        draw(reaction(), Spread(NAMES[:1], np.array([-1.0]), np.array([[1e-4]])), 10)
+        draw_plants(reaction(), FitEstimate(NAMES[:1], np.array([-1.0]), np.array([[1e-4]])), 10)
     with pytest.raises(InputError, match=r"`motor\.resistance`, which this rig lacks"):
-        draw(platform(), Spread(("motor.resistance",), MEAN[:1], np.eye(1)), 10)
+        draw_plants(platform(), FitEstimate(("motor.resistance",), MEAN[:1], np.eye(1)), 10)
 
 
 def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
     rig, sigma, count = reaction(), 0.5, 300
-    drawn, fresh = (transfer(linearised(rig, thetas=draw(rig, SPREAD, n, seed))) for n, seed in ((count, 1), (5000, 2)))
+    drawn, fresh = (transfer(linearised(rig, thetas=draw_plants(rig, SPREAD, n, seed))) for n, seed in ((count, 1), (5000, 2)))
     share, again = share_of_plants(drawn, AXIS, AXIS, sigma), share_of_plants(fresh, AXIS, AXIS, sigma)
     # a pair that holds for all of N plants fails a fresh one with a chance of 1/(N + 1) at most on average; and the shares agree
     assert np.mean(again[share == 1.0]) > 1.0 - 1.0 / (count + 1)
@@ -57,12 +61,12 @@ def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
     assert np.max(np.abs(share - again)[edge]) < 4.5 * 0.5 / np.sqrt(count)  # 4.5 deviations of a count out of 300
 
 
-CLOCK, SMOOTH = LoopTiming(late=2.0), 0.02
+CLOCK, SMOOTH = LoopTiming(delay_steps=2.0), 0.02
 
 
 def test_no_other_gains_have_a_larger_worst_case_margin() -> None:
     rig = reaction()
-    thetas = draw(rig, SPREAD, 60)
+    thetas = draw_plants(rig, SPREAD, 60)
     found = robust_gains(rig, thetas, AXIS, AXIS, 2.0, CLOCK, SMOOTH)
     each = [sampled_loop(plant, 0.01, 0.005, SMOOTH) for plant in transfer(linearised(rig, thetas=thetas)).each()]
 
@@ -92,7 +96,7 @@ def test_gains_stay_below_what_sampling_bears(rig) -> None:
     margins = pd_margins(plant, found.kp, found.kd)
     # the lateness that the loop has on top: held, differenced, late, filtered
     assert margins.delay > 0.005 + 0.005 + 0.005
-    run = run_rig(rig, Controller(found.kp, kd=found.kd, smooth=SMOOTH), np.full(600, 1e-3), CLOCK)
+    run = run_rig(rig, Controller(found.kp, kd=found.kd, filter_time=SMOOTH), np.full(600, 1e-3), CLOCK)
     assert np.all(np.abs(run.angle) < 2e-3)
 
 
@@ -123,8 +127,8 @@ def test_a_rig_that_its_own_weight_brings_back_is_tuned_from_a_gain_above_0() ->
     rig = held(0.1, "[axis.friction]\nviscous = 0.05\n[axis.gravity]\ntorque = 0.5")
     found = robust_gains(rig, alone(rig), SPAN, SPAN, 0.5, LoopTiming(), SMOOTH)
     assert 0.0 < found.kp < 0.1
-    law = Controller(found.kp, kd=found.kd, smooth=SMOOTH, limit=10.0)
-    tuned = tune(rig, law, np.full(300, 0.2), LoopTiming()).controller
+    law = Controller(found.kp, kd=found.kd, filter_time=SMOOTH, voltage_limit=10.0)
+    tuned = tune_from(rig, law, np.full(300, 0.2), LoopTiming()).controller
     run = run_rig(rig, tuned, np.full(300, 0.2))
     # what stays against the weight: 0.4 kp (0.2 - psi) = 0.5 sin psi
     assert tuned.kp > 10.0 and run.angle[-1] == pytest.approx(0.2 * 0.4 * tuned.kp / (0.4 * tuned.kp + 0.5), rel=2e-3)
@@ -147,27 +151,27 @@ def test_a_fit_s_answer_is_read_and_anything_else_refused(tmp_path: Path) -> Non
     answer = {"numbers": {"axis.inertia": {"value": 0.05}}, "covariance_of": ["axis.inertia"], "covariance": [[1e-6]]}
     path.write_text(json.dumps(answer))
     rig = reaction()
-    assert read_spread(path, rig) == (("axis.inertia",), np.array([0.05]), np.array([[1e-6]]), ())
+    assert read_fit_estimate(path, rig) == (("axis.inertia",), np.array([0.05]), np.array([[1e-6]]), ())
     path.write_text(json.dumps(answer | {"covariance": [[None]]}))
     with pytest.raises(InputError, match=r"fit\.json: `covariance`: the logs say nothing"):
-        read_spread(path, rig)
+        read_fit_estimate(path, rig)
     path.write_text(json.dumps({"numbers": answer["numbers"], "notes": []}))
     with pytest.raises(InputError, match="no `covariance`, as of the two-stage method"):
-        read_spread(path, rig)
+        read_fit_estimate(path, rig)
     for wrong in ("{", "[]", '{"covariance_of": {}}', json.dumps(answer | {"numbers": {}})):
         path.write_text(wrong)
         with pytest.raises(InputError, match="is not what `rwjax fit"):
-            read_spread(path, rig)
+            read_fit_estimate(path, rig)
     path.write_text(json.dumps({"numbers": {}, "covariance_of": [], "covariance": []}))
     with pytest.raises(InputError, match=r"fit\.json: `covariance_of` is empty"):
-        read_spread(path, rig)
+        read_fit_estimate(path, rig)
     path.write_text(json.dumps(answer))
     corrected = replace(rig, effects={"axis.coulomb": {"M_c": 0.01}}, free=("axis.inertia", "axis.coulomb.M_c"))
     with pytest.raises(InputError, match=r"fit\.json: a fit without `axis\.coulomb\.M_c`, which the rig file frees"):
-        read_spread(path, corrected)
+        read_fit_estimate(path, corrected)
     path.write_text(json.dumps(answer | {"rig": "another"}))
     with pytest.raises(InputError, match=r"fit\.json: is a fit of rig `another`, not of"):
-        read_spread(path, rig)
+        read_fit_estimate(path, rig)
 
 
 def test_of_what_every_run_has_of_its_own_the_mean_is_taken(tmp_path: Path) -> None:
@@ -176,7 +180,7 @@ def test_of_what_every_run_has_of_its_own_the_mean_is_taken(tmp_path: Path) -> N
     numbers = {name: {"value": value} for name, value in zip(names, (0.05, 0.002, 0.004), strict=True)}
     path = tmp_path / "fit.json"
     path.write_text(json.dumps({"numbers": numbers, "covariance_of": names, "covariance": (A @ A.T).tolist()}))
-    found = read_spread(path, reaction())
+    found = read_fit_estimate(path, reaction())
     assert found.names == ("axis.inertia", "axis.friction.viscous") and found.per_run == ("axis.friction.viscous",)
     assert found.mean == pytest.approx([0.05, 0.003])
     drawn = np.array([0.05, 0.002, 0.004]) + np.random.default_rng(1).normal(size=(100_000, 3)) @ A.T

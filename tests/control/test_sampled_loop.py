@@ -7,13 +7,16 @@ import pytest
 from scipy.linalg import expm
 
 from rwjax import Rig, parse_rig
-from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
-from rwjax.control.criteria import Continuous, Sampled
-from rwjax.control.linear import linearised, transfer
+from rwjax.control.closed_loop import run_rig
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.criteria import ContinuousPoles, SampledPoles
+from rwjax.control.linear import linearised
 from rwjax.control.margins import pd_margins, sampled_modulus
-from rwjax.control.region import pd_region, share_of_plants, share_of_sampled, stable_sampled
-from rwjax.control.sampled_loop import running_loops, side_by_side
-from rwjax.control.tuning import judged
+from rwjax.control.region import pd_region
+from rwjax.control.robustness import robustness
+from rwjax.control.sampled_loop import sampled_loops, stacked_loops
+from rwjax.control.stability import share_of_plants, share_of_sampled, stable_sampled
+from rwjax.control.transfer import transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 
@@ -22,7 +25,7 @@ RIG = parse_rig(
     f'kind = "platform"\n[drive]\ngain = {GAIN}\n[axis]\ninertia = {INERTIA}\n[axis.friction]\nviscous = {VISCOUS}'
 )
 KP, KI, KD = 6.0, 2.0, 2.0
-CLOCK = LoopTiming(H, late=2.0)  # 5 ms
+CLOCK = LoopTiming(H, delay_steps=2.0)  # 5 ms
 CASES = [(0.0, 0.0), (0.003, 0.0), (0.0, 0.005), (0.0125, 0.005), (0.08, 0.0)]  # s, of the command and of the reading
 
 
@@ -50,7 +53,7 @@ def by_hand(delay: float) -> np.ndarray:
 
 @pytest.mark.parametrize("delays", CASES)
 def test_poles_are_the_eigenvalues_of_the_loop_with_its_delays(delays: tuple[float, float]) -> None:
-    (loop,) = running_loops(with_delays(*delays), CLOCK, SMOOTH, integral=True)
+    (loop,) = sampled_loops(with_delays(*delays), CLOCK, SMOOTH, integral=True)
     poles, exact = 1.0 + loop.poles(KP, KI, KD), np.linalg.eigvals(by_hand(0.005 + sum(delays)))
     large = exact[np.abs(exact) > 0.05]  # those at 0 spread by rounding
     assert len(large) >= 4
@@ -60,7 +63,7 @@ def test_poles_are_the_eigenvalues_of_the_loop_with_its_delays(delays: tuple[flo
 
 @pytest.mark.parametrize("delays", [d for d in CASES if d != (0.003, 0.0)])  # of whole steps: the run's mean is exact
 def test_the_nonlinear_loop_has_the_same_delays(delays: tuple[float, float]) -> None:
-    law = Controller(KP, ki=KI, kd=KD, smooth=SMOOTH)
+    law = Controller(KP, ki=KI, kd=KD, filter_time=SMOOTH)
     run = np.asarray(run_rig(with_delays(*delays), law, np.zeros(400), CLOCK, psi=0.1).angle)
     M = by_hand(0.005 + sum(delays))
     state = np.zeros(len(M))
@@ -77,30 +80,30 @@ def test_plants_of_many_delays_are_judged_by_their_own() -> None:
     structure = structure_of(rig)
     thetas = np.tile(theta_of(rig, structure), (5, 1))
     thetas[:, structure.names.index("drive.delay.tau")] = [0.0, 0.003, 0.012, 0.03, 0.06]
-    each, grid = running_loops(rig, CLOCK, SMOOTH, thetas), np.linspace(1.0, 60.0, 12)
+    each, grid = sampled_loops(rig, CLOCK, SMOOTH, thetas), np.linspace(1.0, 60.0, 12)
     alone = [stable_sampled(loop, grid[:, None], grid[None, :]) for loop in each]
-    assert np.array_equal(share_of_sampled(side_by_side(each), grid, grid), np.mean(alone, axis=0))
+    assert np.array_equal(share_of_sampled(stacked_loops(each), grid, grid), np.mean(alone, axis=0))
     counts = [int(one.sum()) for one in alone]
     assert counts == sorted(counts, reverse=True) and len(set(counts)) == 5 and counts[-1] > 0
-    law = Controller(KP, kd=KD, smooth=SMOOTH)
+    law = Controller(KP, kd=KD, filter_time=SMOOTH)
     worst = min(sampled_modulus(loop, KP, KD) for loop in each)
-    assert judged(rig, thetas, CLOCK, law) == (1.0, pytest.approx(worst))
+    assert robustness(rig, thetas, CLOCK, law) == (1.0, pytest.approx(worst))
 
 
 def test_a_delay_of_too_many_periods_is_said() -> None:
     with pytest.raises(InputError, match=r"commands act 0\.205 s after their reading, more than 12 periods of 0\.01 s"):
-        running_loops(with_delays(0.2, 0.0), CLOCK)
+        sampled_loops(with_delays(0.2, 0.0), CLOCK)
 
 
 GRID, RATES = np.linspace(0.0, 60.0, 13), np.linspace(0.0, 12.0, 13)
 
 
 def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
-    asked = Sampled(1.0, CLOCK, SMOOTH)
+    asked = SampledPoles(1.0, CLOCK, SMOOTH)
     late = with_delays(0.02, 0.0)
     found, without = asked.region(late, GRID, GRID), asked.region(RIG, GRID, GRID)
     assert 5 < found.stable.sum() < without.stable.sum() - 5
-    (loop,) = running_loops(late, CLOCK, SMOOTH)
+    (loop,) = sampled_loops(late, CLOCK, SMOOTH)
     margins = asked.margins(late, found)["modulus"]
     for (i, kp), (j, kd) in ((a, b) for a in enumerate(GRID) for b in enumerate(GRID)):
         size = np.max(np.abs(1.0 + loop.poles(kp, kd)))
@@ -113,14 +116,14 @@ def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
 
 def test_without_a_derivative_its_filter_is_none_of_the_loop() -> None:
     kp, kd, rig = np.array([0.05, 0.1]), np.array([0.0, 0.05]), RIG.with_values({"axis.friction.viscous": 0.1})
-    slow, fast = Sampled(0.25, CLOCK, 5.0), Sampled(0.25, CLOCK, 0.0)
+    slow, fast = SampledPoles(0.25, CLOCK, 5.0), SampledPoles(0.25, CLOCK, 0.0)
     found, thetas = slow.region(rig, kp, kd), theta_of(rig, structure_of(rig))[None]
     assert np.array_equal(found.stable[:, 0], fast.region(rig, kp, kd).stable[:, 0]) and found.stable[1, 0]
     assert np.array_equal(slow.share(rig, thetas, kp, kd) == 1.0, found.stable)
 
 
 def test_a_damped_region_and_its_margins() -> None:
-    plain, damped = (Continuous(0.5, damping).region(RIG, GRID, RATES) for damping in (0.0, 0.7))
+    plain, damped = (ContinuousPoles(0.5, damping).region(RIG, GRID, RATES) for damping in (0.0, 0.7))
     plant = transfer(linearised(RIG))
     ratio = np.array([[_damping(kp, kd) for kd in RATES] for kp in GRID])
     clear = np.abs(ratio - 0.7) > 1e-9
@@ -128,14 +131,14 @@ def test_a_damped_region_and_its_margins() -> None:
     assert 5 < damped.stable.sum() < plain.stable.sum() - 5
     assert np.array_equal(pd_region(RIG, GRID, RATES, 0.5).stable, plain.stable)
     i, j = np.argwhere(damped.stable)[3]
-    margins, own = Continuous(0.5, 0.7).margins(RIG, damped), pd_margins(plant, GRID[i], RATES[j])
+    margins, own = ContinuousPoles(0.5, 0.7).margins(RIG, damped), pd_margins(plant, GRID[i], RATES[j])
     assert [float(margins[name][i, j]) for name in margins] == [*own.gain, own.phase, own.delay, own.modulus]
     thetas = np.tile(theta_of(RIG, structure_of(RIG)), (3, 1))
     thetas[:, structure_of(RIG).names.index("axis.inertia")] *= [0.5, 1.0, 2.0]
     plants = transfer(linearised(RIG, thetas=thetas))
     share = share_of_plants(plants, GRID, RATES, 0.5, 0.7)
     others = [
-        Continuous(0.5, 0.7).region(RIG.with_values({"axis.inertia": f * INERTIA}), GRID, RATES)
+        ContinuousPoles(0.5, 0.7).region(RIG.with_values({"axis.inertia": f * INERTIA}), GRID, RATES)
         for f in (0.5, 1.0, 2.0)
     ]
     assert np.array_equal(share, np.mean([one.stable.astype(float) for one in others], axis=0))

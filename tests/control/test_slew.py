@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax import parse_rig
-from rwjax.control.open_loop import Limits, waiting
-from rwjax.control.slew import on_off, slew
+from rwjax.control.drive_limits import Limits
+from rwjax.control.on_off import on_off
+from rwjax.control.open_loop import command_delay
+from rwjax.control.slew import slew
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.simulation.shooting import plant_of
@@ -139,7 +141,7 @@ def test_a_delay_counts_only_where_the_rig_waits(held: str, effect: str, spin: f
         f'[axis.friction]\n{friction}\n{held}\n{effect}\n[effects."drive.delay"]\ntau = 0.2'
     )
     if not words:
-        assert waiting(late, spin) == 0.2
+        assert command_delay(late, spin) == 0.2
         return
     with pytest.raises(InputError, match=f"^{words}.* the drive's delay of 0.2 s; leave the delay out$"):
         slew(late, np.radians(5.0), LIMITS, spin)

@@ -12,7 +12,9 @@ from rwjax import InputError, read_log, read_rig
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.logs.log import Log
-from rwjax.planning.campaign import DESIGNS, KEPT, recommend
+from rwjax.planning.amplitude import KEPT
+from rwjax.planning.campaign import recommend
+from rwjax.planning.designs import DESIGNS
 from rwjax.planning.envelope import LIMITS, Envelope, envelope
 from rwjax.planning.files import Plan, Run, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -139,13 +141,13 @@ def test_all_runs_together_keep_to_the_travel(rig: Rig, travel: float) -> None:
     runs, _ = recommend(rig, within)
     assert len(runs) > 8 and {run.role for run in runs} == {"train", "validate"}
     angle = in_a_row(rig, runs, 200.0)
-    assert 0.6 * within.most["yaw_rad"] < np.abs(angle).max() <= within.most["yaw_rad"]
+    assert 0.6 * within.limits["yaw_rad"] < np.abs(angle).max() <= within.limits["yaw_rad"]
     begin = 0.0
     for run in runs:  # what the plan says of each
         n = len(run.experiment.command()[1]) + 20_000
         part, angle = angle[:n], angle[n:]
-        assert run.way
-        assert run.way[0] - 0.02 * travel < part.min() - begin and part.max() - begin < run.way[1] + 0.02 * travel
+        assert run.angle_range
+        assert run.angle_range[0] - 0.02 * travel < part.min() - begin and part.max() - begin < run.angle_range[1] + 0.02 * travel
         begin = part[-1]
     assert [run.experiment for run in runs[:3]] == 3 * [runs[0].experiment]  # repeats stay repeats
     ways = {run.name: np.sign(run.experiment.amplitude) for run in runs}
@@ -161,7 +163,7 @@ def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
 
 
 @pytest.mark.parametrize(
-    ("neutral", "per_us", "ways", "volts"),
+    ("neutral", "per_us", "directions", "volts"),
     [
         (1500.0, 0.02, (1.0, -1.0), 10.0),
         (1000.0, 0.01, (1.0,), 10.0),
@@ -171,16 +173,16 @@ def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
     ],
 )
 def test_the_neutral_pulse_says_which_ways_an_esc_turns(
-    neutral: float, per_us: float, ways: tuple[float, ...], volts: float
+    neutral: float, per_us: float, directions: tuple[float, ...], volts: float
 ) -> None:
     rig = replace(RIGS["reaction"], pwm=Pwm(neutral, per_us))
     within = envelope(rig, most={"wheel_rad_s": 200.0})
-    assert within.ways == ways and within.volts == pytest.approx(volts)
+    assert within.directions == directions and within.volts == pytest.approx(volts)
     runs, remarks = recommend(rig, within)
     for run in runs:
         pulses = neutral + run.experiment.command()[1] / per_us
         assert pulses.min() >= 1000.0 - 1e-9 and pulses.max() <= 2000.0 + 1e-9, run.name
-    assert any("the ESC turns one way" in remark for remark in remarks) == (len(ways) == 1)
+    assert any("the ESC turns one way" in remark for remark in remarks) == (len(directions) == 1)
     assert len(runs) >= 2
 
 
@@ -212,7 +214,7 @@ def test_what_the_rig_file_knows_is_a_limit() -> None:
     stop = {"high": 1.5, "low": -0.8, "k": 40.0, "d": 0.1}
     limited = replace(testbed, effects={"axis.end_stop": stop, "drive.saturation": {"u_m": 6.0, "n": 5000.0}})
     assert envelope(limited).known == {"voltage_V": 6.0, "yaw_rad": 0.8}
-    assert envelope(limited, most={"yaw_rad": 0.5}).most["yaw_rad"] == 0.5
+    assert envelope(limited, most={"yaw_rad": 0.5}).limits["yaw_rad"] == 0.5
 
 
 def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
