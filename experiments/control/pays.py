@@ -98,7 +98,9 @@ def _trial(reference, law, sign, p):
 def trial(truth: Truth, law: Controller) -> dict[str, float]:
     """What a controller does on the simulator's rig over the steps."""
     reference = np.repeat(STEPS, HOLD)
-    numbers = np.array([law.kp, law.ki, law.kd, law.filter_time, law.feedforward, law.deadband, law.voltage_limit], float)
+    numbers = np.array(
+        [law.kp, law.ki, law.kd, law.filter_time, law.feedforward, law.deadband, law.voltage_limit], float
+    )
     angle, volts = _trial(reference, numbers, -1.0, truth.array())
     error = np.degrees(reference - angle).reshape(len(STEPS), HOLD)
     late = error[:, -HOLD // 4 :]

@@ -8,7 +8,7 @@ from experiments.thesis.table import folder_of, row, save
 from experiments.thesis.testbed import AMPS, INERTIA, TOP, VOLTS, yaw_testbed
 from rwjax.control.drive_limits import Limits
 from rwjax.control.ring import Ring, slew_time
-from rwjax.control.sizing import LIMITS
+from rwjax.control.sizing import LIMITS, size_wheels
 from rwjax.report.control import draw_sizes
 
 RING = Ring(0.05, 0.04, 0.005)  # m; aluminium

@@ -70,7 +70,7 @@ def region(
 
     from rwjax.control.criteria import ContinuousPoles, SampledPoles
     from rwjax.control.fit_estimate import draw_plants
-    from rwjax.control.linear import linearisation_notes, left_out_effects
+    from rwjax.control.linear import left_out_effects, linearisation_notes
     from rwjax.control.region import region_of
     from rwjax.report.control import csv
     from rwjax.report.region import columns, draw_region

@@ -98,7 +98,12 @@ def closed_loop(
             new = _wheel_rate_held(plant, controller, new, x[wheel])
         winds_up = (sign * new != asked) & (jnp.sign(asked) == jnp.sign(error))
         integral = integral + jnp.where(winds_up, 0.0, timing.period * error)
-        seen = (x[states.index("psi")], x[states.index("w")], new, x[wheel] if wheel is not None else jnp.zeros_like(new))
+        seen = (
+            x[states.index("psi")],
+            x[states.index("w")],
+            new,
+            x[wheel] if wheel is not None else jnp.zeros_like(new),
+        )
         held = jnp.concatenate([new[None], held])
         acts = plant.act(held[-1]), plant.act(held[-2])
 

@@ -95,11 +95,11 @@ def split_delay(delay: float, period: float) -> tuple[int, float]:
     """Whole periods in a delay, and the rest.
 
     Args:
-        delay: Delay, in any unit of time.
-        period: Period, in the same unit.
+        delay: Delay [s], or in time steps [1].
+        period: Period [s], or in time steps [1].
 
     Returns:
-        Number of whole periods [1], and the rest of the delay in the same unit.
+        Number of whole periods [1], and the rest of the delay [s], or in time steps [1].
     """
     whole = int(delay / period + 1e-9)
     return whole, max(delay - whole * period, 0.0)

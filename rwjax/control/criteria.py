@@ -110,9 +110,7 @@ class SampledPoles(NamedTuple):
     @property
     def condition(self) -> str:
         """What gains that meet the criterion do, in words."""
-        return (
-            f"put every pole of the loop sampled every {self.timing.period:g} s within |z| = exp({0.0 - self.sigma:g} h)"
-        )
+        return f"put every pole of the loop sampled every {self.timing.period:g} s within |z| = exp({0.0 - self.sigma:g} h)"
 
     def holds(self, rig: Rig, kp: np.ndarray, kd: np.ndarray) -> Bool[np.ndarray, "p d"]:
         """Which pairs of PD gains meet the criterion.

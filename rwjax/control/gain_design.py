@@ -137,7 +137,9 @@ def tune(
             `robust_gains`, `breakaway` and `tune_from` do.
     """
     if not 0.0 <= friction_share <= 1.0:
-        raise InputError(f"friction_share {friction_share:g}: has to lie between 0 and 1; more makes the loop oscillate")
+        raise InputError(
+            f"friction_share {friction_share:g}: has to lie between 0 and 1; more makes the loop oscillate"
+        )
     timing = loop_timing(rig) if timing is None else timing
     plants = theta_of(rig, structure_of(rig))[None] if thetas is None else thetas
     task = _Task(rig, plants, step.samples(timing.period), timing)

@@ -24,7 +24,7 @@ class LoopPolynomial(NamedTuple):
         """The loop after a linear map of its coefficients.
 
         Args:
-            M: Matrix of the map, `(n + 1, n + 1)`.
+            M: Matrix of the map [1], `(n + 1, n + 1)`.
 
         Returns:
             A polynomial of the same order.
@@ -81,8 +81,8 @@ def loop_of_rows(base: np.ndarray, rows: list[np.ndarray]) -> LoopPolynomial:
     """A loop from polynomials of different orders.
 
     Args:
-        base: Coefficients without gains, `(..., n + 1)`.
-        rows: Coefficients by each gain, `(..., m + 1)` with any m.
+        base: Coefficients without gains [SI], `(..., n + 1)`.
+        rows: Coefficients by each gain [SI], `(..., m + 1)` with any m.
 
     Returns:
         The loop, all its polynomials filled up with leading zeros to the largest order.
@@ -96,10 +96,10 @@ def times_variable(p: np.ndarray, power: int = 1) -> np.ndarray:
     """A polynomial times a power of its variable.
 
     Args:
-        p: Coefficients, highest power first, `(..., n + 1)`.
+        p: Coefficients [SI], highest power first, `(..., n + 1)`.
         power: The power [1].
 
     Returns:
-        Coefficients, `(..., n + 1 + power)`.
+        Coefficients [SI], `(..., n + 1 + power)`.
     """
     return np.concatenate([p, np.zeros((*p.shape[:-1], power))], -1)

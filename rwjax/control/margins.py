@@ -91,8 +91,8 @@ def margins(num: np.ndarray, den: np.ndarray) -> Margins:
     """Margins of a strictly proper open loop, exact at the roots of polynomials in ω.
 
     Args:
-        num: Numerator of the open loop, highest power first, `(m,)`.
-        den: Denominator of the open loop, `(n,)`.
+        num: Numerator of the open loop [SI], highest power first, `(m,)`.
+        den: Denominator of the open loop [SI], `(n,)`.
 
     Returns:
         Gain, phase, delay and modulus margin; they say nothing of a loop that is not stable.
@@ -130,7 +130,7 @@ def frequency_responses(loop: LoopPolynomial, frequencies: int = 4000) -> np.nda
         frequencies: Number of frequencies f [1], up to half the sampling rate.
 
     Returns:
-        Response per unit of each gain, complex, `(..., g, f)`.
+        Response per unit of each gain [SI], complex, `(..., g, f)`.
     """
     z = np.exp(1j * np.pi * np.geomspace(SLOWEST, 1.0, frequencies)) - 1.0
     powers = z ** np.arange(loop.order + 1)[::-1, None]
@@ -154,7 +154,7 @@ def distance_from_minus_one(responses: np.ndarray, *gains: float) -> float:
     """Least distance from -1 of an open loop [1].
 
     Args:
-        responses: Its frequency response by each gain (`frequency_responses`), `(g, f)`.
+        responses: Its frequency response by each gain [SI] (`frequency_responses`), `(g, f)`.
         *gains: One value for each gain, in its unit.
 
     Returns:

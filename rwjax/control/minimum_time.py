@@ -244,10 +244,10 @@ def least_in_pieces(values: Float[Array, " t"]) -> Float[Array, " c"]:
     """The least value in each piece of the command, both its ends included.
 
     Args:
-        values: Values at the times of a trajectory, `(PIECES * STEPS + 1,)`.
+        values: Values at the times of a trajectory [1], `(PIECES * STEPS + 1,)`.
 
     Returns:
-        The least of each piece, `(PIECES,)`.
+        The least of each piece [1], `(PIECES,)`.
     """
     inside = values[:-1].reshape(PIECES, STEPS).min(axis=1)
     return jnp.minimum(inside, values[STEPS::STEPS])

@@ -53,10 +53,10 @@ def shift(order: int, sigma: float) -> np.ndarray:
 
     Args:
         order: Order n of the polynomial [1].
-        sigma: Distance of the roots from the imaginary axis, in the unit of s.
+        sigma: Distance of the roots from the imaginary axis [1/s].
 
     Returns:
-        The matrix, `(n + 1, n + 1)`.
+        The matrix [SI], `(n + 1, n + 1)`.
     """
     M = np.zeros((order + 1, order + 1))
     for k in range(order + 1):  # s^k -> (s - sigma)^k
@@ -76,7 +76,7 @@ def disc(order: int, radius: float) -> np.ndarray:
         radius: Radius of the circle, $\rho$ [1].
 
     Returns:
-        The matrix, `(n + 1, n + 1)`.
+        The matrix [1], `(n + 1, n + 1)`.
     """
     M = np.zeros((order + 1, order + 1))
     upper, lower = np.array([radius + 1.0, radius - 1.0]), np.array([-1.0, 1.0])
@@ -92,11 +92,11 @@ def mapped(M: np.ndarray, c: Coefficients) -> list[Float[Array, "..."]]:
     """Coefficients after a linear map of them.
 
     Args:
-        M: Matrix of the map, `(m, n)`.
-        c: n coefficients, arrays that broadcast with each other.
+        M: Matrix of the map [SI], `(m, n)`.
+        c: n coefficients [SI], arrays that broadcast with each other.
 
     Returns:
-        m coefficients.
+        m coefficients [SI].
     """
     return [jnp.asarray(sum(m * x for m, x in zip(row, c, strict=True) if m != 0.0)) for row in M]
 

@@ -23,7 +23,9 @@ Enters = tuple[tuple[bool, ...], ...]
 """Of every gain, the coefficients that it is part of."""
 
 
-def stable(loop: LoopPolynomial, *gains: Float[np.ndarray, "..."], sigma: float = 0.0, damping: float = 0.0) -> np.ndarray:
+def stable(
+    loop: LoopPolynomial, *gains: Float[np.ndarray, "..."], sigma: float = 0.0, damping: float = 0.0
+) -> np.ndarray:
     """Where every pole of a continuous loop lies left of `-sigma` and is damped enough.
 
     Args:
@@ -33,7 +35,7 @@ def stable(loop: LoopPolynomial, *gains: Float[np.ndarray, "..."], sigma: float 
         damping: Least damping ratio [1].
 
     Returns:
-        Whether each set of gains does it, of the shape to which the gains broadcast.
+        Whether each set of gains does it [1], of the shape to which the gains broadcast.
     """
     moved = loop.mapped(shift(loop.order, sigma))
     found = np.asarray(_stable(_enters(moved), moved.base, moved.gains, gains))
@@ -51,7 +53,7 @@ def stable_sampled(loop: LoopPolynomial, *gains: Float[np.ndarray, "..."], radiu
         radius: Radius of the circle [1].
 
     Returns:
-        Whether each set of gains does it, of the shape to which the gains broadcast.
+        Whether each set of gains does it [1], of the shape to which the gains broadcast.
     """
     moved = loop.mapped(disc(loop.order, radius))
     found = np.asarray(_stable(_enters(moved), moved.base, moved.gains, gains))

@@ -76,7 +76,7 @@ def characteristic(A: Float[np.ndarray, "... n n"]) -> tuple[np.ndarray, np.ndar
         A: System matrices [SI], `(..., n, n)`.
 
     Returns:
-        Coefficients, highest power first, `(..., n + 1)`, and for each the sum of the absolute values of its terms,
+        Coefficients [SI], highest power first, `(..., n + 1)`, and for each the sum of the absolute values of its terms,
         `(..., n + 1)`. A coefficient far below that sum is rounding.
 
     Source:

@@ -105,8 +105,8 @@ def loss_and_gradient(
         controller: Filter, feed-forward and limits; its gains are replaced.
         reference: Angle that is wanted [rad] at the controller's samples, `(s,)`.
         sign: Sign of the plant [1].
-        logs: Logarithms of the free gains, `(g,)`.
-        free: Which of kp, ki, kd each free gain is, rows of the unit matrix, `(g, 3)`.
+        logs: Logarithms of the free gains [1], `(g,)`.
+        free: Which of kp, ki, kd each free gain is [1], rows of the unit matrix, `(g, 3)`.
 
     Returns:
         Loss [s], and its gradient [s], `(g,)`.

@@ -93,9 +93,7 @@ class _AtPaces(NamedTuple):
     least: Float[np.ndarray, "p d"]
 
 
-def _amplitudes(
-    rig: Rig, within: Envelope, among: dict[str, Design]
-) -> tuple[Float[np.ndarray, " d"], list[float]]:
+def _amplitudes(rig: Rig, within: Envelope, among: dict[str, Design]) -> tuple[Float[np.ndarray, " d"], list[float]]:
     """Amplitude [V] and pace of every design; an amplitude of 0 where the limits leave nothing that moves the rig."""
     designs = list(among.values())
     found = _at_paces(rig, within, among)

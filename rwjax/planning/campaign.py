@@ -83,7 +83,9 @@ def _left_out(within: Envelope, missing: list[str]) -> list[str]:
 def _of_the_drive(rig: Rig, within: Envelope) -> list[str]:
     """A remark on an ESC that turns one way, or less far one way than the other."""
     if len(within.directions) == 1:
-        return ["the ESC turns one way (`neutral_us` is at an end of its pulses, or near it): runs that reverse are left out"]
+        return [
+            "the ESC turns one way (`neutral_us` is at an end of its pulses, or near it): runs that reverse are left out"
+        ]
     if rig.pwm is None:
         return []
     volts = commanded_volts(rig.pwm).values()

@@ -73,7 +73,9 @@ DESIGNS = {
     "coast_fast": Design("coast-down", 1.0, 4.0, 12.0, "coasting: drag, friction", shown.COASTING),
     "coast_fast_back": Design("coast-down", 1.0, 4.0, 12.0, "coasting backward", shown.COASTING, direction=-1.0),
     "coast_slow": Design("coast-down", 0.4, 4.0, 12.0, "coasting from less", shown.COASTING),
-    "coast_slow_back": Design("coast-down", 0.4, 4.0, 12.0, "coasting backward from less", shown.COASTING, direction=-1.0),
+    "coast_slow_back": Design(
+        "coast-down", 0.4, 4.0, 12.0, "coasting backward from less", shown.COASTING, direction=-1.0
+    ),
     "square": Design("square", 0.8, 5.0, 15.0, "validates: a kind of its own", role="validate"),
     "square_offset": Design("square", 0.6, 6.0, 12.0, "validates: about an offset", offset=0.15, role="validate"),
 }

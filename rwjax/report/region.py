@@ -47,7 +47,9 @@ def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
         bound(low, high if high > low else low + 1.0)
     ax.set_xlabel("proportional gain $K_p$ [V/rad]")
     ax.set_ylabel("derivative gain $K_d$ [V s/rad]")
-    ax.set_title(f"{100.0 * region.share:.1f} % of these gains {region.criterion.condition.replace('-', '−')}", fontsize=9)
+    ax.set_title(
+        f"{100.0 * region.share:.1f} % of these gains {region.criterion.condition.replace('-', '−')}", fontsize=9
+    )
     if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="best", fontsize=8, frameon=False)
     return fig

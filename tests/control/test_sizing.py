@@ -4,37 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from rwjax.control.resisting_torque import resisting_torque
-from scipy.integrate import dblquad
 
-from rwjax import parse_rig
-from rwjax.control.drive_limits import Limits, torque_at, usable_rate
-from rwjax.control.ring import Ring, slew_time
+from rwjax.control.drive_limits import Limits, usable_rate
 from rwjax.control.sizing import LIMITS, size_wheels
 from rwjax.control.slew import slew
 from rwjax.errors import InputError
-
-K, R, I = 0.0182, 0.83, 0.0495
-TOP = 4000.0 * 2.0 * np.pi / 60.0
-
-
-def rig(friction: float, J: float = 1.24e-4, more: str = ""):
-    return parse_rig(
-        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n'
-        f"[axis]\ninertia = {I}\n[axis.friction]\ncoulomb = {friction}\n{more}"
-    )
-
-
-def test_a_ring_weighs_and_turns_as_its_integrals_say() -> None:
-    ring = Ring(0.05, 0.04, 0.005)
-    mass, inertia = (dblquad(lambda r, _, p=p: 2700.0 * 0.005 * r**p, 0.0, 2.0 * np.pi, 0.04, 0.05)[0] for p in (1, 3))
-    assert ring.mass == pytest.approx(mass) and ring.inertia == pytest.approx(inertia)
-    assert ring.inertia / ring.thin_inertia == pytest.approx(0.82)  # thesis eq. 2.7 has 18 % too much
-
-
-def test_the_thesis_s_slew_of_90_degrees_in_15_seconds() -> None:
-    momentum = Ring(0.05, 0.04, 0.005).thin_inertia * TOP
-    assert slew_time(0.19, 0.5 * np.pi, momentum) == pytest.approx(15.0, rel=0.01)
+from tests.control.sized_rig import LOADED, TOP, I, K, rig
 
 
 @given(st.floats(1e-3, 0.02), st.floats(0.2, 3.0), st.floats(0.5, 20.0))
@@ -61,7 +36,10 @@ def test_relief_of_the_limit_that_binds_helps(
     binds = LIMITS[found.limit[0]]
     assume(np.isfinite(found.time[0]))
     more = {"current": limits._replace(amps=1.01 * amps), "voltage": limits._replace(volts=1.01 * volts)}
-    times = {name: float(size_wheels(rig(friction), np.array([J]), angle, 5.0, given).time[0]) for name, given in more.items()}
+    times = {
+        name: float(size_wheels(rig(friction), np.array([J]), angle, 5.0, given).time[0])
+        for name, given in more.items()
+    }
     if binds in more:
         assert times[binds] < float(found.time[0])
         other = "voltage" if binds == "current" else "current"
@@ -69,7 +47,9 @@ def test_relief_of_the_limit_that_binds_helps(
         if top == TOP:  # else voltage holds the wheel's rate, and the current may hold its torque
             assert times[other] == pytest.approx(float(found.time[0]), rel=1e-9)
     else:
-        faster = size_wheels(rig(friction), np.array([1.01 * J]), angle, 5.0, limits)  # of more momentum at the same top
+        faster = size_wheels(
+            rig(friction), np.array([1.01 * J]), angle, 5.0, limits
+        )  # of more momentum at the same top
         assert float(faster.time[0]) < float(found.time[0])
 
 
@@ -78,21 +58,6 @@ def test_the_plant_does_it_in_the_time_of_the_budget(J: float) -> None:
     limits, angle = Limits(20.0, 3.0, TOP), np.radians(25.0)
     budget = float(size_wheels(rig(0.01, J), np.array([J]), angle, 5.0, limits).time[0])
     assert slew(rig(0.01, J), angle, limits).time == pytest.approx(budget, rel=0.01)
-
-
-def test_all_that_resists_is_counted() -> None:
-    rates = np.array([0.0, 0.5, 1.0])
-    most, least = resisting_torque(rig(0.01, more="viscous = 0.02"), 1.0, rates, 0.03)
-    assert most == pytest.approx(0.01 + 0.02 * rates) and least == pytest.approx(np.full(3, 0.01))
-    most, least = resisting_torque(rig(0.01, more='[effects."axis.bias_torque"]\nT = 0.004'), 1.0, rates, 0.03)
-    assert most == pytest.approx(np.full(3, 0.014)) and least == pytest.approx(np.full(3, 0.006))
-    most, _ = resisting_torque(rig(0.01, more='[effects."axis.spring"]\nk = 0.01\nT_0 = 0.0'), 0.7, 1.0, 0.03)
-    assert most == pytest.approx(0.017)
-    most, least = resisting_torque(rig(0.01, more=LOADED), 1.0, rates, 0.03)  # of the drive's torque, not of a load
-    assert most == pytest.approx(np.full(3, 0.01 + 0.3 * 0.03)) and least == pytest.approx(most)
-
-
-LOADED = '[effects."axis.load_friction"]\nmu = 0.3'
 
 
 def test_friction_that_grows_with_the_drive_s_torque_is_in_the_budget() -> None:
@@ -107,22 +72,6 @@ def test_friction_that_grows_with_the_drive_s_torque_is_in_the_budget() -> None:
     assert slew(loaded, angle, limits).time <= 1.01 * float(
         size_wheels(loaded, np.array([1.24e-4]), angle, seconds, limits).time[0]
     )
-
-
-@pytest.mark.parametrize(
-    ("effect", "torque"),
-    [
-        ('"motor.current_limit"]\ni_m = 0.6', K * 0.6),
-        ('"drive.saturation"]\nu_m = 6.0', K * (6.0 - K * 200.0) / R),
-        ('"drive.asymmetric_gain"]\na = 0.5', K * (5.0 - K * 200.0) / R),  # in the weaker direction
-        ('"motor.saturation"]\na = 0.04', K * 3.0 / (1.0 + 0.04 * 9.0)),
-        ('"motor.saturation"]\na = 0.25', K * 2.0 / (1.0 + 0.25 * 4.0)),  # of 2 A there is more than of 3 A
-        ('"wheel.drag"]\nc = 1e-7', K * 3.0 - 1e-7 * 200.0**2),
-        ('"wheel.coulomb"]\nM_c = 0.002', K * 3.0 - 0.002),
-    ],
-)
-def test_the_torque_is_what_the_plant_has(effect: str, torque: float) -> None:
-    assert torque_at(rig(0.01, more=f"[effects.{effect}"), Limits(10.0, 3.0), 200.0) == pytest.approx(torque, rel=3e-4)
 
 
 @pytest.mark.parametrize(
