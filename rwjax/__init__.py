@@ -29,7 +29,7 @@ _HOME = {
 }
 """Where each public name lives."""
 
-__all__ = ["__version__", *_HOME]  # noqa: PLE0604
+__all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> object:

@@ -20,9 +20,10 @@ from scipy.stats import binomtest
 from experiments.blind.cases import make_case, write_case
 from experiments.speed.table import show
 from rwjax import Rig, read_logs, read_rig
-from rwjax.control.linear import linearised, transfer
-from rwjax.control.region import real_boundary
-from rwjax.control.robust import Spread, draw
+from rwjax.control.boundary import real_boundary
+from rwjax.control.fit_estimate import FitEstimate, draw_plants
+from rwjax.control.linear import linearised
+from rwjax.control.transfer import transfer
 from rwjax.errors import InputError
 from rwjax.fitting.fit import fit
 
@@ -66,9 +67,9 @@ def limits(kind: str, seed: int) -> Limits:
         logs = read_logs(sorted(Path(folder).glob("*.csv")), believed)
     found = fit(believed, logs)
     names, numbers = found.uncertainty.names, found.fit.numbers()
-    spread = Spread(names, np.array([numbers[name] for name in names]), found.uncertainty.covariance)
+    spread = FitEstimate(names, np.array([numbers[name] for name in names]), found.uncertainty.covariance)
     kd = np.array([derivative_gain(believed)])
-    plants = transfer(linearised(found.rig, thetas=draw(found.rig, spread, PLANTS, seed))).each()
+    plants = transfer(linearised(found.rig, thetas=draw_plants(found.rig, spread, PLANTS, seed))).each()
     true = believed.with_values(case.truth["true_numbers"])
     one, other = (float(real_boundary(transfer(linearised(rig)), kd, SIGMA)[0]) for rig in (found.rig, true))
     drawn = np.array([float(real_boundary(plant, kd, SIGMA)[0]) for plant in plants])

@@ -18,9 +18,10 @@ from experiments.blind.simulator import STEP, advance, simulate
 from experiments.blind.truth import LAG_1, LAG_2, LOAD, PLAY, PSI, PSI_DRIVE, SLEW, STATES, Truth
 from experiments.speed.table import show
 from rwjax import Log, Rig, parse_rig
-from rwjax.control.closed_loop import Controller, LoopTiming, breakaway
-from rwjax.control.robust import robust_gains
-from rwjax.control.tuning import tune
+from rwjax.control.breakaway import breakaway
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.robust_gains import robust_gains
+from rwjax.control.tuning import tune_from
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.errors import InputError
 from rwjax.fitting.fit import fit
@@ -97,7 +98,9 @@ def _trial(reference, law, sign, p):
 def trial(truth: Truth, law: Controller) -> dict[str, float]:
     """What a controller does on the simulator's rig over the steps."""
     reference = np.repeat(STEPS, HOLD)
-    numbers = np.array([law.kp, law.ki, law.kd, law.smooth, law.forward, law.dead, law.limit], float)
+    numbers = np.array(
+        [law.kp, law.ki, law.kd, law.filter_time, law.feedforward, law.deadband, law.voltage_limit], float
+    )
     angle, volts = _trial(reference, numbers, -1.0, truth.array())
     error = np.degrees(reference - angle).reshape(len(STEPS), HOLD)
     late = error[:, -HOLD // 4 :]
@@ -116,7 +119,7 @@ def design(model: Rig) -> Controller:
     robust = robust_gains(model, theta, np.array([0.0, 100.0]), np.array([0.0, 100.0]), SIGMA, CLOCK, SMOOTH)
     start = Controller(robust.kp, 0.3 * robust.kp, robust.kd, SMOOTH, FED * breakaway(model), DEAD, LIMIT)
     step = np.full(600, np.radians(15.0))
-    return tune(model, start, step, CLOCK).controller
+    return tune_from(model, start, step, CLOCK).controller
 
 
 def case(name: str) -> list[str]:
@@ -128,7 +131,7 @@ def case(name: str) -> list[str]:
     laws = [design(fitted), design(found.corrected)]
     did = [trial(truth, law) for law in laws]
     cells = [name, f"{found.verdict}: {', '.join(found.effects) or '-'}"]
-    cells += [" → ".join(f"{getattr(law, g):.3g}" for law in laws) for g in ("kp", "ki", "kd", "forward")]
+    cells += [" → ".join(f"{getattr(law, g):.3g}" for law in laws) for g in ("kp", "ki", "kd", "feedforward")]
     cells += [" → ".join(f"{d[key]:.3g}" for d in did) for key in ("tracking", "stays", "cycle")]
     return cells
 

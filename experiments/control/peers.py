@@ -8,7 +8,7 @@ from numba import njit, prange
 from scipy.integrate import solve_ivp
 
 from experiments.control.problem import COULOMB, LIMIT, PERIOD, SMOOTH, STATIC, STEPS, V_S, VISCOUS, I, J, K, L, R, b
-from rwjax.control.linear import Transfer
+from rwjax.control.transfer import Transfer
 
 WIDTH = 1e-3  # rad/s, of the smooth sign where a solver needs one
 SMOOTH_SIGN, FINE = 3e-3, 1e-3  # rad/s, s: the same for Runge-Kutta steps, which a narrower one makes unstable

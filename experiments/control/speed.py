@@ -14,11 +14,14 @@ from experiments.control import c_limit, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from experiments.speed.run import machine
 from experiments.speed.table import ratio, show, timed
-from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
-from rwjax.control.linear import linearised, transfer
+from rwjax.control.closed_loop import run_rig
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.linear import linearised
+from rwjax.control.loop_polynomial import LoopPolynomial, pd_loop
 from rwjax.control.polynomials import shift
-from rwjax.control.region import Loop, pd_loop, share_of_plants, stable
-from rwjax.control.sweep import sweep
+from rwjax.control.stability import share_of_plants, stable
+from rwjax.control.sweep import step_responses
+from rwjax.control.transfer import transfer
 from rwjax.plant.from_rig import structure_of, theta_of
 
 ROUNDS = 9
@@ -48,7 +51,7 @@ def report(title: str, unit: str, times: dict[str, list[float]], ours: str, note
     show(title, ("contender", f"per {unit}", "times ours", ""), rows)
 
 
-def moved(loop: Loop) -> Loop:
+def moved(loop: LoopPolynomial) -> LoopPolynomial:
     """The loop with its poles moved by sigma, as C wants it."""
     return loop.mapped(shift(loop.order, SIGMA))
 
@@ -119,7 +122,7 @@ def plants() -> None:
 def loops() -> None:
     """10 s of the nonlinear closed loop at 100 Hz, four steps of the plant a sample."""
     wave, (kp, kd) = reference(), gains(1600)
-    laws = [Controller(p, kd=d, smooth=SMOOTH, limit=LIMIT) for p, d in zip(kp, kd, strict=True)]
+    laws = [Controller(p, kd=d, filter_time=SMOOTH, voltage_limit=LIMIT) for p, d in zip(kp, kd, strict=True)]
     p = c_limit.of_rig()
     E, P, Q = (np.array(getattr(p, name)).reshape(4, 4) for name in ("E", "P1", "P2"))
     pick = np.arange(0, len(kp), len(kp) // 8)
@@ -136,7 +139,7 @@ def loops() -> None:
     by_scipy = np.array([peers.scipy_loop(wave, kp[k], kd[k]) for k in pick[:3]])
 
     def here() -> object:
-        return jax.block_until_ready(sweep(rig(), laws, wave[None], since=500))
+        return jax.block_until_ready(step_responses(rig(), laws, wave[None], since=500))
 
     several = (
         "rwjax, `sweep`, two threads",

@@ -9,9 +9,10 @@ from experiments.thesis.regenerate import FRICTION
 from experiments.thesis.table import row
 from experiments.thesis.testbed import INERTIA
 from rwjax import Rig, parse_rig
-from rwjax.control.closed_loop import breakaway
-from rwjax.control.linear import Transfer, linearised, transfer
-from rwjax.control.open_loop import course
+from rwjax.control.breakaway import breakaway
+from rwjax.control.linear import linearised
+from rwjax.control.open_loop import open_loop
+from rwjax.control.transfer import Transfer, transfer
 from rwjax.plant.from_rig import structure_of, theta_of
 
 TORQUE, RATES = 0.01, (0.0, 1.38, 5.0)  # N m beyond what is fed forward; rad/s
@@ -43,7 +44,7 @@ def rates(torque: float) -> np.ndarray:
     count = round(TIMES[-1] / STEP)
     commands = jnp.full(count, breakaway(axis()) + torque)
     start = jnp.zeros(len(structure.states))
-    found = course(structure, jnp.asarray(theta_of(axis(), structure)), commands, TIMES[-1], start)
+    found = open_loop(structure, jnp.asarray(theta_of(axis(), structure)), commands, TIMES[-1], start)
     return np.asarray(found.rate)[[round(t / STEP) for t in TIMES]]
 
 

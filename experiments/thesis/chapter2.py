@@ -6,8 +6,9 @@ import numpy as np
 
 from experiments.thesis.table import folder_of, row, save
 from experiments.thesis.testbed import AMPS, INERTIA, TOP, VOLTS, yaw_testbed
-from rwjax.control.open_loop import Limits
-from rwjax.control.sizing import LIMITS, Ring, size, slew_time
+from rwjax.control.drive_limits import Limits
+from rwjax.control.ring import Ring, slew_time
+from rwjax.control.sizing import LIMITS, size_wheels
 from rwjax.report.control import draw_sizes
 
 RING = Ring(0.05, 0.04, 0.005)  # m; aluminium
@@ -45,7 +46,7 @@ def sizing(folder: Path) -> None:
         f"{slew_time(INERTIA, ANGLE, thin * TOP):.2f}, {slew_time(INERTIA, ANGLE, right * TOP):.2f}",
     )
     limits = Limits(VOLTS, AMPS, TOP)
-    found = size(yaw_testbed(), np.array([thin, right]), ANGLE, SECONDS, limits)
+    found = size_wheels(yaw_testbed(), np.array([thin, right]), ANGLE, SECONDS, limits)
     row(
         "the same with the friction of eq. 3.14 and the motor's limits [s]",
         "",
@@ -53,7 +54,7 @@ def sizing(folder: Path) -> None:
     )
     angle, seconds = WANTED
     ring, outer, thickness = rings()
-    over = size(yaw_testbed(), np.asarray(ring.inertia), angle, seconds, limits)
+    over = size_wheels(yaw_testbed(), np.asarray(ring.inertia), angle, seconds, limits)
     does = over.time <= seconds
     i, j = np.unravel_index(np.argmin(np.where(does, ring.mass, np.inf)), does.shape)
     row(

@@ -7,10 +7,12 @@ import numpy as np
 from experiments.thesis.square_waves import CLOCK, STIFF, controller, wave
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import AMPS, TOP, VOLTS, yaw_testbed
-from rwjax.control.closed_loop import Controller, breakaway
+from rwjax.control.breakaway import breakaway
+from rwjax.control.controller import Controller
+from rwjax.control.drive_limits import Limits
 from rwjax.control.momentum_dump import Dump, dump
-from rwjax.control.open_loop import Course, Limits, course, steady
-from rwjax.control.tuning import tune
+from rwjax.control.open_loop import Trajectory, open_loop, steady_state
+from rwjax.control.tuning import tune_from
 from rwjax.report.control import draw_courses
 
 STEP = np.full(1000, np.radians(20.0))
@@ -21,21 +23,21 @@ def laws() -> dict[str, Controller]:
     """The thesis's stiff gains, with what it left open added, and tuned by gradient from there."""
     forward = 0.8 * breakaway(yaw_testbed())
     plain = controller(*STIFF)
-    fed = plain._replace(forward=forward, dead=DEAD)
+    fed = plain._replace(feedforward=forward, deadband=DEAD)
     integral = plain._replace(ki=20.0)
     return {
         "PD (100, 10)": plain,
         "… friction fed forward": fed,
         "… integral, held while clipped": integral,
-        "PD tuned": tune(yaw_testbed(), plain, STEP, CLOCK).controller,
-        "PID tuned": tune(yaw_testbed(), integral, STEP, CLOCK).controller,
+        "PD tuned": tune_from(yaw_testbed(), plain, STEP, CLOCK).controller,
+        "PID tuned": tune_from(yaw_testbed(), integral, STEP, CLOCK).controller,
     }
 
 
-def rushed(found: Dump, share: float) -> Course:
+def rushed(found: Dump, share: float) -> Trajectory:
     """The commands of a dump in a share of its time."""
-    structure, theta, start = steady(yaw_testbed(), float(found.best.wheel[0]))
-    return course(structure, theta, found.best.command[:-1], share * found.time, start)
+    structure, theta, start = steady_state(yaw_testbed(), float(found.best.wheel[0]))
+    return open_loop(structure, theta, found.best.command[:-1], share * found.time, start)
 
 
 def left_open(folder: Path) -> None:

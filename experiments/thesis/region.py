@@ -9,8 +9,11 @@ from experiments.thesis.motor import L_CHAPTER_4, SLOPE, J, K, R, friction_from_
 from experiments.thesis.regenerate import FRICTION
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import INERTIA, yaw_testbed
-from rwjax.control.linear import Transfer, linearised, transfer
-from rwjax.control.region import Loop, boundary, pd_loop, pid_loop, real_boundary, stable
+from rwjax.control.boundary import boundary, real_boundary
+from rwjax.control.linear import linearised
+from rwjax.control.loop_polynomial import LoopPolynomial, pd_loop, pid_loop
+from rwjax.control.stability import stable
+from rwjax.control.transfer import Transfer, transfer
 
 GRID = np.linspace(0.0, 100.0, 101)
 SIGMA = 0.5  # 1/s
@@ -43,7 +46,7 @@ def with_integral(plant: Transfer, ki: float) -> np.ndarray:
     return stable(pid_loop(plant), GRID[:, None], np.array(ki), GRID[None, :], sigma=SIGMA)
 
 
-def poles(loop: Loop, gains: np.ndarray) -> np.ndarray:
+def poles(loop: LoopPolynomial, gains: np.ndarray) -> np.ndarray:
     """Poles `(g, n)` at gain pairs `(g, 2)`."""
     return np.array([loop.poles(*pair) for pair in gains])
 
@@ -94,7 +97,7 @@ def _regions(right: Transfer, printed: Transfer) -> plt.Figure:
     return figure
 
 
-def _spread(loop: Loop) -> plt.Figure:
+def _spread(loop: LoopPolynomial) -> plt.Figure:
     figure, ax = plt.subplots(figsize=(6.5, 5), layout="constrained")
     chosen = np.stack(np.meshgrid(GRID[::2], GRID[::2], indexing="ij"), -1).reshape(-1, 2)
     found = chosen[stable(loop, chosen[:, 0], chosen[:, 1], sigma=SIGMA)]

@@ -7,8 +7,9 @@ import numpy as np
 
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import AMPS, TOP, VOLTS, yaw_testbed
-from rwjax.control.open_loop import Limits
-from rwjax.control.slew import OnOff, slew
+from rwjax.control.drive_limits import Limits
+from rwjax.control.on_off import OnOff
+from rwjax.control.slew import slew
 from rwjax.errors import InputError
 from rwjax.report.control import draw_courses
 
@@ -63,7 +64,7 @@ def _bound() -> float:
     """Time over 90 deg at 3 A throughout, of which 10 V leave less near 4000 rpm, the wheel held there in between [s]."""
     from experiments.thesis.motor import J, K
     from experiments.thesis.testbed import INERTIA
-    from rwjax.control.slew import on_off
+    from rwjax.control.on_off import on_off
 
     return on_off(INERTIA, J, 0.5 * np.pi, K * AMPS, TOP).time
 

@@ -12,9 +12,10 @@ import numpy as np
 
 from experiments.thesis.table import row, save
 from experiments.thesis.testbed import TOP, VOLTS, yaw_testbed
-from rwjax.control.closed_loop import Controller, LoopTiming, Run, holding, run_rig
+from rwjax.control.closed_loop import ClosedLoopRun, run_rig
+from rwjax.control.controller import Controller, LoopTiming, wheel_holding_voltage
 from rwjax.control.response import Response, step_response
-from rwjax.control.sweep import sweep
+from rwjax.control.sweep import step_responses
 from rwjax.report.control import draw_maps
 
 HEIGHTS = (10.0, 20.0, 30.0, 45.0)  # degrees
@@ -29,7 +30,7 @@ class Wave(NamedTuple):
     on the first of each, `over` [°]."""
 
     reference: np.ndarray
-    run: Run
+    run: ClosedLoopRun
     out: list[Response]
     back: list[Response]
     over: tuple[float, float]
@@ -37,7 +38,7 @@ class Wave(NamedTuple):
 
 def controller(kp: float, kd: float, **more: float) -> Controller:
     """The thesis's PD law with its voltage limit."""
-    return Controller(kp, kd=kd, smooth=SMOOTH, limit=VOLTS, **more)
+    return Controller(kp, kd=kd, filter_time=SMOOTH, voltage_limit=VOLTS, **more)
 
 
 def wave(height: float, law: Controller) -> Wave:
@@ -45,7 +46,7 @@ def wave(height: float, law: Controller) -> Wave:
     angle = np.radians(height)
     reference = np.tile(np.repeat([angle, 0.0], HALF), 2)
     run = run_rig(yaw_testbed(), law, reference, CLOCK)
-    parts = [Run(*(x[k * HALF : (k + 1) * HALF] for x in run)) for k in range(4)]
+    parts = [ClosedLoopRun(*(x[k * HALF : (k + 1) * HALF] for x in run)) for k in range(4)]
     seen = [step_response(p, reference[k * HALF], CLOCK.period, VOLTS) for k, p in enumerate(parts)]
     angles = np.degrees(np.asarray(run.angle)).reshape(4, HALF)
     over = max(angles[0].max() - height, 0.0), max(-angles[1].min(), 0.0)
@@ -99,7 +100,7 @@ def square_waves(folder: Path) -> None:
     row("fastest wheel at (100, 10), 4000 rpm being its limit [rpm]", "", f"{fastest / TOP * 4000.0:.0f}")
     w = stiff[1]
     stays = STIFF[0] * (w.reference - np.asarray(w.run.angle))[HALF - 1]
-    keeps = float(holding(yaw_testbed().values) * np.asarray(w.run.wheel)[HALF - 1])
+    keeps = float(wheel_holding_voltage(yaw_testbed().values) * np.asarray(w.run.wheel)[HALF - 1])
     row(
         "20 deg at (100, 10), last sample out: K_p e, and what keeps the wheel at its rate [V]",
         "",
@@ -108,7 +109,7 @@ def square_waves(folder: Path) -> None:
     save(_figure(soft, stiff), folder, "fig_4_5_to_4_11")
     kp, kd = np.linspace(5.0, 100.0, 39), np.linspace(1.0, 40.0, 40)
     step = np.full((1, HALF), np.radians(10.0))
-    found = sweep(yaw_testbed(), [controller(p, d) for p in kp for d in kd], step, CLOCK)
+    found = step_responses(yaw_testbed(), [controller(p, d) for p in kp for d in kd], step, CLOCK)
     maps = Response(*(x.reshape(len(kp), len(kd)) for x in found))
     i, j = np.unravel_index(np.argmin(np.abs(np.asarray(maps.error))), maps.error.shape)
     row(

@@ -1,7 +1,6 @@
 """What the commands for control share: options, what is read off them, and how tables, figures and notes are given back."""
 
 import json
-import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,8 +15,8 @@ if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
 
-    from rwjax.control.closed_loop import LoopTiming
-    from rwjax.control.robust import Spread
+    from rwjax.control.controller import LoopTiming
+    from rwjax.control.fit_estimate import FitEstimate
     from rwjax.rig.model import Rig
 
 Kp = Annotated[str, typer.Option(metavar="FROM:TO:COUNT", help="proportional gains [V/rad]")]
@@ -37,7 +36,6 @@ Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from
 Output = Annotated[Path | None, typer.Option("-o", metavar="CSV", help="stdout without it; a figure beside it")]
 
 PAIRS = 1_000_000
-STEPS, LONGEST = 4, 2.5e-3  # of the plant in a period of the controller: at least so many, none longer [s]
 
 
 def pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.ndarray]":
@@ -49,9 +47,9 @@ def pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.n
     return first, second
 
 
-def clockwork_of(rig: "Rig", period: float, late: float, smooth: float) -> "LoopTiming":
+def timing_of(rig: "Rig", period: float, late: float, smooth: float) -> "LoopTiming":
     """What a controller's options say of its time and of the encoder that it reads."""
-    from rwjax.control.closed_loop import LoopTiming
+    from rwjax.control.controller import loop_timing
 
     finite(period=period, late=late, smooth=smooth)
     positive(period=period)
@@ -62,19 +60,18 @@ def clockwork_of(rig: "Rig", period: float, late: float, smooth: float) -> "Loop
         )
     if smooth < 0.0:
         raise InputError("--smooth: must not be negative")
-    steps = max(STEPS, math.ceil(period / LONGEST - 1e-9))
-    return LoopTiming(period, steps, steps * late / period, int(rig.counts_per_rev.get("axis", 0)))
+    return loop_timing(rig, period, late)
 
 
-def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, Spread | None, list[str]]":
+def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, FitEstimate | None, list[str]]":
     """The rig with a fit's estimates, what the fit says of them, and lines where it says other than the rig file."""
-    from rwjax.control.robust import fitted, read_spread
+    from rwjax.control.fit_estimate import read_fit_estimate, with_fit_estimate
 
     if fit is None:
         return rig, None, []
-    spread = read_spread(fit, rig)
+    spread = read_fit_estimate(fit, rig)
     with of_file(path):
-        found = fitted(rig, spread)
+        found = with_fit_estimate(rig, spread)
     compared = [(name, f"{found.values[name]:.6g}", f"{rig.values[name]:.6g}") for name in spread.names]
     other = [f"{name} {new} (not {old})" for name, new, old in compared if new != old]
     said = [f"taken from {fit} where {path} says otherwise: {', '.join(other)}"] if other else []
@@ -87,9 +84,9 @@ def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, Spread | N
 
 def own_delay(rig: "Rig") -> list[str]:
     """A line on the rig's own delays, if it has any, in a loop."""
-    from rwjax.control.linear import lateness
+    from rwjax.control.delays import delays_of
 
-    late = lateness(rig)
+    late = delays_of(rig)
     if late.loop[0] == 0.0:
         return []
     return [f"the rig's own delays are in the loop: commands {late.commands[0]:g} s, readings {late.readings[0]:g} s"]

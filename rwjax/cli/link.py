@@ -164,7 +164,7 @@ def run_experiment(
     from rwjax.link.play_plan import Task, check_plan, tasks_of_plan
     from rwjax.link.recorder import check_new
     from rwjax.link.rest import at_rest
-    from rwjax.planning.envelope import in_both
+    from rwjax.planning.envelope import rad_and_degrees
     from rwjax.planning.experiment import Experiment
     from rwjax.planning.files import read_plan
     from rwjax.rig.read import read_one_axis_rig
@@ -184,7 +184,7 @@ def run_experiment(
                 "" if "axis" in believed.counts_per_rev else ", and no encoder of the axis tells whether it keeps to it"
             )
             print(
-                f"the axis has to stand in the middle of its travel of {in_both(travel)} either way now{followed}",
+                f"the axis has to stand in the middle of its travel of {rad_and_degrees(travel)} either way now{followed}",
                 file=sys.stderr,
             )
         with results(output or LOGS) as folder:

@@ -18,11 +18,11 @@ from rwjax.cli.control import (
     Sigma,
     Smooth,
     Volts,
-    clockwork_of,
     own_delay,
     pairs,
     plain,
     say,
+    timing_of,
     with_fit,
     write,
 )
@@ -30,9 +30,8 @@ from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, posit
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from rwjax.control.closed_loop import Controller, LoopTiming
+    from rwjax.control.controller import Controller, LoopTiming
+    from rwjax.control.response import StepReference
     from rwjax.rig.model import Rig
 
 Period = Annotated[float, typer.Option(help="sample time of the controller [s]")]
@@ -45,18 +44,18 @@ def _loop(
     rig: "Rig", ki: float, volts: float, rpm: float, period: float, late: float, smooth: float
 ) -> "tuple[Controller, LoopTiming]":
     """What a controller's options say, its gains but the integral one left at 0."""
-    from rwjax.control.closed_loop import Controller
+    from rwjax.control.controller import Controller
 
     finite(ki=ki, volts=volts)
     positive(volts=volts, rpm=rpm)
     if ki < 0.0:
         raise InputError("--ki: must not be negative")
-    clockwork = clockwork_of(rig, period, late, smooth)
-    return Controller(0.0, ki=ki, smooth=smooth, limit=volts, spin=rpm * RATE), clockwork
+    timing = timing_of(rig, period, late, smooth)
+    return Controller(0.0, ki=ki, filter_time=smooth, voltage_limit=volts, wheel_rate_limit=rpm * RATE), timing
 
 
-def _reference(step: float, seconds: float, period: float) -> "np.ndarray":
-    import numpy as np
+def _reference(step: float, seconds: float, period: float) -> "StepReference":
+    from rwjax.control.response import StepReference
 
     finite(step=step, seconds=seconds)
     if step == 0.0:
@@ -64,7 +63,7 @@ def _reference(step: float, seconds: float, period: float) -> "np.ndarray":
     samples = round(seconds / period) if seconds > 0.0 else 0
     if not 10 <= samples <= 1_000_000:
         raise InputError(f"--seconds {seconds:g}: has to hold 10 to 1000000 samples of {period:g} s")
-    return np.full(samples, math.radians(step))
+    return StepReference(math.radians(step), seconds)
 
 
 def sweep(
@@ -86,27 +85,24 @@ def sweep(
     """Step responses of RIG's nonlinear closed loop over gains: stick and slip, counts, sampling and limits."""
     import numpy as np
 
-    from rwjax.control.response import Response
     from rwjax.control.sweep import sweep as run
     from rwjax.report.control import MAPS, csv, draw_maps, of_responses
     from rwjax.rig.read import read_one_axis_rig
 
     believed = read_one_axis_rig(rig)
     rows, cols = pairs(kp=kp, kd=kd)
-    controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
+    controller, timing = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     with of_file(rig):
-        controllers = [controller._replace(kp=p, kd=d) for p in rows for d in cols]
-        lanes = run(believed, controllers, reference[None], clockwork)
-    found = Response(*(x.reshape(len(rows), len(cols)) for x in lanes))
+        swept = run(believed, rows, cols, controller=controller, step=reference, timing=timing)
+    found = swept.response
     maps = {name: plain(np.asarray(getattr(found, field))) for name, (field, _, _) in MAPS.items()}
     answer = {"schema": "rwjax.sweep/1", "kp": rows.tolist(), "kd": cols.tolist(), **maps}
     figure = partial(draw_maps, rows, cols, found, f"responses to {step:g}°, limit {volts:g} V")
     written = write((rig,), output, csv(of_responses(rows, cols, found)), figure, answer, as_json)
-    settles = np.isfinite(found.settling)
-    notes = [f"{int(settles.sum())} of {settles.size} gain pairs settle within 2 % of the step"]
-    if settles.any():
-        i, j = np.unravel_index(np.argmin(found.settling), settles.shape)
+    notes = [f"{swept.settled} of {found.settling.size} gain pairs settle within 2 % of the step"]
+    if swept.fastest is not None:
+        i, j = swept.fastest
         notes.append(f"fastest: kp {rows[i]:g}, kd {cols[j]:g} after {float(found.settling[i, j]):.3g} s")
         notes += [
             f"it lies on the edge of --{name} {text}: widen that range"
@@ -140,12 +136,9 @@ def tune(
     """Gains for RIG's axis: those of the largest worst-case margin, then tuned through the nonlinear closed loop."""
     import numpy as np
 
-    from rwjax.control.closed_loop import breakaway, run_rig
-    from rwjax.control.response import step_response
-    from rwjax.control.robust import draw, robust_gains
-    from rwjax.control.tuning import judged
-    from rwjax.control.tuning import tune as run
-    from rwjax.plant.from_rig import structure_of, theta_of
+    from rwjax.control.fit_estimate import draw_plants
+    from rwjax.control.gain_design import GainRequirement
+    from rwjax.control.gain_design import tune as run
     from rwjax.rig.read import read_one_axis_rig
 
     believed = read_one_axis_rig(rig)
@@ -157,33 +150,27 @@ def tune(
     if not 0.0 < least < 1.0:
         raise InputError(f"--least {least:g}: has to lie between 0 and 1")
     rows, cols = span("--kp", kp), span("--kd", kd)
-    controller, clockwork = _loop(believed, ki, volts, rpm, period, late, smooth)
+    controller, timing = _loop(believed, ki, volts, rpm, period, late, smooth)
     reference = _reference(step, seconds, period)
     believed, spread, said = with_fit(rig, believed, fit)
     with of_file(rig):
-        alone = theta_of(believed, structure_of(believed))[None]
-        thetas = draw(believed, spread, plants) if spread is not None else alone
-        robust = robust_gains(believed, thetas, rows, cols, sigma, clockwork, smooth)
-        controller = controller._replace(
-            kp=robust.kp, kd=robust.kd, forward=forward * breakaway(believed), dead=math.radians(dead)
+        design = run(
+            believed,
+            GainRequirement(tuple(rows.tolist()), tuple(cols.tolist()), sigma, least),
+            controller=controller._replace(deadband=math.radians(dead)),
+            friction_share=forward,
+            step=reference,
+            timing=timing,
+            thetas=draw_plants(believed, spread, plants) if spread is not None else None,
         )
-        start = judged(believed, thetas, clockwork, controller)
-        if start.stable < 1.0:
-            less = f"--ki {ki:g}: with it" if ki > 0.0 else f"--sigma {sigma:g}:"
-            right = "lower --ki" if ki > 0.0 else "ask for a larger --sigma"
-            raise InputError(
-                f"{less} the loop is not stable at the most robust gains, kp {robust.kp:.3g} and kd {robust.kd:.3g}; {right}"
-            )
-        tuned = run(believed, controller, reference, clockwork, least)
-        end = judged(believed, thetas, clockwork, tuned.controller)
-        shown = {}
-        for name, law in (("robust", controller), ("tuned", tuned.controller)):
-            seen = step_response(run_rig(believed, law, reference, clockwork), reference[-1], period, volts)
-            gains = {key: float(getattr(law, key)) for key in ("kp", "ki", "kd")}
-            shown[name] = gains | {key: plain(np.asarray(value)) for key, value in seen._asdict().items()}
-    shown["robust"]["modulus"], shown["tuned"]["modulus"] = start.modulus, end.modulus
+    shown = {}
+    for name, one in (("robust", design.robust), ("tuned", design.tuned)):
+        gains = {key: float(getattr(one.controller, key)) for key in ("kp", "ki", "kd")}
+        seen = {key: plain(np.asarray(value)) for key, value in one.response._asdict().items()}
+        shown[name] = {**gains, **seen, "modulus": one.robustness.modulus}
+    stable = design.tuned.robustness.stable
     if as_json:
-        answer = {"schema": "rwjax.tune/1", "plants": len(thetas), "stable_with_tuned": end.stable, **shown}
+        answer = {"schema": "rwjax.tune/1", "plants": design.plants, "stable_with_tuned": stable, **shown}
         print(json.dumps(answer, allow_nan=False))
         return
     for name, found in shown.items():
@@ -194,19 +181,19 @@ def tune(
             f"{math.degrees(abs(found['error'])):.2g}° off"
         )
     notes = [
-        f"robust: kp and kd of the largest worst-case margin over {len(thetas)} plants, every pole left of -{sigma:g} 1/s{' without ki' if ki else ''} "
+        f"robust: kp and kd of the largest worst-case margin over {design.plants} plants, every pole left of -{sigma:g} 1/s{' without ki' if ki else ''} "
         f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fit else ' as given'}"
     ]
-    if len(thetas) > 1:
+    if design.plants > 1:
         notes.append(
-            f"modulus margin: the worst of these plants; with the tuned gains {100.0 * end.stable:.4g} % of them are stable"
+            f"modulus margin: the worst of these plants; with the tuned gains {100.0 * stable:.4g} % of them are stable"
         )
     if shown["tuned"]["settling"] is None:
         notes.append(
             "not settled: where dry friction holds the axis off its angle, --ki or --forward 0.8 help, else a larger --sigma"
         )
-    if tuned.least < least:
-        notes.append(f"margin kept on the rig alone: {tuned.least:.2f}; the robust gains have no {least:g}")
+    if design.least_modulus < least:
+        notes.append(f"margin kept on the rig alone: {design.least_modulus:.2f}; the robust gains have no {least:g}")
     say(quiet, *said, *notes, *own_delay(believed))
 
 

@@ -11,14 +11,14 @@ from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, posit
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
-    from rwjax.control.open_loop import Limits
+    from rwjax.control.drive_limits import Limits
 
 Amps = Annotated[float, typer.Option(help="largest current [A]")]
 Degrees = Annotated[float, typer.Option("--angle", help="angle to turn [°]")]
 
 
 def _limits(volts: float, amps: float, rpm: float) -> "Limits":
-    from rwjax.control.open_loop import Limits
+    from rwjax.control.drive_limits import Limits
 
     finite(volts=volts)
     positive(volts=volts, amps=amps, rpm=rpm)
@@ -143,8 +143,9 @@ def size(
     """Ring wheels for RIG's motor and axis: time of a wanted turn over radius and thickness, and which limit binds."""
     import numpy as np
 
-    from rwjax.control.sizing import LIMITS, Ring
-    from rwjax.control.sizing import size as run
+    from rwjax.control.ring import Ring
+    from rwjax.control.sizing import LIMITS
+    from rwjax.control.sizing import size_wheels as run
     from rwjax.report.control import csv, draw_sizes, of_sizes
     from rwjax.rig.read import read_one_axis_rig
 

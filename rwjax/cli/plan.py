@@ -72,7 +72,7 @@ def plan(
         return
     if lost is not None:
         print(f"note: this replaces {lost}", file=sys.stderr)
-    unlimited = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.most if name not in within.known]
+    unlimited = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.limits if name not in within.known]
     if unlimited:
         print(f"note: no limit is known, and the volts alone bound it: {', '.join(unlimited)}", file=sys.stderr)
     if way is not None and travel is not None and way > 2.0 * math.pi and travel.strip()[-1:].isdigit():

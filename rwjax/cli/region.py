@@ -14,11 +14,11 @@ from rwjax.cli.control import (
     Output,
     Plants,
     Sigma,
-    clockwork_of,
     own_delay,
     pairs,
     plain,
     say,
+    timing_of,
     with_fit,
     write,
 )
@@ -68,11 +68,12 @@ def region(
     """PD gains of RIG's axis that put every pole of the closed loop left of -sigma; --late and --smooth act with --period."""
     import numpy as np
 
-    from rwjax.control.criteria import Continuous, Sampled
-    from rwjax.control.linear import taken_as, without_lateness
-    from rwjax.control.robust import draw
+    from rwjax.control.criteria import ContinuousPoles, SampledPoles
+    from rwjax.control.fit_estimate import draw_plants
+    from rwjax.control.linear import left_out_effects, linearisation_notes
+    from rwjax.control.region import region_of
     from rwjax.report.control import csv
-    from rwjax.report.region import columns, condition, draw_region
+    from rwjax.report.region import columns, draw_region
     from rwjax.rig.read import read_one_axis_rig
 
     finite(sigma=sigma, angle=angle, damping=damping)
@@ -86,20 +87,20 @@ def region(
         raise InputError(f"{given}: is of the loop as it runs; give --period, or leave it out")
     smooth = 0.02 if smooth is None else smooth
     if period is None:
-        asked = Continuous(sigma, damping, held)
+        asked = ContinuousPoles(sigma, damping, held)
     elif damping > 0.0:
         raise InputError(f"--damping {damping:g}: is of the continuous loop; leave it or --period out")
     else:
-        asked = Sampled(sigma, clockwork_of(believed, period, late, smooth), smooth, held)
+        asked = SampledPoles(sigma, timing_of(believed, period, late, smooth), smooth, held)
     beside: dict[str, np.ndarray] = {}
     with of_file(rig):
-        found = asked.region(believed, *gains)
-        borne = asked.margins(believed, found) if margins else {}
+        found = region_of(believed, asked, *gains)
+        borne = found.margins() if margins else {}
         if without is not None:
-            rest = asked.region(_without(believed, without), *gains)
+            rest = region_of(_without(believed, without), asked, *gains)
             beside[f"without {without}"] = rest.stable.astype(float)
         if spread is not None:
-            beside["share of plants"] = asked.share(believed, draw(believed, spread, plants), *gains)
+            beside["share of plants"] = found.share_of_plants(draw_plants(believed, spread, plants))
     answer = {
         "schema": "rwjax.region/1",
         "kp": found.kp.tolist(),
@@ -117,7 +118,7 @@ def region(
     written = write(
         inputs, output, csv(columns(found, beside | borne)), lambda: draw_region(found, beside), answer, as_json
     )
-    notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs {condition(found)}"]
+    notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs {found.criterion.condition}"]
     for name, value in beside.items():
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
         what = f"{every} do so for all {plants} plants drawn" if name == "share of plants" else f"{name}: {every}"
@@ -126,8 +127,8 @@ def region(
         i, j = np.unravel_index(np.nanargmax(borne["modulus"]), found.stable.shape)
         notes.append(f"largest modulus margin: {borne['modulus'][i, j]:.3g} at kp {gains[0][i]:g}, kd {gains[1][j]:g}")
     notes += ["left out: the conserved momentum's pole at 0, which no gain moves"] if found.plant.hidden else []
-    lacking = without_lateness(believed, sampled=period is not None)
+    lacking = left_out_effects(believed, sampled=period is not None)
     notes += [f"left out: {', '.join(lacking)}, which no transfer function holds"] if lacking else []
     late_rig = own_delay(believed)
     notes += late_rig if period is not None or not late_rig else ["with --period the rig's own delays are in the loop"]
-    say(quiet, *said, *notes, *taken_as(believed), *written)
+    say(quiet, *said, *notes, *linearisation_notes(believed), *written)

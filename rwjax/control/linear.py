@@ -1,4 +1,4 @@
-"""The rig seen by its controller: the plant linearised about a held angle, and its transfer function without hidden modes."""
+"""The rig as its controller sees it: the plant linearised about a held angle, hidden modes left out."""
 
 from functools import partial
 from typing import NamedTuple
@@ -24,8 +24,16 @@ CANCELS = 1e-13
 
 
 class Linear(NamedTuple):
-    """One plant, or many of one rig: `A` (…, n, n), `B` (…, n) per V of command, `C` (…, n) of the encoder's angle [rad].
-    States that the command does not reach or the encoder does not show are left out, and so are delays."""
+    r"""State space of one plant, or of many of one rig, $\dot x = A x + B u$, $\psi = C x$.
+
+    States that the command does not reach or the encoder does not show are left out, and so are delays.
+
+    Attributes:
+        states: Names of the states.
+        A: System matrix [SI], `(..., n, n)`.
+        B: Input matrix, per volt of command [SI], `(..., n)`.
+        C: Output matrix, of the encoder's angle [rad], `(..., n)`.
+    """
 
     states: tuple[str, ...]
     A: np.ndarray
@@ -33,42 +41,30 @@ class Linear(NamedTuple):
     C: np.ndarray
 
 
-class Transfer(NamedTuple):
-    """Polynomials in s of the minimal realisation from command [V] to angle [rad], highest power first along the last axis:
-    `num` (…, m), and `den` (…, n), monic.
-
-    `hidden`: poles that no gain moves, a conserved momentum's at 0.
-    """
-
-    num: np.ndarray
-    den: np.ndarray
-    hidden: tuple[float, ...]
-
-    @property
-    def restoring(self) -> np.ndarray:
-        """Numerator of the plant whose command turns forward (…, m): with it positive gains restore."""
-        return self.num * np.sign(self.num[..., :1])
-
-    def each(self) -> "list[Transfer]":
-        """Many plants one by one."""
-        return [Transfer(num, den, self.hidden) for num, den in zip(self.num, self.den, strict=True)]
-
-
 def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | None = None) -> Linear:
-    """The rig at rest at an `angle` [rad], no current flowing; or one plant for each row of `thetas`, parameter vectors of its
-    structure.
+    """A rig linearised at rest at an angle, no current flowing; or many plants of its structure.
 
-    Dry friction counts as fed forward; its slope beside 0 stays and may be negative, as viscous friction does. What the
-    drive does to small commands (dead zone, offset) counts as fed forward, too; its lag stays. For play stands the coupling
-    that is closed, and no ripple of the motor holds the wheel. Friction that builds up over a displacement is built up: the axis
-    slides. What changes over a run is as it begins.
-    Raises `InputError` for a rig without an axis and for one whose command does not turn it.
+    Dry friction counts as fed forward. Its slope beside standstill stays and may be negative, as viscous friction may. What the
+    drive does to small commands (dead zone, offset) counts as fed forward too; its lag stays. Backlash counts as closed, and
+    no ripple of the motor holds the wheel. Friction that builds up over a displacement is built up: the axis slides. What
+    changes over a run is as it begins.
+
+    Args:
+        rig: The rig.
+        angle: Angle at which the axis is held [rad].
+        thetas: Parameter vectors [SI], one plant for each row, `(k, p)`; without them the rig itself counts.
+
+    Returns:
+        Matrices of the plant, those of many with a first axis of k.
+
+    Raises:
+        InputError: For a rig without an axis, and for one whose command does not turn it.
     """
     with_one_axis(rig)
     if rig.kind == "wheel":
         raise InputError("kind `wheel`: there is no axis to hold at an angle; take a `platform` or `reaction` rig")
     whole = structure_of(rig)
-    structure, theta = _beside(whole, theta_of(rig, whole) if thetas is None else np.asarray(thetas))
+    structure, theta = _linear_plant(whole, theta_of(rig, whole) if thetas is None else np.asarray(thetas))
     lags = _lags(structure, theta)
     A, B, C = (np.asarray(x) for x in _matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle)))
     elsewhere = np.asarray(_matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle + 1.0))[0])
@@ -82,9 +78,8 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
     return Linear(tuple(states[i] for i in k), A[..., k[:, None], k], B[..., k], C[..., k])
 
 
-def _beside(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:
-    """Structure and numbers of what a loop feels beside its angle: no lag of 0 s, no ripple, nothing elastic before sliding, a
-    coupling for closed play, no power of the command, whose slope at 0 is none or without limit."""
+def _linear_plant(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:
+    """Structure and numbers of the plant for small motions about its angle, each effect replaced by what stands for it."""
     kept = {new: name for name in structure.effects if (new := _stands_for(structure, theta, name))}
     found = structure._replace(effects=()).with_effects(*kept)
     of = {name: name for name in structure.numbers} | {
@@ -109,7 +104,7 @@ def _numbers(structure: Structure, theta: np.ndarray, name: str) -> dict[str, np
 
 
 def _lags(structure: Structure, theta: np.ndarray) -> tuple[tuple[str, int], ...]:
-    """The filters between command and voltage, each with the lags in a row that it is."""
+    """The filters between command and voltage, each with its order: the number of lags in a row."""
     filters = [(name, e) for name in structure.effects if issubclass(e := BY_NAME[name], CommandFilter)]
     return tuple((name, e.order(_numbers(structure, theta, name))) for name, e in filters)
 
@@ -164,93 +159,34 @@ def _reached(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     return found
 
 
-def transfer(linear: Linear) -> Transfer:
-    r"""Transfer function of linearised plants: $\det(sI - A)$ and $C\,\mathrm{adj}(sI - A)\,B$, common powers of s left out.
-
-    Raises `InputError` where nothing of the numerator stands out from rounding.
-    """
-    den, size = characteristic(linear.A)
-    num = _adjugate(linear.A, linear.B, linear.C, den)
-    most = _adjugate(np.abs(linear.A), np.abs(linear.B), np.abs(linear.C), size)
-    num, den = (np.where(np.abs(p) > CANCELS * m, p, 0.0) for p, m in ((num, most), (den, size)))
-    if not np.all(np.any(num, axis=-1)):
-        raise InputError(
-            "the rig's numbers are too far apart for a transfer function; leave the inductance, the lag or the coupling out"
-        )
-    hidden = 0
-    while den.shape[-1] > 1 and not (num[..., -1].any() or den[..., -1].any()):
-        num, den, hidden = num[..., :-1], den[..., :-1], hidden + 1
-    first = int(np.argmax(np.any(num, axis=tuple(range(num.ndim - 1)))))
-    return Transfer(num[..., first:], den, (0.0,) * hidden)
-
-
-def characteristic(A: Float[np.ndarray, "... n n"]) -> tuple[np.ndarray, np.ndarray]:
-    r"""Coefficients of $\det(sI - A)$ `(…, n + 1)`, highest power first, and the sum of the sizes of what each is summed from.
-
-    Products and sums only (Samuelson 1942, Berkowitz 1984), so that numbers of many sizes do not spoil each other; slow states
-    first.
-    """
-    slow = np.argsort(np.max(np.abs(np.diagonal(A, axis1=-2, axis2=-1)).reshape(-1, A.shape[-1]), axis=0))
-    A = A[..., slow[:, None], slow]
-    found = []
-    for M, sign in ((A, -1.0), (np.abs(A), 1.0)):
-        p = np.ones((*A.shape[:-2], 1))
-        for r in range(A.shape[-1]):
-            grown = np.concatenate([p, sign * M[..., r, r, None] * p[..., -1:]], -1)
-            grown[..., 1:-1] += sign * M[..., r, r, None] * p[..., :-1]
-            grown[..., 2:] += sign * _adjugate(M[..., :r, :r], M[..., :r, r], M[..., r, :r], p)
-            p = grown
-        found.append(p)
-    return found[0], found[1]
-
-
-def _adjugate(A: np.ndarray, B: np.ndarray, C: np.ndarray, den: np.ndarray) -> Float[np.ndarray, "... n"]:
-    r"""Coefficients of $C\,\mathrm{adj}(sI - A)\,B$, from `den` $=\det(sI - A)$ and the Markov parameters $C A^k B$."""
-    n, found = A.shape[-1], np.zeros_like(B)
-    for k in range(n):
-        found[..., k:] += np.sum(C * B, -1, keepdims=True) * den[..., : n - k]
-        B = np.squeeze(A @ B[..., None], -1)
-    return found
-
-
-class Lateness(NamedTuple):
-    """Times [s] by which `commands` act late and by which `readings` of the encoder are late, `(k,)`."""
-
-    commands: np.ndarray
-    readings: np.ndarray
-
-    @property
-    def loop(self) -> np.ndarray:
-        """Both [s]: from one reading to the next a loop knows only their sum."""
-        return self.commands + self.readings
-
-
-def lateness(rig: Rig, thetas: Float[np.ndarray, "k p"] | None = None) -> Lateness:
-    """Delays of the rig itself, or of one plant for each row of `thetas`."""
-    structure = structure_of(rig)
-    rows = theta_of(rig, structure)[None] if thetas is None else np.asarray(thetas)
-
-    def of(theta: Float[Array, " p"]) -> tuple[Scalar, ...]:
-        plant = one_axis_plant_of(structure, theta)
-        return tuple(jnp.zeros(()) if time is None else time for time in (plant.delay(), plant.age()))
-
-    commands, readings = jax.vmap(of)(jnp.asarray(rows))
-    return Lateness(np.asarray(commands), np.asarray(readings))
-
-
 def _is_lags(effect: type[Effect]) -> bool:
-    """Whether an effect is a row of lags, which a transfer function holds."""
+    """Whether an effect is a linear filter, lags in a row, which a transfer function holds."""
     return issubclass(effect, CommandFilter) and effect.linear
 
 
-def without_lateness(rig: Rig, sampled: bool = False) -> tuple[str, ...]:
-    """Effects of a rig that no transfer function holds: the limit of the drive's rate and delays, which a sampled loop holds."""
+def left_out_effects(rig: Rig, sampled: bool = False) -> tuple[str, ...]:
+    """Effects of a rig that no transfer function holds: a limit of the drive's rate, and delays.
+
+    Args:
+        rig: The rig.
+        sampled: Whether the loop is sampled, which holds delays.
+
+    Returns:
+        Names of the effects.
+    """
     late = (CommandFilter,) if sampled else (CommandDelay, EncoderDelay, CommandFilter)
     return tuple(e for e in rig.effects if issubclass(BY_NAME[e], late) and not _is_lags(BY_NAME[e]))
 
 
-def taken_as(rig: Rig) -> tuple[str, ...]:
-    """What stands in the transfer function for effects of a rig that it cannot hold, a line each."""
+def linearisation_notes(rig: Rig) -> tuple[str, ...]:
+    """What stands in the transfer function for effects of a rig that it cannot hold.
+
+    Args:
+        rig: The rig.
+
+    Returns:
+        A line for each such effect.
+    """
     effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
     effects.sort(key=lambda effect: not effect[0].linear_note({}))  # what is said of any numbers comes first
     notes = [(e.name, e.linear_note(given)) for e, given in effects]

@@ -1,11 +1,12 @@
-"""How far a stable loop is from instability: gain, phase, delay and modulus margin, exact at the roots of polynomials in ω."""
+"""How far a stable loop is from instability: gain, phase, delay and modulus margin."""
 
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Float
 
-from rwjax.control.linear import Transfer
-from rwjax.control.region import Loop
+from rwjax.control.loop_polynomial import LoopPolynomial
+from rwjax.control.transfer import Transfer
 
 REAL = 1e-6
 """Share of a root's size below which its imaginary part is rounding."""
@@ -14,8 +15,14 @@ SLOWEST = 1e-5
 
 
 class Margins(NamedTuple):
-    """`gain`: factors below and above 1 on the loop's gain that it just bears (0 and infinity where any is borne); `phase`
-    [rad] and `delay` [s] that it just bears; `modulus`: least distance $|1 + L(j\\omega)|$ of the open loop from -1."""
+    r"""What a stable loop bears.
+
+    Attributes:
+        gain: Factors below and above 1 on the loop's gain that it just bears [1]; 0 and infinity where any is borne.
+        phase: Phase lag that it just bears [rad].
+        delay: Delay that it just bears [s].
+        modulus: Least distance $|1 + L(j\omega)|$ of the open loop from -1 [1].
+    """
 
     gain: tuple[float, float]
     phase: float
@@ -24,13 +31,34 @@ class Margins(NamedTuple):
 
 
 def pd_margins(plant: Transfer, kp: float, kd: float) -> Margins:
-    """Margins of the PD loop $L(s) = P(s)\\,(K_p + K_d s)$ of one plant; they say nothing of a loop that is not stable."""
+    r"""Margins of the continuous PD loop $L(s) = P(s)\,(K_p + K_d s)$ of one plant.
+
+    Args:
+        plant: Transfer function of the plant.
+        kp: Proportional gain [V/rad].
+        kd: Derivative gain [V s/rad].
+
+    Returns:
+        Its margins; they say nothing of a loop that is not stable.
+    """
     return margins(np.polymul(plant.restoring, [kd, kp]), plant.den)
 
 
-def margins_over(plant: Transfer, kp: np.ndarray, kd: np.ndarray, where: np.ndarray) -> dict[str, np.ndarray]:
-    """`pd_margins` over gains, arrays `(p, d)` by name: `gain_below` and `gain_above` [1], `phase_rad`, `delay_s` and `modulus`;
-    no number where the loop is not stable, which `where` says."""
+def margins_over(
+    plant: Transfer, kp: np.ndarray, kd: np.ndarray, where: Bool[np.ndarray, "p d"]
+) -> dict[str, Float[np.ndarray, "p d"]]:
+    """Margins of the continuous PD loop over pairs of gains.
+
+    Args:
+        plant: Transfer function of the plant.
+        kp: Proportional gains [V/rad], `(p,)`.
+        kd: Derivative gains [V s/rad], `(d,)`.
+        where: Pairs whose loop is stable, `(p, d)`.
+
+    Returns:
+        Maps `(p, d)` by name: `gain_below` and `gain_above` [1], `phase_rad` [rad], `delay_s` [s] and `modulus` [1]; no
+        number where the loop is not stable.
+    """
     names = ("gain_below", "gain_above", "phase_rad", "delay_s", "modulus")
     found = np.full((len(names), *where.shape), np.nan)
     for i, j in np.argwhere(where):
@@ -39,16 +67,40 @@ def margins_over(plant: Transfer, kp: np.ndarray, kd: np.ndarray, where: np.ndar
     return dict(zip(names, found, strict=True))
 
 
-def moduli_over(loop: Loop, kp: np.ndarray, kd: np.ndarray, where: np.ndarray) -> dict[str, np.ndarray]:
-    """`sampled_modulus` over gains of a PD loop, `modulus` `(p, d)`; no number where the loop is not stable."""
-    seen, found = on_circle(loop), np.full(where.shape, np.nan)
+def moduli_over(
+    loop: LoopPolynomial, kp: np.ndarray, kd: np.ndarray, where: Bool[np.ndarray, "p d"]
+) -> dict[str, Float[np.ndarray, "p d"]]:
+    """Modulus margins of a sampled PD loop over pairs of gains.
+
+    Args:
+        loop: The sampled loop of one plant.
+        kp: Proportional gains [V/rad], `(p,)`.
+        kd: Derivative gains [V s/rad], `(d,)`.
+        where: Pairs whose loop is stable, `(p, d)`.
+
+    Returns:
+        Map `(p, d)` of the name `modulus` [1]; no number where the loop is not stable.
+    """
+    responses, found = frequency_responses(loop), np.full(where.shape, np.nan)
     for i, j in np.argwhere(where):
-        found[i, j] = nearest(seen, float(kp[i]), float(kd[j]))
+        found[i, j] = distance_from_minus_one(responses, float(kp[i]), float(kd[j]))
     return {"modulus": found}
 
 
 def margins(num: np.ndarray, den: np.ndarray) -> Margins:
-    """Margins of a strictly proper open loop `num`/`den` (Franklin, Powell, Emami-Naeini; modulus: Åström and Murray, ch. 10)."""
+    """Margins of a strictly proper open loop, exact at the roots of polynomials in ω.
+
+    Args:
+        num: Numerator of the open loop [SI], highest power first, `(m,)`.
+        den: Denominator of the open loop [SI], `(n,)`.
+
+    Returns:
+        Gain, phase, delay and modulus margin; they say nothing of a loop that is not stable.
+
+    Source:
+        Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems; modulus: Åström and Murray, Feedback Systems,
+        ch. 10.
+    """
     (a, b), (c, d) = _on_axis(num), _on_axis(den)  # num = a + jb, den = c + jd at s = jω
     size, whole = _square(a, b), _square(c, d)
     cross = np.polysub(np.polymul(b, c), np.polymul(a, d))  # of num times conj(den): imaginary part
@@ -70,21 +122,45 @@ def margins(num: np.ndarray, den: np.ndarray) -> Margins:
     )
 
 
-def on_circle(loop: Loop, frequencies: int = 4000) -> np.ndarray:
-    """Open sampled loop by each gain `(…, g, f)` along the unit circle, up to half the sampling rate."""
+def frequency_responses(loop: LoopPolynomial, frequencies: int = 4000) -> np.ndarray:
+    """Frequency response of a sampled open loop by each gain, along the unit circle.
+
+    Args:
+        loop: Sampled loop of one plant, or of many.
+        frequencies: Number of frequencies f [1], up to half the sampling rate.
+
+    Returns:
+        Response per unit of each gain [SI], complex, `(..., g, f)`.
+    """
     z = np.exp(1j * np.pi * np.geomspace(SLOWEST, 1.0, frequencies)) - 1.0
     powers = z ** np.arange(loop.order + 1)[::-1, None]
     return (loop.gains @ powers) / (loop.base @ powers)[..., None, :]
 
 
-def sampled_modulus(loop: Loop, *gains: float) -> float:
-    """Least distance of an open sampled loop from -1, to the grid of frequencies."""
-    return nearest(on_circle(loop), *gains)
+def sampled_modulus(loop: LoopPolynomial, *gains: float) -> float:
+    """Modulus margin of a sampled loop [1], to the grid of frequencies.
+
+    Args:
+        loop: The sampled loop of one plant.
+        *gains: One value for each gain, in its unit.
+
+    Returns:
+        Least distance of the open loop from -1 [1].
+    """
+    return distance_from_minus_one(frequency_responses(loop), *gains)
 
 
-def nearest(seen: np.ndarray, *gains: float) -> float:
-    """Least distance from -1 of an open loop that was `seen` by each gain `(g, f)`."""
-    return float(np.min(np.abs(1.0 + np.asarray(gains) @ seen)))
+def distance_from_minus_one(responses: np.ndarray, *gains: float) -> float:
+    """Least distance from -1 of an open loop [1].
+
+    Args:
+        responses: Its frequency response by each gain [SI] (`frequency_responses`), `(g, f)`.
+        *gains: One value for each gain, in its unit.
+
+    Returns:
+        The distance [1].
+    """
+    return float(np.min(np.abs(1.0 + np.asarray(gains) @ responses)))
 
 
 def _on_axis(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,6 +171,7 @@ def _on_axis(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _square(re: np.ndarray, im: np.ndarray) -> np.ndarray:
+    """Squared size of a polynomial from its real and imaginary part."""
     return np.polyadd(np.polymul(re, re), np.polymul(im, im))
 
 

@@ -1,4 +1,4 @@
-"""Slowing the wheel while the axis's static friction holds the axis: momentum leaves through the bearing."""
+"""Momentum dump: the wheel slows while static friction holds the axis, and its momentum leaves through the bearing."""
 
 from functools import partial
 from typing import NamedTuple
@@ -8,22 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.control.closed_loop import holding
-from rwjax.control.open_loop import (
-    PIECES,
-    REACHED,
-    STEPS,
-    Course,
-    Limits,
-    Task,
-    check,
-    fastest,
-    resting,
-    steady,
-    torque_at,
-    waiting,
-    worst,
-)
+from rwjax.control.controller import wheel_holding_voltage
+from rwjax.control.drive_limits import Limits, check_manoeuvre, torque_at
+from rwjax.control.minimum_time import PIECES, REACHED, STEPS, Guess, Manoeuvre, Task, least_in_pieces, minimum_time
+from rwjax.control.open_loop import Trajectory, at_rest, command_delay, steady_state
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic
 from rwjax.errors import InputError
@@ -35,14 +23,21 @@ MARGIN = 0.9
 """Share of the breakaway torque that a dump uses."""
 SPARE = 0.95
 """Share of the torque that friction or the drive bear with which the search begins."""
+LEAST_TORQUE = 1e-2
+"""Least torque with which the search begins, over what friction holds."""
 
 
 class Dump(NamedTuple):
-    """`bound` [s] below which no command does it, 0 where none is known, and the `best` course; each of its commands is given the
-    `delay` [s] of the drive before it acts."""
+    """A momentum dump.
+
+    Attributes:
+        bound: Time below which no command does it [s]; 0 where no bound is known.
+        best: Trajectory of least time; each of its commands is given the `delay` before it acts.
+        delay: Delay of the drive [s].
+    """
 
     bound: float
-    best: Course
+    best: Trajectory
     delay: float
 
     @property
@@ -52,50 +47,56 @@ class Dump(NamedTuple):
 
 
 def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
-    r"""Brings the wheel from `spin` [rad/s] to rest in the least time in which the axis does not move.
+    r"""Brings the wheel to rest in the least time in which the axis does not move.
 
-    While the axis rests, what turns the wheel pushes back on the axis: $|J\dot\Omega| \le T = (\mu M_s - M_l)/(1 - \mu\,\mu_l)$, so that
-    no dump is shorter than $J\Omega_0/T$, with $\mu$ the `margin`, the share of the breakaway torque $M_s + \mu_l T$ that is used, of
-    which $\mu_l T$ grows with the torque, and $M_l$ the load that the axis bears. Where friction or load change over time, no such
-    bound is known.
-    Raises `InputError` for a rig without a wheel, limits that are not positive, an axis that friction does not hold, or only after it
-    has moved a little, and as `waiting` does.
+    While the axis rests, what turns the wheel pushes back on the axis: $|J\dot\Omega| \le T = (\mu M_s - M_l)/(1 - \mu\,\mu_l)$. No dump
+    is shorter than $J\Omega_0/T$. Here $\mu$ is the `margin`; $M_s + \mu_l T$ is the breakaway torque, of which $\mu_l T$ grows with
+    the torque; $M_l$ is the load that the axis bears. Where friction or load change over time, no such bound is known.
+
+    Args:
+        rig: The rig.
+        spin: Wheel rate at the beginning [rad/s].
+        limits: What the drive gives.
+        margin: Share of the breakaway torque that is used [1].
+
+    Returns:
+        The bound, and the trajectory of least time.
+
+    Raises:
+        InputError: For a rig without a wheel, limits that are not positive, an axis that friction does not hold or holds only
+            after it has moved a little, a dump that is not found, and as `command_delay` does.
     """
-    check(rig, limits)
+    check_manoeuvre(rig, limits)
     if spin == 0.0 or not np.isfinite(spin):
         raise InputError(f"wheel at {spin:g} rad/s: has to be a number other than 0")
     if not 0.0 < margin <= 1.0:
         raise InputError(f"margin {margin:g}: has to lie above 0 and not above 1")
     if elastic := [name for name in rig.effects if issubclass(BY_NAME[name], AxisElastic)]:
         raise InputError(f"`{elastic[0]}`: the axis moves a little before it is held; leave it out")
-    structure, theta, start = steady(rig, spin)
-    K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
-    before, way = resting(rig), float(np.sign(spin))
+    room, held = _holding_torque(rig, spin, margin)
+    changes = any(BY_NAME[name].changes_over_time for name in rig.effects)
+    delay = command_delay(rig, spin)
+    bound = 0.0 if changes else rig.values["wheel.inertia"] * abs(spin) / room + delay
+    best, missed = _search(rig, spin, limits, margin, _torque(rig, spin, limits, room, held))
+    if missed > REACHED:
+        raise InputError(_shortfall(best, spin))
+    return Dump(bound, best, delay)
+
+
+def _holding_torque(rig: Rig, spin: float, margin: float) -> tuple[float, float]:
+    """Torque [N m] with which the wheel may slow, the load taken off, and what friction holds at rest."""
+    structure, theta, _ = steady_state(rig, spin)
+    before, way = at_rest(rig), float(np.sign(spin))
     load, held = way * float(before.torque), margin * float(before.holds[1 if spin > 0.0 else 0])
     room = held - load
     if room <= 0.0:
         raise InputError("nothing holds the axis while the wheel slows: the rig has no dry friction left for it")
-    left = 1.0 - margin * float(_grows(structure, theta, way))
-    room = room / left if left > 0.0 else np.inf  # friction that grows as fast as what it holds
-    changes = any(BY_NAME[name].changes_over_time for name in rig.effects)
-    delay = waiting(rig, spin)
-    bound = 0.0 if changes else J * abs(spin) / room + delay
-
-    ripple = K**2 * abs(spin) / (2 * PIECES * STEPS * R)  # of a command that is held while the wheel slows over a step
-    torque = SPARE * min(room / (1.0 + ripple / room), max(torque_at(rig, limits, 0.0), 1e-2 * held))
-    Omega = spin * np.linspace(1.0, 0.0, PIECES + 1)
-    pushes = R / K * torque
-    guess = float(holding(rig.values)) * Omega - way * pushes
-    numbers = jnp.array([spin, K / torque, margin, torque])
-    task = Task(theta, limits, numbers, start, J * abs(spin) / torque, 1.0)
-    best, missed = fastest(structure, _stopped if structure.inductive else _slowed, PIECES, task, guess, pushes)
-    if missed > REACHED:
-        raise InputError(_lacking(best, spin))
-    return Dump(bound, best, delay)
+    left = 1.0 - margin * float(_growth(structure, theta, way))
+    return (room / left if left > 0.0 else np.inf), held  # friction that grows as fast as what it holds
 
 
 @partial(jax.jit, static_argnums=(0, 2))
-def _grows(structure: Structure, theta: Float[Array, " p"], way: float) -> Array:
+def _growth(structure: Structure, theta: Float[Array, " p"], way: float) -> Array:
     """By how much the axis's breakaway torque grows with the torque of the drive [1]."""
     plant, zero = one_axis_plant_of(structure, theta), jnp.zeros(())
     rest = plant.motion(zero, tuple(zero for _ in structure.states), zero)
@@ -103,7 +104,27 @@ def _grows(structure: Structure, theta: Float[Array, " p"], way: float) -> Array
     return one - none
 
 
-def _lacking(best: Course, spin: float) -> str:
+def _torque(rig: Rig, spin: float, limits: Limits, room: float, held: float) -> float:
+    """Torque [N m] of the dump with which the search begins."""
+    K, R = rig.values["motor.torque_constant"], rig.values["motor.resistance"]
+    ripple = K**2 * abs(spin) / (2 * PIECES * STEPS * R)  # of a command that is held while the wheel slows over a step
+    return SPARE * min(room / (1.0 + ripple / room), max(torque_at(rig, limits, 0.0), LEAST_TORQUE * held))
+
+
+def _search(rig: Rig, spin: float, limits: Limits, margin: float, torque: float) -> tuple[Trajectory, float]:
+    """The dump of least time, and how far it violates its conditions, from one with a constant torque [N m]."""
+    structure, theta, start = steady_state(rig, spin)
+    K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
+    Omega = spin * np.linspace(1.0, 0.0, PIECES + 1)
+    torque_voltage = R / K * torque
+    commands = float(wheel_holding_voltage(rig.values)) * Omega - float(np.sign(spin)) * torque_voltage
+    numbers = jnp.array([spin, K / torque, margin, torque])
+    task = Task(theta, limits, numbers, start, J * abs(spin) / torque, 1.0)
+    manoeuvre = Manoeuvre(structure, _stopped if structure.inductive else _slowed, slides_from=PIECES)
+    return minimum_time(manoeuvre, task, Guess(commands, torque_voltage))
+
+
+def _shortfall(best: Trajectory, spin: float) -> str:
     """What to say of a dump that was not found: what the best try lacks."""
     left, moved = abs(float(best.wheel[-1]) / spin), float(np.max(np.abs(best.angle)))
     what = f"the axis moves by {np.degrees(moved):.2g}°; begin at a lower rate of the wheel" if moved > 0.0 else ""
@@ -114,14 +135,14 @@ def _lacking(best: Course, spin: float) -> str:
     return f"no dump from {spin:g} rad/s was found: {what or slow or tight}"
 
 
-def _slowed(found: Course, numbers: Array) -> tuple[Array, Array]:
+def _slowed(found: Trajectory, numbers: Array) -> tuple[Array, Array]:
     """The wheel stands, and friction held the axis all the while."""
     spin, _, margin, room = numbers
     within = (margin * found.holds[:, 0] + found.torque, margin * found.holds[:, 1] - found.torque)
-    return found.wheel[-1:] / spin, jnp.concatenate([worst(w / room) for w in within])
+    return found.wheel[-1:] / spin, jnp.concatenate([least_in_pieces(w / room) for w in within])
 
 
-def _stopped(found: Course, numbers: Array) -> tuple[Array, Array]:
-    """And no current is left that would turn it again."""
+def _stopped(found: Trajectory, numbers: Array) -> tuple[Array, Array]:
+    """The wheel stands, and no current is left that would turn it again."""
     zero, positive = _slowed(found, numbers)
     return jnp.append(zero, numbers[1] * found.current[-1]), positive

@@ -17,11 +17,23 @@ from rwjax.types import Scalar
 LONG = 6
 """Number of coefficients above which rows are divided by their pivot, so that they stay in the range of numbers."""
 Coefficients = Sequence[Float[Array, "..."]]
+"""Coefficients of a polynomial, highest power first."""
 
 
 def hurwitz(c: Coefficients) -> Bool[Array, "..."]:
-    """Whether all roots lie left of the imaginary axis (Routh 1877); those on it do not. Of a short polynomial without a
-    division: what a pivot would divide by is positive wherever the answer is still yes."""
+    """Whether all roots lie left of the imaginary axis; roots on it do not.
+
+    A short polynomial is tested without a division: what a pivot would divide by is positive wherever the answer is still yes.
+
+    Args:
+        c: Coefficients, arrays that broadcast with each other.
+
+    Returns:
+        Whether they do, of the shape to which the coefficients broadcast.
+
+    Source:
+        Routh (1877).
+    """
     c = [x * jnp.sign(c[0]) for x in c]
     found = jnp.ones((), bool)
     above, row = list(c[0::2]), list(c[1::2])
@@ -37,7 +49,15 @@ def hurwitz(c: Coefficients) -> Bool[Array, "..."]:
 
 @cache
 def shift(order: int, sigma: float) -> np.ndarray:
-    r"""Matrix that takes the coefficients of $p(s)$ to those of $p(s - \sigma)$: roots left of $-\sigma$ come left of 0."""
+    r"""Matrix that takes the coefficients of $p(s)$ to those of $p(s - \sigma)$: roots left of $-\sigma$ come left of 0.
+
+    Args:
+        order: Order n of the polynomial [1].
+        sigma: Distance of the roots from the imaginary axis [1/s].
+
+    Returns:
+        The matrix [SI], `(n + 1, n + 1)`.
+    """
     M = np.zeros((order + 1, order + 1))
     for k in range(order + 1):  # s^k -> (s - sigma)^k
         for j in range(k + 1):
@@ -47,8 +67,17 @@ def shift(order: int, sigma: float) -> np.ndarray:
 
 @cache
 def disc(order: int, radius: float) -> np.ndarray:
-    r"""Matrix that takes $p(z - 1)$ to a polynomial in w with $z = \rho\,(1 + w)/(1 - w)$: roots with $|z| < \rho$ come left
-    of 0."""
+    r"""Matrix that takes $p(z - 1)$ to a polynomial in w, roots with $|z| < \rho$ to roots left of 0.
+
+    $z = \rho\,(1 + w)/(1 - w)$.
+
+    Args:
+        order: Order n of the polynomial [1].
+        radius: Radius of the circle, $\rho$ [1].
+
+    Returns:
+        The matrix [1], `(n + 1, n + 1)`.
+    """
     M = np.zeros((order + 1, order + 1))
     upper, lower = np.array([radius + 1.0, radius - 1.0]), np.array([-1.0, 1.0])
     for k in range(order + 1):
@@ -60,13 +89,30 @@ def disc(order: int, radius: float) -> np.ndarray:
 
 
 def mapped(M: np.ndarray, c: Coefficients) -> list[Float[Array, "..."]]:
-    """Coefficients after a linear map of them."""
+    """Coefficients after a linear map of them.
+
+    Args:
+        M: Matrix of the map [SI], `(m, n)`.
+        c: n coefficients [SI], arrays that broadcast with each other.
+
+    Returns:
+        m coefficients [SI].
+    """
     return [jnp.asarray(sum(m * x for m, x in zip(row, c, strict=True) if m != 0.0)) for row in M]
 
 
 def within_sector(c: Coefficients, damping: Scalar | float) -> Bool[Array, "..."]:
-    r"""Whether all roots have at least a damping ratio $\zeta$: $p(s e^{j\varphi})\,p(s e^{-j\varphi})$ with
-    $\sin\varphi = \zeta$ is Hurwitz, a real polynomial of twice the order."""
+    r"""Whether all roots have at least a damping ratio $\zeta$.
+
+    Then $p(s e^{j\varphi})\,p(s e^{-j\varphi})$ with $\sin\varphi = \zeta$ is Hurwitz, a real polynomial of twice the order.
+
+    Args:
+        c: Coefficients, arrays that broadcast with each other.
+        damping: The damping ratio [1].
+
+    Returns:
+        Whether they have, of the shape to which the coefficients broadcast.
+    """
     turn = jnp.arcsin(damping)
     order = len(c) - 1
     re = [jnp.cos((order - k) * turn) * x for k, x in enumerate(c)]

@@ -8,11 +8,12 @@ import numpy as np
 from rwjax.effects.library import BY_NAME
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import Problem
-from rwjax.planning.campaign import COASTING, DESIGNS, SECONDS
+from rwjax.planning.amplitude import COASTING
+from rwjax.planning.designs import DESIGNS, LONGEST_S
 from rwjax.planning.envelope import LIMITS, Envelope
 from rwjax.planning.experiment import REST_S, TICK_HZ, Experiment
 from rwjax.planning.files import Plan, Run
-from rwjax.planning.motion import WAIT_S, left, peaks, readings
+from rwjax.planning.motion import WAIT_S, coasting_angle, peaks, simulated_outputs
 
 SHARES = (1.0, 0.6, 0.35, 0.2)
 """Of the largest command of the logs."""
@@ -66,21 +67,21 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
     outputs = sorted({name for k in train for name in problem.logs[k].outputs})
     error = np.array([max(problem.noise[name], remains.get(name, 0.0)) for name in outputs])
     experiments = commands(within.volts)
-    during = round(TICK_HZ * SECONDS)
+    during = round(TICK_HZ * LONGEST_S)
     length = np.array([REST_S + e.length for e in experiments])
     lasts = np.arange(during) < TICK_HZ * length[:, None]  # (e, t)
     stops = any(BY_NAME[e].ends_travel for rival in rivals for e in rival.problem.structure.effects)
     runs, holds = [], np.ones(len(experiments), bool)
     for rival in rivals:
         structure = rival.problem.structure
-        y = readings(structure, rival.theta, experiments, SECONDS + (WAIT_S if stops else 0.0))
+        y = simulated_outputs(structure, rival.theta, experiments, LONGEST_S + (WAIT_S if stops else 0.0))
         moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
         peak = peaks(moved)
         if stops:  # as in a plan whose travel is limited
-            coasts = left(moved["yaw_rad_s"])
+            coasts = coasting_angle(moved["yaw_rad_s"])
             peak["yaw_rad"] = peak["yaw_rad"] + coasts
-            holds &= coasts <= COASTING * within.most["yaw_rad"]
-        holds &= within.used(peak) <= BEYOND
+            holds &= coasts <= COASTING * within.limits["yaw_rad"]
+        holds &= within.largest_share(peak) <= BEYOND
         runs.append((np.stack([moved[name][:, :during] for name in outputs], axis=-1) / error, peak))
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers holds no limit
         apart = np.sum((runs[0][0] - runs[1][0]) ** 2, axis=-1)
@@ -102,7 +103,7 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
         experiment=experiments[best],
         role="train",
         why=f"separates {names[0]} from {names[1]}",
-        tells=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
+        tells_apart=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
         reaches={name: float(values[best]) for name, values in runs[0][1].items()},
     )
     return Proposal(

@@ -9,7 +9,6 @@ from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
 
-
 class FreeRun(dict[str, np.ndarray]):
     """Columns of a free run `(time,)` [SI] by name: `time_s`, and the predicted outputs. Prints as a summary."""
 

@@ -6,7 +6,7 @@ from rwjax.link import messages
 from rwjax.link.channels import channels, pwm_of
 from rwjax.link.port import LinkError
 from rwjax.link.session import Session, faults
-from rwjax.planning.envelope import LITTLE, PULSES_US, check_neutral
+from rwjax.planning.envelope import ONE_WAY_SHARE, PULSES_US, check_neutral
 from rwjax.planning.experiment import TICK_HZ, Experiment
 from rwjax.rig.model import Rig
 
@@ -62,7 +62,7 @@ def check_pulses(experiment: Experiment, rig: Rig, shortest: float, longest: flo
     size = (abs(experiment.amplitude) + abs(experiment.offset)) / abs(per_us)
     span = longest - neutral  # boards drive no further the other way either
     ends = [(end - neutral) * per_us for end in (max(shortest, neutral - span), longest)]
-    least = LITTLE * max(map(abs, ends))
+    least = ONE_WAY_SHARE * max(map(abs, ends))
     low, high = sorted(end if abs(end) >= least else 0.0 for end in ends)
     small = size <= span + ROUNDING_US
     beyond = max(low - experiment.span[0], experiment.span[1] - high) / abs(per_us)

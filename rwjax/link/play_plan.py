@@ -146,7 +146,7 @@ def check_travel(run: Run, angle: float, travel: float, rest: str) -> None:
         LinkError: Where the run would leave the travel.
     """
     peak = run.reaches.get("yaw_rad", 0.0)
-    low, high = run.way or (-peak, peak)
+    low, high = run.angle_range or (-peak, peak)
     if angle + high > max(travel, high) or angle + low < min(-travel, low):
         far = angle + (high if angle > 0.0 else low)
         raise LinkError(

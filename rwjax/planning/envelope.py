@@ -1,4 +1,4 @@
-"""What a rig may be asked for: the largest command, current, rates and travel that are known."""
+"""Limits of a rig: the largest command, current, rates and travel that are known."""
 
 import math
 from collections.abc import Mapping
@@ -13,12 +13,18 @@ from rwjax.rig.model import Pwm, Rig
 
 PULSES_US = (1000.0, 2000.0)
 """Shortest and longest pulse of servos and ESCs [us]."""
-LITTLE = 0.2
-"""Share of what the pulses tell one way, below which they are taken to tell nothing the other way."""
+ONE_WAY_SHARE = 0.2
+"""Share of the voltage that pulses command in one direction, below which they count as none in the other direction."""
 
 
 class Limit(NamedTuple):
-    """What is limited, in words, the option that says it, and the kinds of rig that have it."""
+    """An output that may have a limit.
+
+    Attributes:
+        words: What it is, in words.
+        option: The command line's option for it.
+        kinds: Kinds of rig that have it.
+    """
 
     words: str
     option: str
@@ -31,35 +37,61 @@ LIMITS = {
     "yaw_rad_s": Limit("rate of the axis [rad/s]", "--rate", TURNING),
     "yaw_rad": Limit("travel of the axis [rad]", "--travel", TURNING),
 }
-"""Outputs that may have a limit."""
+"""Outputs that may have a limit, by name."""
 
 
 class Envelope(NamedTuple):
-    """Largest command [V], and the largest size of other outputs in SI (`LIMITS`), infinite where no limit is known.
+    """Limits of a rig within which runs have to stay.
 
-    `yaw_rad` is the travel from where the first run begins, either way. `ways`: signs that a command may have.
+    Attributes:
+        volts: Largest command, either way [V].
+        limits: Largest size of other outputs [SI] by name (`LIMITS`), infinite where no limit is known. `yaw_rad` is the
+            travel from where the first run begins, either way.
+        directions: Signs that a command may have [1].
     """
 
     volts: float
-    most: dict[str, float]
-    ways: tuple[float, ...] = (1.0, -1.0)
+    limits: dict[str, float]
+    directions: tuple[float, ...] = (1.0, -1.0)
 
-    def used(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
-        """The largest share of a limit that experiments use, by their peaks."""
-        return np.max([peaks[name] / limit for name, limit in self.most.items()], axis=0)
+    def largest_share(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
+        """The largest share of a limit that experiments use.
+
+        Args:
+            peaks: Peaks of the outputs [SI] by name, `(e,)` each.
+
+        Returns:
+            Share of the limit that is used most [1], `(e,)`.
+        """
+        return np.max([peaks[name] / limit for name, limit in self.limits.items()], axis=0)
+
+    @property
+    def limits_travel(self) -> bool:
+        """Whether the travel of the axis is limited."""
+        return "yaw_rad" in self.known
 
     @property
     def known(self) -> dict[str, float]:
-        """The limits that are known, by column."""
-        return {"voltage_V": self.volts} | {name: limit for name, limit in self.most.items() if math.isfinite(limit)}
+        """The limits that are known [SI], by column of a log."""
+        return {"voltage_V": self.volts} | {name: limit for name, limit in self.limits.items() if math.isfinite(limit)}
 
 
 def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None) -> Envelope:
-    """The envelope of a rig from what is given, `most` by output, and what the rig file knows, whichever is less.
+    """The envelope of a rig, from what is given and what the rig file knows, whichever is less.
 
-    A rig file knows the command's range from `drive.pwm`, and both range and travel from effects that limit them; a neutral
-    pulse at or near the short end of the pulses' range means an ESC that turns one way. Raises `InputError` where nothing limits the command,
-    and for a limit of something that the kind of rig does not have.
+    A rig file knows the command's range from `drive.pwm`, and both range and travel from effects that limit them. A neutral
+    pulse at or near the short end of the pulses' range means an ESC that turns in one direction.
+
+    Args:
+        rig: The rig.
+        volts: Largest command [V], where it is given.
+        most: Largest size of other outputs [SI] by name, of those that are given.
+
+    Returns:
+        The envelope.
+
+    Raises:
+        InputError: Where nothing limits the command, and for a limit of something that the kind of rig does not have.
     """
     most = dict(most or {})
     if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
@@ -69,23 +101,31 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
     known = [volts] if volts is not None else []
     if rig.pwm is not None:
         check_neutral(rig.pwm)
-    reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else reaches(rig.pwm)
-    ways = tuple(way for way, most_volts in reach.items() if most_volts >= LITTLE * max(reach.values()))
-    known += [reach[way] for way in ways if math.isfinite(reach[way])]
+    reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else commanded_volts(rig.pwm)
+    directions = tuple(way for way, most_volts in reach.items() if most_volts >= ONE_WAY_SHARE * max(reach.values()))
+    known += [reach[way] for way in directions if math.isfinite(reach[way])]
     effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
     known += [most_volts for e, given in effects if math.isfinite(most_volts := e.largest_command(given))]
     if not known:
         raise InputError("nothing says how many volts the drive gives; add --volts, such as --volts 12")
     most["yaw_rad"] = min([most.get("yaw_rad", math.inf), *(e.travel(given) for e, given in effects)])
     limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
-    return Envelope(min(known), limits, ways)
+    return Envelope(min(known), limits, directions)
 
 
 def check_neutral(pwm: Pwm) -> None:
-    """Raises `InputError` where no pulse is left on the far side of the neutral one: boards drive no further from neutral, either
-    way, than their longest pulse is."""
+    """Refuses a neutral pulse beyond which hardly any pulse is left.
+
+    Boards drive no further from neutral, in either direction, than their longest pulse is.
+
+    Args:
+        pwm: The pulses of an ESC.
+
+    Raises:
+        InputError: For such a neutral pulse.
+    """
     shortest, longest = PULSES_US
-    if shortest <= pwm.neutral_us and longest - pwm.neutral_us >= LITTLE * (pwm.neutral_us - shortest):
+    if shortest <= pwm.neutral_us and longest - pwm.neutral_us >= ONE_WAY_SHARE * (pwm.neutral_us - shortest):
         return
     none = f"above {longest:g}" if pwm.neutral_us > shortest else f"below {shortest:g}"
     raise InputError(
@@ -94,12 +134,26 @@ def check_neutral(pwm: Pwm) -> None:
     )
 
 
-def reaches(pwm: Pwm) -> dict[float, float]:
-    """The largest command [V] of either sign that the pulses of an ESC can tell; 0 where it does not turn that way."""
+def commanded_volts(pwm: Pwm) -> dict[float, float]:
+    """The largest command of either sign that the pulses of an ESC can tell.
+
+    Args:
+        pwm: The pulses of the ESC.
+
+    Returns:
+        Size of the command [V] by its sign; 0 where the ESC does not turn that way.
+    """
     shortest, longest = ((end - pwm.neutral_us) * pwm.volts_per_us for end in PULSES_US)
     return {1.0: max(shortest, longest, 0.0), -1.0: max(-shortest, -longest, 0.0)}
 
 
-def in_both(travel: float) -> str:
-    """A travel of the axis in words, in rad and in degrees."""
+def rad_and_degrees(travel: float) -> str:
+    """A travel of the axis in words, in rad and in degrees.
+
+    Args:
+        travel: The travel [rad].
+
+    Returns:
+        The words.
+    """
     return f"{travel:g} rad ({math.degrees(travel):.4g}°; a linear axis: {travel:g} m)"

@@ -7,24 +7,35 @@ import numpy as np
 from jaxtyping import Float, Int
 
 TICK_HZ = 100
+"""Rate at which the board gives commands [Hz]."""
 REST_S = 0.6
-"""Without command before every experiment: a log's first 0.5 s tell where it starts."""
-TONES = (1, 3, 5, 8, 13, 21)  # harmonics of a multisine's period, equally strong
-WAVE_SAMPLES = 256  # of a multisine in one period
-STAIRS = 8  # steps of a staircase from one end to the other
+"""Time without command before every experiment [s]: a log's first 0.5 s tell where it starts."""
+TONES = (1, 3, 5, 8, 13, 21)
+"""Harmonics of a multisine's period, equally strong."""
+WAVE_SAMPLES = 256
+"""Samples of a multisine in one period."""
+STAIRS = 8
+"""Steps of a staircase from one end to the other."""
 
 
 def wave() -> Int[np.ndarray, " s"]:
-    """One period of the multisine, -127 to 127; phases by Schroeder (IEEE Trans. Inf. Theory 16, 1970), which keep the peak
-    low."""
+    """One period of the multisine, its phases chosen to keep the peak low.
+
+    Returns:
+        Samples from -127 to 127 [1], `(WAVE_SAMPLES,)`.
+
+    Source:
+        Schroeder, IEEE Trans. Inf. Theory 16 (1970).
+    """
     n = np.arange(WAVE_SAMPLES)
     phases = [-np.pi * k * (k + 1) / len(TONES) for k in range(len(TONES))]
     tones = (np.sin(2 * np.pi * tone * n / WAVE_SAMPLES + phase) for tone, phase in zip(TONES, phases, strict=True))
-    sum_ = np.sum(list(tones), axis=0)
-    return np.rint(127 * sum_ / np.max(np.abs(sum_))).astype(int)
+    total = np.sum(list(tones), axis=0)
+    return np.rint(127 * total / np.max(np.abs(total))).astype(int)
 
 
 def _stairs(phase: np.ndarray, period: int) -> np.ndarray:
+    """The staircase up and down, of amplitude 1, at ticks within a period of so many ticks."""
     step = 2 * STAIRS * phase // period
     return 2.0 * np.minimum(step, 2 * STAIRS - step) / STAIRS - 1.0
 
@@ -42,16 +53,28 @@ the order too."""
 
 @dataclass(frozen=True)
 class Experiment:
-    """Volts and seconds, as the rig file understands them."""
+    """A command of one kind, in volts as the rig file understands them.
 
-    kind: str  # of `SHAPES`
-    amplitude: float  # V
-    offset: float  # V
-    period: float  # s; coast-down: of drive before the wheel runs free
-    length: float  # s, after 0.6 s of rest
+    Attributes:
+        kind: Kind of the command (`SHAPES`).
+        amplitude: Amplitude [V].
+        offset: Offset [V].
+        period: Period [s]; of a coast-down the time of drive before the wheel runs free.
+        length: Length [s], after `REST_S` of rest.
+    """
+
+    kind: str
+    amplitude: float
+    offset: float
+    period: float
+    length: float
 
     def command(self) -> tuple[Float[np.ndarray, " t"], Float[np.ndarray, " t"]]:
-        """Time [s] and command [V], each held until the next; the last one is 0."""
+        """The command as a table.
+
+        Returns:
+            Time [s] and command [V], `(t,)` each; each value is held until the next, and the last one is 0.
+        """
         rest, period, length = (round(TICK_HZ * seconds) for seconds in (REST_S, self.period, self.length))
         tick = np.arange(length)
         volts = self.offset + self.amplitude * SHAPES[self.kind](tick % period, period)
@@ -61,17 +84,21 @@ class Experiment:
 
     @property
     def most_volts(self) -> float:
-        """The largest command, either way [V]."""
+        """Largest size of the command [V]."""
         return abs(self.amplitude) + abs(self.offset)
 
     @property
     def span(self) -> tuple[float, float]:
-        """The least and the greatest command [V], 0 V among them."""
+        """Least and greatest command [V], 0 V among them."""
         top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
         ends = (top, 0.0) if self.kind == "coast-down" else (top, bottom, 0.0)
         return min(ends), max(ends)
 
     def words(self) -> str:
-        """For notes and tables."""
+        """The experiment in words, for notes and tables.
+
+        Returns:
+            The words.
+        """
         shape = f"{self.kind}, {self.amplitude:g} V about {self.offset:g} V"
         return f"{shape}, period {self.period:g} s, {self.length:g} s"

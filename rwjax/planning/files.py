@@ -13,45 +13,62 @@ import tomlkit
 
 from rwjax.errors import InputError, nearest
 from rwjax.logs.write import write_log
-from rwjax.planning.experiment import SHAPES, Experiment
+from rwjax.planning.experiment import SHAPES, TICK_HZ, Experiment
 from rwjax.text_files import read_text, write_text
 
 SCHEMA, FILE = "rwjax.plan/1", "plan.toml"
+"""First line of a plan's file, and the file's name."""
 HEAD = """\
 # Runs to record, in this order, each from rest: `rwjax run-experiment RIG PORT --plan` plays them on the testbed's board;
 # the CSV of each run beside this file has its command for any other driver. reaches: peaks in a simulation of the rig.
 """
 ROLES = ("train", "validate")
+"""What a log is for: to fit, or to judge what was fitted."""
 NUMBERS = {"amplitude_V": "amplitude", "offset_V": "offset", "period_s": "period", "length_s": "length"}
 """Keys of a run that are numbers of its experiment."""
+LEAST_TICKS = 4
+"""Shortest period and length of an experiment, in ticks of the board."""
 KEYS = ("name", "kind", *NUMBERS, "role", "why", "tells_apart", "reaches", "way_rad")
 
 
 @dataclass(frozen=True)
 class Run:
-    """An experiment with its name, what it is for, and how far the simulated rig goes in it (SI, by output).
+    """A run of a plan.
 
-    `way`: the lowest and the highest angle [rad] of the axis from where the run begins; either way as far as `reaches` has it
-    where it is not known.
+    Attributes:
+        name: Name of the run and of its log.
+        experiment: The command.
+        role: What its log is for (`ROLES`).
+        why: What the run is for, in words.
+        tells_apart: Names of the effects that it tells apart.
+        reaches: Peaks of the simulated rig's outputs [SI] by name.
+        angle_range: Lowest and highest angle of the axis [rad] from where the run begins; where it is None, the run goes
+            either way as far as `reaches` has it.
     """
 
     name: str
     experiment: Experiment
-    role: str  # of `ROLES`
+    role: str
     why: str
-    tells: tuple[str, ...]  # effects that it tells apart
+    tells_apart: tuple[str, ...]
     reaches: dict[str, float]
-    way: tuple[float, float] | None = None
+    angle_range: tuple[float, float] | None = None
 
     @property
     def notes(self) -> dict[str, str]:
-        """Of its log."""
+        """Notes of its log."""
         return {"run": self.name, "experiment": self.experiment.words(), "role": self.role, "why": self.why}
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Runs for the rig of this name, within `limits` (by column)."""
+    """Runs for a rig.
+
+    Attributes:
+        rig: Name of the rig.
+        limits: Limits within which they stay [SI], by column of a log.
+        runs: The runs, in the order in which they are played.
+    """
 
     rig: str
     limits: dict[str, float]
@@ -59,11 +76,21 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """How long all runs take, without what lies between them."""
+        """Time that all runs take [s], without what lies between them."""
         return sum(run.experiment.command()[0][-1] for run in self.runs)
 
     def only(self, names: Sequence[str]) -> "Plan":
-        """The runs of these names; `InputError` for a name that the plan does not hold."""
+        """Some runs of the plan.
+
+        Args:
+            names: Names of the runs.
+
+        Returns:
+            A plan with these runs, in the order of this one.
+
+        Raises:
+            InputError: For a name that the plan does not hold.
+        """
         known = [run.name for run in self.runs]
         if unknown := next((name for name in names if name not in known), None):
             raise InputError(f"the plan holds no run `{unknown}`; the nearest is `{nearest(unknown, known)}`")
@@ -71,7 +98,15 @@ class Plan:
 
 
 def replaced(folder: Path, rig: str) -> str | None:
-    """What a new plan for a rig replaces in a folder, besides an earlier one for the same rig."""
+    """What a new plan for a rig replaces in a folder, besides an earlier one for the same rig.
+
+    Args:
+        folder: The folder.
+        rig: Name of the rig.
+
+    Returns:
+        What is replaced, in words; None where nothing is.
+    """
     if not (folder / FILE).exists():
         return None
     try:
@@ -82,8 +117,18 @@ def replaced(folder: Path, rig: str) -> str | None:
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:
-    """Writes `plan.toml` and a CSV for each run into `folder`; returns the path of the former, which is written last. Nothing
-    of a plan that was there before stays."""
+    """Writes `plan.toml`, last, and a CSV for each run. Nothing of an earlier plan stays.
+
+    Args:
+        folder: The folder.
+        plan: The plan.
+
+    Returns:
+        Path of `plan.toml`.
+
+    Raises:
+        InputError: Where a file cannot be written.
+    """
     _clear(folder)
     for run in plan.runs:
         time, volts = run.experiment.command()
@@ -98,7 +143,7 @@ def write_plan(folder: Path, plan: Plan) -> Path:
 
 
 def _clear(folder: Path) -> None:
-    """Takes an earlier plan out of a folder, with its runs, which might be played for those of the next one."""
+    """Removes an earlier plan from a folder, with its runs, which might be played for those of the next one."""
     if (folder / FILE).exists():
         with suppress(InputError):  # what cannot be read names no runs
             for run in read_plan(folder).runs:
@@ -107,8 +152,20 @@ def _clear(folder: Path) -> None:
 
 
 def write_next(folder: Path, plan: Plan | None) -> Path | None:
-    """Writes the plan of a diagnosis's next experiment, where there is one, into `next` in the diagnosis's folder; no plan of
-    an earlier diagnosis stays there."""
+    """Writes the plan of a diagnosis's next experiment into `next` in the diagnosis's folder.
+
+    No plan of an earlier diagnosis stays there.
+
+    Args:
+        folder: The diagnosis's folder.
+        plan: The plan, where there is one.
+
+    Returns:
+        Path of its `plan.toml`, or None.
+
+    Raises:
+        InputError: As `write_plan` does.
+    """
     target = folder / "next"
     if plan is None:
         _clear(target)
@@ -118,13 +175,20 @@ def write_next(folder: Path, plan: Plan | None) -> Path | None:
 
 
 def as_document(plan: Plan) -> dict[str, Any]:
-    """What the file says, as plain objects."""
+    """What the plan's file says, as plain objects.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        Its tables, as JSON and TOML have them.
+    """
     runs = [
         {"name": run.name, "kind": run.experiment.kind}
         | {key: getattr(run.experiment, field) for key, field in NUMBERS.items()}
-        | {"role": run.role, "why": run.why, "tells_apart": list(run.tells)}
+        | {"role": run.role, "why": run.why, "tells_apart": list(run.tells_apart)}
         | {"reaches": {name: float(f"{value:.4g}") for name, value in run.reaches.items()}}
-        | ({} if run.way is None else {"way_rad": [float(f"{angle:.4g}") for angle in run.way]})
+        | ({} if run.angle_range is None else {"way_rad": [float(f"{angle:.4g}") for angle in run.angle_range]})
         for run in plan.runs
     ]
     return {
@@ -136,7 +200,17 @@ def as_document(plan: Plan) -> dict[str, Any]:
 
 
 def read_plan(path: Path) -> Plan:
-    """The plan of a file or of the folder that holds it. Raises `InputError` (file, run, key, what would be right)."""
+    """Reads a plan.
+
+    Args:
+        path: The file, or the folder that holds it.
+
+    Returns:
+        The plan.
+
+    Raises:
+        InputError: Where it is none: file, run, key and what would be right.
+    """
     path = path / FILE if path.is_dir() else path
     text = read_text(path, InputError)
     try:
@@ -152,6 +226,7 @@ class _Wrong(Exception):
 
 
 def _plan(document: dict[str, Any]) -> Plan:
+    """The plan that a document holds."""
     if document.get("schema") != SCHEMA:
         raise _Wrong(f'no `schema = "{SCHEMA}"`; is this a plan that `rwjax plan` wrote?')
     rig, limits, runs = document.get("rig"), document.get("limits", {}), document.get("runs")
@@ -169,6 +244,7 @@ def _plan(document: dict[str, Any]) -> Plan:
 
 
 def _run(given: dict[str, Any], which: str) -> Run:
+    """The run that a table of a document holds; `which` names it in messages."""
     name = given.get("name")
     if not isinstance(name, str) or not re.fullmatch(r"[\w-]+", name):
         raise _Wrong(f'{which}: `name` is {name!r}; its log gets this name: letters, digits, "_" and "-"')
@@ -181,7 +257,7 @@ def _run(given: dict[str, Any], which: str) -> Run:
     given = {"offset_V": 0.0, "role": "train", "why": "", "tells_apart": [], "reaches": {}} | given
     numbers = {field: _number(given.get(key), which, key) for key, field in NUMBERS.items()}
     for key in ("period_s", "length_s"):
-        if round(100 * numbers[NUMBERS[key]]) < 4:
+        if round(TICK_HZ * numbers[NUMBERS[key]]) < LEAST_TICKS:
             raise _Wrong(f"{which}: `{key}` is {given[key]}; it has to be 0.04 s at least")
     if not isinstance(given["reaches"], dict) or not isinstance(given["tells_apart"], list):
         raise _Wrong(f"{which}: `reaches` has to be a table and `tells_apart` a list")
@@ -192,11 +268,12 @@ def _run(given: dict[str, Any], which: str) -> Run:
         str(given["why"]),
         tuple(map(str, given["tells_apart"])),
         {y: _number(value, which, f"reaches.{y}") for y, value in given["reaches"].items()},
-        _way(given.get("way_rad"), which),
+        _angle_range(given.get("way_rad"), which),
     )
 
 
-def _way(given: Any, which: str) -> tuple[float, float] | None:
+def _angle_range(given: Any, which: str) -> tuple[float, float] | None:
+    """The lowest and the highest angle [rad] of a run, where they are given."""
     if given is None:
         return None
     if not isinstance(given, list) or len(given) != 2:
@@ -206,6 +283,7 @@ def _way(given: Any, which: str) -> tuple[float, float] | None:
 
 
 def _number(value: Any, which: str, key: str) -> float:
+    """A finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         said = "is missing" if value is None else f"is {value!r}"
         raise _Wrong(f"{which}: `{key}` {said}; it has to be a finite number")

@@ -1,6 +1,6 @@
 """How far experiments move a rig, by simulation: from rest, until some time after their end."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -15,23 +15,32 @@ from rwjax.simulation.batch import by_sample
 from rwjax.simulation.shooting import free_run
 
 TAIL_S = 5.0
-"""Simulated after the end of an experiment: what coasts may go on into a stop."""
+"""Time [s] simulated after the end of an experiment: what coasts may go on into a stop."""
 WAIT_S = 60.0
-"""Simulated where travel is limited: `rwjax.link.play_plan` waits as long for a rig to come to rest."""
+"""Time [s] simulated where travel is limited: `rwjax.link.play_plan` waits as long for a rig to come to rest."""
 DECAY_S = 30.0
-"""Over which a rate that is left has to fall, for the way that is left to be told from it."""
+"""Time [s] over which a rate has to fall for the angle that is left to go to be told from it."""
 
 
-def log_of(experiment: Experiment, name: str, seconds: float, outputs: Collection[str] = ()) -> Log:
-    """The experiment's command as a log of so many seconds, 0 V where it is over; of `outputs` there are only zeros."""
+def command_log(experiment: Experiment, name: str, seconds: float) -> Log:
+    """The command of an experiment as a log without outputs.
+
+    Args:
+        experiment: The experiment.
+        name: Name of the log.
+        seconds: Length of the log [s]; the command is 0 V where the experiment is over.
+
+    Returns:
+        The log.
+    """
     _, volts = experiment.command()
     time = np.arange(round(TICK_HZ * seconds)) / TICK_HZ
     return Log(
         name=name,
         time=time,
         command=np.pad(volts, (0, max(len(time) - len(volts), 0)))[: len(time)],
-        outputs={y: np.zeros_like(time) for y in outputs},
-        resolution=dict.fromkeys(outputs, 0.0),
+        outputs={},
+        resolution={},
         notes={},
         validate=False,
         supply=None,
@@ -39,18 +48,26 @@ def log_of(experiment: Experiment, name: str, seconds: float, outputs: Collectio
     )
 
 
-def readings(
+def simulated_outputs(
     structure: Structure,
-    theta: np.ndarray,
+    theta: Float[np.ndarray, " p"],
     experiments: Sequence[Experiment],
     seconds: float,
     begin: Float[np.ndarray, " e"] | None = None,
 ) -> Float[np.ndarray, "e t y"]:
-    """Outputs of the rig, in the order of the structure's, at 100 Hz for so many seconds, from rest.
+    """Outputs of a plant in experiments from rest, at `TICK_HZ`.
 
-    `begin`: the angle [rad] of the axis from which each experiment begins, 0 without it.
+    Args:
+        structure: Structure of the plant.
+        theta: Parameter vector of that structure, `(p,)` [SI].
+        experiments: e experiments.
+        seconds: Time that is simulated [s].
+        begin: Angle of the axis from which each experiment begins [rad], `(e,)`; 0 without it.
+
+    Returns:
+        Outputs [SI] in the structure's order, `(e, t, y)`.
     """
-    logs = [log_of(experiment, experiment.kind, seconds) for experiment in experiments]
+    logs = [command_log(experiment, experiment.kind, seconds) for experiment in experiments]
     problem = pose(structure, logs, {})
     start = np.zeros_like(problem.start)
     if begin is not None:
@@ -59,27 +76,52 @@ def readings(
     return np.stack([by_sample(problem.batch, k, np.asarray(y[k]), len(log.time)) for k, log in enumerate(logs)])
 
 
-def motion(
+def simulated_motion(
     rig: Rig, experiments: Sequence[Experiment], seconds: float, begin: Float[np.ndarray, " e"] | None = None
 ) -> dict[str, Float[np.ndarray, "e t"]]:
-    """`readings` of a rig by the name of the output."""
+    """Outputs of a rig in experiments from rest, by name.
+
+    Args:
+        rig: The rig.
+        experiments: e experiments.
+        seconds: Time that is simulated [s].
+        begin: Angle of the axis from which each experiment begins [rad], `(e,)`; 0 without it.
+
+    Returns:
+        Each output [SI] at `TICK_HZ`, `(e, t)`.
+    """
     structure = structure_of(rig)
-    found = readings(structure, theta_of(rig, structure), experiments, seconds, begin)
+    found = simulated_outputs(structure, theta_of(rig, structure), experiments, seconds, begin)
     return {name: found[..., k] for k, name in enumerate(structure.outputs)}
 
 
 def peaks(moved: Mapping[str, np.ndarray]) -> dict[str, Float[np.ndarray, " e"]]:
-    """Largest size of every output over time; of an angle that is the travel from where it began."""
+    """Largest size of every output over time; of an angle that began at 0 this is the travel.
+
+    Args:
+        moved: Outputs [SI] by name, `(e, t)` each.
+
+    Returns:
+        Peaks [SI] by name, `(e,)` each.
+    """
     return {name: np.max(np.abs(y), axis=-1) for name, y in moved.items()}
 
 
-def left(rate: Float[np.ndarray, "e t"]) -> Float[np.ndarray, " e"]:
-    """How far each axis [rad] goes on after its last sample, if its rate falls on as it fell over the last `DECAY_S`;
-    infinite where it did not fall."""
+def coasting_angle(rate: Float[np.ndarray, "e t"]) -> Float[np.ndarray, " e"]:
+    """Angle [rad] through which each axis goes on after its last sample.
+
+    Its rate is taken to fall on as it fell over the last `DECAY_S`.
+
+    Args:
+        rate: Rate of the axis [rad/s] at `TICK_HZ`, `(e, t)`.
+
+    Returns:
+        The angle [rad], `(e,)`; infinite where the rate did not fall.
+    """
     n = round(TICK_HZ * TAIL_S)
     late, back = np.max(np.abs(rate[:, -n:]), axis=1), round(TICK_HZ * DECAY_S)
     early = np.max(np.abs(rate[:, -n - back : -back]), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         falls = np.log(early / late)
-        way = np.where(falls > 0.0, late * DECAY_S / falls, np.inf)
-    return np.where(late == 0.0, 0.0, way)
+        angle = np.where(falls > 0.0, late * DECAY_S / falls, np.inf)
+    return np.where(late == 0.0, 0.0, angle)

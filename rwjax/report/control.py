@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
-from rwjax.control.open_loop import Course
+from rwjax.control.open_loop import Trajectory
 from rwjax.control.response import Response
-from rwjax.control.sizing import LIMITS, Ring, Size
+from rwjax.control.ring import Ring
+from rwjax.control.sizing import LIMITS, WheelBudget
 from rwjax.errors import InputError
 from rwjax.report.plots import AFTER, BEFORE
 
@@ -84,14 +85,14 @@ def draw_maps(kp: np.ndarray, kd: np.ndarray, found: Response, title: str) -> Fi
     return fig
 
 
-def of_course(found: Course) -> dict[str, np.ndarray]:
+def of_course(found: Trajectory) -> dict[str, np.ndarray]:
     """Columns of a manoeuvre."""
     names = ("time_s", "voltage_V", "yaw_rad", "yaw_rad_s", "wheel_rad_s", "current_A")
     values = (found.time, found.command, found.angle, found.rate, found.wheel, found.current)
     return dict(zip(names, (np.asarray(v) for v in values), strict=True))
 
 
-def draw_courses(courses: Mapping[str, Course], title: str) -> Figure:
+def draw_courses(courses: Mapping[str, Trajectory], title: str) -> Figure:
     """Manoeuvres over time, one line each."""
     fig, axes = plt.subplots(4, 1, figsize=(6.5, 7.0), sharex=True, layout="constrained")
     shown = (
@@ -112,7 +113,7 @@ def draw_courses(courses: Mapping[str, Course], title: str) -> Figure:
     return fig
 
 
-def of_sizes(ring: Ring, found: Size) -> dict[str, np.ndarray]:
+def of_sizes(ring: Ring, found: WheelBudget) -> dict[str, np.ndarray]:
     """Columns of wheels and what they can do, `ring` over `(radius, thickness)`."""
     shape = np.shape(found.time)
     columns = {
@@ -127,7 +128,7 @@ def of_sizes(ring: Ring, found: Size) -> dict[str, np.ndarray]:
     return values | {"limit": np.array([LIMITS[k] for k in found.limit.ravel()])}
 
 
-def draw_sizes(ring: Ring, found: Size, seconds: float, title: str) -> Figure:
+def draw_sizes(ring: Ring, found: WheelBudget, seconds: float, title: str) -> Figure:
     """Time of the fastest slew and the limit that binds over radius and thickness."""
     fig, (left, right) = plt.subplots(1, 2, figsize=(8.5, 3.6), layout="constrained", sharey=True)
     x, y = 1e3 * np.ravel(ring.outer), 1e3 * np.ravel(ring.thickness)

@@ -6,20 +6,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from rwjax.control.region import Region, boundary, real_boundary
+from rwjax.control.boundary import boundary, real_boundary
+from rwjax.control.region import Region
 from rwjax.report.plots import AFTER, BEFORE
 
 OMEGA = np.geomspace(1e-3, 1e4, 4000)  # rad/s, along the boundary
-
-
-def condition(region: Region) -> str:
-    """What every pole of its loops does."""
-    if region.period > 0.0:
-        return (
-            f"put every pole of the loop sampled every {region.period:g} s within |z| = exp({0.0 - region.sigma:g} h)"
-        )
-    damped = f", with a damping ratio of {region.damping:g} or more" if region.damping > 0.0 else ""
-    return f"put every pole left of {0.0 - region.sigma:g} 1/s{damped}"
 
 
 def columns(region: Region, beside: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -56,7 +47,9 @@ def draw_region(region: Region, beside: Mapping[str, np.ndarray]) -> Figure:
         bound(low, high if high > low else low + 1.0)
     ax.set_xlabel("proportional gain $K_p$ [V/rad]")
     ax.set_ylabel("derivative gain $K_d$ [V s/rad]")
-    ax.set_title(f"{100.0 * region.share:.1f} % of these gains {condition(region).replace('-', '−')}", fontsize=9)
+    ax.set_title(
+        f"{100.0 * region.share:.1f} % of these gains {region.criterion.condition.replace('-', '−')}", fontsize=9
+    )
     if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="best", fontsize=8, frameon=False)
     return fig

@@ -11,10 +11,11 @@ import pytest
 
 from rwjax import read_rig
 from rwjax.cli.main import main
-from rwjax.control.linear import linearised, transfer
+from rwjax.control.fit_estimate import draw_plants, read_fit_estimate
+from rwjax.control.linear import linearised
 from rwjax.control.margins import sampled_modulus
-from rwjax.control.region import sampled_pid_loop
-from rwjax.control.robust import draw, read_spread
+from rwjax.control.sampled_loop import sampled_pid_loop
+from rwjax.control.transfer import transfer
 
 RIG = """kind = "reaction"
 [motor]
@@ -141,7 +142,7 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
     assert code == 0, err
     answer = json.loads(out)
     rig = read_rig(shell.folder / "rig.toml")
-    thetas = draw(rig, read_spread(shell.folder / "fit.json", rig), 20)
+    thetas = draw_plants(rig, read_fit_estimate(shell.folder / "fit.json", rig), 20)
     plants = transfer(linearised(rig, thetas=thetas)).each()
     for name in ("robust", "tuned"):  # the worst of the plants, the integral in the loop
         gains = [answer[name][gain] for gain in ("kp", "ki", "kd")]

@@ -1,63 +1,23 @@
-"""Transfer functions: stiff plants against their closed form, and what stands for effects that they cannot hold."""
+"""The linearised plant: what stands in it for effects that no linear plant holds."""
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.control.linear import Linear, characteristic, linearised, taken_as, transfer
+from rwjax.control.linear import linearisation_notes, linearised
+from rwjax.control.transfer import transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.simulation.shooting import one_axis_plant_of
-
-K, R, J, I, b = 0.0216, 36.3, 1.24e-4, 5e-4, 4e-6
-
-
-def stiff(inductance: float, effects: str = "") -> str:
-    return (
-        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\ninductance = {inductance}\nfriction = {b}\n'
-        f"[wheel]\ninertia = {J}\n[axis]\ninertia = {I}\n[axis.friction]\nviscous = 1e-4\n{effects}"
-    )
-
-
-def platform(friction: str = "viscous = 0.02", effects: str = "") -> str:
-    return f'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\n{friction}\n{effects}'
-
-
-@pytest.mark.parametrize("L", [0.06, 8e-4, 1e-6, 1e-9])
-def test_a_quick_current_leaves_the_transfer_function_as_it_is(L: float) -> None:
-    plant = transfer(linearised(parse_rig(stiff(L))))
-    motor = np.array([1.0, R / L + b / J, (R * b + K**2) / (J * L)])
-    assert plant.den == pytest.approx(np.polymul(motor, [1.0, 1e-4 / I]), rel=1e-12)
-    assert plant.num == pytest.approx([-K / (L * I)], rel=1e-12) and plant.hidden == (0.0,)
-
-
-def test_a_stiff_coupling_turns_as_one() -> None:
-    rigid = transfer(linearised(parse_rig(platform())))
-    stiffest = '[effects."axis.flexible_coupling"]\ns = 0.3\nk = 1e6\nc = 20.0'
-    plant = transfer(linearised(parse_rig(platform(effects=stiffest))))
-    s = 1j * np.geomspace(0.01, 100.0, 30)  # resonance: 7000 rad/s
-    both = [np.polyval(p.num, s) / np.polyval(p.den, s) for p in (plant, rigid)]
-    assert both[0] == pytest.approx(both[1], rel=1e-3)
+from tests.control.plant_texts import I, J, K, R, platform, stiff
+from tests.systems import wheel
 
 
 def test_a_lag_of_no_time_is_none() -> None:
     lag = '[effects."drive.lag"]\nT = 0.0'
     found, plain = (transfer(linearised(parse_rig(stiff(8e-4, e)))) for e in (lag, ""))
     assert np.array_equal(found.den, plain.den) and np.array_equal(found.num, plain.num)
-
-
-def test_coefficients_are_those_of_the_eigenvalues() -> None:
-    A = np.random.default_rng(1).normal(size=(20, 6, 6))
-    den, size = characteristic(A)
-    assert den == pytest.approx(np.array([np.poly(a) for a in A]), rel=1e-9, abs=1e-9)
-    assert np.all(size >= np.abs(den) * (1.0 - 1e-12))
-
-
-def test_what_rounding_covers_is_said() -> None:
-    lost = Linear(("x", "y"), np.diag([1e6, 1e6]), np.array([1.0, -1.0 - 1e-16]), np.ones(2))
-    with pytest.raises(InputError, match="too far apart for a transfer function"):
-        transfer(lost)
 
 
 @pytest.mark.parametrize("b3", [0.0, 0.01])
@@ -71,10 +31,12 @@ def test_play_counts_as_closed_and_ripple_holds_nothing() -> None:
     play, elastic = (f'[effects."axis.{e}"]\n{numbers}' for e in ("backlash", "flexible_coupling"))
     closed, coupled = (parse_rig(platform(effects=e)) for e in (f"{play}\ng = 0.02", elastic))
     assert np.array_equal(transfer(linearised(closed)).den, transfer(linearised(coupled)).den)
-    assert taken_as(closed) == ("axis.backlash: the play is closed",) and taken_as(coupled) == ()
+    assert linearisation_notes(closed) == ("axis.backlash: the play is closed",) and linearisation_notes(coupled) == ()
     ripple = parse_rig(stiff(0.06, '[effects."wheel.cogging"]\ns = 0.01\nc = 0.0\nn = 6.0'))
     assert np.array_equal(transfer(linearised(ripple)).den, transfer(linearised(parse_rig(stiff(0.06)))).den)
-    (line,) = taken_as(parse_rig(platform("", '[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 0.7')))
+    (line,) = linearisation_notes(
+        parse_rig(platform("", '[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.1\nv_s = 0.5\nn = 0.7'))
+    )
     assert line.startswith("axis.stribeck: infinitely steep")
 
 
@@ -92,7 +54,7 @@ def test_friction_that_builds_up_over_a_displacement_keeps_its_slope_and_not_its
     w = structure.states.index("w")
     slid = [float(rates(jnp.zeros(()), tuple(map(jnp.asarray, (0.0, v, 1.0))), jnp.ones(()))[w]) for v in (0.1, 0.2)]
     assert (slid[1] - slid[0]) / 0.1 == pytest.approx(-plant.den[1], rel=1e-9)
-    assert taken_as(elastic) == ("axis.presliding: sliding, all its friction built up",)
+    assert linearisation_notes(elastic) == ("axis.presliding: sliding, all its friction built up",)
 
 
 @pytest.mark.parametrize("angle", [0.5, 1.5, -0.5, 2.5])
@@ -113,7 +75,7 @@ def test_the_slope_of_stribeck_friction_at_standstill_is_its_limit(n: float, slo
     rig = parse_rig(platform("viscous = 0.02", falling))
     assert transfer(linearised(rig)).den == pytest.approx([1.0, 0.2 + slope / 0.1, 0.0], rel=1e-9)
     level = ("axis.stribeck: level at standstill, though it falls at once beside it",)
-    assert taken_as(rig) == (level if 1.0 < n < 2.0 else ())
+    assert linearisation_notes(rig) == (level if 1.0 < n < 2.0 else ())
 
 
 def test_an_infinite_slope_is_taken_where_it_is_said_to_be() -> None:
@@ -135,20 +97,22 @@ def test_an_infinite_slope_is_taken_where_it_is_said_to_be() -> None:
     ],
 )
 def test_what_changes_with_time_or_command_is_named(effect: str, numbers: str, words: str) -> None:
-    (line,) = taken_as(parse_rig(platform(effects=f'[effects."{effect}"]\n{numbers}')))
+    (line,) = linearisation_notes(parse_rig(platform(effects=f'[effects."{effect}"]\n{numbers}')))
     assert line.startswith(f"{effect}: ") and line.endswith(words)
 
 
 def test_a_cold_winding_is_named_and_a_sharp_limit_is_not() -> None:
     heats = stiff(0.06, '[effects."motor.heating"]\nc = 0.02\ntau = 30.0')
-    assert taken_as(parse_rig(heats)) == ("motor.heating: as at the first instant, the winding cold",)
-    assert taken_as(parse_rig(platform(effects='[effects."drive.saturation"]\nu_m = 6.0'))) == ()
+    assert linearisation_notes(parse_rig(heats)) == ("motor.heating: as at the first instant, the winding cold",)
+    assert linearisation_notes(parse_rig(platform(effects='[effects."drive.saturation"]\nu_m = 6.0'))) == ()
 
 
 def test_a_power_of_the_command_is_left_out_and_named() -> None:
     bent = parse_rig(platform(effects='[effects."drive.curvature"]\nc = 0.0\np = 0.2\nu_1 = 3.0'))
     assert np.array_equal(linearised(bent).B, linearised(parse_rig(platform())).B)
-    assert taken_as(bent) == ("drive.curvature: its power is left out, the gain is that of small commands without it",)
+    assert linearisation_notes(bent) == (
+        "drive.curvature: its power is left out, the gain is that of small commands without it",
+    )
 
 
 def test_drag_has_no_slope_at_standstill() -> None:
@@ -156,3 +120,8 @@ def test_drag_has_no_slope_at_standstill() -> None:
     assert transfer(linearised(parse_rig(platform("coulomb = 0.1", drag)))).den == pytest.approx(
         [1.0, 0.0, 0.0], abs=0.0
     )
+
+
+def test_a_rig_without_an_axis_is_refused() -> None:
+    with pytest.raises(InputError, match="no axis"):
+        linearised(wheel())

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.control.linear import linearised, transfer
+from rwjax.control.linear import linearised
+from rwjax.control.loop_polynomial import pd_loop
 from rwjax.control.margins import margins, pd_margins
-from rwjax.control.region import pd_loop, sampled_loop
+from rwjax.control.sampled_loop import sampled_loop
+from rwjax.control.transfer import transfer
 from tests.systems import platform
 
 RNG = np.random.default_rng(11)

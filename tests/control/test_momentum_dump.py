@@ -6,8 +6,9 @@ import pytest
 
 from rwjax import Rig, parse_rig
 from rwjax.control import momentum_dump
+from rwjax.control.drive_limits import Limits
 from rwjax.control.momentum_dump import dump
-from rwjax.control.open_loop import Limits, course, resting, steady
+from rwjax.control.open_loop import at_rest, open_loop, steady_state
 from rwjax.errors import InputError
 from tests.systems import MOTOR, reaction
 
@@ -28,9 +29,9 @@ def test_the_wheel_stops_near_the_bound_and_the_axis_does_not_move(spin: float) 
 
 def test_a_stop_faster_than_the_bound_moves_the_axis() -> None:
     found = dump(TESTBED, SPIN, LIMITS, margin=0.98)
-    structure, theta, start = steady(TESTBED, SPIN)
+    structure, theta, start = steady_state(TESTBED, SPIN)
     for share, moves in ((1.0, False), (0.9, True)):
-        run = course(structure, theta, found.best.command[:-1], share * found.time, start)
+        run = open_loop(structure, theta, found.best.command[:-1], share * found.time, start)
         assert bool(np.any(np.asarray(run.angle) != 0.0)) == moves
 
 
@@ -84,9 +85,9 @@ def test_no_bound_is_claimed_where_the_load_changes() -> None:
     ],
 )
 def test_what_a_dump_lacks_is_said(wheel: float, angle: float, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    still = resting(loose())
+    still = at_rest(loose())
     tried = still._replace(angle=jnp.array([0.0, angle]), wheel=jnp.array([SPIN, wheel]))
-    monkeypatch.setattr(momentum_dump, "fastest", lambda *_: (tried, 1.0))
+    monkeypatch.setattr(momentum_dump, "minimum_time", lambda *_: (tried, 1.0))
     with pytest.raises(InputError, match=f"no dump from 400 rad/s was found: {words}"):
         dump(loose(), SPIN, Limits(10.0))
 

@@ -1,33 +1,26 @@
 """The loop as it runs with the rig's own delays: its poles against the eigenvalues of a matrix written out by hand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rwjax import Rig, parse_rig
-from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
-from rwjax.control.criteria import Continuous, Sampled
-from rwjax.control.linear import linearised, transfer
-from rwjax.control.margins import pd_margins, sampled_modulus
-from rwjax.control.region import pd_region, share_of_plants, share_of_sampled, stable_sampled
-from rwjax.control.sampled_loop import running_loops, side_by_side
-from rwjax.control.tuning import judged
+from rwjax import parse_rig
+from rwjax.control.closed_loop import run_rig
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.linear import linearised
+from rwjax.control.loop_polynomial import pd_loop
+from rwjax.control.margins import sampled_modulus
+from rwjax.control.robustness import robustness
+from rwjax.control.sampled_loop import SampledLaw, sampled_loop, sampled_loops, sampled_pid_loop, stacked_loops
+from rwjax.control.stability import share_of_sampled, stable_sampled
+from rwjax.control.transfer import transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
+from tests.control.delayed_platform import CLOCK, GAIN, INERTIA, SMOOTH, VISCOUS, H, with_delays
+from tests.control.thesis_axis import THESIS
 
-GAIN, INERTIA, VISCOUS, H, SMOOTH = 0.4, 0.1, 0.02, 0.01, 0.03
-RIG = parse_rig(
-    f'kind = "platform"\n[drive]\ngain = {GAIN}\n[axis]\ninertia = {INERTIA}\n[axis.friction]\nviscous = {VISCOUS}'
-)
 KP, KI, KD = 6.0, 2.0, 2.0
-CLOCK = LoopTiming(H, late=2.0)  # 5 ms
 CASES = [(0.0, 0.0), (0.003, 0.0), (0.0, 0.005), (0.0125, 0.005), (0.08, 0.0)]  # s, of the command and of the reading
-
-
-def with_delays(command: float, reading: float) -> Rig:
-    return replace(RIG, effects={"drive.delay": {"tau": command}, "sensor.delay": {"tau": reading}})
 
 
 def turned(x: np.ndarray, u: np.ndarray, time: float) -> np.ndarray:
@@ -50,7 +43,7 @@ def by_hand(delay: float) -> np.ndarray:
 
 @pytest.mark.parametrize("delays", CASES)
 def test_poles_are_the_eigenvalues_of_the_loop_with_its_delays(delays: tuple[float, float]) -> None:
-    (loop,) = running_loops(with_delays(*delays), CLOCK, SMOOTH, integral=True)
+    (loop,) = sampled_loops(with_delays(*delays), SampledLaw(CLOCK, SMOOTH, integral=True))
     poles, exact = 1.0 + loop.poles(KP, KI, KD), np.linalg.eigvals(by_hand(0.005 + sum(delays)))
     large = exact[np.abs(exact) > 0.05]  # those at 0 spread by rounding
     assert len(large) >= 4
@@ -60,7 +53,7 @@ def test_poles_are_the_eigenvalues_of_the_loop_with_its_delays(delays: tuple[flo
 
 @pytest.mark.parametrize("delays", [d for d in CASES if d != (0.003, 0.0)])  # of whole steps: the run's mean is exact
 def test_the_nonlinear_loop_has_the_same_delays(delays: tuple[float, float]) -> None:
-    law = Controller(KP, ki=KI, kd=KD, smooth=SMOOTH)
+    law = Controller(KP, ki=KI, kd=KD, filter_time=SMOOTH)
     run = np.asarray(run_rig(with_delays(*delays), law, np.zeros(400), CLOCK, psi=0.1).angle)
     M = by_hand(0.005 + sum(delays))
     state = np.zeros(len(M))
@@ -77,71 +70,61 @@ def test_plants_of_many_delays_are_judged_by_their_own() -> None:
     structure = structure_of(rig)
     thetas = np.tile(theta_of(rig, structure), (5, 1))
     thetas[:, structure.names.index("drive.delay.tau")] = [0.0, 0.003, 0.012, 0.03, 0.06]
-    each, grid = running_loops(rig, CLOCK, SMOOTH, thetas), np.linspace(1.0, 60.0, 12)
+    each, grid = sampled_loops(rig, SampledLaw(CLOCK, SMOOTH), thetas), np.linspace(1.0, 60.0, 12)
     alone = [stable_sampled(loop, grid[:, None], grid[None, :]) for loop in each]
-    assert np.array_equal(share_of_sampled(side_by_side(each), grid, grid), np.mean(alone, axis=0))
+    assert np.array_equal(share_of_sampled(stacked_loops(each), grid, grid), np.mean(alone, axis=0))
     counts = [int(one.sum()) for one in alone]
     assert counts == sorted(counts, reverse=True) and len(set(counts)) == 5 and counts[-1] > 0
-    law = Controller(KP, kd=KD, smooth=SMOOTH)
+    law = Controller(KP, kd=KD, filter_time=SMOOTH)
     worst = min(sampled_modulus(loop, KP, KD) for loop in each)
-    assert judged(rig, thetas, CLOCK, law) == (1.0, pytest.approx(worst))
+    assert robustness(rig, thetas, CLOCK, law) == (1.0, pytest.approx(worst))
 
 
 def test_a_delay_of_too_many_periods_is_said() -> None:
     with pytest.raises(InputError, match=r"commands act 0\.205 s after their reading, more than 12 periods of 0\.01 s"):
-        running_loops(with_delays(0.2, 0.0), CLOCK)
+        sampled_loops(with_delays(0.2, 0.0), SampledLaw(CLOCK))
 
 
-GRID, RATES = np.linspace(0.0, 60.0, 13), np.linspace(0.0, 12.0, 13)
+def test_sampling_fast_is_not_sampling() -> None:
+    plant = transfer(linearised(THESIS))
+    slow = np.sort_complex(pd_loop(plant).poles(40.0, 10.0))
+    error = []
+    for h in (1e-2, 1e-3, 1e-4):
+        z = 1.0 + sampled_loop(plant, h).poles(40.0, 10.0)
+        s = np.sort_complex(np.log(z[np.abs(z) > 0.05]) / h)
+        error.append(np.max(np.abs(s - slow)))
+    assert error[1] == pytest.approx(0.1 * error[0], rel=0.2) and error[2] == pytest.approx(0.1 * error[1], rel=0.2)
 
 
-def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
-    asked = Sampled(1.0, CLOCK, SMOOTH)
-    late = with_delays(0.02, 0.0)
-    found, without = asked.region(late, GRID, GRID), asked.region(RIG, GRID, GRID)
-    assert 5 < found.stable.sum() < without.stable.sum() - 5
-    (loop,) = running_loops(late, CLOCK, SMOOTH)
-    margins = asked.margins(late, found)["modulus"]
-    for (i, kp), (j, kd) in ((a, b) for a in enumerate(GRID) for b in enumerate(GRID)):
-        size = np.max(np.abs(1.0 + loop.poles(kp, kd)))
-        assert found.stable[i, j] == (size < np.exp(-0.01)) and np.isnan(margins[i, j]) == (not found.stable[i, j])
-        if found.stable[i, j]:
-            assert margins[i, j] == pytest.approx(sampled_modulus(loop, kp, kd))
-    thetas = theta_of(late, structure_of(late))[None]
-    assert np.array_equal(asked.share(late, thetas, GRID, GRID) == 1.0, found.stable)
+@pytest.mark.parametrize("late", [0.0, 0.004, 0.01, 0.013, 0.02])
+def test_a_sampled_loop_is_what_the_recursion_does(late: float) -> None:
+    """The same loop step by step: exact motion of a double integrator under the held, late command."""
+    rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1')
+    plant, h = transfer(linearised(rig)), 0.01
+    loop, gain = sampled_loop(plant, h, late), 4.0
+    whole, part = int(late // h), late % h
+    for kp, kd in ((3.0, 2.0), (30.0, 1.0), (5.0, 60.0)):
+        x, v, before, held = 1.0, 0.0, 1.0, [0.0] * 4
+        size = []
+        for _ in range(4000):
+            held = [-(kp * x + kd * (x - before) / h), *held[:3]]
+            before = x
+            for u, time in ((held[whole + 1], part), (held[whole], h - part)):
+                x, v = x + v * time + 0.5 * gain * u * time**2, v + gain * u * time
+            size.append(abs(x))
+            if abs(x) > 1e9:
+                break
+        largest = np.max(np.abs(1.0 + loop.poles(kp, kd)))
+        assert (largest < 1.0) == (size[-1] < 1.0)
+        found = stable_sampled(loop, np.array([kp]), np.array([kd]))
+        assert bool(found[0]) == (largest < 1.0)
 
 
-def test_without_a_derivative_its_filter_is_none_of_the_loop() -> None:
-    kp, kd, rig = np.array([0.05, 0.1]), np.array([0.0, 0.05]), RIG.with_values({"axis.friction.viscous": 0.1})
-    slow, fast = Sampled(0.25, CLOCK, 5.0), Sampled(0.25, CLOCK, 0.0)
-    found, thetas = slow.region(rig, kp, kd), theta_of(rig, structure_of(rig))[None]
-    assert np.array_equal(found.stable[:, 0], fast.region(rig, kp, kd).stable[:, 0]) and found.stable[1, 0]
-    assert np.array_equal(slow.share(rig, thetas, kp, kd) == 1.0, found.stable)
-
-
-def test_a_damped_region_and_its_margins() -> None:
-    plain, damped = (Continuous(0.5, damping).region(RIG, GRID, RATES) for damping in (0.0, 0.7))
-    plant = transfer(linearised(RIG))
-    ratio = np.array([[_damping(kp, kd) for kd in RATES] for kp in GRID])
-    clear = np.abs(ratio - 0.7) > 1e-9
-    assert np.array_equal(damped.stable[clear], (plain.stable & (ratio > 0.7))[clear])
-    assert 5 < damped.stable.sum() < plain.stable.sum() - 5
-    assert np.array_equal(pd_region(RIG, GRID, RATES, 0.5).stable, plain.stable)
-    i, j = np.argwhere(damped.stable)[3]
-    margins, own = Continuous(0.5, 0.7).margins(RIG, damped), pd_margins(plant, GRID[i], RATES[j])
-    assert [float(margins[name][i, j]) for name in margins] == [*own.gain, own.phase, own.delay, own.modulus]
-    thetas = np.tile(theta_of(RIG, structure_of(RIG)), (3, 1))
-    thetas[:, structure_of(RIG).names.index("axis.inertia")] *= [0.5, 1.0, 2.0]
-    plants = transfer(linearised(RIG, thetas=thetas))
-    share = share_of_plants(plants, GRID, RATES, 0.5, 0.7)
-    others = [
-        Continuous(0.5, 0.7).region(RIG.with_values({"axis.inertia": f * INERTIA}), GRID, RATES)
-        for f in (0.5, 1.0, 2.0)
-    ]
-    assert np.array_equal(share, np.mean([one.stable.astype(float) for one in others], axis=0))
-
-
-def _damping(kp: float, kd: float) -> float:
-    """Least damping ratio of I s² + (b + k K_d) s + k K_p."""
-    poles = np.roots([INERTIA, VISCOUS + GAIN * kd, GAIN * kp])
-    return float(np.min(-poles.real / np.maximum(np.abs(poles), 1e-300)))
+def test_a_filtered_sampled_loop_with_an_integral_is_what_runs() -> None:
+    rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02')
+    law = Controller(6.0, ki=2.0, kd=2.0, filter_time=0.03)
+    run = np.asarray(run_rig(rig, law, np.zeros(400), LoopTiming(delay_steps=2.0), psi=0.1).angle)
+    poles = 1.0 + sampled_pid_loop(transfer(linearised(rig)), 0.01, 0.005, 0.03).poles(6.0, 2.0, 2.0)
+    p = np.poly(poles).real  # the angle's recursion
+    rest = [np.dot(p, run[k - len(p) + 1 : k + 1][::-1]) for k in range(100, 400)]
+    assert np.max(np.abs(rest)) < 1e-9 < np.max(np.abs(run[100:]))

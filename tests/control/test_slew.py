@@ -2,25 +2,18 @@
 
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from rwjax import parse_rig
-from rwjax.control.open_loop import Limits, waiting
-from rwjax.control.slew import on_off, slew
+from rwjax.control.drive_limits import Limits
+from rwjax.control.on_off import on_off
+from rwjax.control.slew import slew
 from rwjax.errors import InputError
-from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.simulation.shooting import plant_of
-from rwjax.simulation.step import propagator, sliding_step, step
+from tests.control.current_limited_rig import AMPS, LIMITS, TOP, I, J, K, R
 from tests.systems import platform, reaction, record, run
 
-K, R, J, I = 0.0182, 0.83, 1.24e-4, 0.0495
-AMPS, TOP = 3.0, 4000.0 * 2.0 * np.pi / 60.0
 TORQUE = K * AMPS
-LIMITS = Limits(20.0, AMPS, TOP)  # V: so high that the current alone limits the torque
 
 
 def rig(friction: float = 0.0, inductance: float = 0.0):
@@ -30,23 +23,6 @@ def rig(friction: float = 0.0, inductance: float = 0.0):
         f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n{lag}\n[wheel]\ninertia = {J}\n'
         f"[axis]\ninertia = {I}\n{dry}"
     )
-
-
-@given(st.floats(0.02, 20.0), st.floats(1e-3, 0.2), st.floats(20.0, 900.0))
-def test_the_ideal_law_turns_the_axis_by_its_angle(angle: float, torque: float, top: float) -> None:
-    law = on_off(I, J, angle, torque, top)
-    t = np.linspace(0.0, law.time, 20_001)
-    wheel = law.wheel(t)
-    assert np.max(wheel) <= top * (1.0 + 1e-9) and wheel[-1] == pytest.approx(0.0, abs=1e-9 * top)
-    assert np.max(np.abs(np.diff(wheel))) <= torque / J * (t[1] - t[0]) * (
-        1.0 + 1e-6
-    )  # never more than the motor's torque
-    turned = np.sum(0.5 * (wheel[1:] + wheel[:-1])) * (t[1] - t[0])  # trapezoids, exact but where the law bends
-    h = t[1] - t[0]
-    bends = 4.0 * h * min(torque / J * h, np.max(wheel))  # what trapezoids miss
-    assert law.turned(np.array([law.time]))[0] == pytest.approx(turned, rel=1e-9, abs=bends)
-    assert J / I * turned == pytest.approx(angle, rel=1e-9, abs=J / I * bends)  # eq. 4.2
-    assert law.hold < 1e-9 * law.time or law.top == top
 
 
 def exact(angle: float, friction: float) -> float:
@@ -116,35 +92,6 @@ def test_with_a_delay_the_same_commands_do_the_same_so_much_later() -> None:
     assert seen[15:] == pytest.approx(np.asarray(found.best.angle), abs=1e-9) and np.all(seen[:16] == 0.0)
 
 
-@pytest.mark.parametrize(
-    ("held", "effect", "spin", "words"),
-    [
-        ("[axis.gravity]\ntorque = 0.002\nangle = 0.5", "", 0.0, "the axis turns"),
-        ("", '[effects."axis.bias_torque"]\nT = 0.02', 0.0, "the axis turns"),
-        ("", '[effects."drive.bias"]\nu_b = 0.1', 0.0, "the wheel changes its rate"),
-        ("", '[effects."wheel.coulomb"]\nM_c = 1e-4', 50.0, "the wheel changes its rate"),
-        (
-            "",
-            '[effects."axis.periodic_torque"]\ns = 0.001\nc = 0.0\nomega = 3.0',
-            0.0,
-            "`axis.periodic_torque` changes",
-        ),
-        ("", '[effects."axis.bias_torque"]\nT = 0.005', 50.0, ""),
-    ],
-)
-def test_a_delay_counts_only_where_the_rig_waits(held: str, effect: str, spin: float, words: str) -> None:
-    friction = "viscous = 0.001" if held else "coulomb = 0.01"
-    late = parse_rig(
-        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\n[wheel]\ninertia = {J}\n[axis]\ninertia = {I}\n'
-        f'[axis.friction]\n{friction}\n{held}\n{effect}\n[effects."drive.delay"]\ntau = 0.2'
-    )
-    if not words:
-        assert waiting(late, spin) == 0.2
-        return
-    with pytest.raises(InputError, match=f"^{words}.* the drive's delay of 0.2 s; leave the delay out$"):
-        slew(late, np.radians(5.0), LIMITS, spin)
-
-
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="take a `reaction` rig"):
         slew(platform(), 1.0, LIMITS)
@@ -160,21 +107,3 @@ def test_what_cannot_be_is_refused() -> None:
         slew(replace(reaction(), effects={"wheel.coulomb": {"M_c": 1e-3}}), 1.0, Limits(10.0, 0.01))
     with pytest.raises(InputError, match="the limits allow"):
         slew(rig(), 1.0, LIMITS, spin=2.0 * TOP)
-
-
-def test_a_sliding_axis_goes_on_through_rest_where_a_real_one_sticks() -> None:
-    text = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\ncoulomb = 0.05'
-    structure = structure_of(parse_rig(text))
-    plant, h, zero = (
-        plant_of(structure, jnp.asarray(theta_of(parse_rig(text), structure))),
-        jnp.asarray(0.01),
-        jnp.zeros(()),
-    )
-    p = propagator(plant, h)
-    slid = stuck = (zero, jnp.asarray(0.1))  # psi, w; friction slows by 0.5 rad/s2
-    for _ in range(50):
-        slid = sliding_step(plant, p, zero, slid, zero, h, jnp.ones(()))
-        stuck = step(plant, p, zero, stuck, zero, h)
-    t = 0.5
-    assert [float(v) for v in slid] == pytest.approx([0.1 * t - 0.25 * t**2, 0.1 - 0.5 * t])
-    assert [float(v) for v in stuck] == pytest.approx([0.01, 0.0])

@@ -10,7 +10,7 @@ from rwjax import read_log
 from rwjax.diagnosis.next_experiment import BEYOND, Rival, propose
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
-from rwjax.planning.campaign import COASTING
+from rwjax.planning.amplitude import COASTING
 from rwjax.planning.files import read_plan, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, record
@@ -39,7 +39,7 @@ def test_the_proposed_run_separates_its_rivals(tmp_path: Path) -> None:
     sentence, plan = propose("a rig", TWO, [0], left)
     assert plan is not None
     (planned,) = read_plan(write_plan(tmp_path, plan)).runs
-    assert planned.experiment == plan.runs[0].experiment and planned.tells == ("axis.coulomb", "drive.deadzone")
+    assert planned.experiment == plan.runs[0].experiment and planned.tells_apart == ("axis.coulomb", "drive.deadzone")
     log = read_log(tmp_path / f"{planned.name}.csv", RIG, outputs_required=False)
     y = []
     for each in TWO:  # another way to the same motion: from the file, by `rwjax predict`

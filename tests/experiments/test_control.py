@@ -8,16 +8,19 @@ pytest.importorskip("numba", reason="the peers and the separate simulator need t
 from experiments.control import c_limit, holds, pays, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
 from rwjax import parse_rig
-from rwjax.control.closed_loop import Controller, LoopTiming, run_rig
-from rwjax.control.linear import linearised, transfer
-from rwjax.control.region import pd_loop, stable
+from rwjax.control.closed_loop import run_rig
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.linear import linearised
+from rwjax.control.loop_polynomial import pd_loop
+from rwjax.control.stability import stable
+from rwjax.control.transfer import transfer
 
 WAVE, (KP, KD) = reference(), gains(64)
 PICK = [0, 9, 30, 63]
 
 
 def own(k: int) -> float:
-    run = run_rig(rig(), Controller(KP[k], kd=KD[k], smooth=SMOOTH, limit=LIMIT), WAVE, LoopTiming())
+    run = run_rig(rig(), Controller(KP[k], kd=KD[k], filter_time=SMOOTH, voltage_limit=LIMIT), WAVE, LoopTiming())
     return float(np.sum((WAVE - np.asarray(run.angle)) ** 2) * PERIOD)
 
 
@@ -38,7 +41,7 @@ def test_solvers_with_a_smooth_sign_come_close() -> None:
                 (
                     WAVE[:300]
                     - np.asarray(
-                        run_rig(rig(), Controller(KP[30], kd=KD[30], smooth=SMOOTH, limit=LIMIT), WAVE[:300]).angle
+                        run_rig(rig(), Controller(KP[30], kd=KD[30], filter_time=SMOOTH, voltage_limit=LIMIT), WAVE[:300]).angle
                     )
                 )
                 ** 2

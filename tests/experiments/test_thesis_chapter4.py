@@ -5,9 +5,10 @@ import pytest
 
 from experiments.thesis import chapter2, left_open, region, square_waves
 from experiments.thesis.testbed import AMPS, INERTIA, TOP, VOLTS, yaw_testbed
+from rwjax.control.drive_limits import Limits
 from rwjax.control.momentum_dump import dump
-from rwjax.control.open_loop import Limits
-from rwjax.control.sizing import size, slew_time
+from rwjax.control.ring import slew_time
+from rwjax.control.sizing import size_wheels
 
 WAVES = {}
 
@@ -28,7 +29,7 @@ def test_the_ring_of_chapter_2() -> None:
 
 def test_no_wheel_of_10_cm_turns_chapter_4_s_axis_by_90_degrees_in_one_go() -> None:
     limits = Limits(VOLTS, AMPS, TOP)
-    over = size(yaw_testbed(), np.array([float(chapter2.RING.thin_inertia), 1.24e-4]), 0.5 * np.pi, 15.0, limits)
+    over = size_wheels(yaw_testbed(), np.array([float(chapter2.RING.thin_inertia), 1.24e-4]), 0.5 * np.pi, 15.0, limits)
     assert np.all(np.isinf(over.time))
 
 

@@ -96,12 +96,12 @@ def test_what_cannot_be_played_is_said_before_anything_is_armed(
     assert messages.ARM not in [frame.type for frame in frames.Decoder().feed(port.written)]
 
 
-FORTH = replace(ONE, name="forth", reaches={"yaw_rad": 0.3}, way=(-0.3, 0.02))
+FORTH = replace(ONE, name="forth", reaches={"yaw_rad": 0.3}, angle_range=(-0.3, 0.02))
 AGAIN = replace(FORTH, name="again")
-BACK = replace(FORTH, name="back", way=(-0.02, 0.3))
+BACK = replace(FORTH, name="back", angle_range=(-0.02, 0.3))
 
 
-@pytest.mark.parametrize(("second", "plays"), [(AGAIN, False), (BACK, True), (replace(AGAIN, way=None), False)])
+@pytest.mark.parametrize(("second", "plays"), [(AGAIN, False), (BACK, True), (replace(AGAIN, angle_range=None), False)])
 def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], second: Run, plays: bool
 ) -> None:

@@ -12,20 +12,14 @@ from rwjax import InputError, read_log, read_rig
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.logs.log import Log
-from rwjax.planning.campaign import DESIGNS, KEPT, recommend
+from rwjax.planning.campaign import recommend
 from rwjax.planning.envelope import LIMITS, Envelope, envelope
-from rwjax.planning.files import Plan, Run, write_plan
+from rwjax.planning.files import Plan, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Pwm, Rig
-from tests.systems import platform, reaction, record, wheel
+from tests.planning.campaign_rigs import RIGS
 
 DEMO = Path(__file__).parents[2] / "data" / "demo" / "rig.toml"
-TESTBED = Path(__file__).parents[2] / "data" / "testbed" / "rig.toml"
-RIGS = {
-    "wheel": wheel(),
-    "platform": platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.2"),
-    "reaction": reaction("viscous = 0.0026\ncoulomb = 0.004"),
-}
 
 
 def longer(log: Log) -> Log:
@@ -87,81 +81,8 @@ def test_every_regime_is_visited(kind: str, tmp_path: Path) -> None:
     assert np.sign(runs["coast_fast"][1]["yaw_rad"][-1]) == -np.sign(runs["coast_fast_back"][1]["yaw_rad"][-1])
 
 
-SLIDE = RIGS["platform"].with_values(
-    {
-        "drive.gain": 35.0,
-        "axis.inertia": 95.0,
-        "axis.friction.viscous": 200.0,
-        "axis.friction.coulomb": 20.0,
-        "axis.friction.static": 25.0,
-    }
-)
-"""A slide of 95 kg."""
-
-
-def test_little_travel_makes_runs_faster_not_still(tmp_path: Path) -> None:
-    rig = SLIDE
-    runs, remarks = recommend(rig, envelope(rig, 10.0, {"yaw_rad": 0.2}))
-    assert len(runs) >= len(DESIGNS) and len(remarks) == 1 and "bring it to the middle" in remarks[0]
-    for run in runs:
-        assert 0.0 < run.reaches["yaw_rad"] <= 0.2, run.name
-        design = DESIGNS[run.name.removesuffix("_1").removesuffix("_2").removesuffix("_3")]
-        assert run.experiment.period <= design.period
-    assert max(run.reaches["yaw_rad"] for run in runs) > 0.6 * KEPT * 0.2
-    assert any(run.experiment.period < 0.5 * DESIGNS["square"].period for run in runs if run.name == "square")
-
-
-def in_a_row(rig: Rig, runs: tuple[Run, ...], wait: float) -> np.ndarray:
-    """The axis's angle when all runs are played one after the other with `wait` seconds in between, as one log."""
-    commands = [np.append(run.experiment.command()[1], np.zeros(round(100 * wait))) for run in runs]
-    volts = np.concatenate(commands)
-    structure = structure_of(rig)
-    problem = pose(structure, [record(0.01 * np.arange(len(volts)), volts, {})], {})
-    (found,) = predict_logs(problem, theta_of(rig, structure), with_floor=False)
-    return found.outputs["yaw_rad"]
-
-
 @pytest.mark.parametrize(
-    ("rig", "travel"),
-    [
-        (SLIDE, 0.2),
-        pytest.param(platform("viscous = 0.02\ncoulomb = 0.05"), 5.0, marks=pytest.mark.slow),
-        (platform("viscous = 0.005"), 0.7),  # coasts for minutes: 20 s to lose two thirds of its rate
-        pytest.param(
-            replace(platform(), effects={"axis.end_stop": {"low": -1.0, "high": 1.2, "k": 40.0, "d": 0.1}}),
-            3.0,
-            marks=pytest.mark.slow,
-        ),
-    ],
-)
-def test_all_runs_together_keep_to_the_travel(rig: Rig, travel: float) -> None:
-    within = envelope(rig, 10.0, {"yaw_rad": travel})
-    runs, _ = recommend(rig, within)
-    assert len(runs) > 8 and {run.role for run in runs} == {"train", "validate"}
-    angle = in_a_row(rig, runs, 200.0)
-    assert 0.6 * within.most["yaw_rad"] < np.abs(angle).max() <= within.most["yaw_rad"]
-    begin = 0.0
-    for run in runs:  # what the plan says of each
-        n = len(run.experiment.command()[1]) + 20_000
-        part, angle = angle[:n], angle[n:]
-        assert run.way
-        assert run.way[0] - 0.02 * travel < part.min() - begin and part.max() - begin < run.way[1] + 0.02 * travel
-        begin = part[-1]
-    assert [run.experiment for run in runs[:3]] == 3 * [runs[0].experiment]  # repeats stay repeats
-    ways = {run.name: np.sign(run.experiment.amplitude) for run in runs}
-    if "coast_fast" in ways:
-        assert ways["coast_fast"] == -ways["coast_fast_back"]
-
-
-def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
-    rig = platform("viscous = 1e-6")
-    with pytest.raises(InputError, match="no run moves the simulated rig, or lets it come to rest within 60 s"):
-        recommend(rig, envelope(rig, 10.0, {"yaw_rad": 0.7}))
-    assert recommend(rig, envelope(rig, 10.0, {"yaw_rad_s": 3.0}))[0]  # without a limit to it, it may coast
-
-
-@pytest.mark.parametrize(
-    ("neutral", "per_us", "ways", "volts"),
+    ("neutral", "per_us", "directions", "volts"),
     [
         (1500.0, 0.02, (1.0, -1.0), 10.0),
         (1000.0, 0.01, (1.0,), 10.0),
@@ -171,30 +92,17 @@ def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
     ],
 )
 def test_the_neutral_pulse_says_which_ways_an_esc_turns(
-    neutral: float, per_us: float, ways: tuple[float, ...], volts: float
+    neutral: float, per_us: float, directions: tuple[float, ...], volts: float
 ) -> None:
     rig = replace(RIGS["reaction"], pwm=Pwm(neutral, per_us))
     within = envelope(rig, most={"wheel_rad_s": 200.0})
-    assert within.ways == ways and within.volts == pytest.approx(volts)
+    assert within.directions == directions and within.volts == pytest.approx(volts)
     runs, remarks = recommend(rig, within)
     for run in runs:
         pulses = neutral + run.experiment.command()[1] / per_us
         assert pulses.min() >= 1000.0 - 1e-9 and pulses.max() <= 2000.0 + 1e-9, run.name
-    assert any("the ESC turns one way" in remark for remark in remarks) == (len(ways) == 1)
+    assert any("the ESC turns one way" in remark for remark in remarks) == (len(directions) == 1)
     assert len(runs) >= 2
-
-
-@pytest.mark.parametrize(
-    ("neutral", "said"),
-    [
-        (2000.0, "is 2000, and boards give no pulses above 2000 us: too few are left"),
-        (1960.0, "is 1960, and boards give no pulses above 2000 us: too few are left"),
-        (900.0, "is 900, and boards give no pulses below 1000 us: too few are left"),
-    ],
-)
-def test_a_neutral_pulse_beyond_which_there_is_little_is_refused(neutral: float, said: str) -> None:
-    with pytest.raises(InputError, match=f"`drive.pwm.neutral_us` {said}"):
-        envelope(replace(RIGS["reaction"], pwm=Pwm(neutral, 0.01)))
 
 
 def test_a_neutral_pulse_off_the_middle_is_said_where_it_is_what_limits_the_runs() -> None:
@@ -204,15 +112,6 @@ def test_a_neutral_pulse_off_the_middle_is_said_where_it_is_what_limits_the_runs
         runs, remarks = recommend(rig, envelope(rig, volts, {"wheel_rad_s": 200.0}))
         assert (said in remarks) == limits
         assert max(run.experiment.most_volts for run in runs) <= (volts or 6.0)
-
-
-def test_what_the_rig_file_knows_is_a_limit() -> None:
-    testbed = read_rig(TESTBED)
-    assert envelope(testbed).volts == 10.0 and envelope(testbed, 4.0).volts == 4.0
-    stop = {"high": 1.5, "low": -0.8, "k": 40.0, "d": 0.1}
-    limited = replace(testbed, effects={"axis.end_stop": stop, "drive.saturation": {"u_m": 6.0, "n": 5000.0}})
-    assert envelope(limited).known == {"voltage_V": 6.0, "yaw_rad": 0.8}
-    assert envelope(limited, most={"yaw_rad": 0.5}).most["yaw_rad"] == 0.5
 
 
 def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:

@@ -22,9 +22,9 @@ RUN = st.builds(
     experiment=EXPERIMENT,
     role=st.sampled_from(ROLES),
     why=WORDS,
-    tells=st.lists(WORDS, max_size=3).map(tuple),
+    tells_apart=st.lists(WORDS, max_size=3).map(tuple),
     reaches=st.dictionaries(st.sampled_from(("yaw_rad", "wheel_rad_s")), DIGITS),
-    way=st.none() | st.tuples(DIGITS, DIGITS),
+    angle_range=st.none() | st.tuples(DIGITS, DIGITS),
 )
 PLAN = st.builds(
     Plan,
