@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects import unit_of_number
+from rwjax.effects.library import unit_of_number
 from rwjax.fitting.intervals import Intervals
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.predict import unit_of
