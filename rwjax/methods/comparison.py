@@ -1,14 +1,19 @@
 """Every identification method on the same logs, judged by the free run on the same held-out data."""
 
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
 
 from rwjax.errors import InputError
 from rwjax.fitting.fit import to_fit
+from rwjax.fitting.predict import unit_of
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.logs.held_out import folds
@@ -23,7 +28,13 @@ from rwjax.rig.model import Rig
 
 
 class Method(NamedTuple):
-    """`needs`: what the logs must offer, in words."""
+    """An identification method.
+
+    Attributes:
+        name: Its name in tables.
+        identify: From a rig and logs to estimates.
+        needs: What the logs must offer, in words.
+    """
 
     name: str
     identify: Callable[[Rig, Sequence[Log]], Identified]
@@ -38,12 +49,20 @@ METHODS = (
     Method("equation error", equation_error, "the same, and accelerations worth the name"),
     Method("two-stage", two_stage, "a coast-down at 0 V; the inertia; friction of the axis only"),
 )
+"""All methods, in the order of the table."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One method. `rig`: with estimates from all logs that may be fitted, None where the method could not be used;
-    `rms`: of the free run on held-out data by output [SI]; `seconds`: of the first fit, compiling included."""
+    """What one method found.
+
+    Attributes:
+        method: The method.
+        rig: The rig with estimates from all logs that may be fitted; None where the method could not be used.
+        rms: RMS error of the free run on held-out data [SI] by output.
+        seconds: Time of the first fit, compiling included [s].
+        notes: What a user should know, one sentence each.
+    """
 
     method: Method
     rig: Rig | None
@@ -51,18 +70,59 @@ class Row:
     seconds: float
     notes: tuple[str, ...]
 
+    def cells(self, signals: Sequence[str], free: Sequence[str]) -> list[str]:
+        """Errors and estimates as text.
+
+        Args:
+            signals: Outputs of the table.
+            free: Estimated numbers of the table.
+
+        Returns:
+            One entry for each, dashes where the method could not be used.
+        """
+        if self.rig is None:
+            return ["–"] * (len(signals) + len(free))
+        values, error = self.rig.values, self.rig.standard_error
+        estimates = [f"{values[name]:.5g}" + (f" ± {error[name]:.2g}" if name in error else "") for name in free]
+        return [*(f"{self.rms[name]:.4g}" for name in signals), *estimates]
+
 
 @dataclass(frozen=True)
 class Comparison:
-    """`floor`: RMS by output that a perfect model would leave on the held-out data [SI]."""
+    """Methods on the same logs. Prints as a table.
+
+    Attributes:
+        rig: The rig as it was given.
+        rows: One for each method.
+        floor: RMS error by output that a perfect model would leave on the held-out data [SI].
+        held_out: How the held-out data were chosen.
+    """
 
     rig: Rig
     rows: tuple[Row, ...]
     floor: dict[str, float]
     held_out: str
 
+    def __str__(self) -> str:
+        signals, free = list(self.floor), self.rig.free
+        sheet = Table(box=box.SIMPLE, pad_edge=False)
+        for head in ("method", *(f"{name} [{unit_of(name)}]" for name in signals), *free, "time [s]", "needs"):
+            sheet.add_column(head, no_wrap=head != "needs", justify="left" if head in ("method", "needs") else "right")
+        for row in self.rows:
+            sheet.add_row(row.method.name, *row.cells(signals, free), f"{row.seconds:.1f}", row.method.needs)
+        sheet.add_row("(floor)", *(f"{self.floor[name]:.4g}" for name in signals), *[""] * (len(free) + 2))
+        out = io.StringIO()
+        Console(file=out, width=60 + 24 * (len(signals) + len(free))).print(sheet)
+        head = f"free-run RMS on held-out data ({self.held_out}); numbers from all logs that may be fitted"
+        notes = [f"{row.method.name}: {note}" for row in self.rows for note in row.notes]
+        return "\n".join([head, *(line.rstrip() for line in [*out.getvalue().splitlines(), *notes])])
+
     def json(self) -> dict:
-        """`comparison.json` as plain objects."""
+        """`comparison.json` as plain objects.
+
+        Returns:
+            Errors, times and estimates [SI] method by method.
+        """
         return {
             "schema": "rwjax.comparison/1",
             "held_out": self.held_out,
@@ -98,6 +158,7 @@ def _judged(rig: Rig, logs: Sequence[Log]) -> list[tuple[dict[str, np.ndarray], 
 
 
 def _rms(parts: list[dict[str, np.ndarray]]) -> dict[str, float]:
+    """Root of the mean over all logs of what is squared already, by output."""
     names = dict.fromkeys(name for part in parts for name in part)
     return {
         name: float(np.sqrt(np.nanmean(np.concatenate([part[name] for part in parts if name in part]))))
@@ -106,10 +167,19 @@ def _rms(parts: list[dict[str, np.ndarray]]) -> dict[str, float]:
 
 
 def compare(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lambda text: None) -> Comparison:
-    """Fits `rig` by every method and judges each by the held-out rule; a fold's fit begins at the fit to all logs.
+    """Fits a rig by every method and judges each on held-out data; a fold's fit begins at the fit to all logs.
 
-    A method that cannot be used on these logs has a row that says why. Raises `RigError` where nothing is free and
-    `LogError` where no log may be fitted.
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs.
+        progress: Is told the name of each method before its turn.
+
+    Returns:
+        The comparison; a method that cannot be used on these logs has a row that says why.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log may be fitted.
     """
     train = to_fit(rig, logs)
     rule, splits = folds(logs)

@@ -10,10 +10,18 @@ from rwjax.effects.ports import CommandDelay, EncoderDelay
 from rwjax.errors import RigError
 from rwjax.rig.model import Rig
 
+NORMAL_95 = 1.96
+"""Standard errors to either end of a 95 % interval [1]."""
+
 
 @dataclass(frozen=True)
 class Identified:
-    """`rig` with estimates and standard errors (SI) in place; `notes` that a user should read."""
+    """Estimates of a method.
+
+    Attributes:
+        rig: The rig with estimates and standard errors in place [SI].
+        notes: What a user should know, one sentence each.
+    """
 
     rig: Rig
     notes: tuple[str, ...] = ()
@@ -22,14 +30,22 @@ class Identified:
     def interval(self) -> dict[str, tuple[float, float]]:
         """95 % interval of each estimated number by its standard error [SI]."""
         errors = self.rig.standard_error
-        return {n: (self.rig.values[n] - 1.96 * e, self.rig.values[n] + 1.96 * e) for n, e in errors.items()}
+        return {n: (self.rig.values[n] - NORMAL_95 * e, self.rig.values[n] + NORMAL_95 * e) for n, e in errors.items()}
 
     def of_runs(self) -> list[str]:
-        """Numbers that a run has of its own: none, which only the end-to-end fit estimates."""
+        """Numbers that a run has of its own.
+
+        Returns:
+            None: only the end-to-end fit estimates them.
+        """
         return []
 
     def json(self) -> dict:
-        """Plain objects for `rwjax fit --json`."""
+        """Plain objects for `rwjax fit --json`.
+
+        Returns:
+            Estimates and standard errors [SI] by name.
+        """
         errors = self.rig.standard_error
         return {
             "schema": "rwjax.fit/1",
@@ -42,19 +58,45 @@ class Identified:
 
 
 def left_out(rig: Rig, *, prior: bool) -> tuple[str, ...]:
-    """A note where a method does not use what the rig file says of the fit; `prior`: whether it uses priors."""
+    """A note where a method does not use what the rig file says of the fit.
+
+    Args:
+        rig: The rig.
+        prior: Whether the method uses priors.
+
+    Returns:
+        The note, or none.
+    """
     keys = [*(["fit.prior"] if rig.prior and not prior else []), *(["fit.per_run"] if rig.per_run else [])]
     return (f"does not know {' and '.join(keys)} of the rig file",) if keys else ()
 
 
 def undelayed(rig: Rig, method: str) -> None:
-    """Raises `RigError` for a rig whose commands act or whose readings come late, where a method takes neither to do so."""
+    """Refuses a rig with a delay, for a method that knows none.
+
+    Args:
+        rig: The rig.
+        method: The method in words.
+
+    Raises:
+        RigError: The rig's commands act late, or its readings come late.
+    """
     for port, takes in ((CommandDelay, "commands to act at once"), (EncoderDelay, "readings to be at once")):
         for name in (name for name in rig.effects if issubclass(BY_NAME[name], port)):
             raise RigError(f"rig `{rig.name}`: has {name}; the {method} takes {takes}")
 
 
 def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:
-    """The rig with `values` of the numbers `names` in place, and their standard errors where they are finite."""
+    """The rig with estimates in place.
+
+    Args:
+        rig: The rig.
+        names: Names of the numbers.
+        values: Their estimates `(k,)` [SI].
+        errors: Their standard errors `(k,)` [SI]; those that are not finite are left out.
+
+    Returns:
+        A copy of the rig.
+    """
     known = {name: float(e) for name, e in zip(names, errors, strict=True) if np.isfinite(e)}
     return replace(rig.with_values(dict(zip(names, map(float, values), strict=True))), standard_error=known)

@@ -1,17 +1,15 @@
-r"""Prediction error: an extended Kalman filter's innovations under the model, their likelihood maximised.
+"""Prediction error: the likelihood of an extended Kalman filter's innovations, maximised over the numbers.
 
-One step of the plant a sample; the torque on every body is disturbed by white noise of unknown intensity, which the
-likelihood chooses with the numbers (Ljung, System Identification, 1999, ch. 7). What the model cannot explain goes into
-that noise: robust against unmodelled torques, and for the same reason blind to small lasting ones.
+The plant takes one step a sample. White noise of unknown intensity disturbs the torque on every body; the likelihood
+chooses it together with the numbers (Ljung, System Identification, 1999, ch. 7). What the model cannot explain goes into
+that noise. The method is therefore robust against unmodelled torques, and blind to small lasting ones.
 """
 
 from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-import rwjax.setup_jax  # noqa: F401  (float64 comes first)
-
-import jax  # isort: skip
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
@@ -28,14 +26,17 @@ from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.simulation.step import propagator, step
 
 ROUNDS = 4
-"""Searches in a row, each scaled by the curvature where the last one stopped."""
+"""Searches in a row at most, each scaled by the curvature where the last one stopped."""
 QUIET, LOUD = 1e-6, 1e3
-"""Disturbing torque per root second, in units of the torque that doubles the noise of one reading."""
+"""Disturbing torque per root second, in units of the torque that doubles the noise of one reading [1]."""
 
 
 class _Runs(NamedTuple):
-    """Logs at equal steps: `h` (l,), `command` (l, t), `reading` (l, t, y) with NaN where there is none, first states
-    and how unsure they are (l, n), what a run's numbers have more than the rig's `plus` (l, p)."""
+    """Logs at equal steps.
+
+    `h` (l,) step [s]; `command` (l, t) [V]; `reading` (l, t, y) [SI], NaN where there is none; `start`, `unsure` (l, n)
+    initial states and their standard deviations [SI]; `theta_offset` (l, p) what is added to the numbers [SI].
+    """
 
     h: Any
     command: Any
@@ -82,53 +83,59 @@ def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
 
 @partial(jax.jit, static_argnums=0)
 def _slope(structure: Structure, theta, intensity, runs: _Runs, noise):
+    """Negative log likelihood over all logs, and its derivatives by the numbers and the intensity."""
+
     def total(theta, intensity):
         return jnp.sum(jax.vmap(lambda run: _cost(structure, theta, intensity, run, noise))(runs))
 
     return jax.value_and_grad(total, argnums=(0, 1))(theta, intensity)
 
 
-def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
-    """Maximum likelihood of the innovations over all logs. Raises as `to_fit`."""
-    undelayed(rig, "prediction-error method")
-    train = to_fit(rig, logs)
-    structure = structure_of(rig)
-    problem = pose(structure, train)
-    theta = theta_of(rig, structure)
-    free = np.flatnonzero([name in rig.free for name in structure.names])
-    size = sizes_of(rig, structure, theta, train)[free]
-    low, high = bounds_of(rig, structure)[free].T / size
-    noise = np.array([problem.noise.get(name, 1.0) for name in structure.outputs])
-    runs = _laid_out(problem)
-    seen = [name in problem.noise for name in structure.outputs]
-    unit = float(np.min(noise[seen])) / float(runs.h[0])
+class _Likelihood:
+    """Negative log likelihood over all logs, of the free numbers in units of their size and the noise's logarithm.
 
-    def cost(z: np.ndarray) -> tuple[float, np.ndarray]:
-        numbers = theta.copy()
-        numbers[free] = z[:-1] * size
-        intensity = unit * np.exp(z[-1])
-        value, (by_theta, by_intensity) = _slope(structure, numbers, intensity, runs, noise)
-        slope = np.append(np.asarray(by_theta)[free] * size, float(by_intensity) * intensity)
+    The last entry of `z` `(k+1,)` is the logarithm of the disturbance's intensity, in units of `unit`.
+    """
+
+    def __init__(self, rig: Rig, structure: Structure, train: Sequence[Log]) -> None:
+        problem = pose(structure, train)
+        self.structure, self.theta = structure, theta_of(rig, structure)
+        self.free = np.flatnonzero([name in rig.free for name in structure.names])
+        self.size = sizes_of(rig, structure, self.theta, train)[self.free]
+        self.noise = np.array([problem.noise.get(name, 1.0) for name in structure.outputs])
+        self.runs = _laid_out(problem)
+        seen = [name in problem.noise for name in structure.outputs]
+        self.unit = float(np.min(self.noise[seen])) / float(self.runs.h[0])
+
+    def __call__(self, z: np.ndarray) -> tuple[float, np.ndarray]:
+        """Value and slope `(k+1,)`; a large value without slope where they are not finite."""
+        numbers = self.theta.copy()
+        numbers[self.free] = z[:-1] * self.size
+        intensity = self.unit * np.exp(z[-1])
+        value, (by_theta, by_intensity) = _slope(self.structure, numbers, intensity, self.runs, self.noise)
+        slope = np.append(np.asarray(by_theta)[self.free] * self.size, float(by_intensity) * intensity)
         if not (np.isfinite(value) and np.all(np.isfinite(slope))):
             return 1e12, np.zeros(len(z))
         return float(value), slope
 
-    def curvature(z: np.ndarray) -> np.ndarray:
+    def curvature(self, z: np.ndarray) -> np.ndarray:
+        """Second derivative `(k+1, k+1)`, by differences of the slope."""
         columns = []
         for k in range(len(z)):
             d = np.zeros(len(z))
             d[k] = 1e-4 * max(abs(z[k]), 1e-3)
-            columns.append((cost(z + d)[1] - cost(z - d)[1]) / (2.0 * d[k]))
+            columns.append((self(z + d)[1] - self(z - d)[1]) / (2.0 * d[k]))
         return 0.5 * (np.array(columns) + np.array(columns).T)
 
-    z = np.append(np.clip(theta[free] / size, low, high), 0.0)
-    limits = np.array([*zip(low, high, strict=True), (np.log(QUIET), np.log(LOUD))])
+
+def _maximum(likelihood: _Likelihood, z: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Where the likelihood is largest within `limits` (k+1, 2), and whether the search settled there."""
     settled = False
     for _ in range(ROUNDS):
-        scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(curvature(z))), 1e-12))
+        scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(likelihood.curvature(z))), 1e-12))
 
         def scaled(s: np.ndarray, scale: np.ndarray = scale) -> tuple[float, np.ndarray]:
-            value, slope = cost(s * scale)
+            value, slope = likelihood(s * scale)
             return value, slope * scale
 
         best = minimize(
@@ -142,7 +149,33 @@ def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
         z = best.x * scale
         if settled := bool(best.success):
             break
-    variance = np.diag(np.linalg.pinv(curvature(z)))[:-1]
+    return z, settled
+
+
+def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
+    """Maximum likelihood of the innovations over all logs.
+
+    Args:
+        rig: The rig with its free numbers, without delays.
+        logs: The logs; those marked for validation are left out.
+
+    Returns:
+        The estimates.
+
+    Raises:
+        RigError: Nothing is free, or the rig has a delay.
+        LogError: No log may be fitted.
+    """
+    undelayed(rig, "prediction-error method")
+    train = to_fit(rig, logs)
+    structure = structure_of(rig)
+    likelihood = _Likelihood(rig, structure, train)
+    free, size = likelihood.free, likelihood.size
+    low, high = bounds_of(rig, structure)[free].T / size
+    z = np.append(np.clip(likelihood.theta[free] / size, low, high), 0.0)
+    limits = np.array([*zip(low, high, strict=True), (np.log(QUIET), np.log(LOUD))])
+    z, settled = _maximum(likelihood, z, limits)
+    variance = np.diag(np.linalg.pinv(likelihood.curvature(z)))[:-1]
     errors = np.sqrt(np.where(variance > 0.0, variance, np.inf)) * size
     notes = left_out(rig, prior=False) + (() if settled else ("the search did not settle",))
     names = [structure.names[k] for k in free]
@@ -150,7 +183,7 @@ def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
 
 
 def _laid_out(problem: Problem) -> _Runs:
-    """Logs at equal steps of their own, as long as the longest; a sample is taken to lie on the nearest step."""
+    """Logs at equal steps of their own, padded to the longest; a sample is taken to lie on the nearest step."""
     longest = max(len(log.time) for log in problem.logs)
     h, commands, readings = [], [], []
     for log in problem.logs:

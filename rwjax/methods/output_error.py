@@ -17,15 +17,39 @@ from rwjax.simulation.shooting import free_run
 
 
 def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
-    """The library's own fit: exact sensitivities, short windows first, unknown first states."""
+    """The library's own fit: exact sensitivities, short windows first, unknown initial states.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs; those marked for validation are left out.
+
+    Returns:
+        The estimates.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log may be fitted.
+    """
     result = fit(rig, logs)
     return Identified(result.rig, result.notes)
 
 
 def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
-    """`scipy.optimize.least_squares` over a simulation, derivatives by differences, first states read off the logs.
+    """`scipy.optimize.least_squares` over a simulation, with derivatives by differences.
 
-    The simulation is the library's, so that the table shows the method and not the speed of somebody's integrator.
+    Initial states are read off the logs. The simulation is the library's, so that the comparison shows the method and
+    not the speed of another integrator.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs; those marked for validation are left out.
+
+    Returns:
+        The estimates.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log may be fitted.
     """
     train = to_fit(rig, logs)
     structure = structure_of(rig)

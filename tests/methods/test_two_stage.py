@@ -5,7 +5,8 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.errors import LogError, RigError
-from rwjax.methods.two_stage import POLYNOMIAL, coast_downs, filtered_speed, two_stage
+from rwjax.methods.coast_down import coast_downs, filtered_speed
+from rwjax.methods.two_stage import POLYNOMIAL, two_stage
 from tests.systems import platform, reaction, record, run, wheel
 
 Q = 2.0 * np.pi / 2048

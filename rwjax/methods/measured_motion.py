@@ -1,0 +1,116 @@
+"""Motion along a log at equal steps, smoothed from the readings: what regression takes for the true motion."""
+
+import numpy as np
+from scipy.signal import lfilter, savgol_filter
+
+from rwjax.errors import LogError
+from rwjax.fitting.predict import predict
+from rwjax.logs.log import Log
+from rwjax.plant.one_axis import Structure
+from rwjax.rig.model import Rig
+
+WIDTH_S = 0.2
+"""Length of the smoothing filter [s]."""
+SLOW = 4.0
+"""Speed, in units of the smoothed speed's noise, below which its sign counts as unknown [1]."""
+BODIES = (("psi", "w", "yaw_rad", "yaw_rad_s"), ("theta", "Omega", "wheel_rad", "wheel_rad_s"))
+"""Angle, rate and their columns for each body."""
+
+
+class MeasuredMotion:
+    """States along one log at equal steps, and the measured accelerations.
+
+    Attributes:
+        time: Equally spaced times `(time,)` [s].
+        h: Their step [s].
+        command: Mean command around each time `(time,)` [V].
+        states: Each state `(time,)` [SI].
+        known: Times at which the sign of every measured rate is known `(time,)`.
+        acceleration: Measured acceleration `(time,)` [rad/s²] by the name of the rate.
+        source: For each of these rates, whether an "angle" or a "rate" was measured, and its readings `(time,)` [SI].
+    """
+
+    def __init__(self, rig: Rig, structure: Structure, log: Log) -> None:
+        """Smooths a log's readings.
+
+        Args:
+            rig: The rig, whose free run gives a rate that is not measured.
+            structure: Its structure.
+            log: The log.
+
+        Raises:
+            LogError: The current is neither logged nor given by the voltage equation.
+        """
+        n = len(log.time)
+        self.time = np.linspace(log.time[0], log.time[-1], n)
+        self.h = float(self.time[1] - self.time[0])
+        held = np.clip(np.searchsorted(log.time, self.time + 1e-9, side="right") - 1, 0, n - 1)
+        before = np.clip(held - 1, 0, None)
+        self.command = 0.5 * (log.command[before] + log.command[held])  # what acts around a sample, not after it
+        simulated = predict(rig, log)
+        self.states = {name: np.zeros(n) for name in structure.states}
+        self.known = np.ones(n, bool)
+        self.acceleration: dict[str, np.ndarray] = {}
+        self.source: dict[str, tuple[str, np.ndarray]] = {}
+        for angle, rate, angle_name, rate_name in BODIES:
+            if angle not in self.states:
+                continue
+            if angle_name in log.outputs:
+                self._from_angle(angle, rate, self._at(log, log.outputs[angle_name]))
+            elif rate_name in log.outputs:
+                self._from_rate(angle, rate, self._at(log, log.outputs[rate_name]))
+            elif rate_name in simulated:
+                self.states[rate] = self._at(log, simulated[rate_name])
+        if "i" in self.states:
+            if "current_A" in log.outputs:
+                self.states["i"] = self._at(log, log.outputs["current_A"])
+            elif through := next((name for name in rig.effects if name.startswith("drive.")), None):
+                raise LogError(f"{log.name}: no `current_A`, which regression needs to estimate {through} (L > 0)")
+            else:
+                self.states["i"] = _current(rig, self.h, log.command[held], self.states["Omega"])
+
+    @property
+    def _width(self) -> int:
+        """Samples of the smoothing filter, an odd number."""
+        return max(5, 2 * int(WIDTH_S / self.h / 2) + 1)
+
+    def _from_angle(self, angle: str, rate: str, y: np.ndarray) -> None:
+        """States and acceleration of a body whose angle is measured."""
+        width = self._width
+        for order, name in enumerate((angle, rate)):
+            self.states[name] = _smoothed(y, width, 3, deriv=order, delta=self.h)
+        self.acceleration[rate] = _smoothed(y, width, 3, deriv=2, delta=self.h)
+        self.source[rate] = ("angle", y)
+        self._leave_out_slow(rate, np.std(y - self.states[angle]) / (self.h * width) * 4.0)
+
+    def _from_rate(self, angle: str, rate: str, y: np.ndarray) -> None:
+        """States and acceleration of a body whose rate is measured."""
+        width = self._width
+        self.states[rate] = _smoothed(y, width, 2, delta=self.h)
+        self.states[angle] = np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * self.h)])
+        self.acceleration[rate] = _smoothed(y, width, 2, deriv=1, delta=self.h)
+        self.source[rate] = ("rate", y)
+        self._leave_out_slow(rate, np.std(y - self.states[rate]) / np.sqrt(width))
+
+    def _leave_out_slow(self, rate: str, noise: float | np.floating) -> None:
+        """Marks the samples as unknown at which a body is slower than its noise [rad/s], and their neighbours."""
+        slow = np.abs(self.states[rate]) < SLOW * noise
+        self.known &= np.convolve(slow, np.ones(self._width), mode="same") == 0.0
+
+    def _at(self, log: Log, values: np.ndarray) -> np.ndarray:
+        """Values of a log at the equal times."""
+        seen = np.isfinite(values)
+        return np.interp(self.time, log.time[seen], values[seen])
+
+
+def _current(rig: Rig, h: float, command: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Current [A] that the motor's voltage equation gives along a known wheel rate, exact for held inputs."""
+    n = rig.numbers
+    steady = (command - n["motor.torque_constant"] * rate) / n["motor.resistance"]
+    keep = np.exp(-h * n["motor.resistance"] / n["motor.inductance"])
+    return np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], steady))
+
+
+def _smoothed(y: np.ndarray, width: int, order: int, *, deriv: int = 0, delta: float) -> np.ndarray:
+    """Savitzky-Golay filter, or a derivative of it."""
+    return np.asarray(savgol_filter(y, width, order, deriv=deriv, delta=delta))
