@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 ONE_AXIS, TWO_AXIS = ("wheel", "platform", "reaction"), ("two_axis",)
 KINDS = ONE_AXIS + TWO_AXIS
-MOTORED, TURNING = (
-    ("wheel", "reaction"),
-    ("platform", "reaction"),
-)  # kinds with a motor and wheel; with an axis
+"""All kinds of rig: those with one axis or a wheel alone, then those with two axes."""
+MOTORED = ("wheel", "reaction")
+"""Kinds of one axis with a motor and a wheel."""
+TURNING = ("platform", "reaction")
+"""Kinds of one axis whose axis turns."""
 SUBSYSTEMS = {"motor": MOTORED, "wheel": MOTORED, "axis": TURNING, "drive": ONE_AXIS, "sensor": KINDS}
 HALVES = (
     {"axis": "yaw", "wheel": "wheel_1", "motor": "motor_1", "drive": "drive_1", "sensor": "sensor_1"},
@@ -16,6 +17,7 @@ HALVES = (
 )
 """Parts of a two-axis rig, each axis with its wheel, by the names that they have in a `reaction` rig."""
 SUBSYSTEMS |= {part: TWO_AXIS for half in HALVES for part in half.values()}
+"""Kinds of rig by the part with which names of numbers and effects begin."""
 HALF_COLUMNS = {
     "yaw": ("yaw", "pitch"),
     **{word: (f"{word}_1", f"{word}_2") for word in ("wheel", "current", "voltage")},
@@ -24,13 +26,28 @@ HALF_COLUMNS = {
 
 
 def on_half(name: str, half: int) -> str:
-    """The name that a part of a `reaction` rig has on this half of a two-axis rig: `yaw.inertia` for `axis.inertia`."""
+    """The name that a part of a `reaction` rig has on one half of a two-axis rig: `yaw.inertia` for `axis.inertia`.
+
+    Args:
+        name: Name on a `reaction` rig, or the name of the part alone.
+        half: 0 for yaw with its wheel, 1 for pitch with its wheel [1].
+
+    Returns:
+        The name on that half.
+    """
     part, dot, rest = name.partition(".")
     return f"{HALVES[half][part]}{dot}{rest}"
 
 
 def of_half(name: str) -> tuple[int, str] | None:
-    """Half and name in a `reaction` rig of what belongs to one half of a two-axis rig."""
+    """Half and name in a `reaction` rig of what belongs to one half of a two-axis rig.
+
+    Args:
+        name: Any name of a number, an effect or one of an effect's numbers.
+
+    Returns:
+        The half (0 or 1) and the name; None for what belongs to no half.
+    """
     part, dot, rest = name.partition(".")
     for k, parts in enumerate(HALVES):
         for base, own in parts.items():
@@ -40,17 +57,33 @@ def of_half(name: str) -> tuple[int, str] | None:
 
 
 def half_column(name: str, half: int) -> str:
-    """The name that a column of a `reaction` rig's log has on this half: `pitch_rad` for `yaw_rad`."""
+    """The name that a column of a `reaction` rig's log has on one half: `pitch_rad` for `yaw_rad`.
+
+    Args:
+        name: Name of the column in a log of a `reaction` rig.
+        half: 0 for yaw with its wheel, 1 for pitch with its wheel [1].
+
+    Returns:
+        The name of the column.
+    """
     word, _, rest = name.partition("_")
     return f"{HALF_COLUMNS[word][half]}_{rest}"
 
 
 def is_angle(output: str) -> bool:
-    """Whether an output is an angle, where a run begins at any, and not a rate or a current."""
+    """Whether an output is an angle, of which a run may begin at any, and not a rate or a current.
+
+    Args:
+        output: Name of the output.
+
+    Returns:
+        True for an angle.
+    """
     return output.endswith("_rad")
 
 
 THESIS_COLUMNS = ("t", "pos1", "pos2", "speed2", "pwm_1", "pwm_2")
+"""Columns of a log in the layout of the thesis, in their order."""
 
 SIGNS: dict[str, Callable[[float], bool]] = {
     "any": lambda value: True,
@@ -58,19 +91,29 @@ SIGNS: dict[str, Callable[[float], bool]] = {
     "zero or positive": lambda value: value >= 0.0,
     "different from zero": lambda value: value != 0.0,
 }
+"""Whether a value has a sign, by the words that say which."""
 
 
 class Number(NamedTuple):
-    """What is known of a plant number before any file is read."""
+    """What is known of a number of the plant before any file is read.
+
+    Attributes:
+        symbol: Symbol of the textbook.
+        unit: SI unit as text.
+        sign: Signs that it may have, a key of `SIGNS`.
+        kinds: Kinds of rig that have it.
+        required: Whether a rig file has to hold it; another one that is absent counts as 0, its term is not modelled.
+    """
 
     symbol: str
     unit: str
-    sign: str  # a key of SIGNS
+    sign: str
     kinds: tuple[str, ...]
-    required: bool = False  # an absent one counts as zero: the term is not modelled
+    required: bool = False
 
 
-POLYNOMIAL = "axis.friction.polynomial"  # in the file; inside it is the four numbers below
+POLYNOMIAL = "axis.friction.polynomial"
+"""Key of the friction polynomial in the file: a list of the four numbers `COEFFICIENTS`."""
 COEFFICIENTS = tuple(f"axis.friction.{b}" for b in ("b3", "b2", "b1", "b0"))
 
 NUMBERS = {
@@ -92,12 +135,12 @@ NUMBERS = {
     "axis.gravity.torque": Number("m g l", "N m", "any", TURNING),
     "axis.gravity.angle": Number("angle", "rad", "any", TURNING),
 }
-_LEVEL = ("axis.gravity.torque", "axis.gravity.angle")  # yaw turns about the vertical
+_GRAVITY = ("axis.gravity.torque", "axis.gravity.angle")  # yaw turns about the vertical
 NUMBERS |= {
     on_half(name, k): Number(f"{n.symbol}_{k + 1}", n.unit, n.sign, TWO_AXIS, n.required)
     for k in range(2)
     for name, n in NUMBERS.items()
-    if "reaction" in n.kinds and name not in COEFFICIENTS and (k == 1 or name not in _LEVEL)
+    if "reaction" in n.kinds and name not in COEFFICIENTS and (k == 1 or name not in _GRAVITY)
 }
 NUMBERS |= {
     "gimbal.difference": Number("I_xx - I_zz", "kg m2", "any", TWO_AXIS),
@@ -105,6 +148,7 @@ NUMBERS |= {
     "gimbal.product_xz": Number("I_xz", "kg m2", "any", TWO_AXIS),
     "gimbal.product_yz": Number("I_yz", "kg m2", "any", TWO_AXIS),
 }
+"""Every number of the plant by its name in the rig file."""
 ENCODERS = {
     "encoder": ("axis", TURNING),
     "wheel_encoder": ("wheel", MOTORED),
@@ -117,7 +161,15 @@ ENCODERS = {
 
 
 def encoder_section(who: str, kind: str) -> str:
-    """Section of the rig file for the encoder of the part `who`."""
+    """Section of the rig file that describes the encoder of a part.
+
+    Args:
+        who: The part that carries the encoder, as in `ENCODERS`.
+        kind: Kind of the rig.
+
+    Returns:
+        Name of the section.
+    """
     return next(section for section, (on, kinds) in ENCODERS.items() if on == who and kind in kinds)
 
 
@@ -132,5 +184,8 @@ SETTINGS = {
     "fit.free": KINDS,
     "fit.per_run": KINDS,
 }
-KEYS = {name: n.kinds for name, n in NUMBERS.items() if name not in COEFFICIENTS} | SETTINGS  # key -> kinds
-THESIS_CHOICES = {"position": ("pos1", "pos2"), "pulse": ("pwm_1", "pwm_2")}  # for `[columns]`
+"""Keys of the rig file that are no numbers of the plant, each with the kinds that have it."""
+KEYS = {name: n.kinds for name, n in NUMBERS.items() if name not in COEFFICIENTS} | SETTINGS
+"""Keys that a rig file may hold, each with the kinds of rig that have it."""
+THESIS_CHOICES = {"position": ("pos1", "pos2"), "pulse": ("pwm_1", "pwm_2")}
+"""Values of the section `[columns]`: which columns of the thesis's layout may belong to the axis."""

@@ -9,13 +9,19 @@ import equinox as eqx
 
 @dataclass(frozen=True)
 class Parameter:
-    """What is known about a number before any log is seen.
+    """What is known about a number of an effect before any log is seen.
 
-    `unit`: SI unit as text. `bounds`: physically possible values. `null`: the value at which the effect is absent.
-    `starts`: values from which a search begins, in units of the scale named by `scale` (see `rwjax.fitting.scales`) and from
-    the one named by `origin` on; `None` is the null value.
-    `optional`: a rig file may leave it out and has it at its null; it belongs to the effect's form.
-    `fitted`: a search estimates it; else it stays where the search begins.
+    Attributes:
+        name: Name of the field.
+        unit: SI unit as text, "1" where it has none.
+        bounds: Lowest and highest value that is physically possible [unit].
+        null: Value at which the effect is absent, or that says nothing where it is [unit].
+        starts: Values from which a search begins, counted from `origin` in units of `scale`; None is the null.
+        scale: Name of the size, of `rwjax.fitting.scales`, in which the starts are given.
+        origin: Name of the size from which the starts are counted; None for 0.
+        tex: Symbol in LaTeX.
+        optional: Whether a rig file may leave it out and then has it at its null; it belongs to the effect's form.
+        fitted: Whether a search estimates it; else it stays where the search begins.
     """
 
     name: str
@@ -30,7 +36,14 @@ class Parameter:
     fitted: bool
 
     def begin(self, sizes: Mapping[str, float]) -> tuple[float, ...]:
-        """Values from which a search begins, for these sizes of the scales."""
+        """Values from which a search begins, within the bounds.
+
+        Args:
+            sizes: Sizes by the names that `scale` and `origin` may have [unit].
+
+        Returns:
+            The values [unit].
+        """
         origin = sizes[self.origin] if self.origin else 0.0
         values = (self.null if s is None else origin + s * sizes[self.scale] for s in self.starts)
         low, high = self.bounds
@@ -49,11 +62,33 @@ def param(
     optional: bool = False,
     fitted: bool = True,
 ) -> Any:
-    """Field of an effect with its meaning attached."""
+    """Field of an effect with its meaning attached. The arguments are the attributes of `Parameter`.
+
+    Args:
+        unit: SI unit as text, "1" where it has none.
+        bounds: Lowest and highest value that is physically possible [unit].
+        null: Value at which the effect is absent [unit].
+        starts: Values from which a search begins, in units of `scale`.
+        scale: Name of the size in which the starts are given.
+        origin: Name of the size from which the starts are counted; None for 0.
+        tex: Symbol in LaTeX.
+        optional: Whether a rig file may leave it out.
+        fitted: Whether a search estimates it.
+
+    Returns:
+        The field.
+    """
     meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, origin=origin, tex=tex)
     return eqx.field(metadata={"param": meta | dict(optional=optional, fitted=fitted)})
 
 
 def parameters(cls: type) -> dict[str, Parameter]:
-    """Parameters of an effect class by name, in the order in which they are declared."""
+    """Parameters of an effect by name.
+
+    Args:
+        cls: Class of the effect.
+
+    Returns:
+        The parameters in the order in which they are declared.
+    """
     return {f.name: Parameter(name=f.name, **f.metadata["param"]) for f in fields(cls) if "param" in f.metadata}
