@@ -14,7 +14,12 @@ from rwjax.types import Scalar
 
 
 class Imbalance(AxisTorque):
-    r"""Gravity torque of an off-centre mass, $M = s\sin\psi + c\cos\psi$, subtracted from the driving torque."""
+    r"""Gravity torque of an off-centre mass, $M = s\sin\psi + c\cos\psi$, subtracted from the driving torque.
+
+    Attributes:
+        s: Torque where the angle is a quarter of a turn [N m].
+        c: Torque at angle 0 [N m].
+    """
 
     name: ClassVar[str] = "axis.imbalance"
     label: ClassVar[str] = "imbalance"
@@ -31,7 +36,13 @@ class Imbalance(AxisTorque):
 
 
 class Spring(AxisTorque):
-    r"""Restoring torque of a cable or hose, $M = k x + k_3 x^3$ with $x = \psi - T_0/k$, subtracted from the driving torque."""
+    r"""Restoring torque of a cable or hose, $M = k x + k_3 x^3$ with $x = \psi - T_0/k$, subtracted from the driving torque.
+
+    Attributes:
+        k: Stiffness [N m/rad].
+        T_0: Torque at angle 0 [N m].
+        k_3: Stiffness that grows with the displacement squared [N m/rad³].
+    """
 
     name: ClassVar[str] = "axis.spring"
     label: ClassVar[str] = "spring"
@@ -51,7 +62,11 @@ class Spring(AxisTorque):
 
 
 class BiasTorque(AxisTorque):
-    r"""Constant torque $T$ on the axis; positive turns it forward."""
+    r"""Constant torque $T$ on the axis; positive turns it forward.
+
+    Attributes:
+        T: Torque, positive forward [N m].
+    """
 
     name: ClassVar[str] = "axis.bias_torque"
     label: ClassVar[str] = "constant torque"
@@ -69,7 +84,14 @@ class BiasTorque(AxisTorque):
 
 
 class Backlash(Coupling):
-    r"""Play between drive and axis: no torque within the gap $g$, elastic contact beyond it."""
+    r"""Play between drive and axis: no torque within the gap $g$, elastic contact beyond it.
+
+    Attributes:
+        g: Gap, from contact to contact [rad].
+        s: Share of the inertia on the drive's side [1].
+        k: Stiffness of the contact [N m/rad].
+        c: Damping of the contact [N m s/rad].
+    """
 
     name: ClassVar[str] = "axis.backlash"
     group: ClassVar[str] = "backlash"
@@ -106,7 +128,13 @@ STIFF = (20.0, 50.0, 100.0, 200.0, 400.0, 900.0, 2000.0, 50.0, 200.0, 800.0, 50.
 
 
 class FlexibleCoupling(Coupling):
-    r"""Elastic shaft between drive and axis: a share $s$ of the inertia before it, torque $k\,\delta + c\,\dot\delta$ through it."""
+    r"""Elastic shaft between drive and axis: a share $s$ of the inertia before it, torque $k\,\delta + c\,\dot\delta$ through it.
+
+    Attributes:
+        s: Share of the inertia on the drive's side [1].
+        k: Stiffness [N m/rad].
+        c: Damping [N m s/rad].
+    """
 
     name: ClassVar[str] = "axis.flexible_coupling"
     group: ClassVar[str] = "flexible_coupling"
@@ -139,7 +167,14 @@ INWARD = (0.003, 0.01, 0.03, 0.1)
 
 
 class EndStop(AxisTorque):
-    r"""Stiff contact at travel limits, $M = k\,\max(\psi - \psi_+, 0)$ and the like at $\psi_-$, with a damper that never pulls."""
+    r"""Stiff contact at travel limits, $M = k\,\max(\psi - \psi_+, 0)$ and the like at $\psi_-$, with a damper that never pulls.
+
+    Attributes:
+        high: Angle of the upper stop [rad].
+        low: Angle of the lower stop [rad].
+        k: Stiffness of the contact [N m/rad].
+        d: Damping of the contact [N m s/rad].
+    """
 
     name: ClassVar[str] = "axis.end_stop"
     label: ClassVar[str] = "end stop"
@@ -185,8 +220,17 @@ RATES = tuple(0.6 + 0.35 * k for k in range(29))  # rad/s
 
 
 class PeriodicTorque(AxisTorque):
-    r"""Periodic torque in time, $M = s\sin\omega t + c\cos\omega t$ and its overtone, t from each run's first sample; the overtone:
-    $(p s - q c)\sin 2\omega t + (p c + q s)\cos 2\omega t$."""
+    r"""Periodic torque in time, $M = s\sin\omega t + c\cos\omega t$ and its overtone, t from each run's first sample.
+
+    The overtone is $(p s - q c)\sin 2\omega t + (p c + q s)\cos 2\omega t$.
+
+    Attributes:
+        s: Amplitude of the sine [N m].
+        c: Amplitude of the cosine [N m].
+        omega: Angular frequency [rad/s].
+        p: Overtone in phase, over the first harmonic [1].
+        q: Overtone a quarter of a turn apart, over the first harmonic [1].
+    """
 
     name: ClassVar[str] = "axis.periodic_torque"
     label: ClassVar[str] = "periodic torque"

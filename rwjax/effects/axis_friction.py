@@ -1,4 +1,4 @@
-"""Friction of the axis: what a rig file models and what may be missing, written once."""
+"""Friction of the axis."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,7 +11,7 @@ from rwjax.effects.effect import FittedRig, Motion
 from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.parameter import param
 from rwjax.effects.ports import SLIDING, AxisDry, AxisElastic, AxisTorque
-from rwjax.effects.powers import power
+from rwjax.effects.powers import fallen, power
 from rwjax.effects.shown import COASTING, DWELLING, SLOW
 from rwjax.types import Scalar
 
@@ -19,7 +19,11 @@ SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no fi
 
 
 class Viscous(AxisTorque):
-    r"""Friction proportional to speed, $M = b\,w$ (thesis eq. 3.4)."""
+    r"""Friction proportional to speed, $M = b\,w$ (thesis eq. 3.4).
+
+    Attributes:
+        b: Torque per rate [N m s/rad].
+    """
 
     name: ClassVar[str] = "axis.viscous"
     group: ClassVar[str] = "friction"
@@ -36,7 +40,11 @@ class Viscous(AxisTorque):
 
 
 class Coulomb(AxisDry):
-    r"""Dry friction, constant with direction, $M = M_c\,\mathrm{sgn}\,w$ (thesis eq. 3.7)."""
+    r"""Dry friction, constant with direction, $M = M_c\,\mathrm{sgn}\,w$ (thesis eq. 3.7).
+
+    Attributes:
+        M_c: Level of the friction [N m].
+    """
 
     name: ClassVar[str] = "axis.coulomb"
     label: ClassVar[str] = "dry friction"
@@ -56,6 +64,12 @@ class Stribeck(AxisDry):
 
     $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise; the breakaway level is $M_c + M_e$.
     Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 8.
+
+    Attributes:
+        M_c: Level of sliding friction; 0 where dry friction is modelled elsewhere [N m].
+        M_e: Breakaway level above that of sliding [N m].
+        v_s: Stribeck speed: the excess has fallen to 1/e [rad/s].
+        n: Exponent of the fall [1].
     """
 
     name: ClassVar[str] = "axis.stribeck"
@@ -91,7 +105,12 @@ class Stribeck(AxisDry):
 
 
 class QuadraticDrag(AxisTorque):
-    r"""Drag with speed squared, or nearly, $M = c\,w\,|w|^{p - 1}$; $p = 2$ where the flow is turbulent, less in transition."""
+    r"""Drag with speed squared, or nearly, $M = c\,w\,|w|^{p - 1}$; $p = 2$ where the flow is turbulent, less in transition.
+
+    Attributes:
+        c: Torque per rate to the power p [N m s²/rad²].
+        p: Exponent of the rate [1].
+    """
 
     name: ClassVar[str] = "axis.quadratic_drag"
     group: ClassVar[str] = "friction"
@@ -113,6 +132,10 @@ class AsymmetricFriction(AxisDry):
     r"""Dry friction that differs with direction, $M = (M_c + d\,\mathrm{sgn}\,w)\,\mathrm{sgn}\,w$.
 
     $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
+
+    Attributes:
+        M_c: Mean level of both directions; 0 where dry friction is modelled elsewhere [N m].
+        d: Half the difference of the levels, forward less backward [N m].
     """
 
     name: ClassVar[str] = "axis.asymmetric_friction"
@@ -132,23 +155,18 @@ class AsymmetricFriction(AxisDry):
         return ("axis.bias_torque",)
 
 
-STRAIGHT = 1e-3
-"""Exponent below which a power is as good as the exponential that it tends to."""
-
-
-def worn(y: Scalar | float, x: Scalar, s: Scalar) -> Scalar:
-    """What is left of `y` after a way `x` along which it falls at the rate `y^(1 - s)`."""
-    straight = s > STRAIGHT
-    s, known = jnp.where(straight, s, 1.0), jnp.maximum(y, 1e-9)
-    return jnp.where(straight, power(jnp.maximum(power(known, s) - s * x, 1e-9), 1.0 / s), y * jnp.exp(-x))
-
-
 class Presliding(AxisElastic):
-    r"""Elastic, hysteretic displacement before sliding, $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)^{1-s}/x_s$ with the friction $z$ times its
-    level (Dahl 1968; with $s = 0$ thesis eq. 3.8, with $s > 0$ it slides after a finite way; exact in the angle, whatever the
-    step), and damping of the displacement, $d\,x_s\dot z$ for $s = 0$ (Canudas de Wit et al. 1995, eq. 3).
+    r"""Elastic, hysteretic displacement before sliding: friction $z$ times its level, and damping.
 
-    $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
+    $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)^{1-s}/x_s$ (Dahl 1968; with $s = 0$ thesis eq. 3.8). With $s > 0$ it slides
+    after a finite way. It is exact in the angle, whatever the step. The damping is $d\,x_s\dot z$ for $s = 0$
+    (Canudas de Wit et al. 1995, eq. 3). $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
+
+    Attributes:
+        M_c: Level of the friction; 0 where dry friction is modelled elsewhere [N m].
+        x_s: Displacement by which the friction builds up [rad].
+        s: Shape: 0 builds up exponentially, 1 along a straight line [1].
+        d: Damping of the displacement [N m s/rad].
     """
 
     name: ClassVar[str] = "axis.presliding"
@@ -182,7 +200,7 @@ class Presliding(AxisElastic):
 
     def after(self, z: Scalar, travel: Scalar) -> Scalar:
         toward, way = jnp.sign(travel), jnp.abs(travel) / self.x_s
-        return toward + jnp.sign(z - toward) * worn(jnp.abs(z - toward), way, self.s)
+        return toward + jnp.sign(z - toward) * fallen(jnp.abs(z - toward), way, self.s)
 
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:
@@ -190,8 +208,16 @@ class Presliding(AxisElastic):
 
 
 class AngleFriction(AxisDry):
-    r"""Dry friction that varies with the angle: a level $1 + s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$ times what
-    the rig has at large."""
+    r"""Dry friction that varies with the angle.
+
+    It raises all other dry friction of the rig by the factor $1 + s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$.
+
+    Attributes:
+        s_1: Sine of the angle in the level, over its mean [1].
+        c_1: Cosine of the angle [1].
+        s_2: Sine of twice the angle [1].
+        c_2: Cosine of twice the angle [1].
+    """
 
     name: ClassVar[str] = "axis.angle_friction"
     group: ClassVar[str] = "angle_friction"
@@ -214,7 +240,11 @@ class AngleFriction(AxisDry):
 
 
 class LoadFriction(AxisDry):
-    r"""Dry friction that grows with the transmitted torque, $M = \mu\,|M_d|\,\mathrm{sgn}\,w$."""
+    r"""Dry friction that grows with the transmitted torque, $M = \mu\,|M_d|\,\mathrm{sgn}\,w$.
+
+    Attributes:
+        mu: Friction over the transmitted torque [1].
+    """
 
     name: ClassVar[str] = "axis.load_friction"
     label: ClassVar[str] = "load-dependent dry friction"
@@ -228,8 +258,17 @@ class LoadFriction(AxisDry):
 
 
 class FrictionDrift(AxisDry):
-    r"""Friction that changes over the run: a level of dry friction $(1 + d\,f(t))$ times what the rig has warm, and $B\,w\,f(t)$
-    besides, with $f = \max(1 - s t/\tau, 0)^{1/s}$: a straight line to an end for $s = 1$, $e^{-t/\tau}$ for $s = 0$."""
+    r"""Friction that changes over the run, by $f(t) = \max(1 - s t/\tau, 0)^{1/s}$.
+
+    All other dry friction of the rig, that of the warm rig, is raised by the factor $1 + d\,f(t)$; $B\,w\,f(t)$ acts
+    besides. For $s = 1$ the change is a straight line to an end, for $s = 0$ it is $e^{-t/\tau}$.
+
+    Attributes:
+        d: Share of dry friction that the cold rig has above the warm one [1].
+        B: Viscous friction that the cold rig has besides [N m s/rad].
+        tau: Time constant of the change [s].
+        s: Shape: 0 decays exponentially, 1 along a straight line to an end [1].
+    """
 
     name: ClassVar[str] = "axis.friction_drift"
     label: ClassVar[str] = "friction that warms up"
@@ -248,7 +287,7 @@ class FrictionDrift(AxisDry):
     s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", optional=True)
 
     def _cold(self, motion: Motion) -> Scalar:
-        return worn(1.0, motion.t / self.tau, self.s)
+        return fallen(1.0, motion.t / self.tau, self.s)
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.B * jnp.abs(motion.w) * self._cold(motion)

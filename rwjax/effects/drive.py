@@ -25,7 +25,12 @@ JUMPS = (0.015, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3)
 
 
 class DeadZone(CommandMap):
-    r"""Small commands give nothing, $u_e = u - u_0\,\mathrm{sgn}(u)$ where $|u| > u_0 + j$; with $j > 0$ the drive starts with a jump."""
+    r"""Small commands give nothing, $u_e = u - u_0\,\mathrm{sgn}(u)$ where $|u| > u_0 + j$; with $j > 0$ the drive starts with a jump.
+
+    Attributes:
+        u_0: Command that is lost [V].
+        j: Jump with which the drive starts [V].
+    """
 
     name: ClassVar[str] = "drive.deadzone"
     label: ClassVar[str] = "dead zone of the drive"
@@ -48,7 +53,11 @@ class DeadZone(CommandMap):
 
 
 class DriveDelay(CommandDelay):
-    r"""The command acts late, $u_e(t) = u(t - \tau)$."""
+    r"""The command acts late, $u_e(t) = u(t - \tau)$.
+
+    Attributes:
+        tau: Delay [s].
+    """
 
     name: ClassVar[str] = "drive.delay"
     label: ClassVar[str] = "delay of the command"
@@ -67,7 +76,12 @@ class DriveDelay(CommandDelay):
 
 
 class DriveLag(CommandFilter):
-    r"""The command acts through a lag, $T\dot u_e + u_e = u$, and a second one of $q T$ behind it."""
+    r"""The command acts through a lag, $T\dot u_e + u_e = u$, and a second one of $q T$ behind it.
+
+    Attributes:
+        T: Time constant [s].
+        q: Time constant of a second lag, over that of the first [1].
+    """
 
     name: ClassVar[str] = "drive.lag"
     label: ClassVar[str] = "lag of the drive"
@@ -108,7 +122,11 @@ def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
 
 
 class RateLimit(CommandFilter):
-    r"""The command slews at a limited rate, $|\dot u_e| \le r$."""
+    r"""The command slews at a limited rate, $|\dot u_e| \le r$.
+
+    Attributes:
+        r: Largest rate of the command [V/s].
+    """
 
     name: ClassVar[str] = "drive.rate_limit"
     label: ClassVar[str] = "rate limit of the drive"
@@ -131,7 +149,12 @@ class RateLimit(CommandFilter):
 
 
 class DriveSaturation(CommandMap):
-    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 5000$ it is clipped."""
+    r"""The command bends towards its limit, $u_e = u\,(1 + |u/u_m|^n)^{-1/n}$; with $n = 5000$ it is clipped.
+
+    Attributes:
+        u_m: Limit of the command [V].
+        n: Sharpness of the bend [1].
+    """
 
     name: ClassVar[str] = "drive.saturation"
     label: ClassVar[str] = "saturation of the drive"
@@ -161,7 +184,11 @@ class DriveSaturation(CommandMap):
 
 
 class DriveBias(CommandMap):
-    r"""Constant offset on the command, $u_e = u + u_b$."""
+    r"""Constant offset on the command, $u_e = u + u_b$.
+
+    Attributes:
+        u_b: Offset [V].
+    """
 
     name: ClassVar[str] = "drive.bias"
     label: ClassVar[str] = "offset of the command"
@@ -175,7 +202,11 @@ class DriveBias(CommandMap):
 
 
 class AsymmetricGain(CommandMap):
-    r"""Gain that differs forward and reverse, $u_e = (1 + a\,\mathrm{sgn}\,u)\,u$."""
+    r"""Gain that differs forward and reverse, $u_e = (1 + a\,\mathrm{sgn}\,u)\,u$.
+
+    Attributes:
+        a: Half the difference of the gains, forward less reverse, over their mean [1].
+    """
 
     name: ClassVar[str] = "drive.asymmetric_gain"
     label: ClassVar[str] = "direction-dependent gain of the drive"
@@ -194,7 +225,11 @@ class AsymmetricGain(CommandMap):
 
 
 class SupplySag(Supply):
-    r"""Supply voltage that drops with load: power $u i$ taken from a source with resistance, $u_e = u\,(1 - \rho|u i|)$."""
+    r"""Supply voltage that drops with load: power $u i$ taken from a source with resistance, $u_e = u\,(1 - \rho|u i|)$.
+
+    Attributes:
+        rho: Share of the voltage that is lost per power [1/W].
+    """
 
     name: ClassVar[str] = "drive.supply_sag"
     label: ClassVar[str] = "sagging supply"
@@ -214,8 +249,16 @@ class SupplySag(Supply):
 
 
 class Curvature(CommandMap):
-    r"""Gain that varies smoothly with the command's size: $u_e = u\,(1 + c|u|)\,|u/u_1|^p$ for $c > 0$, $u\,|u/u_1|^p/(1 - c|u|)$
-    for $c < 0$; $p$ is 0 where it is straight at small commands, and $u_1$ the largest command of the logs in a search."""
+    r"""Gain that varies smoothly with the command's size.
+
+    $u_e = u\,(1 + c|u|)\,|u/u_1|^p$ for $c > 0$, $u\,|u/u_1|^p/(1 - c|u|)$ for $c < 0$. With $p = 0$ it is straight at
+    small commands. In a search $u_1$ is the largest command of the logs.
+
+    Attributes:
+        c: Change of the gain per volt of command [1/V].
+        p: Exponent of the command in the gain [1].
+        u_1: Command at which the power is 1 [V].
+    """
 
     name: ClassVar[str] = "drive.curvature"
     label: ClassVar[str] = "curved characteristic of the drive"

@@ -13,7 +13,12 @@ from rwjax.types import Scalar
 
 
 class Heating(Winding):
-    r"""Resistance that rises as the winding warms, $R(1 + q)$ with $\dot q = c\,i^2(1 + q) - q/\tau$: the risen resistance heats, too."""
+    r"""Resistance that rises as the winding warms, $R(1 + q)$ with $\dot q = c\,i^2(1 + q) - q/\tau$: the risen resistance heats, too.
+
+    Attributes:
+        c: Rise of the resistance per second and current squared, over the cold one [1/(A² s)].
+        tau: Time constant of cooling [s].
+    """
 
     name: ClassVar[str] = "motor.heating"
     label: ClassVar[str] = "winding that warms up"
@@ -37,7 +42,11 @@ class Heating(Winding):
 
 
 class Saturation(MotorTorque):
-    r"""Torque per ampere that falls with the current, $K_e = K/(1 + a\,i^2)$."""
+    r"""Torque per ampere that falls with the current, $K_e = K/(1 + a\,i^2)$.
+
+    Attributes:
+        a: Inverse of the current squared at which half the torque is left [1/A²].
+    """
 
     name: ClassVar[str] = "motor.saturation"
     label: ClassVar[str] = "saturation of the motor"
@@ -56,7 +65,11 @@ class Saturation(MotorTorque):
 
 
 class DriverLimit(CurrentLimit):
-    r"""Current clipped by the driver, $|i| \le i_m$."""
+    r"""Current clipped by the driver, $|i| \le i_m$.
+
+    Attributes:
+        i_m: Largest current [A].
+    """
 
     name: ClassVar[str] = "motor.current_limit"
     label: ClassVar[str] = "current limit of the driver"

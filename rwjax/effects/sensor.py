@@ -14,7 +14,11 @@ from rwjax.types import Scalar
 
 
 class Scale(Encoder):
-    r"""Counts per revolution off, $y = (1 + s)\,\psi$."""
+    r"""Counts per revolution off, $y = (1 + s)\,\psi$.
+
+    Attributes:
+        s: Error of the scale [1].
+    """
 
     name: ClassVar[str] = "sensor.scale"
     label: ClassVar[str] = "scale of the encoder"
@@ -28,7 +32,14 @@ class Scale(Encoder):
 
 
 class Eccentricity(Encoder):
-    r"""Error that repeats with every turn, $y = \psi + s\sin\psi + c\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$."""
+    r"""Error that repeats with every turn, $y = \psi + s\sin\psi + c\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi$.
+
+    Attributes:
+        s: Sine of the angle in the error [rad].
+        c: Cosine of the angle [rad].
+        s_2: Sine of twice the angle [rad].
+        c_2: Cosine of twice the angle [rad].
+    """
 
     name: ClassVar[str] = "sensor.eccentricity"
     label: ClassVar[str] = "eccentric encoder"
@@ -48,7 +59,11 @@ class Eccentricity(Encoder):
 
 
 class SensorDelay(EncoderDelay):
-    r"""The encoder's reading is late, $y(t) = \psi(t - \tau)$; before a run's first sample it went on at its first rate."""
+    r"""The encoder's reading is late, $y(t) = \psi(t - \tau)$; before a run's first sample it went on at its first rate.
+
+    Attributes:
+        tau: Delay [s].
+    """
 
     name: ClassVar[str] = "sensor.delay"
     label: ClassVar[str] = "late reading of the encoder"
@@ -64,8 +79,15 @@ class SensorDelay(EncoderDelay):
 
 
 class MissedCounts(Encoder):
-    r"""Counts lost above a speed: $\dot y = w - \mathrm{sgn}(w)\,(s\,(|w| - w_m) + j\,w_m)$ where $|w| > w_m$; with $j = s$ a share
-    of all of them."""
+    r"""Counts lost above a speed: $\dot y = w - \mathrm{sgn}(w)\,(s\,(|w| - w_m) + j\,w_m)$ where $|w| > w_m$.
+
+    With $j = s$ a share of all counts is lost there.
+
+    Attributes:
+        s: Share of the counts lost above the speed [1].
+        w_m: Speed above which counts are lost [rad/s].
+        j: Share lost at once where the speed is passed [1].
+    """
 
     name: ClassVar[str] = "sensor.missed_counts"
     label: ClassVar[str] = "counts missed at speed"
@@ -93,7 +115,11 @@ class MissedCounts(Encoder):
 
 
 class LoggerClock(Clock):
-    r"""The logger's clock runs fast or slow: $t = (1 - e)\,t_\mathrm{log}$, fast where $e > 0$."""
+    r"""The logger's clock runs fast or slow: $t = (1 - e)\,t_\mathrm{log}$, fast where $e > 0$.
+
+    Attributes:
+        e: Share by which the clock runs fast [1].
+    """
 
     name: ClassVar[str] = "sensor.clock"
     label: ClassVar[str] = "clock of the logger"

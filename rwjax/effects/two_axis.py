@@ -103,6 +103,9 @@ class Gyroscopic(Tilt):
     Torques: $s\sin(s\theta)\,H\,\dot\theta$ on yaw and $-s\sin(s\theta)\,H\,\dot\psi$ on pitch; the motor's torque on yaw falls
     by $\cos(s\theta)$ (`rwjax.plant.two_axis`). With $s = 1$ the pitch body carries the wheel, with $s = 0$ the yaw body
     does. All of it begins with $s^2$, so a fit of $s$ has to begin beside 0.
+
+    Attributes:
+        s: Share of the pitch by which wheel 1 leans [1].
     """
 
     name: ClassVar[str] = "wheel_1.gyroscopic"
@@ -120,7 +123,11 @@ class Gyroscopic(Tilt):
 
 
 class Misalignment(YawReading):
-    r"""Misaligned encoder of the yaw axis: it reads a part of the pitch, $y = \psi + e\,\theta$."""
+    r"""Misaligned encoder of the yaw axis: it reads a part of the pitch, $y = \psi + e\,\theta$.
+
+    Attributes:
+        e: Share of the pitch that is read [1].
+    """
 
     name: ClassVar[str] = "sensor_1.misalignment"
     label: ClassVar[str] = "yaw encoder that reads a part of the pitch"

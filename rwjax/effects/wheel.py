@@ -14,7 +14,11 @@ from rwjax.types import Scalar
 
 
 class WheelCoulomb(WheelDry):
-    r"""Dry friction in the wheel's bearing, $M = M_c\,\mathrm{sgn}\,\Omega$."""
+    r"""Dry friction in the wheel's bearing, $M = M_c\,\mathrm{sgn}\,\Omega$.
+
+    Attributes:
+        M_c: Level of the friction [N m].
+    """
 
     name: ClassVar[str] = "wheel.coulomb"
     label: ClassVar[str] = "dry friction of the wheel"
@@ -29,7 +33,11 @@ class WheelCoulomb(WheelDry):
 
 
 class WheelDrag(WheelTorque):
-    r"""Air drag of the wheel, $M = c\,\Omega|\Omega|$."""
+    r"""Air drag of the wheel, $M = c\,\Omega|\Omega|$.
+
+    Attributes:
+        c: Torque per rate squared [N m s²/rad²].
+    """
 
     name: ClassVar[str] = "wheel.drag"
     label: ClassVar[str] = "air drag of the wheel"
@@ -47,7 +55,17 @@ ORDERS = tuple(map(float, range(2, 15)))
 
 
 class Cogging(WheelTorque):
-    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta$ and its overtone, $(p s - q c)\sin 2n\theta + (p c + q s)\cos 2n\theta$."""
+    r"""Torque ripple with the wheel's angle, $M = s\sin n\theta + c\cos n\theta$ and its overtone.
+
+    The overtone is $(p s - q c)\sin 2n\theta + (p c + q s)\cos 2n\theta$.
+
+    Attributes:
+        s: Amplitude of the sine [N m].
+        c: Amplitude of the cosine [N m].
+        n: Ripples in a turn [1].
+        p: Overtone in phase, over the first harmonic [1].
+        q: Overtone a quarter of a turn apart, over the first harmonic [1].
+    """
 
     name: ClassVar[str] = "wheel.cogging"
     label: ClassVar[str] = "cogging of the motor"
