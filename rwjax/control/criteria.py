@@ -52,13 +52,13 @@ class ContinuousPoles(NamedTuple):
         return stable(loop, kp[:, None], kd[None, :], sigma=self.sigma, damping=self.damping)
 
     def share(
-        self, rig: Rig, thetas: Float[np.ndarray, "k p"], kp: np.ndarray, kd: np.ndarray
+        self, rig: Rig, thetas: Float[np.ndarray, "k n"], kp: np.ndarray, kd: np.ndarray
     ) -> Float[np.ndarray, "p d"]:
         """Share of plants [1] with which each pair of PD gains meets the criterion.
 
         Args:
             rig: The rig whose structure the plants have.
-            thetas: Parameter vectors [SI], one plant for each row.
+            thetas: Parameter vectors [SI], one plant for each row, `(k, n)`.
             kp: Proportional gains [V/rad], `(p,)`.
             kd: Derivative gains [V s/rad], `(d,)`.
 
@@ -133,13 +133,13 @@ class SampledPoles(NamedTuple):
         return found
 
     def share(
-        self, rig: Rig, thetas: Float[np.ndarray, "k p"], kp: np.ndarray, kd: np.ndarray
+        self, rig: Rig, thetas: Float[np.ndarray, "k n"], kp: np.ndarray, kd: np.ndarray
     ) -> Float[np.ndarray, "p d"]:
         """Share of plants [1] with which each pair of PD gains meets the criterion.
 
         Args:
             rig: The rig whose structure the plants have.
-            thetas: Parameter vectors [SI], one plant for each row.
+            thetas: Parameter vectors [SI], one plant for each row, `(k, n)`.
             kp: Proportional gains [V/rad], `(p,)`.
             kd: Derivative gains [V s/rad], `(d,)`.
 

@@ -62,11 +62,11 @@ class Region:
         """
         return self.criterion.margins(self.rig, self.kp, self.kd, self.stable)
 
-    def share_of_plants(self, thetas: Float[np.ndarray, "k p"]) -> Float[np.ndarray, "p d"]:
+    def share_of_plants(self, thetas: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "p d"]:
         """Share of many plants with which each pair meets the criterion.
 
         Args:
-            thetas: Parameter vectors of the rig's structure [SI], one plant for each row (`fit_estimate.draw_plants`).
+            thetas: Parameter vectors of the rig's structure [SI], one plant for each row, `(k, n)` (`fit_estimate.draw_plants`).
 
         Returns:
             Share of the plants [1], `(p, d)`.

@@ -9,7 +9,7 @@ GAIN, INERTIA, VISCOUS, H, SMOOTH = 0.4, 0.1, 0.02, 0.01, 0.03
 RIG = parse_rig(
     f'kind = "platform"\n[drive]\ngain = {GAIN}\n[axis]\ninertia = {INERTIA}\n[axis.friction]\nviscous = {VISCOUS}'
 )
-CLOCK = LoopTiming(H, delay_steps=2.0)  # 5 ms
+TIMING = LoopTiming(H, delay_steps=2.0)  # 5 ms
 
 
 def with_delays(command: float, reading: float) -> Rig:

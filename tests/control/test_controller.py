@@ -38,7 +38,7 @@ def test_an_extra_delay_comes_on_top() -> None:
 
 @given(st.floats(1e-3, 0.2), st.floats(0.0, 1.0))
 def test_a_period_is_cut_into_steps_that_are_short_enough(period: float, share: float) -> None:
-    rig = replace(platform(), counts_per_rev={"axis": 2048})
+    rig = replace(platform(), counts_per_rev={"axis": 2048.0})
     timing = loop_timing(rig, period, share * period)
     assert timing.steps >= LEAST_STEPS and period / timing.steps <= LONGEST_STEP * (1.0 + 1e-8)
     assert timing.delay == pytest.approx(share * period) and timing.counts == 2048

@@ -11,17 +11,17 @@ from rwjax.control.sampled_loop import SampledLaw, sampled_loops
 from rwjax.control.stability import share_of_plants
 from rwjax.control.transfer import transfer
 from rwjax.plant.from_rig import structure_of, theta_of
-from tests.control.delayed_platform import CLOCK, GAIN, INERTIA, RIG, SMOOTH, VISCOUS, with_delays
+from tests.control.delayed_platform import GAIN, INERTIA, RIG, SMOOTH, TIMING, VISCOUS, with_delays
 
 GRID, RATES = np.linspace(0.0, 60.0, 13), np.linspace(0.0, 12.0, 13)
 
 
 def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
-    asked = SampledPoles(1.0, CLOCK, SMOOTH)
+    asked = SampledPoles(1.0, TIMING, SMOOTH)
     late = with_delays(0.02, 0.0)
     found, without = (region_of(rig, asked, GRID, GRID) for rig in (late, RIG))
     assert 5 < found.stable.sum() < without.stable.sum() - 5
-    (loop,) = sampled_loops(late, SampledLaw(CLOCK, SMOOTH))
+    (loop,) = sampled_loops(late, SampledLaw(TIMING, SMOOTH))
     margins = found.margins()["modulus"]
     for (i, kp), (j, kd) in ((a, b) for a in enumerate(GRID) for b in enumerate(GRID)):
         size = np.max(np.abs(1.0 + loop.poles(kp, kd)))
@@ -34,7 +34,7 @@ def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
 
 def test_without_a_derivative_its_filter_is_none_of_the_loop() -> None:
     kp, kd, rig = np.array([0.05, 0.1]), np.array([0.0, 0.05]), RIG.with_values({"axis.friction.viscous": 0.1})
-    slow, fast = SampledPoles(0.25, CLOCK, 5.0), SampledPoles(0.25, CLOCK, 0.0)
+    slow, fast = SampledPoles(0.25, TIMING, 5.0), SampledPoles(0.25, TIMING, 0.0)
     found, thetas = region_of(rig, slow, kp, kd), theta_of(rig, structure_of(rig))[None]
     assert np.array_equal(found.stable[:, 0], region_of(rig, fast, kp, kd).stable[:, 0]) and found.stable[1, 0]
     assert np.array_equal(found.share_of_plants(thetas) == 1.0, found.stable)

@@ -10,17 +10,17 @@ import pytest
 from rwjax.control.fit_estimate import FitEstimate, draw_plants, read_fit_estimate
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
-from tests.control.fit_of_a_rig import MEAN, NAMES, SPREAD
+from tests.control.fit_of_a_rig import ESTIMATE, MEAN, NAMES
 from tests.systems import platform, reaction
 
 
 def test_draws_have_the_fit_s_mean_and_covariance() -> None:
     rig = reaction()
-    thetas = draw_plants(rig, SPREAD, 20_000)
+    thetas = draw_plants(rig, ESTIMATE, 20_000)
     at = [structure_of(rig).names.index(name) for name in NAMES]
     assert np.mean(thetas[:, at], 0) == pytest.approx(MEAN, rel=0.005)  # 0.1 sqrt(1/20 000) is 0.0007
-    size = np.sqrt(np.diag(SPREAD.covariance))
-    off = (np.cov(thetas[:, at].T) - SPREAD.covariance) / np.outer(size, size)
+    size = np.sqrt(np.diag(ESTIMATE.covariance))
+    off = (np.cov(thetas[:, at].T) - ESTIMATE.covariance) / np.outer(size, size)
     assert np.max(np.abs(off)) < 5.0 * np.sqrt(2.0 / 20_000)  # five deviations of a sample variance
     others = np.delete(np.arange(thetas.shape[1]), at)
     assert np.all(thetas[:, others] == theta_of(rig, structure_of(rig))[others])

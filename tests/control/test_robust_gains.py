@@ -16,7 +16,7 @@ from rwjax.control.transfer import transfer
 from rwjax.control.tuning import tune_from
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
-from tests.control.fit_of_a_rig import SPREAD
+from tests.control.fit_of_a_rig import ESTIMATE
 from tests.systems import platform, reaction
 
 AXIS = np.linspace(0.0, 100.0, 41)
@@ -25,7 +25,7 @@ AXIS = np.linspace(0.0, 100.0, 41)
 def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
     rig, sigma, count = reaction(), 0.5, 300
     drawn, fresh = (
-        transfer(linearised(rig, thetas=draw_plants(rig, SPREAD, n, seed))) for n, seed in ((count, 1), (5000, 2))
+        transfer(linearised(rig, thetas=draw_plants(rig, ESTIMATE, n, seed))) for n, seed in ((count, 1), (5000, 2))
     )
     share, again = share_of_plants(drawn, AXIS, AXIS, sigma), share_of_plants(fresh, AXIS, AXIS, sigma)
     # a pair that holds for all of N plants fails a fresh one with a chance of 1/(N + 1) at most on average; and the shares agree
@@ -35,13 +35,13 @@ def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
     assert np.max(np.abs(share - again)[edge]) < 4.5 * 0.5 / np.sqrt(count)  # 4.5 deviations of a count out of 300
 
 
-CLOCK, SMOOTH = LoopTiming(delay_steps=2.0), 0.02
+TIMING, SMOOTH = LoopTiming(delay_steps=2.0), 0.02
 
 
 def test_no_other_gains_have_a_larger_worst_case_margin() -> None:
     rig = reaction()
-    thetas = draw_plants(rig, SPREAD, 60)
-    found = robust_gains(rig, thetas, AXIS, AXIS, 2.0, CLOCK, SMOOTH)
+    thetas = draw_plants(rig, ESTIMATE, 60)
+    found = robust_gains(rig, thetas, AXIS, AXIS, 2.0, TIMING, SMOOTH)
     each = [sampled_loop(plant, 0.01, 0.005, SMOOTH) for plant in transfer(linearised(rig, thetas=thetas)).each()]
 
     def slowest(gains: np.ndarray) -> float:
@@ -63,14 +63,14 @@ def test_no_other_gains_have_a_larger_worst_case_margin() -> None:
 )
 def test_gains_stay_below_what_sampling_bears(rig) -> None:
     # without inductance the loop falls with 1/s at high gains: in continuous time any gain keeps 1 from -1
-    found = robust_gains(rig, theta_of(rig, structure_of(rig))[None], AXIS, AXIS, 0.5, CLOCK, SMOOTH)
+    found = robust_gains(rig, theta_of(rig, structure_of(rig))[None], AXIS, AXIS, 0.5, TIMING, SMOOTH)
     assert 0.0 < found.kp < 100.0 and 0.0 < found.kd < 100.0
     (plant,) = transfer(linearised(rig, thetas=theta_of(rig, structure_of(rig))[None])).each()
     assert 0.5 < found.modulus < 1.0
     margins = pd_margins(plant, found.kp, found.kd)
-    # the lateness that the loop has on top: held, differenced, late, filtered
+    # the delay that the loop has on top: held, differenced, late, filtered
     assert margins.delay > 0.005 + 0.005 + 0.005
-    run = run_rig(rig, Controller(found.kp, kd=found.kd, filter_time=SMOOTH), np.full(600, 1e-3), CLOCK)
+    run = run_rig(rig, Controller(found.kp, kd=found.kd, filter_time=SMOOTH), np.full(600, 1e-3), TIMING)
     assert np.all(np.abs(run.angle) < 2e-3)
 
 
@@ -110,9 +110,9 @@ def test_a_rig_that_its_own_weight_brings_back_is_tuned_from_a_gain_above_0() ->
 
 def test_gains_beyond_the_ranges_are_told_from_none() -> None:
     with pytest.raises(InputError, match="no gains within --kp and --kd .*; others do, widen these"):
-        robust_gains(platform(), alone(platform()), SPAN, 1e-4 * SPAN, 1.0, CLOCK, SMOOTH)
+        robust_gains(platform(), alone(platform()), SPAN, 1e-4 * SPAN, 1.0, TIMING, SMOOTH)
     with pytest.raises(InputError, match="no gains within --kp and --kd .*; others do, widen these"):
-        robust_gains(platform(), alone(platform()), np.array([1e4, 2e4]), SPAN, 1.0, CLOCK, SMOOTH)
+        robust_gains(platform(), alone(platform()), np.array([1e4, 2e4]), SPAN, 1.0, TIMING, SMOOTH)
 
 
 def test_asking_for_too_much_is_said() -> None:

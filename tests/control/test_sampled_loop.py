@@ -16,7 +16,7 @@ from rwjax.control.stability import share_of_sampled, stable_sampled
 from rwjax.control.transfer import transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
-from tests.control.delayed_platform import CLOCK, GAIN, INERTIA, SMOOTH, VISCOUS, H, with_delays
+from tests.control.delayed_platform import GAIN, INERTIA, SMOOTH, TIMING, VISCOUS, H, with_delays
 from tests.control.thesis_axis import THESIS
 
 KP, KI, KD = 6.0, 2.0, 2.0
@@ -43,7 +43,7 @@ def by_hand(delay: float) -> np.ndarray:
 
 @pytest.mark.parametrize("delays", CASES)
 def test_poles_are_the_eigenvalues_of_the_loop_with_its_delays(delays: tuple[float, float]) -> None:
-    (loop,) = sampled_loops(with_delays(*delays), SampledLaw(CLOCK, SMOOTH, integral=True))
+    (loop,) = sampled_loops(with_delays(*delays), SampledLaw(TIMING, SMOOTH, integral=True))
     poles, exact = 1.0 + loop.poles(KP, KI, KD), np.linalg.eigvals(by_hand(0.005 + sum(delays)))
     large = exact[np.abs(exact) > 0.05]  # those at 0 spread by rounding
     assert len(large) >= 4
@@ -54,7 +54,7 @@ def test_poles_are_the_eigenvalues_of_the_loop_with_its_delays(delays: tuple[flo
 @pytest.mark.parametrize("delays", [d for d in CASES if d != (0.003, 0.0)])  # of whole steps: the run's mean is exact
 def test_the_nonlinear_loop_has_the_same_delays(delays: tuple[float, float]) -> None:
     law = Controller(KP, ki=KI, kd=KD, filter_time=SMOOTH)
-    run = np.asarray(run_rig(with_delays(*delays), law, np.zeros(400), CLOCK, psi=0.1).angle)
+    run = np.asarray(run_rig(with_delays(*delays), law, np.zeros(400), TIMING, psi=0.1).angle)
     M = by_hand(0.005 + sum(delays))
     state = np.zeros(len(M))
     state[[0, 3]] = 0.1, -0.1  # no slope at first
@@ -70,19 +70,19 @@ def test_plants_of_many_delays_are_judged_by_their_own() -> None:
     structure = structure_of(rig)
     thetas = np.tile(theta_of(rig, structure), (5, 1))
     thetas[:, structure.names.index("drive.delay.tau")] = [0.0, 0.003, 0.012, 0.03, 0.06]
-    each, grid = sampled_loops(rig, SampledLaw(CLOCK, SMOOTH), thetas), np.linspace(1.0, 60.0, 12)
+    each, grid = sampled_loops(rig, SampledLaw(TIMING, SMOOTH), thetas), np.linspace(1.0, 60.0, 12)
     alone = [stable_sampled(loop, grid[:, None], grid[None, :]) for loop in each]
     assert np.array_equal(share_of_sampled(stacked_loops(each), grid, grid), np.mean(alone, axis=0))
     counts = [int(one.sum()) for one in alone]
     assert counts == sorted(counts, reverse=True) and len(set(counts)) == 5 and counts[-1] > 0
     law = Controller(KP, kd=KD, filter_time=SMOOTH)
     worst = min(sampled_modulus(loop, KP, KD) for loop in each)
-    assert robustness(rig, thetas, CLOCK, law) == (1.0, pytest.approx(worst))
+    assert robustness(rig, thetas, TIMING, law) == (1.0, pytest.approx(worst))
 
 
 def test_a_delay_of_too_many_periods_is_said() -> None:
     with pytest.raises(InputError, match=r"commands act 0\.205 s after their reading, more than 12 periods of 0\.01 s"):
-        sampled_loops(with_delays(0.2, 0.0), SampledLaw(CLOCK))
+        sampled_loops(with_delays(0.2, 0.0), SampledLaw(TIMING))
 
 
 def test_sampling_fast_is_not_sampling() -> None:

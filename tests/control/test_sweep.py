@@ -1,4 +1,4 @@
-"""A sweep is many closed loops: each lane against the loop run by itself."""
+"""A sweep is many closed loops: each run against the loop run by itself."""
 
 import numpy as np
 import pytest
@@ -11,42 +11,42 @@ from rwjax.control.sweep import GainSweep, step_responses, sweep
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform
 
-CLOCK = LoopTiming(period=0.02, steps=2, delay_steps=1, counts=2048)
+TIMING = LoopTiming(period=0.02, steps=2, delay_steps=1, counts=2048)
 CONTROLLERS = [Controller(kp, 0.5, kd, 0.02, voltage_limit=3.0) for kp in (2.0, 6.0, 12.0) for kd in (0.5, 3.0)]
 
 
-@pytest.mark.parametrize("lanes", [5, 400])  # several blocks, the last one padded; and one
-def test_every_lane_is_the_loop_run_by_itself(lanes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "BATCH", lanes)
+@pytest.mark.parametrize("runs", [5, 400])  # several blocks, the last one padded; and one
+def test_every_run_is_the_loop_run_by_itself(runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "BATCH", runs)
     rig = platform()
     structure = structure_of(rig)
     light = rig.with_values({"axis.inertia": 0.07})
     thetas = np.stack([theta_of(rig, structure), theta_of(light, structure)])
     references = np.array([[0.2] * 150, [0.5] * 30 + [-0.1] * 120])
-    found = step_responses(rig, CONTROLLERS, references, CLOCK, thetas, since=30)
+    found = step_responses(rig, CONTROLLERS, references, TIMING, thetas, since=30)
     assert found.overshoot.shape == (6, 2, 2)
     for g, controller in enumerate(CONTROLLERS):
         for r, reference in enumerate(references):
             for k, plant in enumerate((rig, light)):
-                run = run_rig(plant, controller, reference, CLOCK)
+                run = run_rig(plant, controller, reference, TIMING)
                 late = ClosedLoopRun(*(x[30:] for x in run))
-                alone = step_response(late, reference[-1], CLOCK.period, controller.voltage_limit)
+                alone = step_response(late, reference[-1], TIMING.period, controller.voltage_limit)
                 for whole, one in zip(found, alone, strict=True):
                     assert float(whole[g, r, k]) == pytest.approx(float(one), rel=1e-9, abs=1e-12)
 
 
 def test_a_reference_that_goes_on_changing_is_refused() -> None:
     with pytest.raises(ValueError, match="from sample 10 on"):
-        step_responses(platform(), CONTROLLERS, np.linspace(0.0, 1.0, 50)[None], CLOCK, since=10)
+        step_responses(platform(), CONTROLLERS, np.linspace(0.0, 1.0, 50)[None], TIMING, since=10)
 
 
 def test_a_sweep_over_gains_is_every_loop_by_itself_and_prints_itself() -> None:
     rig, kp, kd = platform(), np.array([4.0, 9.0]), np.array([1.0, 2.0, 3.0])
     step, law = StepReference(0.3, 3.0), Controller(0.0, filter_time=0.02, voltage_limit=5.0)
-    found = sweep(rig, kp, kd, controller=law, step=step, timing=CLOCK)
+    found = sweep(rig, kp, kd, controller=law, step=step, timing=TIMING)
     for i, j in np.ndindex(2, 3):
-        run = run_rig(rig, law._replace(kp=kp[i], kd=kd[j]), step.samples(CLOCK.period), CLOCK)
-        alone = step_response(run, 0.3, CLOCK.period, 5.0)
+        run = run_rig(rig, law._replace(kp=kp[i], kd=kd[j]), step.samples(TIMING.period), TIMING)
+        alone = step_response(run, 0.3, TIMING.period, 5.0)
         for whole, one in zip(found.response, alone, strict=True):
             assert float(whole[i, j]) == pytest.approx(float(one), rel=1e-9, abs=1e-12)
     lines = str(found).splitlines()

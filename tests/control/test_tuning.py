@@ -12,17 +12,17 @@ from rwjax.control.margins import sampled_modulus
 from rwjax.control.sampled_loop import SampledLaw, sampled_loops
 from rwjax.control.tuning import LEAST_MODULUS, loss, loss_and_gradient, tune_from
 from rwjax.errors import InputError
-from tests.control.tuning_helpers import CLOCK, REFERENCE, RIG
+from tests.control.tuned_platform import REFERENCE, RIG, TIMING
 from tests.systems import reaction
 
 
 def of(kp: float, kd: float, ki: float = 0.0) -> float:
-    structure, theta, _, sign = loop_setup(RIG, CLOCK)
+    structure, theta, _, sign = loop_setup(RIG, TIMING)
     return float(
         loss(
             structure,
             theta,
-            CLOCK,
+            TIMING,
             _arrays(Controller(kp, ki, kd, 0.02, voltage_limit=5.0)),
             jnp.asarray(REFERENCE),
             sign,
@@ -35,11 +35,11 @@ def _arrays(controller: Controller) -> Controller:
 
 
 def test_the_slope_is_that_of_the_loss() -> None:
-    structure, theta, _, sign = loop_setup(RIG, CLOCK)
+    structure, theta, _, sign = loop_setup(RIG, TIMING)
     gains = np.array([6.0, 0.7, 2.5])
     start = _arrays(Controller(*gains[[0, 1]], kd=2.5, filter_time=0.02, voltage_limit=5.0))
     value, slope = loss_and_gradient(
-        structure, theta, CLOCK, start, jnp.asarray(REFERENCE), sign, jnp.log(gains), jnp.eye(3)
+        structure, theta, TIMING, start, jnp.asarray(REFERENCE), sign, jnp.log(gains), jnp.eye(3)
     )
     assert float(value) == pytest.approx(of(6.0, 2.5, 0.7))
     for k in range(3):
@@ -50,9 +50,9 @@ def test_the_slope_is_that_of_the_loss() -> None:
 
 def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
     start = Controller(2.0, kd=0.5, filter_time=0.02, voltage_limit=5.0)
-    found = tune_from(RIG, start, REFERENCE, CLOCK)
+    found = tune_from(RIG, start, REFERENCE, TIMING)
     assert found.loss[1] < 0.2 * found.loss[0]
-    (loop,) = sampled_loops(RIG, SampledLaw(CLOCK, start.filter_time))
+    (loop,) = sampled_loops(RIG, SampledLaw(TIMING, start.filter_time))
     grid = [(kp, kd) for kp in np.geomspace(1.0, 60.0, 14) for kd in np.geomspace(0.3, 20.0, 14)]
     best = min(of(*pair) for pair in grid if sampled_modulus(loop, *pair) >= LEAST_MODULUS)
     assert found.loss[1] <= best * 1.001
@@ -62,36 +62,38 @@ def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
 
 def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
     stuck = Controller(0.2, kd=0.05, filter_time=0.02, voltage_limit=5.0)  # 0.06 V; friction holds up to 0.125 V
-    found = tune_from(RIG, stuck, REFERENCE, CLOCK)
+    found = tune_from(RIG, stuck, REFERENCE, TIMING)
     assert found.loss[1] < 0.1 * found.loss[0] and found.controller.ki == 0.0
 
 
 @pytest.mark.parametrize("exponent", [1.9968, *(pytest.param(n, marks=pytest.mark.slow) for n in (2.0, 2.0032))])
-def test_where_friction_makes_creases_no_small_move_within_the_margin_does_much_better(exponent: float) -> None:
+def test_where_friction_makes_the_loss_nonsmooth_no_small_move_within_the_margin_does_much_better(
+    exponent: float,
+) -> None:
     rig = replace(reaction(), effects={"axis.stribeck": {"M_c": 0.01, "M_e": 0.006, "v_s": 0.2, "n": exponent}})
     law = Controller(6.3, ki=1.9, kd=1.33, filter_time=0.02, feedforward=0.58, deadband=0.0035, voltage_limit=10.0)
     reference = np.full(600, np.radians(15.0))
-    found = tune_from(rig, law, reference, CLOCK)
-    structure, theta, _, sign = loop_setup(rig, CLOCK)
-    (loop,) = sampled_loops(rig, SampledLaw(CLOCK, law.filter_time, integral=True))
+    found = tune_from(rig, law, reference, TIMING)
+    structure, theta, _, sign = loop_setup(rig, TIMING)
+    (loop,) = sampled_loops(rig, SampledLaw(TIMING, law.filter_time, integral=True))
     best = np.array([found.controller.kp, found.controller.ki, found.controller.kd])
     for k in range(3):
         for factor in (0.9, 1.1):
             kp, ki, kd = gains = best * np.where(np.arange(3) == k, factor, 1.0)
             if sampled_modulus(loop, *gains) >= found.least:
                 other = _arrays(found.controller._replace(kp=kp, ki=ki, kd=kd))
-                value = float(loss(structure, theta, CLOCK, other, jnp.asarray(reference), sign))
+                value = float(loss(structure, theta, TIMING, other, jnp.asarray(reference), sign))
                 assert value > 0.95 * found.loss[1], (k, factor)
 
 
 def test_an_unstable_start_is_refused() -> None:
     with pytest.raises(InputError, match="not stable"):
-        tune_from(reaction(), Controller(50.0, ki=1e4, kd=1.0), REFERENCE, CLOCK)
+        tune_from(reaction(), Controller(50.0, ki=1e4, kd=1.0), REFERENCE, TIMING)
     with pytest.raises(InputError, match="not stable"):  # in continuous time it is
-        tune_from(RIG, Controller(100.0, kd=100.0), REFERENCE, CLOCK)
+        tune_from(RIG, Controller(100.0, kd=100.0), REFERENCE, TIMING)
 
 
 @pytest.mark.parametrize("gains", [(0.0, 0.0), (5.0, -1.0)])
 def test_gains_that_cannot_be_tuned_are_refused(gains: tuple[float, float]) -> None:
     with pytest.raises(InputError, match="have to be positive"):
-        tune_from(RIG, Controller(gains[0], kd=gains[1]), REFERENCE, CLOCK)
+        tune_from(RIG, Controller(gains[0], kd=gains[1]), REFERENCE, TIMING)

@@ -40,7 +40,7 @@ def test_a_run_moves_a_rig_where_its_encoder_shows_it_and_both_ways_where_that_i
     angles = np.cumsum(rates, axis=1) * (t[1] - t[0])
     moved = {"yaw_rad": angles, "yaw_rad_s": rates}
     both = np.array([True, True, True])
-    fine = replace(platform(), counts_per_rev={"axis": 2048})
+    fine = replace(platform(), counts_per_rev={"axis": 2048.0})
     assert moves(fine, moved, both).tolist() == [True, False, False]  # 20 counts are 0.06 rad
     assert moves(fine, moved, ~both).tolist() == [True, True, False]
     assert moves(platform(), moved, ~both).tolist() == [True, True, True]

@@ -5,5 +5,5 @@ import numpy as np
 from rwjax.control.controller import LoopTiming
 from tests.systems import platform
 
-REFERENCE, CLOCK = np.full(300, 0.3), LoopTiming()
+REFERENCE, TIMING = np.full(300, 0.3), LoopTiming()
 RIG = platform()
