@@ -118,7 +118,7 @@ class Coordinates:
             theta: Parameter vector `(t,)` [SI].
 
         Returns:
-            True where a number is on its lower bound `(k,)`, and on its upper bound `(k,)`.
+            Which numbers are on their lower bound `(k,)`, and which on their upper bound `(k,)` [true or false].
         """
         low, high = self.bounds.T
         margin = 1e-9 * np.maximum(np.abs(theta[self.index]), self.size)
@@ -132,7 +132,7 @@ def coordinates(
 
     Args:
         theta: Parameter vector `(t,)` [SI].
-        free: Which numbers are free `(t,)`.
+        free: Which numbers are free `(t,)` [true or false].
         bounds: Lower and upper bound `(t, 2)` [SI].
         size: Typical size `(t,)` [SI].
         prior: Whether any number has a prior.

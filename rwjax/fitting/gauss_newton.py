@@ -25,7 +25,7 @@ def initial_state_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.
         log: Number of the log.
 
     Returns:
-        Normal matrix `(k+n, k+n)` and gradient `(k+n,)`.
+        Normal matrix `(k+n, k+n)` [1/SI²] and gradient `(k+n,)` [1/SI].
     """
     if not problem.initial_state_from_start[log]:
         return e.H[log], e.g[log]
@@ -42,10 +42,10 @@ def initial_state_response(
     """Change of an initial state that minimises the cost, per change of the numbers and by itself.
 
     Args:
-        H: Normal matrix `(k+n, k+n)`, of `initial_state_normal`.
-        g: Gradient `(k+n,)`.
-        k: Rows of the numbers `(k,)`.
-        s: Rows of the unknown entries of the initial state `(s,)`.
+        H: Normal matrix of `initial_state_normal` `(k+n, k+n)` [1/SI²].
+        g: Gradient `(k+n,)` [1/SI].
+        k: Rows of the numbers `(k,)` [index].
+        s: Rows of the unknown entries of the initial state `(s,)` [index].
         damping: Levenberg-Marquardt damping [1].
 
     Returns:

@@ -24,7 +24,7 @@ def first_half_second(log: Log) -> np.ndarray:
         log: The log.
 
     Returns:
-        True where a sample does.
+        True for these samples `(time,)` [true or false].
     """
     return log.time - log.time[0] <= START_S
 

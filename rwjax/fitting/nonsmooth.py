@@ -60,7 +60,7 @@ def secant_steps(
         c: The free numbers.
         theta: Parameter vector `(t,)` [SI].
         start: Initial states `(l, n)` [SI].
-        free_start: Entries of `start` that are estimated along `(l, n)`.
+        free_start: Entries of `start` that are estimated along `(l, n)` [true or false].
         cost: Cost at this point [1].
 
     Returns:

@@ -58,7 +58,7 @@ class Problem:
             values: Values `(p, …)` [SI] in the order of `structure.names`.
 
         Returns:
-            Values `(t, …)` in the order of `names`.
+            Values `(t, …)` [SI] in the order of `names`.
         """
         own = [self.structure.names.index(name) for name in self.per_run]
         return np.concatenate([values, *(values[own] for _ in self.logs)])

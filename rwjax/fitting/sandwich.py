@@ -28,11 +28,11 @@ def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray
     """Long-run covariance of the score, summed over logs.
 
     Args:
-        jacobians: For each log the derivative of its residual `(time, output, k)`.
-        residuals: For each log its residual `(time, output)`.
+        jacobians: For each log the derivative of its residual `(time, output, k)` [1].
+        residuals: For each log its residual in units of noise `(time, output)` [1].
 
     Returns:
-        Covariance `(k, k)`.
+        Covariance `(k, k)` [1].
 
     Source:
         Newey and West, Econometrica 55 (1987).
@@ -60,10 +60,10 @@ def undetermined(A: np.ndarray) -> np.ndarray:
     """Which numbers have a share in a combination that a normal matrix leaves undetermined.
 
     Args:
-        A: Normal matrix `(k, k)`.
+        A: Normal matrix `(k, k)` [1].
 
     Returns:
-        True for these `(k,)`.
+        True for these `(k,)` [true or false].
     """
     d = np.sqrt(np.maximum(np.diag(A), 1e-300))
     values, vectors = np.linalg.eigh(A / d / d[:, None])

@@ -41,7 +41,7 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
     Args:
         problem: Logs and structure.
         theta: Parameter vector `(t,)` [SI].
-        numbers: Entries of `theta` to differentiate by `(k,)`.
+        numbers: Entries of `theta` to differentiate by `(k,)` [index].
         nodes: States at the windows' starts `(l, w, n)` [SI].
 
     Returns:
