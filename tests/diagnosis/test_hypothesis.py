@@ -1,10 +1,11 @@
 """Hypotheses as keys, what may be named on a rig, and which numbers a hypothesis frees."""
 
+import numpy as np
 import pytest
 
 from rwjax.diagnosis.hypothesis import Hypothesis, candidates, coordinate_of, free_names, space, structure_for
-from tests.diagnosis.simulated import true_log
-from tests.systems import platform, reaction, wheel
+from tests.diagnosis.simulated import COMMAND, TIME
+from tests.systems import platform, reaction, record, wheel
 
 
 def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
@@ -44,8 +45,9 @@ def test_names_are_effects_or_numbers() -> None:
 
 
 def test_a_wrong_number_is_looked_for_within_a_factor() -> None:
-    rig, wrong = platform(), Hypothesis(("parameter.drive.gain",))
-    coordinates, starts = space(rig, wrong, [true_log(rig)], wrong_by=2.0)
-    k = structure_for(rig, wrong).names.index("drive.gain")
-    assert coordinates.bounds[list(coordinates.index).index(k)] == pytest.approx([0.2, 0.8])
-    assert all(start[k] == rig.numbers["drive.gain"] for start in starts)
+    rig, wrong = wheel(), Hypothesis(("parameter.motor.resistance",))
+    readings = {name: np.sin(TIME) for name in ("wheel_rad_s", "current_A")}
+    coordinates, starts = space(rig, wrong, [record(TIME, COMMAND, readings)], wrong_by=2.0)
+    k = structure_for(rig, wrong).names.index("motor.resistance")
+    assert coordinates.bounds[list(coordinates.index).index(k)] == pytest.approx([0.5 * 0.83, 2.0 * 0.83])
+    assert all(start[k] == 0.83 for start in starts)

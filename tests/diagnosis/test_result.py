@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +12,10 @@ from rwjax.diagnosis.result import Diagnosis, Ranked
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.uncertainty import Uncertainty
 from tests.systems import platform, reaction, wheel
 
-NOT_SHOWN: Any = None  # fit and uncertainty, which neither JSON nor text reads
 NONE = HeldOut({}, {}, {}, {})
 FIRST = Rung((), 0.05, {"axis.inertia": (0.1, 0.001)}, {"axis.inertia": (0.0, 0.0)}, {})
 SECOND = Rung(
@@ -47,8 +47,8 @@ DIAGNOSIS = Diagnosis(
     before=NONE,
     after=NONE,
     settings=Settings(),
-    fitted=NOT_SHOWN,
-    spread=NOT_SHOWN,
+    fitted=object.__new__(Fit),  # which neither JSON nor text reads
+    spread=object.__new__(Uncertainty),
 )
 
 

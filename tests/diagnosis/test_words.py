@@ -59,7 +59,7 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("axis.coulomb",),
             (),
             None,
-            "The rig lacks Coulomb friction (axis.coulomb): on held-out runs the error falls from 0.05 to 0.01 rad and closes "
+            "The rig lacks dry friction (axis.coulomb): on held-out runs the error falls from 0.05 to 0.01 rad and closes "
             "98 % of the gap.",
         ),
         (
