@@ -1,4 +1,4 @@
-"""Limits of the verdict from a campaign over the set `calibrate`, those that `rwjax/diagnosis/settings.py` holds beside them.
+"""Limits of the verdict from a campaign over the set `calibrate`, those that `rwjax/diagnosis/settings.py` holds.
 
 `python -m experiments.blind.calibrate RESULTS.jsonl` judges every case again under each combination of limits. It keeps combinations
 that name a cause on at most `FALSE` of the rigs that lack nothing, and on at most `CONFIDENT` of the causes outside the list. Of
@@ -8,7 +8,8 @@ often, and then those that lie furthest from the edges of what was tried.
 
 import argparse
 from collections.abc import Sequence
-from itertools import product
+from dataclasses import astuple
+from itertools import product, starmap
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from experiments.blind.draw import read
 from experiments.blind.score import RIGHT, Judged, judged, outcome
 from experiments.speed.table import show
 from rwjax.diagnosis.gap import Gap
-from rwjax.diagnosis.settings import VERDICT, Limits
+from rwjax.diagnosis.settings import Limits, Settings
 from rwjax.diagnosis.verdict import verdict
 
 FALSE, CONFIDENT = 0.01, 0.1
@@ -66,7 +67,7 @@ def counted(lines: Sequence[dict], alike: Judged, limits: Limits) -> Counted:
 
 def inner(limits: Limits) -> int:
     """How many of the limits lie on no edge of their grid."""
-    return sum(value not in (tried[0], tried[-1]) for value, tried in zip(limits, GRID.values(), strict=True))
+    return sum(value not in (tried[0], tried[-1]) for value, tried in zip(astuple(limits), GRID.values(), strict=True))
 
 
 def main() -> None:
@@ -77,11 +78,14 @@ def main() -> None:
     lines, alike = read(path), judged(path)
     if not lines:
         parser.error(f"{path} holds no results")
-    every = {limits: counted(lines, alike, limits) for limits in map(Limits._make, product(*GRID.values()))}
+    every = {limits: counted(lines, alike, limits) for limits in starmap(Limits, product(*GRID.values()))}
     allowed = [x for x in every if every[x].false <= FALSE and every[x].confident <= CONFIDENT]
     best = sorted(allowed, key=lambda x: (every[x].right, every[x].unknown, inner(x)), reverse=True)[:PRINTED]
-    head = [*Limits._fields, "right", "unknown outside", "named outside", "false"]
-    rows = [[*(f"{v:g}" for v in x), *(f"{100 * v:.1f} %" for v in counted(lines, alike, x))] for x in (VERDICT, *best)]
+    head = [*GRID, "right", "unknown outside", "named outside", "false"]
+    rows = [
+        [*(f"{v:g}" for v in astuple(x)), *(f"{100 * v:.1f} %" for v in counted(lines, alike, x))]
+        for x in (Settings().verdict, *best)
+    ]
     rows[0][0] += " (held)"
     show("Limits of the verdict", head, rows)
 

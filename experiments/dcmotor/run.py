@@ -12,7 +12,6 @@ import numpy as np
 from experiments.realdata import dcmotor
 from rwjax import read_log, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.diagnosis.words import text
 from rwjax.fitting.fit import fit
 from rwjax.fitting.prediction import errors, predict_logs
 from rwjax.fitting.problem import pose
@@ -50,7 +49,7 @@ def main(folder: Path) -> None:
         numbers = ", ".join(f"{name} {found.values[name]:.4g}" for name in free[len(base.free) :])
         print(f"  {' + '.join(effects) or 'linear':46s} {mae_rpm(found, log):8.2f}   {numbers}")
     result = diagnose(base, [log])
-    print("\n".join(text(result)))
+    print(result)
     print(f"  report: {write_report(result, folder)}")
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from experiments.realdata import emps
 from rwjax import read_log, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.diagnosis.words import text
 from rwjax.fitting.fit import fit
 from rwjax.fitting.prediction import errors, predict_logs
 from rwjax.fitting.problem import pose
@@ -54,9 +53,9 @@ def main(folder: Path) -> None:
     print(f"  RMSE {rmse_mm(result.rig, logs[0]):.2f} mm on DATA_EMPS, {rmse_mm(result.rig, logs[1]):.2f} mm on PULSES")
     print("diagnosis from inertia and viscous friction, both logs, each judged by the fit to the other")
     found = diagnose(base, logs)
-    print("\n".join(text(found)))
+    print(found)
     print("  effects added              gap [mm]   mass [kg]   shift     viscous [N s/m]   shift")
-    for rung in (*found.waterfall, *found.beside):
+    for rung in (*found.waterfall, *found.alternatives_waterfall):
         m, b = rung.numbers["axis.inertia"][0], rung.numbers["axis.friction.viscous"][0]
         shift = [rung.drift[name][1] for name in ("axis.inertia", "axis.friction.viscous")]
         names = " + ".join(rung.names) or "none"

@@ -17,26 +17,33 @@ from experiments.speed.diagnosis import CASES, write
 from experiments.speed.run import machine
 from experiments.speed.table import show, timed
 from rwjax import read_logs, read_rig
-from rwjax.diagnosis import diagnosis
+from rwjax.diagnosis import diagnosis, exact_fits
+from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.diagnosis.score_screen import Screen
-from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.score_screen import ScoreScreen
+from rwjax.diagnosis.search import forward_backward, successive_halving
+from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
 from rwjax.report.html import write_report
 
 STAGES = {
-    "single fits, that of the rig as it is": (ModelFits, "__call__"),
-    "probes of all candidates, where to begin": (Screen, "predict"),
-    "races": (ModelFits, "_heats"),
-    "fits to the end": (ModelFits, "_finish"),
-    "close ones until nothing is gained": (ModelFits, "_settle"),
-    "exact derivatives": (ModelFits, "exactly"),
-    "searches from all places": (ModelFits, "search"),
-    "evidence": (Search, "_seen"),
-    "to the last digit": (ModelFits, "polish"),
-    "held-out runs": (diagnosis, "held_out"),
-    "where": (diagnosis, "locate"),
-    "report": (sys.modules[__name__], "write_report"),
+    "single fits, that of the rig as it is": ((ModelFits, "__call__"),),
+    "probes of all candidates, where to begin": ((ScoreScreen, "predict"),),
+    "rounds of successive halving": ((SuccessiveHalving, "_halve"),),
+    "fits to the end": ((ModelFits, "finish"),),
+    "close ones until nothing is gained": ((ModelFits, "settle"),),
+    "exact derivatives": (
+        (exact_fits, "fit_exactly"),
+        (forward_backward, "fit_exactly"),
+        (successive_halving, "fit_exactly"),
+    ),
+    "searches from all places": ((SuccessiveHalving, "fit_from_all_places"),),
+    "information criterion": ((ModelComparison, "_seen"),),
+    "to the last digit": ((diagnosis, "polish"),),
+    "held-out runs": ((diagnosis, "held_out"),),
+    "where": ((diagnosis, "locate"),),
+    "report": ((sys.modules[__name__], "write_report"),),
 }
+"""The functions of each stage; one that several modules import is followed in each of them."""
 
 
 class Clock:
@@ -69,8 +76,9 @@ class Clock:
 def main(names: list[str]) -> None:
     """Prints a table of all cases."""
     clock, columns = Clock(), []
-    for stage, (owner, name) in STAGES.items():
-        clock.follow(stage, owner, name)
+    for stage, followed in STAGES.items():
+        for owner, name in followed:
+            clock.follow(stage, owner, name)
     for name in names or CASES:
         with tempfile.TemporaryDirectory() as folder:
             files = [Path(folder) / log for log in write(CASES[name], Path(folder))]

@@ -12,7 +12,6 @@ from experiments.thesis.table import folder_of, row
 from experiments.thesis.two_stages import misprints, two_stages
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.diagnosis.words import text
 
 DATA = Path(__file__).parents[2] / "data" / "thesis"
 
@@ -21,7 +20,7 @@ def diagnosis(_: Path) -> None:
     """What took a chapter: from the viscous model of eq. 3.6 to the friction that it lacks."""
     rig = read_rig(DATA / "platform.toml")
     found = diagnose(rig, read_logs([DATA / f"{name}.csv" for name in ("square", "stairs", "triangle")], rig))
-    print("\n".join(text(found)))
+    print(found)
 
 
 def main(folder: Path) -> None:

@@ -227,7 +227,6 @@ def diagnose(
 ) -> None:
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
     from rwjax.diagnosis.diagnosis import diagnose as run
-    from rwjax.diagnosis.words import text
     from rwjax.logs.read import read_logs
     from rwjax.planning.files import write_next
     from rwjax.report.html import write_report
@@ -238,7 +237,7 @@ def diagnose(
     believed = read_rig(rig)
     records = read_logs(logs, believed)
     with results(output) as folder, _progress(quiet) as progress:
-        result = run(believed, records, progress)
+        result = run(believed, records, progress=progress)
         progress("writing the report")
         answer = json.dumps(result.json(), indent=1, allow_nan=False)
         write_text(folder / "diagnosis.json", answer + "\n", InputError)
@@ -248,7 +247,7 @@ def diagnose(
     if as_json:
         print(answer)
     else:
-        print("\n".join(text(result)))
+        print(result)
         if plan is not None:
             print(f"  plan of the next experiment: {plan}")
         print(f"  report: {report}")

@@ -7,35 +7,53 @@ import numpy as np
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.settings import GapSettings
 from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.prediction import Prediction, errors, floor_variance, predicted
 
-BLOCK_S = 1.0  # errors closer than this are resampled together
-RESAMPLES = 2000
-FAR_OFF = 1e6
-"""Error [SI] of a run that left the range of numbers."""
 Split = tuple[tuple[int, ...], tuple[int, ...]]
 """Numbers of the logs that a fold fits and of those on which it is judged."""
 
 
 @dataclass(frozen=True)
-class Held:
-    """Held-out squares by output: one entry for each sample of all held-out logs, in order; `block` groups them."""
+class HeldOut:
+    """Errors on the held-out logs by output: one entry for each sample that was read, log after log.
+
+    Attributes:
+        square: squared error (m,) [SI].
+        floor: variance of the floor (m,) [SI], empty where it was not wanted.
+        block: number of the block of samples that are resampled together (m,).
+        error: measured minus predicted, by log number and output (time,) [SI].
+    """
 
     square: dict[str, np.ndarray]
     floor: dict[str, np.ndarray]
     block: dict[str, np.ndarray]
     error: dict[int, dict[str, np.ndarray]]
-    """Measured minus predicted by log number and output."""
 
     def rms(self, name: str) -> float:
-        """RMS error of an output [SI]."""
+        """RMS error of an output [SI].
+
+        Args:
+            name: the output.
+
+        Returns:
+            Root of the mean squared error over all held-out logs [SI].
+        """
         return float(np.sqrt(np.mean(self.square[name])))
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Gap of one output [SI]. `closed` = (before - after)/(before - floor), None where before is not above the floor."""
+    """Gap of one output on the held-out logs.
+
+    Attributes:
+        before: RMS error of the rig as it is [SI].
+        after: RMS error with the named effects [SI].
+        floor: RMS error that noise and unknown first states leave of a right rig [SI].
+        closed: share of the gap above the floor that is closed [1], None where `before` is not above the floor.
+        ci95: 95 % interval of that share [1].
+    """
 
     before: float
     after: float
@@ -45,12 +63,23 @@ class Gap:
 
     @property
     def size(self) -> float:
-        """How far the gap stands above the floor, in floors."""
+        """How far the gap stands above the floor [1], in floors."""
         return float(np.sqrt(max(self.before**2 - self.floor**2, 0.0)) / self.floor)
 
 
-def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *, with_floor: bool) -> Held:
-    """Free-run errors of an hypothesis on every fold's held-out logs, fitted on the rest of the fold."""
+def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *, with_floor: bool) -> HeldOut:
+    """Free-run errors of a hypothesis on every fold's held-out logs, fitted to the rest of the fold.
+
+    Args:
+        fits: fits to the training logs, that of the hypothesis among them.
+        hypothesis: the hypothesis to judge.
+        folds: the logs that each fold fits and those on which it is judged.
+        with_floor: whether the floor is worked out as well.
+
+    Returns:
+        The errors.
+    """
+    limits = fits.settings.gap
     square: dict[str, list[np.ndarray]] = {}
     floor: dict[str, list[np.ndarray]] = {}
     block: dict[str, list[np.ndarray]] = {}
@@ -71,28 +100,48 @@ def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *,
             error[k] = found
             for name, e in found.items():
                 seen = np.isfinite(log.outputs[name])
-                e = np.where(np.isfinite(e), e, FAR_OFF)
+                e = np.where(np.isfinite(e), e, limits.diverged)
                 square.setdefault(name, []).append(e[seen] ** 2)
-                group = k * 100_000 + np.floor((log.time - log.time[0]) / BLOCK_S)
+                group = k * 100_000 + np.floor((log.time - log.time[0]) / limits.block)
                 block.setdefault(name, []).append(group[seen])
                 if with_floor:
                     floor.setdefault(name, []).append(floors[name][seen])
-    join = {name: np.concatenate(parts) for name, parts in square.items()}
-    return Held(
-        join,
-        {name: np.concatenate(parts) for name, parts in floor.items()},
-        {name: np.concatenate(parts) for name, parts in block.items()},
-        error,
-    )
+    return HeldOut(_joined(square), _joined(floor), _joined(block), error)
+
+
+def _joined(parts: dict[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
+    """The parts of every output, one after the other."""
+    return {name: np.concatenate(arrays) for name, arrays in parts.items()}
 
 
 def closure(before: float, after: float, floor: float) -> float | None:
-    """Share of the gap above the floor that is closed."""
+    r"""Share of the gap above the floor that is closed [1].
+
+    $(e_\mathrm{before} - e_\mathrm{after}) / (e_\mathrm{before} - e_\mathrm{floor})$.
+
+    Args:
+        before: RMS error of the rig as it is [SI].
+        after: RMS error with the named effects [SI].
+        floor: RMS error of the floor [SI].
+
+    Returns:
+        The share [1], None where `before` is not above the floor.
+    """
     return (before - after) / (before - floor) if before > floor * 1.001 else None
 
 
-def gap(before: Held, after: Held, name: str) -> Gap:
-    """Gap of one output, its closure with a 95 % interval from resampled blocks of one second."""
+def gap(before: HeldOut, after: HeldOut, name: str, limits: GapSettings) -> Gap:
+    """Gap of one output, its closure with a 95 % interval from resampled blocks.
+
+    Args:
+        before: errors of the rig as it is, with their floor.
+        after: errors with the named effects.
+        name: the output.
+        limits: how the interval is drawn.
+
+    Returns:
+        The gap.
+    """
     floor_square = before.floor[name]
     b, a, f = before.rms(name), after.rms(name), float(np.sqrt(np.mean(floor_square)))
     closed = closure(b, a, f)
@@ -101,7 +150,7 @@ def gap(before: Held, after: Held, name: str) -> Gap:
     _, group = np.unique(before.block[name], return_inverse=True)
     total = np.stack([np.bincount(group, weights=x) for x in (before.square[name], after.square[name], floor_square)])
     count = np.bincount(group)
-    drawn = np.random.default_rng(0).integers(0, len(count), (RESAMPLES, len(count)))
+    drawn = np.random.default_rng(0).integers(0, len(count), (limits.resamples, len(count)))
     rb, ra, rf = np.sqrt(total[:, drawn].sum(axis=-1) / count[drawn].sum(axis=-1))
     with np.errstate(all="ignore"):
         values = np.where(rb > rf, (rb - ra) / (rb - rf), np.nan)
@@ -110,5 +159,12 @@ def gap(before: Held, after: Held, name: str) -> Gap:
 
 
 def headline(gaps: dict[str, Gap]) -> str:
-    """The output with the largest (before² - floor²)/floor²."""
+    """The output whose gap stands furthest above its floor.
+
+    Args:
+        gaps: gaps by output, at least one.
+
+    Returns:
+        The output with the largest (before² - floor²)/floor².
+    """
     return max(gaps, key=lambda name: (gaps[name].before ** 2 - gaps[name].floor ** 2) / gaps[name].floor ** 2)

@@ -1,4 +1,4 @@
-"""Explanations: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
+"""Hypotheses: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,17 +16,14 @@ from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.plant.one_axis import Structure
 from rwjax.rig.model import Rig
 
-WRONG_BY = 4.0
-"""A fixed number of the rig file is taken to be wrong by at most this factor."""
 
-
-def on_one_axis(name: str) -> str:
-    """The name that an effect or number of one half of a two-axis rig has on a rig with one axis; any other as it is."""
+def _on_one_axis(name: str) -> str:
+    """The name that a number of one half of a two-axis rig has on a rig with one axis; any other as it is."""
     found = of_half(name)
     return name if found is None else found[1]
 
 
-NUMBER_COORDINATE = {
+_NUMBER_COORDINATE = {
     "motor.torque_constant": "current",
     "motor.resistance": "current",
     "motor.inductance": "current",
@@ -41,18 +38,30 @@ NUMBER_COORDINATE = {
 
 
 def coordinate_of(name: str) -> str:
-    """What the part called `name` is a function of, in the words of `diagnosis.json`."""
+    """What a part's torque or error is a function of.
+
+    Args:
+        name: name of an effect, or `parameter.NAME`.
+
+    Returns:
+        The coordinate in the words of `diagnosis.json`.
+    """
     if name.startswith("parameter."):
         number = name.removeprefix("parameter.")
-        coordinate = NUMBER_COORDINATE.get(on_one_axis(number), "pitch" if number.startswith("gimbal.") else "yaw_rate")
+        coordinate = _NUMBER_COORDINATE.get(
+            _on_one_axis(number), "pitch" if number.startswith("gimbal.") else "yaw_rate"
+        )
         return coordinate.replace("yaw", "pitch") if number.startswith("pitch.") else coordinate
     return BY_NAME[name].coordinate
 
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """Names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong. Their order is for
-    the reader alone."""
+    """What may be missing in a rig. Two hypotheses with the same names are equal: the order is for the reader alone.
+
+    Attributes:
+        names: names as in `diagnosis.json`: effects, and `parameter.NAME` for fixed numbers that are wrong.
+    """
 
     names: tuple[str, ...] = ()
 
@@ -73,31 +82,63 @@ class Hypothesis:
         return tuple(name.removeprefix("parameter.") for name in self.names if name.startswith("parameter."))
 
     def plus(self, *names: str) -> "Hypothesis":
-        """This hypothesis with further names."""
+        """This hypothesis with further names.
+
+        Args:
+            names: the names to add.
+
+        Returns:
+            The larger hypothesis.
+        """
         merged = dict.fromkeys((*self.names, *names))
         return Hypothesis(tuple(merged))
 
     def without(self, name: str) -> "Hypothesis":
-        """This hypothesis with one name less."""
+        """This hypothesis with one name less.
+
+        Args:
+            name: the name to drop.
+
+        Returns:
+            The smaller hypothesis.
+        """
         return Hypothesis(tuple(other for other in self.names if other != name))
 
     def contains(self, other: "Hypothesis") -> bool:
-        """Whether `other` is a special case of this hypothesis."""
+        """Whether another hypothesis is a special case of this one.
+
+        Args:
+            other: the other hypothesis.
+
+        Returns:
+            True where its names, or what they are limits of, are among this one's.
+        """
         limits = {limit for name in self.effects for limit in special_cases(name)}
         own = {*self.names} | limits
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 
-OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
+_OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
 
 
 def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
-    """Structure of the rig in which an hypothesis is looked for: with all effects of the groups that its effects belong
-    to, at their null unless it holds them, and numbers that the rig file may lack at 0, so that few programs serve all
-    hypotheses and rigs."""
+    """Structure of the rig in which a hypothesis is looked for.
+
+    It holds all effects of the groups that the hypothesis's effects belong to, at their null unless the hypothesis holds them. Numbers
+    that the rig file may lack are there at 0. So few compiled programs serve all hypotheses and rigs.
+
+    Args:
+        rig: the rig as it is.
+        hypothesis: any hypothesis.
+
+    Returns:
+        The plant's structure.
+    """
     own = structure_of(rig)
     if own.has_axis:
-        of_axes = {on_half(name, k) for name in OF_ANY_AXIS for k in range(len(HALVES))} if own.halves else OF_ANY_AXIS
+        of_axes = (
+            {on_half(name, k) for name in _OF_ANY_AXIS for k in range(len(HALVES))} if own.halves else _OF_ANY_AXIS
+        )
         own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *of_axes}))
     groups = {BY_NAME[name].group for name in hypothesis.effects}
     alike = (name for name in Hypothesis(candidates(rig)).effects if BY_NAME[name].group in groups)
@@ -105,7 +146,15 @@ def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
 
 
 def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
-    """Numbers that a fit of this hypothesis estimates: the rig's free ones and those of the hypothesis."""
+    """Numbers that a fit of a hypothesis estimates.
+
+    Args:
+        rig: the rig as it is.
+        hypothesis: any hypothesis.
+
+    Returns:
+        Names of the rig's free numbers, then of the hypothesis's own.
+    """
     free = [*rig.free, *hypothesis.numbers]
     held = {*hypothesis.effects, *rig.effects}
     given: set[str] = set()  # included effects whose numbers an effect before has brought
@@ -121,7 +170,16 @@ def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
 
 
 def handed_on(same: Iterable[tuple[str, ...]], wanted: set[str], known: set[str]) -> list[tuple[str, str]]:
-    """Those of the `wanted` numbers of effects that are the `same` thing as one among the `known`, each with it."""
+    """Numbers whose value is known under another name.
+
+    Args:
+        same: groups of names of numbers that are the same thing.
+        wanted: names of the numbers to find.
+        known: names of the numbers with known values.
+
+    Returns:
+        Each wanted number that is the same thing as a known one, with the known one.
+    """
     found = []
     for names in same:
         other = next((name for name in names if name in known), None)
@@ -130,7 +188,14 @@ def handed_on(same: Iterable[tuple[str, ...]], wanted: set[str], known: set[str]
 
 
 def candidates(rig: Rig) -> tuple[str, ...]:
-    """Every single name that might explain a gap of this rig, in the order of the library."""
+    """Every single name that might explain a gap of a rig.
+
+    Args:
+        rig: the rig as it is.
+
+    Returns:
+        Names of effects in the order of the library, then `parameter.NAME` for each fixed number.
+    """
     structure = structure_of(rig)
     found = [
         name
@@ -143,8 +208,20 @@ def candidates(rig: Rig) -> tuple[str, ...]:
     return (*found, *(f"parameter.{name}" for name in fixed))
 
 
-def space(rig: Rig, hypothesis: Hypothesis, logs: Sequence[Log]) -> tuple[Coordinates, list[np.ndarray]]:
-    """Coordinates of an hypothesis's fit, and parameter vectors from which to start it."""
+def space(
+    rig: Rig, hypothesis: Hypothesis, logs: Sequence[Log], wrong_by: float
+) -> tuple[Coordinates, list[np.ndarray]]:
+    """Coordinates of a hypothesis's fit, and parameter vectors from which to start it.
+
+    Args:
+        rig: the rig as it is.
+        hypothesis: any hypothesis.
+        logs: the training logs, which tell the sizes of the numbers.
+        wrong_by: factor by which a fixed number of the rig file is wrong at most [1].
+
+    Returns:
+        The coordinates, and one or more parameter vectors (t,) [SI].
+    """
     structure = structure_for(rig, hypothesis)
     names = structure.names
     theta = theta_of(rig, structure)
@@ -156,7 +233,7 @@ def space(rig: Rig, hypothesis: Hypothesis, logs: Sequence[Log]) -> tuple[Coordi
     for number in hypothesis.numbers:
         k = names.index(number)
         if bounds[k, 0] > 0.0:
-            bounds[k] = max(bounds[k, 0], theta[k] / WRONG_BY), min(bounds[k, 1], theta[k] * WRONG_BY)
+            bounds[k] = max(bounds[k, 0], theta[k] / wrong_by), min(bounds[k, 1], theta[k] * wrong_by)
     for effect in structure.effects:
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.diagnosis.settings import NextExperimentSettings
 from rwjax.effects.library import BY_NAME
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import Problem
@@ -15,15 +16,6 @@ from rwjax.planning.experiment import REST_S, TICK_HZ, Experiment
 from rwjax.planning.files import Plan, Run
 from rwjax.planning.motion import WAIT_S, coasting_angle, peaks, simulated_outputs
 
-SHARES = (1.0, 0.6, 0.35, 0.2)
-"""Of the largest command of the logs."""
-PACES = (1.0, 0.25)
-"""Shares of a design's period and length."""
-
-
-BEYOND = 1.1
-"""How far a run may go, over what the logs show: less would refuse what they themselves reach."""
-
 
 class Proposal(NamedTuple):
     """A sentence that names the next experiment, and a plan of it where it is a command that can be played."""
@@ -33,20 +25,34 @@ class Proposal(NamedTuple):
 
 
 class Rival(NamedTuple):
-    """An hypothesis as fitted: its names, all logs with its structure, and its numbers."""
+    """A hypothesis as fitted: its names, all logs with its structure, and its parameter vector (t,) [SI]."""
 
     names: tuple[str, ...]
     problem: Problem
     theta: np.ndarray
 
 
-def commands(top: float) -> list[Experiment]:
-    """Those of the campaign, of several sizes and as fast as one likes, within `top` volts."""
-    sizes = [(share, pace) for share in SHARES for pace in PACES]
+class _Simulated(NamedTuple):
+    """Experiments as the rivals would run them.
+
+    `runs`: readings of each rival (e, time, y) in units of the error that is left; `peak`: largest size of every output in the
+    first rival's runs (e,); `holds`: whether each experiment stays where the logs have been (e,); `lasts`: whether it still runs
+    (e, time).
+    """
+
+    runs: list[np.ndarray]
+    peak: dict[str, np.ndarray]
+    holds: np.ndarray
+    lasts: np.ndarray
+
+
+def _commands(top: float, limits: NextExperimentSettings) -> list[Experiment]:
+    """Those of the campaign, of several sizes and paces, within `top` volts."""
+    sizes = [(share, pace) for share in limits.amplitudes for pace in limits.paces]
     return [d.at(share * top / (1.0 + d.offset), pace) for d in DESIGNS.values() for share, pace in sizes]
 
 
-def shown(rival: Rival, train: Sequence[int]) -> Envelope:
+def _shown(rival: Rival, train: Sequence[int]) -> Envelope:
     """How far the training logs have gone: their largest command, and rates, current and travel as the rival has them."""
     runs = predict_logs(rival.problem, rival.theta, with_floor=False)
     moved = [
@@ -57,21 +63,20 @@ def shown(rival: Rival, train: Sequence[int]) -> Envelope:
     return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
 
 
-def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: dict[str, float]) -> Proposal:
-    """The command on which two rivals differ most, hardly further than the logs in `train` have gone, and by how much.
-
-    `rig`: its name, for the plan. `remains`: RMS error [SI] by output that the rivals leave on the logs they were judged on; a
-    difference below it tells nothing. Where a rival has end stops, the way until the rig rests counts.
-    """
-    problem, within = rivals[0].problem, shown(rivals[0], train)
-    outputs = sorted({name for k in train for name in problem.logs[k].outputs})
-    error = np.array([max(problem.noise[name], remains.get(name, 0.0)) for name in outputs])
-    experiments = commands(within.volts)
+def _simulated(
+    rivals: Sequence[Rival],
+    experiments: list[Experiment],
+    outputs: list[str],
+    error: np.ndarray,
+    within: Envelope,
+    beyond: float,
+) -> _Simulated:
+    """Runs every experiment with every rival. Where a rival has end stops, the way until the rig rests counts."""
     during = round(TICK_HZ * LONGEST_S)
     length = np.array([REST_S + e.length for e in experiments])
     lasts = np.arange(during) < TICK_HZ * length[:, None]  # (e, t)
-    stops = any(BY_NAME[e].ends_travel for rival in rivals for e in rival.problem.structure.effects)
-    runs, holds = [], np.ones(len(experiments), bool)
+    stops = _has_stops(rivals)
+    runs, every_peak, holds = [], [], np.ones(len(experiments), bool)
     for rival in rivals:
         structure = rival.problem.structure
         y = simulated_outputs(structure, rival.theta, experiments, LONGEST_S + (WAIT_S if stops else 0.0))
@@ -81,17 +86,56 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
             coasts = coasting_angle(moved["yaw_rad_s"])
             peak["yaw_rad"] = peak["yaw_rad"] + coasts
             holds &= coasts <= COASTING * within.limits["yaw_rad"]
-        holds &= within.largest_share(peak) <= BEYOND
-        runs.append((np.stack([moved[name][:, :during] for name in outputs], axis=-1) / error, peak))
+        holds &= within.largest_share(peak) <= beyond
+        runs.append(np.stack([moved[name][:, :during] for name in outputs], axis=-1) / error)
+        every_peak.append(peak)
+    return _Simulated(runs, every_peak[0], holds, lasts)
+
+
+def _has_stops(rivals: Sequence[Rival]) -> bool:
+    return any(BY_NAME[e].ends_travel for rival in rivals for e in rival.problem.structure.effects)
+
+
+def _differences(found: _Simulated) -> np.ndarray:
+    """RMS difference of the first two rivals in every experiment (e,), 0 where it does not hold the limits."""
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers holds no limit
-        apart = np.sum((runs[0][0] - runs[1][0]) ** 2, axis=-1)
-    telling = np.where(holds, np.sqrt(np.sum(np.where(lasts, apart, 0.0), axis=1) / lasts.sum(axis=1)), 0.0)
+        apart = np.sum((found.runs[0] - found.runs[1]) ** 2, axis=-1)
+    square = np.sum(np.where(found.lasts, apart, 0.0), axis=1) / found.lasts.sum(axis=1)
+    return np.where(found.holds, np.sqrt(square), 0.0)
+
+
+def propose(
+    rig: str,
+    rivals: Sequence[Rival],
+    train: Sequence[int],
+    remains: dict[str, float],
+    limits: NextExperimentSettings,
+) -> Proposal:
+    """The command on which two rivals differ most, hardly further than the training logs have gone.
+
+    Args:
+        rig: the rig's name, for the plan.
+        rivals: two hypotheses as fitted, or more, of which the first two are told apart.
+        train: numbers of the training logs.
+        remains: RMS error by output [SI] that the rivals leave on the logs they were judged on; a smaller difference tells nothing.
+        limits: the commands to choose among.
+
+    Returns:
+        The proposal, without a plan where no command tells the rivals apart.
+    """
+    problem, within = rivals[0].problem, _shown(rivals[0], train)
+    outputs = sorted({name for k in train for name in problem.logs[k].outputs})
+    error = np.array([max(problem.noise[name], remains.get(name, 0.0)) for name in outputs])
+    experiments = _commands(within.volts, limits)
+    found = _simulated(rivals, experiments, outputs, error, within, limits.beyond)
+    telling = _differences(found)
     best = int(np.argmax(telling))
     names = [" + ".join(rival.names) for rival in rivals]
-    if not holds.any():
-        rest = f", or not let it come to rest within {WAIT_S:g} s" if stops else ""
+    if not found.holds.any():
+        rest = f", or not let it come to rest within {WAIT_S:g} s" if _has_stops(rivals) else ""
         return Proposal(
-            f"none found that separates {' and '.join(names)}: every command would take the rig further than these logs have gone{rest}"
+            f"none found that separates {' and '.join(names)}: every command would take the rig further than these logs have "
+            f"gone{rest}"
         )
     if telling[best] < 1.0:
         return Proposal(
@@ -103,16 +147,16 @@ def propose(rig: str, rivals: Sequence[Rival], train: Sequence[int], remains: di
         experiment=experiments[best],
         role="train",
         why=f"separates {names[0]} from {names[1]}",
-        tells_apart=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
-        reaches={name: float(values[best]) for name, values in runs[0][1].items()},
+        tells=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
+        reaches={name: float(values[best]) for name, values in found.peak.items()},
     )
     return Proposal(
-        f"run {in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
+        f"run {_in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
         Plan(rig, within.known, (run,)),
     )
 
 
-def in_words(e: Experiment) -> str:
+def _in_words(e: Experiment) -> str:
     """An experiment as one would tell it."""
     if e.kind == "coast-down":
         return f"{e.amplitude:.3g} V for {e.period:g} s, then 0 V until standstill (coast-down)"

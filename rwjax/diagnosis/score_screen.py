@@ -1,9 +1,10 @@
-"""Screen: what each candidate would remove from the residual at best, from a few free runs and no fit.
+"""Score screen: what each candidate would leave of the residual at best, from a few free runs and no fit.
 
-At a fitted hypothesis every candidate is switched on at values from which a search would begin; what that changes in the
-free run, and what the free numbers and first states could change, are columns of a least-squares problem in which the
-residual is the right side. Free runs at finite values see what a derivative at the null does not (a dead zone, a delay, an
-end stop), and small lasting torques that local residuals miss (Breusch and Pagan's score test, with finite probes).
+This is a score test (Breusch and Pagan, Rev. Econ. Stud. 47 (1980)) with finite probes in place of derivatives. Around a fitted
+hypothesis every candidate is switched on at the values from which a search would begin. A least-squares problem has the residual on
+its right side. Its columns are what a probe changes in the free run, and what the free numbers and first states could change. Finite
+probes see what a derivative at the null does not, such as a dead zone, a delay or an end stop. Free runs also see small lasting
+torques that local residuals miss.
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rwjax.diagnosis.settings import ScreeningSettings
 from rwjax.fitting.batched_runs import together
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.multiple_shooting import Fit
@@ -18,26 +20,19 @@ from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import residuals
 from rwjax.fitting.sensitivities import residual_jacobian
 
-LARGEST = 3.0
-"""Most by which what a start changes is taken to grow in proportion."""
-PART = 0.3
-"""Change that a probe makes, as a share of what is left: so near the parent a search does not begin much worse than there."""
-FURTHEST = 0.5
-"""Most by which a free number is moved at once, as a share of its size."""
-FEW = 12
-"""Starts of a candidate from all of which a search begins; of more, from the predicted and from the nearest one."""
-SHAPES = 3
-"""Predicted places at most, of starts that differ in more than amplitudes, from which a search begins."""
-PROBED = (1e-3, 30.0)
-"""Shares of a start's amplitude down and up to which it is probed."""
-
 
 @dataclass(frozen=True)
 class Screened:
-    """`left`: half the sum of squares that the best of the starts is predicted to leave; `begin`: numbers at which a search
-    should begin; `theta`: those among the parent's and the starts that leave least as they are, and the `residual` there."""
+    """What the score screen says of one candidate.
 
-    left: float
+    Attributes:
+        predicted: half the sum of squares [1] that the best of the starts is predicted to leave.
+        begin: parameter vectors (t,) [SI] from which a search should begin.
+        theta: the parameter vector (t,) [SI], among the parent's and the starts, that leaves least as it is.
+        residual: the residual there (l, w, q, y), in units of the noise [1].
+    """
+
+    predicted: float
     begin: tuple[np.ndarray, ...]
     theta: np.ndarray
     residual: np.ndarray
@@ -45,35 +40,51 @@ class Screened:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An hypothesis to be screened: the problem of its structure, the parent's first states in its order, numbers where it
-    adds nothing, and starts (t,).
+    """A hypothesis to be screened.
 
-    `besides`: places to begin that are not probed; `free` (t,): numbers that it may move, `amplitude` (t,) those of them in
-    proportion to which it acts; `bounds` (t, 2).
+    Attributes:
+        problem: the training logs with the hypothesis's structure.
+        first: the parent's first states in its order (l, n) [SI].
+        off: numbers (t,) [SI] at which it adds nothing.
+        starts: parameter vectors (t,) [SI] at which it is probed.
+        unprobed: parameter vectors (t,) [SI] from which a search should begin besides.
+        free: numbers that it may move (t,).
+        amplitude: those of them in proportion to which it acts (t,).
+        bounds: least and largest values (t, 2) [SI].
     """
 
     problem: Problem
     first: np.ndarray
     off: np.ndarray
     starts: Sequence[np.ndarray]
-    besides: Sequence[np.ndarray]
+    unprobed: Sequence[np.ndarray]
     free: np.ndarray
     amplitude: np.ndarray
     bounds: np.ndarray
 
     def shapes(self) -> list[list[int]]:
-        """Numbers of the starts that differ in amplitudes alone, together: they add up."""
+        """Groups of starts that differ in amplitudes alone, whose changes therefore add up.
+
+        Returns:
+            Positions of the starts of each group.
+        """
         groups: dict[bytes, list[int]] = {}
         for k, start in enumerate(self.starts):
             groups.setdefault(np.where(self.amplitude, 0.0, start).tobytes(), []).append(k)
         return list(groups.values())
 
 
-class Screen:
-    """Predictions around one fit."""
+class ScoreScreen:
+    """Predictions around one fit.
 
-    def __init__(self, fitted: Fit) -> None:
+    Attributes:
+        fitted: the fit, at its end.
+        limits: limits of the screen.
+    """
+
+    def __init__(self, fitted: Fit, limits: ScreeningSettings) -> None:
         self.fitted = fitted
+        self.limits = limits
         problem, e = fitted.problem, fitted.evaluation
         k = np.arange(len(fitted.coordinates.index))
         p = len(e.local) - problem.start.shape[1]
@@ -83,45 +94,60 @@ class Screen:
             through = residual_jacobian(e, log)
             P, _ = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)
             blocks.append((through[..., k] + through[..., p + s] @ P).reshape(-1, len(k)))
-        self.seen = problem.batch.weight.ravel() > 0.0
-        self.columns = np.concatenate(blocks).reshape(-1, len(k))[self.seen]
-        self.basis = _orthonormal(self.columns)
+        self._observed = problem.batch.weight.ravel() > 0.0
+        self._columns = np.concatenate(blocks).reshape(-1, len(k))[self._observed]
+        self._basis = _orthonormal(self._columns)
 
     def _with_free_numbers(self, candidate: Candidate, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Numbers with those that the parent and the candidate have free moved to where they leave least of a residual, by no
-        more than `FURTHEST`."""
+        """Numbers with those that parent and candidate have free moved to where they leave least of a residual."""
         names = candidate.problem.structure.names
         also = [k for k, name in enumerate(self.fitted.free) if name in names and candidate.free[names.index(name)]]
-        columns = self.columns[:, also]
+        columns = self._columns[:, also]
         scale = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
         change = np.linalg.lstsq(columns / scale, -residual, rcond=1e-6)[0] / scale
         theta = theta.copy()
         for k, d in zip(also, change, strict=True):
-            most = FURTHEST * self.fitted.coordinates.size[k]
+            most = self.limits.furthest * self.fitted.coordinates.size[k]
             theta[names.index(self.fitted.free[k])] += np.clip(d, -most, most)
         return theta
 
     def _without(self, columns: np.ndarray) -> np.ndarray:
         """Columns with what the free numbers can do taken out."""
-        return columns - self.basis @ (self.basis.T @ columns)
+        return columns - self._basis @ (self._basis.T @ columns)
 
     def predict(self, candidates: Sequence[Candidate]) -> list[Screened]:
-        """What every candidate leaves at best, and where it should begin: probed at its starts, then at amplitudes that
-        change a part of what there is to explain."""
+        """What every candidate leaves at best, and where its fit should begin.
+
+        Each is probed at its starts, then at amplitudes that change a part of what there is to explain.
+
+        Args:
+            candidates: those to screen.
+
+        Returns:
+            The prediction of each.
+        """
         coarse = self._probed(candidates)
         scaled = [self._scaled(c, r) for c, r in zip(candidates, coarse, strict=True)]
         fine = self._probed(scaled)
         found = []
         for c, far, near, nearby in zip(candidates, coarse, scaled, fine, strict=True):
-            own = [*near.starts, *self._moved(near, nearby), *c.starts, *self._moved(c, far)]
+            own = [*near.starts, *self.moved(near, nearby), *c.starts, *self.moved(c, far)]
             predicted = self._predict(near, nearby)
-            begin = (*predicted.begin, *(own if len(c.starts) <= FEW else ()), *c.besides)
+            begin = (*predicted.begin, *(own if len(c.starts) <= self.limits.few_starts else ()), *c.unprobed)
             found.append(replace(predicted, begin=_different(begin)))
         return found
 
-    def _moved(self, candidate: Candidate, probed: np.ndarray) -> list[np.ndarray]:
-        """The starts of a candidate, each with the free numbers moved to where they leave least of its residual."""
-        left = probed.reshape(len(probed), -1)[1:, self.seen]
+    def moved(self, candidate: Candidate, probed: np.ndarray) -> list[np.ndarray]:
+        """The starts of a candidate, each with the free numbers moved to where they leave least of its residual.
+
+        Args:
+            candidate: the candidate.
+            probed: its residuals without its effect and at its starts (1 + b, l, w, q, y) [1].
+
+        Returns:
+            A parameter vector (t,) [SI] for each start at which the residual is finite.
+        """
+        left = probed.reshape(len(probed), -1)[1:, self._observed]
         known = [(theta, r) for theta, r in zip(candidate.starts, left, strict=True) if np.all(np.isfinite(r))]
         return [np.clip(self._with_free_numbers(candidate, theta, r), *candidate.bounds.T) for theta, r in known]
 
@@ -131,18 +157,23 @@ class Screen:
 
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
         """The candidate with amplitudes of its starts that change a part of what is left."""
-        residual, *others = probed.reshape(len(probed), -1)[:, self.seen]
+        residual, *others = probed.reshape(len(probed), -1)[:, self._observed]
         whole = float(np.linalg.norm(self._without(residual)))
         starts = []
         for start, r in zip(candidate.starts, others, strict=True):
             change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
-            share = float(np.clip(PART * whole / change, *PROBED)) if change > 0.0 and np.isfinite(whole) else 1.0
+            share = (
+                float(np.clip(self.limits.part * whole / change, *self.limits.probed))
+                if change > 0.0 and np.isfinite(whole)
+                else 1.0
+            )
             scaled = np.where(candidate.amplitude, candidate.off + share * (start - candidate.off), start)
             starts.append(np.clip(scaled, *candidate.bounds.T))
         return replace(candidate, starts=starts)
 
     def _predict(self, candidate: Candidate, probed: np.ndarray) -> Screened:
-        residual, *others = probed.reshape(len(probed), -1)[:, self.seen]
+        """The prediction for a candidate from its residuals without its effect and at its starts."""
+        residual, *others = probed.reshape(len(probed), -1)[:, self._observed]
         with np.errstate(over="ignore", invalid="ignore"):
             cost = np.nan_to_num(np.sum(probed.reshape(len(probed), -1) ** 2, axis=1), nan=np.inf)
         nearest = candidate.starts[int(np.argmin(cost[1:]))]
@@ -153,21 +184,12 @@ class Screen:
             known = [k for k in group if np.all(np.isfinite(others[k]))]
             if not known or not finite:
                 continue
+            changes = [others[k] - residual for k in known]
             starts = [candidate.starts[k] for k in known]
-            C = self._without(np.stack([others[k] - residual for k in known], axis=1))
-            share = np.linalg.lstsq(C, -free, rcond=1e-9)[0]
-            change = np.stack([np.where(candidate.amplitude, start - candidate.off, 0.0) for start in starts])
-            one_sided = ((change != 0.0) & (candidate.bounds[:, 0] >= 0.0)).any(axis=1)
-            share = np.clip(share, np.where(one_sided, 0.0, -LARGEST), LARGEST)
-            left = 0.5 * float(np.sum((free + C @ share) ** 2))
+            left, share = self._best_sum(candidate, free, changes, starts)
             if left < least:
-                theta = starts[0]
-                if change.any():
-                    theta = np.where(candidate.amplitude, candidate.off + share @ change, theta)
-                whole = residual + np.stack([others[k] - residual for k in known], axis=1) @ share
-                theta = self._with_free_numbers(candidate, theta, whole)
-                begin.append((left, np.clip(theta, *candidate.bounds.T)))
-        begin = sorted(begin, key=lambda b: b[0])[:SHAPES]
+                begin.append((left, self._numbers_of_sum(candidate, residual, changes, starts, share)))
+        begin = sorted(begin, key=lambda b: b[0])[: self.limits.shapes]
         here = int(np.argmin(cost))
         return Screened(
             min((left for left, _ in begin), default=least),
@@ -175,6 +197,36 @@ class Screen:
             (candidate.off, *candidate.starts)[here],
             probed[here],
         )
+
+    def _best_sum(
+        self, candidate: Candidate, free: np.ndarray, changes: list[np.ndarray], starts: list[np.ndarray]
+    ) -> tuple[float, np.ndarray]:
+        """Half the sum of squares that the best sum of some starts leaves, and the share of each start in it."""
+        C = self._without(np.stack(changes, axis=1))
+        share = np.linalg.lstsq(C, -free, rcond=1e-9)[0]
+        one_sided = ((_amplitudes(candidate, starts) != 0.0) & (candidate.bounds[:, 0] >= 0.0)).any(axis=1)
+        share = np.clip(share, np.where(one_sided, 0.0, -self.limits.largest), self.limits.largest)
+        return 0.5 * float(np.sum((free + C @ share) ** 2)), share
+
+    def _numbers_of_sum(
+        self,
+        candidate: Candidate,
+        residual: np.ndarray,
+        changes: list[np.ndarray],
+        starts: list[np.ndarray],
+        share: np.ndarray,
+    ) -> np.ndarray:
+        """Parameter vector of a sum of starts, the free numbers moved to where they leave least of its residual."""
+        theta, change = starts[0], _amplitudes(candidate, starts)
+        if change.any():
+            theta = np.where(candidate.amplitude, candidate.off + share @ change, theta)
+        whole = residual + np.stack(changes, axis=1) @ share
+        return np.clip(self._with_free_numbers(candidate, theta, whole), *candidate.bounds.T)
+
+
+def _amplitudes(candidate: Candidate, starts: list[np.ndarray]) -> np.ndarray:
+    """Amplitudes of starts beyond those at which the candidate adds nothing (b, t)."""
+    return np.stack([np.where(candidate.amplitude, start - candidate.off, 0.0) for start in starts])
 
 
 def _different(several: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:

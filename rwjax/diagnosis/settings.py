@@ -1,57 +1,326 @@
-"""Thresholds of the search and the verdict: how much evidence, and how much of a gap, a name needs.
+"""Every limit of the diagnosis with its meaning and its origin, in one frozen object that is passed down.
 
-Proposals, tried on simulated cases of `experiments/blind/sets/calibrate.jsonl` and `explore.jsonl`, frozen while the set `second` was run,
-whose results are in `experiments/blind/results/second.jsonl` and docs/verdict.md.
+The verdict's limits were calibrated by `experiments/blind/calibrate.py` on `experiments/blind/sets/calibrate.jsonl`. All others are
+proposals. They were tried on simulated cases of the sets `calibrate` and `explore`, and were frozen while the set `second` was run;
+its results are in `experiments/blind/results/second.jsonl` and docs/verdict.md.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Literal, NamedTuple, TypeVar
 
-NEEDED = 5.0
-"""Log evidence that a further name must bring."""
-CLOSE = 3.0
-"""Log evidence within which two hypotheses cannot be told apart."""
-CLOSE_ABOVE = 2.0
-"""The same for one of which the other is a special case: chance brings a number of no use so near once in thirty."""
-TIE = 0.1
-"""Share of the sum of squares by which two hypotheses may differ and still tie where neither reaches the noise."""
-FAR_FROM_NOISE = 4.0
-"""Mean square in units of noise above which an hypothesis counts as incomplete."""
-NOTHING_LEFT = 0.1
-"""Excess (mean square above the noise, summed over outputs) below which nothing is left to explain."""
-TRIFLE = 0.1
-"""Share of the rig's own excess (a third of its error) below which what is left is no gap but the effect's exact form."""
-WORTH = 0.05
-"""Share of the excess (mean square above the noise) that the first name must remove."""
-WORTH_BESIDES = 0.5
-"""Share of the remaining excess that a further name must remove: less than half of it is no second cause but the exact form
-of the first."""
-MOST_NAMES = 3
-HOPEFUL = (0.0, 0.15, 0.4)
-"""Share of the error above the noise that so many names must remove for a further one to be looked for beside them: of three
-equal causes the first removes 0.18, two 0.42."""
-HOPELESS, NOTHING_NAMED = 0.5, 1.0
-"""The same below which rivals are not looked for, where the excess that is left is above the second: no name will stand."""
+Origin = Literal["calibrated", "proposed"]
+T = TypeVar("T")
 
 
-class Limits(NamedTuple):
-    """Limits of the verdict.
-
-    nothing: size of a gap, in floors, below which nothing is said to be missing;
-    doubt: the same below which a gap that nothing explains is not claimed: the first angle of a run that starts between two
-    counts is off by up to half a count, 1.7 times its noise, which the floor does not hold;
-    explained: share of the gap above the floor that must be closed for the effects to explain it; a closure whose 95 %
-    interval lies below it does not;
-    barely: share of the gap that a named cause closes at the least, however wide its interval;
-    several: the same for several names together: of those tried, right ones closed 0.99 and wrong ones up to 0.90;
-    at_floor: error after the effects are added, in floors, that counts as reaching the floor.
-    """
-
-    nothing: float = 1.0
-    doubt: float = 1.75
-    explained: float = 0.8
-    barely: float = 0.75
-    several: float = 0.95
-    at_floor: float = 1.25
+def _limit(default: T, meaning: str, origin: Origin = "proposed") -> T:
+    """A field with its default value, what it means, and where the value comes from."""
+    return field(default=default, metadata={"meaning": meaning, "origin": origin})
 
 
-VERDICT = Limits()
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the verdict."""
+
+    nothing: float = _limit(1.0, "size of a gap, in floors, below which nothing is said to be missing", "calibrated")
+    doubt: float = _limit(
+        1.75,
+        "the same where no hypothesis explains the gap: the first angle of a run that starts between two counts is off by up to "
+        "half a count, 1.7 times its noise, which the floor does not hold",
+        "calibrated",
+    )
+    explained: float = _limit(
+        0.8,
+        "share of the gap above the floor that must be closed: a closure whose 95 % interval lies below it is none",
+        "calibrated",
+    )
+    barely: float = _limit(
+        0.75, "share of the gap that a named cause closes at the least, however wide its interval", "calibrated"
+    )
+    several: float = _limit(
+        0.95,
+        "the same for several names together: right ones closed 0.99, wrong ones up to 0.90",
+        "calibrated",
+    )
+    at_floor: float = _limit(
+        1.25, "error after the effects are added, in floors, that counts as reaching the floor", "calibrated"
+    )
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Limits of the forward and backward search; differences of the information criterion are in units of a log evidence."""
+
+    needed: float = _limit(5.0, "gain of the information criterion that a further name must bring")
+    close: float = _limit(
+        3.0, "difference of the information criterion within which two hypotheses cannot be told apart"
+    )
+    close_containing: float = _limit(
+        2.0,
+        "the same for a hypothesis of which the choice is a special case: chance brings a useless number so near once in thirty",
+    )
+    tie: float = _limit(
+        0.1,
+        "share of the sum of squares by which two hypotheses may differ and still tie where neither reaches the noise",
+    )
+    incomplete: float = _limit(4.0, "mean square, in units of the noise, above which a hypothesis counts as incomplete")
+    nothing_left: float = _limit(
+        0.1, "excess (mean square above the noise, over all outputs) with nothing left to explain"
+    )
+    negligible: float = _limit(
+        0.1,
+        "share of the rig's own excess (a third of its error) below which what is left is the effect's exact form, not a gap",
+    )
+    first_removes: float = _limit(0.05, "share of the excess that the first name must remove")
+    further_removes: float = _limit(
+        0.5,
+        "share of the remaining excess that a further name must remove: less than half is no second cause but the exact form of "
+        "the first",
+    )
+    most_names: int = _limit(3, "names of a hypothesis at most")
+    removed_so_far: tuple[float, ...] = _limit(
+        (0.0, 0.15, 0.4),
+        "share of the error above the noise that so many names must have removed for a further one to be looked for: of three "
+        "equal causes the first removes 0.18, two 0.42",
+    )
+    rivals_removed: float = _limit(
+        0.5,
+        "share of the error that the choice must have removed for rivals to be looked for, unless its excess is small",
+    )
+    rivals_excess: float = _limit(1.0, "excess of the choice up to which rivals are looked for in any case")
+    leading: int = _limit(3, "hypotheses at most from whose estimates their special cases are fitted")
+    leading_cost: float = _limit(1.5, "cost of those, against the least")
+    from_all_places: tuple[int, ...] = _limit(
+        (3, 1, 1),
+        "leading hypotheses, beside so many names, that are fitted from all their places where none suffices",
+    )
+    many_places: int = _limit(5, "places from which a hypothesis may begin that count as many")
+    exactly: tuple[int, ...] = _limit(
+        (6, 3, 3),
+        "leading hypotheses, beside so many names, that are then fitted by exact derivatives where none suffices",
+    )
+    exactly_at_once: int = _limit(
+        2,
+        "of these, those fitted before it is seen whether one suffices; the same on every machine, as the answer must be",
+    )
+    exchanges: int = _limit(3, "times at most that a choice gives way to a rival with a better information criterion")
+    again: int = _limit(
+        6,
+        "leading rivals that are fitted once more from the choice's estimates unless they are far behind; not those that contain "
+        "the choice, which have begun there",
+    )
+    rivals_exactly: int = _limit(
+        3, "leading rivals that are fitted by exact derivatives before they are judged, unless they are far behind"
+    )
+
+
+class Round(NamedTuple):
+    """One round of successive halving: how many hypotheses take part, and how many steps each takes."""
+
+    hypotheses: int
+    steps: int
+
+
+@dataclass(frozen=True)
+class HalvingSettings:
+    """Limits of successive halving."""
+
+    rounds: tuple[Round, ...] = _limit(
+        (Round(99, 1), Round(16, 2), Round(8, 4)),
+        "hypotheses that take part in each round and their steps; those advance whose extrapolated cost is least",
+    )
+    places: int = _limit(4, "places at most from which a hypothesis takes part, those with the least cost")
+    same_place: float = _limit(
+        1e-9, "relative difference in cost below which two places are one: a stop that nothing reaches may lie anywhere"
+    )
+    at_parent: float = _limit(
+        0.01,
+        "relative distance to the parent's cost at which a place has only come back to adding nothing",
+    )
+    thorough_steps: int = _limit(7, "steps from every place where a single hypothesis is fitted from all of them")
+    close: float = _limit(1.5, "cost, against the best, up to which a hypothesis is carried to its end")
+    behind: float = _limit(20.0, "cost, against the best finished fit, above which a hypothesis takes part no longer")
+
+
+@dataclass(frozen=True)
+class FittingSettings:
+    """Steps and tolerances of the fits."""
+
+    first_steps: int = _limit(6, "steps from every start of the rig as it is; the best then goes on")
+    last_steps: int = _limit(12, "steps at most of a fit that is carried to its end")
+    trial_steps: int = _limit(2, "steps by exact derivatives that show whether more are worth while")
+    near: float = _limit(1.3, "cost, against the best, up to which a finished fit that has not converged goes on")
+    tolerance: float = _limit(1e-3, "relative gain in cost below which a step of a search is no gain")
+    only_starts: float = _limit(
+        2.5, "times the mean square of a complete model that the start rule's first states may leave of it"
+    )
+    refitted: int = _limit(
+        8, "hypotheses at most whose misfit may come from their first states alone, and that are fitted with them free"
+    )
+    most_steps: int = _limit(40, "steps at most of a fit that goes on")
+    reported_tolerance: float = _limit(1e-7, "relative gain in cost below which a step of the reported fit is no gain")
+    fold_steps: int = _limit(6, "steps at most from the estimates on all training logs to those on some of them")
+
+
+@dataclass(frozen=True)
+class ScreeningSettings:
+    """Limits of the score screen and of the places from which a fit begins."""
+
+    largest: float = _limit(3.0, "times a probe's change up to which the change is taken to grow in proportion")
+    part: float = _limit(
+        0.3,
+        "change that a second probe makes, as a share of what is left: so near the parent a fit begins hardly worse",
+    )
+    furthest: float = _limit(0.5, "most by which a free number is moved at once, as a share of its size")
+    few_starts: int = _limit(
+        12, "starts of a candidate all of which are begun from; of more, the predicted and the nearest one"
+    )
+    shapes: int = _limit(3, "predicted places at most, of starts that differ in more than amplitudes")
+    probed: tuple[float, float] = _limit((1e-3, 30.0), "least and largest share of a start's amplitude that is probed")
+    far: float = _limit(5.0, "factor between a fitted number and the rig file's above which a fit begins from both")
+    wrong_by: float = _limit(4.0, "factor by which a fixed number of the rig file is wrong at most")
+
+
+@dataclass(frozen=True)
+class GapSettings:
+    """How the closure's interval is drawn."""
+
+    block: float = _limit(1.0, "time [s] within which errors are resampled together")
+    resamples: int = _limit(2000, "resamples of the blocks")
+    diverged: float = _limit(1e6, "error [SI] that stands for that of a run that left the range of numbers")
+
+
+@dataclass(frozen=True)
+class SmootherSettings:
+    """Limits of the smoother."""
+
+    stretch: int = _limit(1500, "samples from which the intensity of the process is chosen")
+    settled: float = _limit(1e-14, "relative change of the gain in a step below which it has come to rest")
+
+
+@dataclass(frozen=True)
+class RegimeSettings:
+    """Limits of regimes and frequency bands."""
+
+    rest: float = _limit(0.1, "time [s] without motion that counts as rest")
+    after_rest: float = _limit(0.2, "time [s] for which a body breaks away")
+    around_turn: float = _limit(0.1, "time [s] before and after a change of sign without rest")
+    saturated: float = _limit(0.98, "share of the largest command above which the drive counts as saturated")
+    shifts: int = _limit(999, "random shifts of the regimes that tell what chance gives")
+    window: int = _limit(256, "samples of a Welch window")
+
+
+@dataclass(frozen=True)
+class MomentumSettings:
+    """Limits of the split of total angular momentum."""
+
+    level: float = _limit(0.01, "chance of each side to be named though it lacks nothing")
+    half: int = _limit(16, "draws that weigh the residuals, and as many more that make the null")
+    noise: float = _limit(0.05, "share of the torque that turns the wheel which noise may leave of it")
+    shortest: float = _limit(0.1, "shortest test function [s]; each further length is longer by the root of two")
+    lengths: int = _limit(12, "lengths of test functions that are tried")
+    fewest: int = _limit(8, "test functions at least")
+    creeps: float = _limit(4.0, "deviations of the smoothed speed below which its sign is not known")
+
+
+@dataclass(frozen=True)
+class LocalisationSettings:
+    """Limits of what tells where the gap lies."""
+
+    draws: int = _limit(24, "draws of the fitted rig's own readings")
+    still: float = _limit(3.0, "deviations of the smoothed speed below which a body rests")
+    chunk: int = _limit(
+        2048,
+        "samples of one call of the plant, so that one compiled program serves logs of any length; no result depends on it",
+    )
+    smoother: SmootherSettings = SmootherSettings()
+    regimes: RegimeSettings = RegimeSettings()
+    momentum: MomentumSettings = MomentumSettings()
+
+
+@dataclass(frozen=True)
+class NextExperimentSettings:
+    """Commands among which the next experiment is chosen."""
+
+    amplitudes: tuple[float, ...] = _limit((1.0, 0.6, 0.35, 0.2), "amplitudes as shares of the logs' largest command")
+    paces: tuple[float, ...] = _limit((1.0, 0.25), "shares of a design's period and length")
+    beyond: float = _limit(
+        1.1, "how far a run may go, over what the logs show: less would refuse what they themselves reach"
+    )
+
+
+@dataclass(frozen=True)
+class RemarkSettings:
+    """When a remark is made."""
+
+    wide: float = _limit(
+        0.2, "range without commands, as a share of the largest, beside a dead zone that is worth a remark"
+    )
+    near_width: float = _limit(1.1, "times a dead zone's width up to which a command moves nothing that could be seen")
+    diverged: float = _limit(
+        1e4, "times the rig file's value above which a fitted number says that its part does not move in these logs"
+    )
+    moves: float = _limit(
+        4.0,
+        "range of the readings' running mean, in units of their noise, that tells of a motion: white noise stays below 2, a counter "
+        "between two counts at 3.5",
+    )
+    averaged: int = _limit(25, "readings of that running mean")
+
+
+@dataclass(frozen=True)
+class ReportSettings:
+    """What is shown."""
+
+    most_rivals: int = _limit(4, "hypotheses shown where they cannot be told apart, the best one among them")
+    ranked: int = _limit(3, "names of the ranking whose held-out gap is worked out, where their fit is at its end")
+    windows: int = _limit(5, "worst seconds of the held-out logs that are shown")
+    sure: float = _limit(3.0, "standard errors by which a number must shift for a line of its own")
+    far_percent: float = _limit(
+        10.0,
+        "shift [%] that is worth a line where only the error with the effects is small: the gap inflates the one without",
+    )
+    as_much: float = _limit(0.005, "difference in the share of the excess below which two laws remove as much")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Every limit of the diagnosis, grouped by what it limits."""
+
+    verdict: Limits = Limits()
+    search: SearchSettings = SearchSettings()
+    halving: HalvingSettings = HalvingSettings()
+    fitting: FittingSettings = FittingSettings()
+    screening: ScreeningSettings = ScreeningSettings()
+    gap: GapSettings = GapSettings()
+    localisation: LocalisationSettings = LocalisationSettings()
+    next_experiment: NextExperimentSettings = NextExperimentSettings()
+    remarks: RemarkSettings = RemarkSettings()
+    report: ReportSettings = ReportSettings()
+
+    def described(self) -> Iterator["Described"]:
+        """Every limit with its value, meaning and origin.
+
+        Yields:
+            One entry a limit, in the order of the groups.
+        """
+        yield from _described(self, "")
+
+
+class Described(NamedTuple):
+    """A limit by its dotted name (`search.needed`), with its value, its meaning and where the value comes from."""
+
+    name: str
+    value: object
+    meaning: str
+    origin: Origin
+
+
+def _described(group: object, prefix: str) -> Iterator[Described]:
+    assert is_dataclass(group)
+    for one in fields(group):
+        value = getattr(group, one.name)
+        if is_dataclass(value):
+            yield from _described(value, f"{prefix}{one.name}.")
+        else:
+            yield Described(f"{prefix}{one.name}", value, one.metadata["meaning"], one.metadata["origin"])

@@ -3,28 +3,54 @@
 from typing import Literal
 
 from rwjax.diagnosis.gap import Gap
-from rwjax.diagnosis.search.forward_backward import Choice
-from rwjax.diagnosis.settings import VERDICT, Limits
+from rwjax.diagnosis.search.choice import Choice
+from rwjax.diagnosis.settings import Limits
 
 Verdict = Literal["none", "effect", "ambiguous", "unknown"]
 
 
-def stands_out(gap: Gap) -> bool:
-    """Whether a gap of the rig as it is asks for an hypothesis."""
-    return gap.closed is not None and gap.size >= VERDICT.nothing
+def stands_out(gap: Gap, limits: Limits) -> bool:
+    """Whether a gap of the rig as it is asks for a hypothesis.
+
+    Args:
+        gap: the gap before any effect is added.
+        limits: limits of the verdict.
+
+    Returns:
+        True where it stands above its floor by enough.
+    """
+    return gap.closed is not None and gap.size >= limits.nothing
 
 
-def judge(choice: Choice, gap: Gap) -> Verdict:
-    """One of the four outcomes for the headline signal."""
-    return verdict(len(choice.best.names), bool(choice.alternatives), gap, VERDICT)
+def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
+    """The outcome for the headline signal.
+
+    Args:
+        choice: what the search has chosen.
+        gap: the gap of the headline signal on held-out logs.
+        limits: limits of the verdict.
+
+    Returns:
+        One of the four outcomes.
+    """
+    return verdict(len(choice.best.names), bool(choice.alternatives), gap, limits)
 
 
 def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
-    """The outcome where the search has found some `names`, with or without `rivals`.
+    """The outcome where a search has found some names, with or without rivals.
 
-    A gap that is surely closed to less than `limits.explained` and still stands above the floor has a cause that the library
-    does not know, or several, and the names that help must not be taken for it. Several names together can imitate much: they must
-    close nearly all of it.
+    A gap may surely be closed to less than `limits.explained` and still stand above the floor. It then has a cause that the library
+    does not know, or several, and the names that help must not be taken for it. Several names together can imitate much, so they
+    must close nearly all of the gap.
+
+    Args:
+        names: how many names were chosen.
+        rivals: whether other hypotheses cannot be told apart from the chosen one.
+        gap: the gap of the headline signal on held-out logs.
+        limits: limits of the verdict.
+
+    Returns:
+        One of the four outcomes.
     """
     if gap.closed is None or gap.size < limits.nothing:
         return "none"

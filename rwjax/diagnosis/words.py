@@ -2,12 +2,15 @@
 
 from math import isfinite
 
-from rwjax.diagnosis.diagnosis import Diagnosis, Rung
+from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.localise.where import Where
+from rwjax.diagnosis.settings import ReportSettings
+from rwjax.diagnosis.verdict import Verdict
+from rwjax.diagnosis.waterfall import Rung
 from rwjax.effects.library import BY_NAME, unit_of_number
 from rwjax.kinds import half_column
+from rwjax.logs.columns import unit_of
 
-_ENDS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
 _HALVED = ("wheel_rad", "wheel_rad_s", "current_A")
 _SIGNALS = (
     "yaw_rad",
@@ -17,66 +20,120 @@ _SIGNALS = (
     "pitch_rad_s",
     *(half_column(y, k) for y in _HALVED for k in range(2)),
 )
-UNIT = {name: unit for name in _SIGNALS for end, unit in _ENDS.items() if name.endswith(end)}
+UNIT = {name: unit_of(name) for name in _SIGNALS}
 """Unit of every output that a log may hold."""
-
-SURE, FAR_PERCENT = 3.0, 10.0
-"""Standard errors, of both fits, by which a number's shift is worth a line; and the shift that is where its error with the effects
-alone is that much smaller: the gap inflates the error without them."""
-
-AS_MUCH = 0.005
-"""Difference in the share of the excess below which laws in two coordinates remove as much."""
 
 
 def spoken(name: str) -> str:
-    """An effect in words: its label, or the wrong number's name."""
+    """An effect in words.
+
+    Args:
+        name: name of an effect, or `parameter.NAME`.
+
+    Returns:
+        The effect's label, or the name of the wrong number.
+    """
     if name.startswith("parameter."):
         return f"wrong {name.removeprefix('parameter.')}"
     return BY_NAME[name].label if name in BY_NAME else name
 
 
-def listed(names: tuple[str, ...]) -> str:
+def _listed(names: tuple[str, ...]) -> str:
     """Effects in words with their names."""
     return " and ".join(f"{spoken(name)} ({name})" for name in names)
 
 
-def verdict_sentence(d: Diagnosis) -> str:
-    """What the diagnosis says, as one sentence."""
-    g = d.gaps[d.signal]
-    closed = (
-        f" and {'close' if len(d.effects) > 1 else 'closes'} {100 * g.closed:.0f} % of the gap"
-        if g.closed is not None
-        else ""
-    )
-    if d.untold:
-        return f"Unknown: {d.untold}, so that they do not say whether anything is missing."
-    if d.verdict == "none":
-        return f"Nothing is missing: the rig explains the logs down to the floor ({g.before:.3g} of {g.floor:.3g} {UNIT[d.signal]})."
-    if d.verdict == "effect":
-        return f"The rig lacks {listed(d.effects)}: on held-out runs the error falls from {g.before:.3g} to {g.after:.3g} {UNIT[d.signal]}{closed}."
-    if d.verdict == "ambiguous":
-        others = "; or ".join(listed(names) for names in d.alternatives)
-        return f"The rig lacks {listed(d.effects)}; or {others}: these logs cannot tell them apart."
-    if d.effects:
-        part = f"{100 * g.closed:.0f} % of the gap" if g.closed is not None else "part of the gap"
-        explain = "explains" if len(d.effects) == 1 else "together explain"
-        return f"Unknown: {listed(d.effects)} {explain} {part}, but what is left stands above the floor and fits no effect of the library."
+def verdict_sentence(
+    verdict: Verdict,
+    effects: tuple[str, ...],
+    alternatives: tuple[tuple[str, ...], ...],
+    gap: Gap,
+    unit: str,
+    uninformative: str | None,
+) -> str:
+    """What a diagnosis says, as one sentence.
+
+    Args:
+        verdict: the outcome.
+        effects: the named effects.
+        alternatives: the sets of names that cannot be told apart from them.
+        gap: the gap of the headline signal [SI].
+        unit: the signal's unit.
+        uninformative: why the logs say nothing, None where they do.
+
+    Returns:
+        The sentence.
+    """
+    close = "close" if len(effects) > 1 else "closes"
+    closed = f" and {close} {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
+    if uninformative:
+        return f"Unknown: {uninformative}, so that they do not say whether anything is missing."
+    if verdict == "none":
+        return f"Nothing is missing: the rig explains the logs down to the floor ({gap.before:.3g} of {gap.floor:.3g} {unit})."
+    if verdict == "effect":
+        return (
+            f"The rig lacks {_listed(effects)}: on held-out runs the error falls from {gap.before:.3g} to {gap.after:.3g} "
+            f"{unit}{closed}."
+        )
+    if verdict == "ambiguous":
+        others = "; or ".join(_listed(names) for names in alternatives)
+        return f"The rig lacks {_listed(effects)}; or {others}: these logs cannot tell them apart."
+    if effects:
+        part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
+        explain = "explains" if len(effects) == 1 else "together explain"
+        return (
+            f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor and fits no effect of the "
+            "library."
+        )
     return "Unknown: a gap above the floor remains that no effect of the library explains."
 
 
-def where_words(where: Where) -> str:
-    """The coordinate of a law, and those in which another removes as much."""
+def gap_line(name: str, gap: Gap, *, marked: bool) -> str:
+    """The gap of one output as a line.
+
+    Args:
+        name: the output.
+        gap: its gap [SI].
+        marked: whether the line is marked as the headline.
+
+    Returns:
+        The line.
+    """
+    closed = "" if gap.closed is None else f", closed {100 * gap.closed:.1f} %"
+    if gap.ci95 is not None:
+        closed += f" (95 %: {100 * gap.ci95[0]:.0f} to {100 * gap.ci95[1]:.0f})"
+    mark = "*" if marked else " "
+    return f"{mark} {name}: before {gap.before:.4g}, after {gap.after:.4g}, floor {gap.floor:.4g} {UNIT[name]}{closed}"
+
+
+def where_words(where: Where, limits: ReportSettings) -> str:
+    """The coordinate of a law, and those in which another removes as much.
+
+    Args:
+        where: where the gap lies.
+        limits: what counts as much.
+
+    Returns:
+        The coordinates in words.
+    """
     alike = [
         name
         for name, share in where.shares.items()
-        if name != where.coordinate and abs(share - where.share) < AS_MUCH < where.share
+        if name != where.coordinate and abs(share - where.share) < limits.as_much < where.share
     ]
     name, *others = (one.replace("_", " ") for one in (where.coordinate, *alike))
     return name + (f" (as one in {', '.join(others)})" if others else "")
 
 
 def numbers_of(rung: Rung) -> list[str]:
-    """The numbers of what a rung names, those of an effect in one line."""
+    """The numbers of what a step of the waterfall names.
+
+    Args:
+        rung: the step.
+
+    Returns:
+        One line for each effect or wrong number.
+    """
     lines: dict[str, list[str]] = {}
     for number, (value, error) in rung.own.items():
         effect, _, name = number.rpartition(".")
@@ -87,37 +144,23 @@ def numbers_of(rung: Rung) -> list[str]:
     return [(head if head.endswith(": ") else "") + ", ".join(numbers) for head, numbers in lines.items()]
 
 
-def moved(first: Rung, last: Rung) -> list[str]:
-    """The base numbers that move as the effects are added, beyond chance or far."""
+def moved(first: Rung, last: Rung, limits: ReportSettings) -> list[str]:
+    """The rig's numbers that move as the effects are added, beyond chance or far.
+
+    Args:
+        first: the rig as it is.
+        last: the last step of the waterfall.
+        limits: what counts as far and as sure.
+
+    Returns:
+        One line for each number.
+    """
     lines = []
     for name, (sigmas, percent) in last.drift.items():
         (before, _), (after, error) = first.numbers[name], last.numbers[name]
-        far = not abs(percent) <= FAR_PERCENT and abs(after - before) > SURE * error
-        if abs(sigmas) > SURE or far:
+        far = not abs(percent) <= limits.far_percent and abs(after - before) > limits.sure * error
+        if abs(sigmas) > limits.sure or far:
             way = f"{percent:+.1f} %" if isfinite(percent) else f"{after - before:+.3g}"
             chance = f" ({sigmas:+.1f} sigma)" if isfinite(sigmas) else ""
             lines.append(f"{name} moves by {way}{chance} when the effects are added")
-    return lines
-
-
-def text(d: Diagnosis) -> list[str]:
-    """The result in lines, readable without colour."""
-    lines = [verdict_sentence(d), ""]
-    for name, one in d.gaps.items():
-        closed = "" if one.closed is None else f", closed {100 * one.closed:.1f} %"
-        if one.ci95 is not None:
-            closed += f" (95 %: {100 * one.ci95[0]:.0f} to {100 * one.ci95[1]:.0f})"
-        mark = "*" if name == d.signal and len(d.gaps) > 1 else " "
-        lines.append(
-            f"{mark} {name}: before {one.before:.4g}, after {one.after:.4g}, floor {one.floor:.4g} {UNIT[name]}{closed}"
-        )
-    if d.where is not None and d.verdict != "none":
-        lines.append(
-            f"  where: {d.subsystem}; a law in {where_words(d.where)} removes {100 * d.where.share:.0f} % of the excess squared error"
-        )
-    if len(d.waterfall) > 1:
-        first, last = d.waterfall[0], d.waterfall[-1]
-        lines += [f"  {line}" for line in (*numbers_of(last), *moved(first, last))]
-    lines += [f"  note: {remark}" for remark in d.remarks]
-    lines.append(f"  held out: {d.held_out}; next experiment: {d.next_experiment}")
     return lines

@@ -3,6 +3,7 @@
 import io
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from rwjax.diagnosis.diagnosis import Diagnosis
-from rwjax.diagnosis.words import UNIT, verdict_sentence, where_words
+from rwjax.diagnosis.result import Diagnosis
+from rwjax.diagnosis.words import UNIT, where_words
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError
 from rwjax.report import plots
@@ -77,10 +78,10 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "percent": percent,
         "signed": signed,
         "unit_of_number": unit_of_number,
-        "where_words": where_words,
+        "where_words": partial(where_words, limits=d.settings.report),
     }
     page = environment.get_template("report.html.j2").render(
-        d=d, sentence=verdict_sentence(d), figures=figures, unit=UNIT, corrected=write_rig(d.corrected)
+        d=d, sentence=d.sentence, figures=figures, unit=UNIT, corrected=write_rig(d.corrected)
     )
     path = folder / "report.html"
     write_text(path, page, InputError)

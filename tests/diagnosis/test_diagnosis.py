@@ -1,4 +1,4 @@
-"""Verdicts on labelled cases, and the parts from which they are made."""
+"""Verdicts on labelled cases, and on logs that say nothing."""
 
 import json
 from pathlib import Path
@@ -8,10 +8,11 @@ import pytest
 
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.diagnosis.gap import closure
-from rwjax.diagnosis.hypothesis import Hypothesis, candidates, free_names
-from rwjax.diagnosis.information_criterion import correlation_time
-from tests.systems import platform, reaction, wheel
+from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
+from rwjax.diagnosis.uninformative import diverged_numbers
+from rwjax.fitting.fit import fit
+from tests.diagnosis.simulated import TIME, true_log
+from tests.systems import platform, record, run, wheel
 
 
 @pytest.mark.parametrize(
@@ -31,40 +32,32 @@ def test_labelled_examples(examples: Path, name: str) -> None:
     assert json.loads(json.dumps(found.json(), allow_nan=False))["schema"] == "rwjax.diagnosis/1"
 
 
-def test_candidates_fit_the_kind_and_leave_out_what_is_modelled() -> None:
-    assert not any(name.startswith("axis.") for name in candidates(wheel()))
-    assert not any(name.startswith("wheel.") for name in candidates(platform()))
-    assert "axis.coulomb" not in candidates(platform())
-    assert "axis.coulomb" in candidates(platform("viscous = 0.02"))
-    assert "parameter.axis.inertia" not in candidates(platform())  # it is free
-    assert "parameter.drive.gain" in candidates(platform())
+@pytest.mark.parametrize("noise", [0.0, 2e-4], ids=["exact", "noisy"])
+@pytest.mark.filterwarnings("error")
+def test_logs_in_which_nothing_moves_do_not_say_that_nothing_is_missing(noise: float) -> None:
+    still = 0.3 + np.random.default_rng(0).normal(0.0, noise, len(TIME))
+    found = diagnose(platform(), [record(TIME, np.zeros(len(TIME)), {"yaw_rad": still})])
+    assert found.verdict == "unknown" and not found.effects
+    assert "nothing moves in these logs" in found.sentence and "turns" in found.next_experiment
 
 
-def test_a_coulomb_level_belongs_to_an_effect_only_where_nothing_else_models_it() -> None:
-    stribeck = Hypothesis(("axis.stribeck",))
-    assert "axis.stribeck.M_c" in free_names(reaction(), stribeck)
-    assert "axis.stribeck.M_c" not in free_names(platform(), stribeck)
-    both = free_names(reaction(), Hypothesis(("axis.stribeck", "axis.asymmetric_friction")))
-    assert sum(name.endswith(".M_c") for name in both) == 1
+@pytest.mark.slow
+def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> None:
+    rig, rng = wheel(), np.random.default_rng(1)
+    command = np.where(TIME > 1.0, 0.5, 0.0)
+    held = {"wheel_rad_s": rng.normal(0.0, 0.01, len(TIME)), "current_A": command / 0.83}
+    found = diagnose(rig, [record(TIME, command, held)])
+    assert found.verdict == "unknown" and not found.effects
+    assert "turns" in found.next_experiment and any("hardly moves" in remark for remark in found.remarks)
+    turning = run(rig, record(TIME, command, held), {})
+    assert diverged_numbers(rig, fit(rig, [record(TIME, command, turning)]).fit, RemarkSettings()) == ()
 
 
-def test_containment() -> None:
-    coulomb, stribeck = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
-    assert stribeck.contains(coulomb) and not coulomb.contains(stribeck) and not coulomb.contains(coulomb)
-
-
-def test_correlation_time_of_a_first_order_process() -> None:
-    rho, n = 0.8, 200_000
-    noise = np.random.default_rng(0).normal(size=n)
-    x = np.empty(n)
-    x[0] = noise[0]
-    for k in range(1, n):
-        x[k] = rho * x[k - 1] + noise[k]
-    assert correlation_time(x) == pytest.approx((1 + rho) / (1 - rho), rel=0.1)
-    assert correlation_time(noise) == pytest.approx(1.0, abs=0.1)
-
-
-def test_closure_is_the_share_of_the_gap_above_the_floor() -> None:
-    assert closure(1.0, 0.2, 0.2) == 1.0
-    assert closure(1.0, 1.0, 0.2) == 0.0
-    assert closure(0.2, 0.2, 0.2) is None
+def test_other_settings_give_another_verdict_and_are_recorded() -> None:
+    rig = platform("viscous = 0.02")
+    log = true_log(rig, **{"axis.bias_torque": {"T": 0.03}})
+    blind = Settings(verdict=Limits(nothing=1e9))
+    steps: list[str] = []
+    found = diagnose(rig, [log], settings=blind, progress=steps.append)
+    assert found.verdict == "none" and found.settings is blind and not found.effects
+    assert steps == ["the rig as it is"]

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from rwjax import read_log
-from rwjax.diagnosis.next_experiment import BEYOND, Rival, propose
+from rwjax.diagnosis.next_experiment import Rival, propose
+from rwjax.diagnosis.settings import NextExperimentSettings
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.planning.amplitude import COASTING
@@ -15,6 +16,7 @@ from rwjax.planning.files import read_plan, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, record
 
+SETTINGS = NextExperimentSettings()
 TIME = np.arange(1201) * 0.01
 COMMAND = np.where(TIME > 0.6, 0.9 * np.sign(np.sin(1.7 * TIME)), 0.0)
 LOG = record(TIME, COMMAND)
@@ -36,7 +38,7 @@ TWO = rival("axis.coulomb", "M_c", 0.04), rival("drive.deadzone", "u_0", 0.1)
 
 def test_the_proposed_run_separates_its_rivals(tmp_path: Path) -> None:
     left = {"yaw_rad": 0.02}
-    sentence, plan = propose("a rig", TWO, [0], left)
+    sentence, plan = propose("a rig", TWO, [0], left, SETTINGS)
     assert plan is not None
     (planned,) = read_plan(write_plan(tmp_path, plan)).runs
     assert planned.experiment == plan.runs[0].experiment and planned.tells_apart == ("axis.coulomb", "drive.deadzone")
@@ -47,11 +49,14 @@ def test_the_proposed_run_separates_its_rivals(tmp_path: Path) -> None:
     apart = np.sqrt(np.mean((y[0]["yaw_rad"] - y[1]["yaw_rad"]) ** 2)) / left["yaw_rad"]
     said = re.search(r"axis.coulomb and drive.deadzone differ by ([\d.]+) times the error that is left", sentence)
     assert said and apart > 1.0 and apart == pytest.approx(float(said[1]), rel=0.02, abs=0.06)
-    assert np.abs(log.command).max() <= 0.9 and np.abs(y[0]["yaw_rad_s"]).max() <= BEYOND * plan.limits["yaw_rad_s"]
+    assert (
+        np.abs(log.command).max() <= 0.9
+        and np.abs(y[0]["yaw_rad_s"]).max() <= SETTINGS.beyond * plan.limits["yaw_rad_s"]
+    )
 
 
 def test_where_no_run_separates_them_that_is_said() -> None:
-    sentence, plan = propose("a rig", TWO, [0], {"yaw_rad": 1e3})
+    sentence, plan = propose("a rig", TWO, [0], {"yaw_rad": 1e3}, SETTINGS)
     assert plan is None and sentence.startswith(
         "no command within 0.9 V, hardly further than these logs have gone, separates"
     )
@@ -68,7 +73,7 @@ def test_where_the_travel_is_limited_the_way_until_the_rig_rests_counts() -> Non
         theta = theta_of(rig, structure)
         theta[structure.names.index(f"{effect}.{number}")] = value
         two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
-    _, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
+    _, plan = propose("a rig", two, [0], {"yaw_rad": 0.02}, SETTINGS)
     assert plan is not None
     (run,) = plan.runs
     _, volts = run.experiment.command()
@@ -80,7 +85,7 @@ def test_where_the_travel_is_limited_the_way_until_the_rig_rests_counts() -> Non
             0
         ].outputs["yaw_rad"]
         later = y[len(volts) + 6000 :]  # than the minute for which a board waits
-        assert np.abs(y - y[0]).max() <= BEYOND * most and np.abs(later - later[0]).max() <= COASTING * most
+        assert np.abs(y - y[0]).max() <= SETTINGS.beyond * most and np.abs(later - later[0]).max() <= COASTING * most
 
 
 def test_where_nothing_limits_the_travel_a_rig_without_friction_may_coast() -> None:
@@ -92,7 +97,7 @@ def test_where_nothing_limits_the_travel_a_rig_without_friction_may_coast() -> N
         theta = theta_of(rig, structure)
         theta[structure.names.index(f"{effect}.{number}")] = value
         two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
-    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
+    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02}, SETTINGS)
     assert plan is not None and "differ by" in sentence
 
 
@@ -106,7 +111,7 @@ def test_where_every_command_goes_too_far_nothing_is_said_to_be_the_same() -> No
         theta = theta_of(rig, structure)
         theta[structure.names.index(f"{effect}.{number}")] = value  # it never rests
         two.append(Rival((effect,), pose(structure, [log], {"yaw_rad": 2e-3}), theta))
-    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02})
+    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 0.02}, SETTINGS)
     assert plan is None
     assert sentence == (
         "none found that separates axis.bias_torque and drive.bias: every command would take the rig further than these logs "

@@ -1,15 +1,17 @@
 r"""Which side of the motor lacks a torque: the split of total angular momentum of a rig whose wheel and yaw are both read.
 
-The wheel's equation $J\dot\Omega + b\,\Omega + M_w = K i$ holds what is between motor and wheel, the sum of both,
-$I\dot w + J\dot\Omega + M_f + M_g = 0$, only what acts on the axis from outside: motor, drive and wheel friction cancel
-in it. With test functions $\varphi$ that vanish at both ends of their support,
-$\int\varphi\,I\dot w = -\int\dot\varphi\,I w = \int\ddot\varphi\,I\psi$: no reading is differentiated (weak form; Messenger
-and Bortz, Multiscale Model. Simul. 19 (2021)). Where the current is read, the wheel's equation takes the reading and the
-winding's $L\,di/dt + R i + K\Omega = V$ stands beside it; else the current is what the command drives through the
-winding. Changes that the free numbers of an equation could make in it are projected out. The null of each statistic comes from
-drawing noise and counts anew about the smoothed motion: rounding depends on how fast an encoder turns, so it has to be
-the motion of the log. What smoothing and sums in place of integrals leave of the rig's own free run without noise is
-added to every draw.
+The wheel's equation $J\dot\Omega + b\,\Omega + M_w = K i$ holds what is between motor and wheel. The sum of both bodies' equations,
+$I\dot w + J\dot\Omega + M_f + M_g = 0$, holds only what acts on the axis from outside: motor, drive and wheel friction cancel in it.
+
+Weak form: with test functions $\varphi$ that vanish at both ends of their support,
+$\int\varphi\,I\dot w = -\int\dot\varphi\,I w = \int\ddot\varphi\,I\psi$. No reading is differentiated (Messenger and Bortz, Multiscale
+Model. Simul. 19 (2021)). Where the current is read, the wheel's equation takes the reading, and the winding's equation
+$L\,di/dt + R i + K\Omega = V$ stands beside it. Elsewhere the current is what the command drives through the winding. Changes that the
+free numbers of an equation could make in it are projected out.
+
+Null of each statistic: noise and counts are drawn anew about the smoothed motion. It has to be the motion of the log, since rounding
+depends on how fast an encoder turns. Smoothing, and sums in place of integrals, leave something of the rig's own free run without
+noise; that is added to every draw.
 """
 
 from dataclasses import dataclass
@@ -20,26 +22,26 @@ from scipy.sparse import csr_array
 
 from rwjax.diagnosis.localise.own_noise import above, draws, rates
 from rwjax.diagnosis.localise.smoother import Smoother
+from rwjax.diagnosis.settings import LocalisationSettings, MomentumSettings
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisTorque, MotorTorque, WheelDry, WheelTorque
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
 from rwjax.simulation.shooting import one_axis_plant_of
 
-LEVEL = 0.01  # chance of each side to be named though it lacks nothing
-HALF = 16  # draws that weigh the residuals, and as many more that make the null
-NOISE = 0.05  # of the torque that turns the wheel: what noise may leave of it
-LENGTHS = 0.1 * np.sqrt(2.0) ** np.arange(12)  # of the test functions [s]
-FEWEST = 8  # test functions
-CREEPS = 4.0  # deviations of the smoothed speed below which its sign is not known
-WITHIN = (AxisTorque, AxisDry, WheelTorque, WheelDry, MotorTorque)
-"""Ports of effects that a rig may have besides: others change readings or command."""
+_PORTS = (AxisTorque, AxisDry, WheelTorque, WheelDry, MotorTorque)
+"""Ports of the effects that the rig may have: effects on other ports change readings or command."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """`p` of the residual under the rig's own noise; `ratio` of its weighed square to that noise's; `torque` [N m] RMS
-    beyond that noise (volts for a winding)."""
+    """The residual of one equation.
+
+    Attributes:
+        p: probability of so much by the rig's own noise [1].
+        ratio: its weighted square over that noise's [1].
+        torque: its RMS beyond that noise [N m], for a winding [V].
+    """
 
     p: float
     ratio: float
@@ -48,8 +50,15 @@ class Side:
 
 @dataclass(frozen=True)
 class Momentum:
-    """`side`: external, internal, both or neither at `LEVEL`; `length` of the test functions [s]; sides by equation: `axis`
-    (the sum), `wheel`, `winding`."""
+    """The split of the missing torque.
+
+    Attributes:
+        side: external, internal, both or neither.
+        external: probability that the axis's equation holds by chance [1].
+        internal: the same of the equations of wheel and winding [1].
+        length: length of the test functions [s].
+        equations: residuals by equation: `axis` (the sum of both bodies), `wheel`, `winding`.
+    """
 
     side: str
     external: float
@@ -58,7 +67,11 @@ class Momentum:
     equations: dict[str, Side]
 
     def json(self) -> dict:
-        """Plain objects."""
+        """The split as `diagnosis.json` holds it.
+
+        Returns:
+            Plain objects.
+        """
         return {
             "side": self.side,
             "external_p": self.external,
@@ -70,8 +83,14 @@ class Momentum:
 
 @dataclass(frozen=True)
 class Read:
-    """One body's motion in one log: the output that tells it, its smoother, the readings `(time, 1 + draws)` and what was
-    drawn besides, and their smoothed `states` (time, a, 1 + draws)."""
+    """One body's motion in one log.
+
+    Attributes:
+        name: the output that tells it.
+        smoother: its smoother.
+        readings: the reading, then draws of it (time, 1 + draws) [rad] or [rad/s].
+        states: their smoothed states (time, a, 1 + draws).
+    """
 
     name: str
     smoother: Smoother
@@ -80,20 +99,37 @@ class Read:
 
     @property
     def is_angle(self) -> bool:
+        """Whether an angle is read, and not a rate."""
         return self.name in ("yaw_rad", "wheel_rad")
 
-    def about_itself(self, fitted: Fit, log: Log, clean: np.ndarray, rng: np.random.Generator) -> "Read":
-        """The readings, the smoothed motion without noise, the rig's own run without noise and draws about the second."""
+    def about_itself(self, fitted: Fit, log: Log, clean: np.ndarray, count: int, rng: np.random.Generator) -> "Read":
+        """The reading, the smoothed motion without noise, the rig's own run without noise, and draws about the smoothed motion.
+
+        Args:
+            fitted: the fit.
+            log: the log.
+            clean: the rig's own run (time,) [rad] or [rad/s].
+            count: how many draws.
+            rng: the source of randomness.
+
+        Returns:
+            The motion with these columns.
+        """
         path = self.states[:, 0, 0]
-        drawn = np.concatenate(
-            [path[:, None], clean[:, None], draws(fitted, log, path, self.name, 2 * HALF, rng)], axis=1
-        )
+        drawn = np.concatenate([path[:, None], clean[:, None], draws(fitted, log, path, self.name, count, rng)], axis=1)
         gaps = np.isnan(self.readings[:, :1])
         states = np.concatenate([self.states[..., :1], self.smoother(np.where(gaps, np.nan, drawn))], axis=2)
         return Read(self.name, self.smoother, np.concatenate([self.readings[:, :1], drawn], axis=1), states)
 
     def position(self, time: np.ndarray) -> np.ndarray:
-        """Angle [rad], from 0 where only the rate is read."""
+        """Smoothed angle [rad], from 0 where only the rate is read.
+
+        Args:
+            time: times (time,) [s].
+
+        Returns:
+            The angle (time, 1 + draws) [rad].
+        """
         if self.is_angle:
             return self.states[:, 0]
         w, dt = self.states[:, 0], np.diff(time)[:, None]
@@ -101,23 +137,33 @@ class Read:
 
     @property
     def rate(self) -> np.ndarray:
-        """Speed [rad/s]."""
+        """Smoothed speed (time, 1 + draws) [rad/s]."""
         return self.states[:, 1 if self.is_angle else 0]
 
     @property
     def acceleration(self) -> np.ndarray:
-        """Acceleration [rad/s²]."""
+        """Smoothed acceleration (time, 1 + draws) [rad/s²]."""
         return self.states[:, 2 if self.is_angle else 1]
 
     @property
     def deviation(self) -> tuple[np.ndarray, np.ndarray]:
-        """Standard deviations of speed and acceleration."""
+        """Standard deviations of speed [rad/s] and acceleration [rad/s²], each (time,)."""
         first = 1 if self.is_angle else 0
         return self.smoother.deviation[:, first], self.smoother.deviation[:, first + 1]
 
 
 def bump(s: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Test function $(1 - s^2)^5$ of unit area with first and second derivative by time; `s` from -1 to 1 over `length`."""
+    """Test function of unit area with first and second derivative by time.
+
+    It is proportional to $(1 - s^2)^5$.
+
+    Args:
+        s: place in the support, from -1 to 1 (m,) [1].
+        length: length of the support [s].
+
+    Returns:
+        The function [1/s], its first [1/s²] and its second derivative [1/s³], each (m,).
+    """
     inside = np.maximum(1.0 - s * s, 0.0)
     cube = inside * inside * inside
     scale, ds = 693.0 / 256.0 / length, 2.0 / length
@@ -158,36 +204,55 @@ class _Weak:
 
 
 def split(
-    fitted: Fit, yaw: dict[int, Read], wheel: dict[int, Read], clean: list[dict[str, np.ndarray]]
+    fitted: Fit,
+    yaw: dict[int, Read],
+    wheel: dict[int, Read],
+    clean: list[dict[str, np.ndarray]],
+    limits: LocalisationSettings,
 ) -> Momentum | None:
-    """Split of the missing torque of the logs that tell both bodies' motion, or None where it cannot be told; `clean`:
-    the rig's own free runs."""
+    """Split of the missing torque of the logs that tell both bodies' motion.
+
+    Args:
+        fitted: the fit of the rig as it is.
+        yaw: motion of the axis by log number.
+        wheel: motion of the wheel by log number.
+        clean: readings of the rig's own free runs by log and output (time,) [SI].
+        limits: limits of the localisation.
+
+    Returns:
+        The split, None where it cannot be told.
+    """
     structure = fitted.problem.structure
     logs = [k for k in yaw if k in wheel]
     if structure.kind != "reaction" or not logs or any(":" in state for state in structure.states):
         return None
-    if any(not issubclass(BY_NAME[effect], WITHIN) for effect in structure.effects):
+    if any(not issubclass(BY_NAME[effect], _PORTS) for effect in structure.effects):
         return None
-    length = _length(fitted, logs, yaw, wheel)
-    each = [_Equations.of(fitted, k, yaw[k], wheel[k], clean[k], length) for k in logs]
+    length = _length(fitted, logs, yaw, wheel, limits.momentum)
+    each = [_Equations.of(fitted, k, (yaw[k], wheel[k]), clean[k], length, limits) for k in logs]
     found = {}
     for name in each[0].names(each):
-        if (side := _judge(fitted, name, each)) is not None:
+        if (side := _judge(fitted, name, each, limits.momentum)) is not None:
             found[name] = side
     inner = [found[name].p for name in ("wheel", "winding") if name in found]
     if "axis" not in found or not inner:
         return None
     external, internal = found["axis"].p, min(1.0, len(inner) * min(inner))
     names = {(True, True): "both", (True, False): "external", (False, True): "internal", (False, False): "neither"}
-    return Momentum(names[external < LEVEL, internal < LEVEL], external, internal, length, found)
+    return Momentum(
+        names[external < limits.momentum.level, internal < limits.momentum.level], external, internal, length, found
+    )
 
 
-def _length(fitted: Fit, logs: list[int], yaw: dict[int, Read], wheel: dict[int, Read]) -> float:
+def _length(
+    fitted: Fit, logs: list[int], yaw: dict[int, Read], wheel: dict[int, Read], limits: MomentumSettings
+) -> float:
     """Shortest test functions that leave little noise of the torque that turns the wheel."""
     number = dict(zip(fitted.problem.structure.names, fitted.theta, strict=True))
     span = min(np.ptp(fitted.problem.logs[k].time) for k in logs)
     step = max(np.median(np.diff(fitted.problem.logs[k].time)) for k in logs)
-    possible = [float(s) for s in LENGTHS if 10.0 * step <= s <= span / 6.0] or [float(span / 6.0)]
+    lengths = limits.shortest * np.sqrt(2.0) ** np.arange(limits.lengths)
+    possible = [float(s) for s in lengths if 10.0 * step <= s <= span / 6.0] or [float(span / 6.0)]
     for length in possible:
         turns, noise = [], []
         for k in logs:
@@ -195,7 +260,7 @@ def _length(fitted: Fit, logs: list[int], yaw: dict[int, Read], wheel: dict[int,
             turns.append(number["wheel.inertia"] * weak.acceleration(wheel[k], slice(0, 1))[:, 0])
             for read, inertia in ((yaw[k], "axis.inertia"), (wheel[k], "wheel.inertia")):
                 noise.append(number[inertia] * weak.noise(read, fitted.problem.noise[read.name]))
-        if np.sqrt(np.mean(np.concatenate(noise) ** 2)) <= NOISE * np.sqrt(np.mean(np.concatenate(turns) ** 2)):
+        if np.sqrt(np.mean(np.concatenate(noise) ** 2)) <= limits.noise * np.sqrt(np.mean(np.concatenate(turns) ** 2)):
             return length
     return possible[-1]
 
@@ -212,17 +277,26 @@ class _Equations:
     current: np.ndarray | None
     told: dict[str, np.ndarray]
     """Test functions of an equation over which all signs of dry friction are known."""
+    chunk: int
 
     @classmethod
-    def of(cls, fitted: Fit, number: int, yaw: Read, wheel: Read, clean: dict, length: float) -> "_Equations":
-        log, rng = fitted.problem.logs[number], np.random.default_rng([number, 2])
-        yaw, wheel = (read.about_itself(fitted, log, clean[read.name], rng) for read in (yaw, wheel))
+    def of(
+        cls,
+        fitted: Fit,
+        number: int,
+        bodies: tuple[Read, Read],
+        clean: dict,
+        length: float,
+        limits: LocalisationSettings,
+    ) -> "_Equations":
+        log, rng, count = fitted.problem.logs[number], np.random.default_rng([number, 2]), 2 * limits.momentum.half
+        yaw, wheel = (read.about_itself(fitted, log, clean[read.name], count, rng) for read in bodies)
         weak = _Weak.of(log.time, length)
         current = None
         if "current_A" in log.outputs:
             seen = np.isfinite(log.outputs["current_A"])
             i = np.interp(log.time, log.time[seen], log.outputs["current_A"][seen])
-            own = draws(fitted, log, i, "current_A", 2 * HALF, rng)
+            own = draws(fitted, log, i, "current_A", count, rng)
             current = np.concatenate([i[:, None], i[:, None], clean["current_A"][:, None], own], axis=1)
         structure = fitted.problem.structure
         dry = {
@@ -231,7 +305,7 @@ class _Equations:
         creeps: dict[str, np.ndarray] = {}
         for state, read in (("w", yaw), ("Omega", wheel)):
             speed = read.rate[:, [0, 2]]
-            slow = np.abs(speed) <= CREEPS * np.median(read.deviation[0])
+            slow = np.abs(speed) <= limits.momentum.creeps * np.median(read.deviation[0])
             turns = np.diff(np.sign(speed), append=np.sign(speed[-1:]), axis=0) != 0
             creeps[state] = np.any(slow | turns, axis=1).astype(float) * (state in dry)
         inside = weak.by_order[0]
@@ -240,10 +314,11 @@ class _Equations:
             "wheel": np.asarray(inside @ creeps["Omega"]) == 0.0,
             "winding": np.ones(len(inside.indptr) - 1, bool),
         }
-        return cls(fitted, number, weak, yaw, wheel, current, told)
+        return cls(fitted, number, weak, yaw, wheel, current, told, limits.chunk)
 
     @staticmethod
     def names(each: "list[_Equations]") -> tuple[str, ...]:
+        """Equations that all logs have."""
         return ("axis", "wheel", "winding") if all(e.current is not None for e in each) else ("axis", "wheel")
 
     def residual(self, name: str, theta: np.ndarray, columns: slice) -> np.ndarray:
@@ -267,7 +342,7 @@ class _Equations:
             i = (held - K * Omega) / R
         states = {"psi": self.yaw.position(log.time)[:, columns], "w": self.yaw.rate[:, columns]}
         states |= {"theta": self.wheel.position(log.time)[:, columns], "Omega": Omega, "i": i}
-        along = rates(self.fitted, log, theta, states, R * i + K * Omega)
+        along = rates(self.fitted, log, theta, states, R * i + K * Omega, self.chunk)
         spins = J * self.weak.acceleration(self.wheel, columns)
         if name == "wheel":
             return spins - value @ (J * along["Omega"])
@@ -284,28 +359,29 @@ class _Equations:
         return i
 
 
-ENTER = {
+_ENTER = {
     "axis": ("axis.", "wheel.inertia"),
     "wheel": ("motor.", "wheel."),
     "winding": ("motor.",),
 }
+"""How the names of the numbers begin that enter each equation."""
 
 
 def _numbers(fitted: Fit, name: str) -> list[int]:
     """Free numbers that may change an equation; one of those that only scale it as a whole stays."""
-    free = [n for n in fitted.free if n.startswith(ENTER[name])]
+    free = [n for n in fitted.free if n.startswith(_ENTER[name])]
     scaled = {"axis": "axis.inertia", "wheel": "motor.torque_constant"}.get(name)
     if scaled in free and "wheel.inertia" in free:
         free.remove("wheel.inertia")
     return [fitted.problem.names.index(n) for n in free]
 
 
-def _judge(fitted: Fit, name: str, each: list[_Equations]) -> Side | None:
+def _judge(fitted: Fit, name: str, each: list[_Equations], limits: MomentumSettings) -> Side | None:
     """One equation over all logs."""
     told = np.concatenate([e.told[name] for e in each])
     theta = fitted.theta
     numbers = _numbers(fitted, name)
-    if told.sum() < max(FEWEST, 2 * len(numbers)):
+    if told.sum() < max(limits.fewest, 2 * len(numbers)):
         return None
 
     def over(columns: slice, theta: np.ndarray) -> np.ndarray:
@@ -313,7 +389,7 @@ def _judge(fitted: Fit, name: str, each: list[_Equations]) -> Side | None:
 
     every = over(slice(None), theta)
     own = every[:, 3:] - every[:, 1:2] + every[:, 2:3]
-    weigh, null = own[:, :HALF], own[:, HALF:]
+    weigh, null = own[:, : limits.half], own[:, limits.half :]
     scale = np.sqrt(np.mean(weigh**2, axis=1))
     scale = np.maximum(scale, 0.5 * np.median(scale) + 1e-300)  # at rest a count tells less than it seems to
     A = np.empty((len(scale), len(numbers)))

@@ -8,11 +8,16 @@ from rwjax.logs.log import Log
 from rwjax.simulation.batch import by_sample
 from rwjax.simulation.shooting import free_run, rates_along
 
-CHUNK = 2048  # samples per call, so that one compiled program serves logs of any length
-
 
 def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
-    """Readings of the fitted rig's free runs at the logs' times, all that its kind has [SI]."""
+    """Readings of the fitted rig's free runs at the logs' times.
+
+    Args:
+        fitted: the fit.
+
+    Returns:
+        For each log the readings (time,) [SI] of every output that the rig's kind has.
+    """
     problem = fitted.problem
     y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch)[0])
     found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
@@ -20,7 +25,19 @@ def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
 
 
 def draws(fitted: Fit, log: Log, clean: np.ndarray, name: str, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Readings `(time, draws)` of one output: a simulated one with noise, rounded to counts where the log is."""
+    """Draws of what one output would have read: a simulated reading with noise, rounded to counts where the log is.
+
+    Args:
+        fitted: the fit, whose problem holds the noise.
+        log: the log, which holds the resolution.
+        clean: the output without noise (time,) [SI].
+        name: the output.
+        count: how many draws.
+        rng: the source of randomness.
+
+    Returns:
+        Readings (time, draws) [SI].
+    """
     step, noise = log.resolution.get(name, 0.0), fitted.problem.noise[name]
     if step == 0.0:
         return clean[:, None] + noise * rng.normal(size=(len(clean), count))
@@ -31,28 +48,48 @@ def draws(fitted: Fit, log: Log, clean: np.ndarray, name: str, count: int, rng: 
 
 
 def rates(
-    fitted: Fit, log: Log, theta: np.ndarray, states: dict[str, np.ndarray], command: np.ndarray
+    fitted: Fit, log: Log, theta: np.ndarray, states: dict[str, np.ndarray], command: np.ndarray, chunk: int
 ) -> dict[str, np.ndarray]:
-    """Rates of all states along motions given as `(time, …)` by state; those not given are 0."""
+    """Rates of change of all states along given motions.
+
+    Args:
+        fitted: the fit, whose structure is used.
+        log: the log, for its time and what it adds to the numbers.
+        theta: parameter vector (t,) [SI].
+        states: motions (time, …) by state [SI]; those not given are 0.
+        command: the command (time,) or (time, …) [V].
+        chunk: samples of one call.
+
+    Returns:
+        Rates (time, …) by state [SI/s].
+    """
     structure = fitted.problem.structure
     shape = np.broadcast_shapes(*(x.shape for x in states.values()))
     of_time = (slice(None), *[None] * (len(shape) - 1))
     X = np.stack([np.broadcast_to(states.get(s, 0.0), shape).ravel() for s in structure.states], axis=1)
     t, u = (np.broadcast_to(v[of_time] if v.ndim == 1 else v, shape).ravel() for v in (log.time - log.origin, command))
     n = len(t)
-    size = -(-n // CHUNK) * CHUNK
+    size = -(-n // chunk) * chunk
     X, t, u = (np.pad(a, [(0, size - n)] + [(0, 0)] * (a.ndim - 1), mode="edge") for a in (X, t, u))
     theta = theta + np.array(structure.vector(log.added))
     parts = [
-        rates_along(structure, theta, t[k : k + CHUNK], X[k : k + CHUNK], u[k : k + CHUNK])
-        for k in range(0, size, CHUNK)
+        rates_along(structure, theta, t[k : k + chunk], X[k : k + chunk], u[k : k + chunk])
+        for k in range(0, size, chunk)
     ]
     found = np.concatenate([np.asarray(part) for part in parts])[:n]
     return {s: found[:, k].reshape(shape) for k, s in enumerate(structure.states)}
 
 
 def above(value: float, null: np.ndarray) -> float:
-    """Probability that a positive statistic is this large, from draws of it: Student's t for its logarithm."""
+    """Probability [1] that a positive statistic is this large by chance: Student's t for its logarithm.
+
+    Args:
+        value: the statistic, whose unit is that of its draws [1].
+        null: draws of it where nothing is missing (draws,) [1].
+
+    Returns:
+        The probability [1].
+    """
     draws = np.log(np.maximum(null, 1e-300))
     spread = max(float(np.std(draws, ddof=1)), 1e-9) * np.sqrt(1.0 + 1.0 / len(draws))
     return float(student.sf((np.log(max(value, 1e-300)) - np.mean(draws)) / spread, len(draws) - 1))

@@ -7,22 +7,25 @@ from scipy.signal import welch
 
 from rwjax.diagnosis.information_criterion import correlation_time
 from rwjax.diagnosis.localise.own_noise import above
+from rwjax.diagnosis.settings import RegimeSettings
 from rwjax.fitting.initial_guess import NO_COMMAND
 
 REGIMES = ("stuck", "breaking away", "reversing", "saturated", "coasting", "sliding")
 """Every sample is in the first that holds."""
-REST = 0.1  # s without motion that count as rest
-AFTER_REST = 0.2  # s for which a body breaks away
-AROUND_TURN = 0.1  # s before and after a change of sign without rest
-LARGEST = 0.98  # of the largest command: saturated
-SHIFTS = 999
-WINDOW = 256  # samples of a Welch window
 
 
 @dataclass(frozen=True)
 class Part:
-    """A regime or a band `low` to `high` Hz: its `share` of the missing torque's weighted square beyond the smoother's own
-    noise, its share of the time (of the noise's square for a band), and the probability of so much by chance."""
+    """A regime or a frequency band.
+
+    Attributes:
+        name: its name.
+        share: its share of the missing torque's weighted square beyond the smoother's own noise [1].
+        of_time: its share of the time [1]; of the noise's square for a band.
+        p: probability of so much by chance [1].
+        low: lower edge of a band [Hz].
+        high: upper edge of a band [Hz].
+    """
 
     name: str
     share: float
@@ -32,35 +35,75 @@ class Part:
     high: float | None = None
 
 
-def regimes(time: np.ndarray, speed: np.ndarray, still: np.ndarray, command: np.ndarray, top: float) -> np.ndarray:
-    """Index into `REGIMES` of every sample."""
+def regimes(
+    time: np.ndarray,
+    speed: np.ndarray,
+    still: np.ndarray,
+    command: np.ndarray,
+    top: float,
+    limits: RegimeSettings,
+) -> np.ndarray:
+    """Regime of every sample.
+
+    Args:
+        time: times (time,) [s].
+        speed: speed of the body (time,) [rad/s].
+        still: whether the body is at rest (time,) [1].
+        command: the command (time,) [V].
+        top: the largest command of all logs [V].
+        limits: what counts as rest, as breaking away and so on.
+
+    Returns:
+        Index into `REGIMES` (time,) [1].
+    """
     n = len(time)
     edge = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
     rest, away, turn = np.zeros(n, bool), np.zeros(n, bool), np.zeros(n, bool)
     for begin, end in zip(edge[::2], edge[1::2], strict=True):
-        if time[end - 1] - time[begin] >= REST or begin == 0:
+        if time[end - 1] - time[begin] >= limits.rest or begin == 0:
             rest[begin:end] = True
             if end < n:
-                away |= (time >= time[end]) & (time < time[end] + AFTER_REST)
+                away |= (time >= time[end]) & (time < time[end] + limits.after_rest)
     for k in np.flatnonzero(np.diff(np.sign(speed)) != 0):
         if not rest[max(k - 1, 0) : k + 2].any():
-            turn |= np.abs(time - time[k]) <= AROUND_TURN
+            turn |= np.abs(time - time[k]) <= limits.around_turn
     size = np.abs(command)
-    return np.select([rest, away, turn, size >= LARGEST * top, size <= NO_COMMAND], range(5), default=5)
+    return np.select([rest, away, turn, size >= limits.saturated * top, size <= NO_COMMAND], range(5), default=5)
 
 
 def weights(deviation: np.ndarray) -> np.ndarray:
-    """Inverse variance of a log's missing torque, bounded where the smoother is surest."""
+    """Weights of a log's missing torque: its inverse variance, bounded where the smoother is surest.
+
+    Args:
+        deviation: standard deviation of the missing torque (time,) [N m].
+
+    Returns:
+        Weights (time,) [1/(N m)²].
+    """
     return 1.0 / np.maximum(deviation, 0.1 * np.median(deviation) + 1e-300) ** 2
 
 
 def shares(
-    mass: list[np.ndarray], own: list[np.ndarray], label: list[np.ndarray], own_label: list[np.ndarray]
+    mass: list[np.ndarray],
+    own: list[np.ndarray],
+    label: list[np.ndarray],
+    own_label: list[np.ndarray],
+    shifts: int,
 ) -> list[Part]:
-    """Share of every regime in the weighted square `mass` of each log beyond that of the rig's own noise.
+    """Share of every regime in the weighted square of the missing torque, beyond that of the rig's own noise.
 
-    `own`, `own_label` (time, draws): the same of draws. Chance: the labels of each log turned round by more than the
-    correlation time, so that runs of a regime stay whole.
+    For the probability by chance, the regimes of each log are shifted in time by more than the correlation time, so that runs of a
+    regime stay whole.
+
+    Args:
+        mass: weighted square of each log (time,) [1].
+        own: the same of draws of the rig's own noise (time, draws) [1].
+        label: regimes of each log (time,) [1].
+        own_label: regimes of the draws (time, draws) [1].
+        shifts: how many random shifts tell what chance gives.
+
+    Returns:
+        The regimes that occur, the one with the largest share first.
     """
     found = []
     every, drawn = np.concatenate(label), np.concatenate([o.ravel() for o in own_label])
@@ -74,29 +117,39 @@ def shares(
     )
     total = float(np.sum(np.maximum(sums, 0.0)))
     rng = np.random.default_rng(0)
-    shifts = [_shifts(b, rng) for b in beyond]
+    random = [_shifts(b, rng, shifts) for b in beyond]
     for r, name in enumerate(REGIMES):
         if not np.any(every == r):
             continue
-        chance = np.zeros(SHIFTS)
-        for b, k, s in zip(beyond, label, shifts, strict=True):
+        chance = np.zeros(shifts)
+        for b, k, s in zip(beyond, label, random, strict=True):
             turned = np.fft.irfft(np.fft.rfft(b) * np.conj(np.fft.rfft((k == r).astype(float))), len(b))
             chance += turned[s]
-        p = (1.0 + np.sum(chance >= sums[r] - 1e-9 * abs(sums[r]))) / (1.0 + SHIFTS)
+        p = (1.0 + np.sum(chance >= sums[r] - 1e-9 * abs(sums[r]))) / (1.0 + shifts)
         share = max(float(sums[r]), 0.0) / total if total > 0.0 else 0.0
         found.append(Part(name, share, float(np.mean(every == r)), float(p)))
     return sorted(found, key=lambda part: -part.share)
 
 
-def _shifts(series: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Random turns of a log by at least its correlation time either way."""
+def _shifts(series: np.ndarray, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Random shifts of a log by at least its correlation time either way."""
     n = len(series)
     least = int(min(np.ceil(correlation_time(series - np.mean(series))), n // 4))
-    return rng.integers(least, n - least + 1, SHIFTS) % n
+    return rng.integers(least, n - least + 1, count) % n
 
 
-def bands(torque: list[np.ndarray], own: list[np.ndarray], interval: list[float]) -> list[Part]:
-    """Share of every octave in the missing torque's power beyond that of draws of the rig's own noise (time, draws)."""
+def bands(torque: list[np.ndarray], own: list[np.ndarray], interval: list[float], window: int) -> list[Part]:
+    """Share of every octave in the missing torque's power beyond that of draws of the rig's own noise.
+
+    Args:
+        torque: missing torque of each log (time,) [N m].
+        own: the same of draws (time, draws) [N m].
+        interval: sampling interval of each log [s].
+        window: samples of a Welch window.
+
+    Returns:
+        The octaves, the lowest one first.
+    """
     lowest = 1.0 / min(len(y) * h for y, h in zip(torque, interval, strict=True))
     highest = 0.5 / max(interval)
     count = max(int(np.log2(highest / lowest)), 1)
@@ -105,12 +158,17 @@ def bands(torque: list[np.ndarray], own: list[np.ndarray], interval: list[float]
     power = np.zeros((count, 1 + own[0].shape[1]))
     for y, o, h in zip(torque, own, interval, strict=True):
         both = np.concatenate([y[:, None], o], axis=1)
-        for window in (len(y), WINDOW):  # low octaves need the whole log
-            f, density = welch(both, 1.0 / h, nperseg=min(window, len(y)), axis=0, detrend=False)  # pyright: ignore[reportArgumentType]
-            fine = 8.0 / (min(WINDOW, len(y)) * h)
+        for length in (len(y), window):  # low octaves need the whole log
+            f, density = welch(both, 1.0 / h, nperseg=min(length, len(y)), axis=0, detrend=False)  # pyright: ignore[reportArgumentType]
+            fine = 8.0 / (min(window, len(y)) * h)
             for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-                if (high <= fine) == (window != WINDOW):
+                if (high <= fine) == (length != window):
                     power[k] += np.sum(density[(f >= low) & (f < high)], axis=0) * f[1] * len(y) * h
+    return _octaves(edges, power)
+
+
+def _octaves(edges: np.ndarray, power: np.ndarray) -> list[Part]:
+    """Octaves between edges [Hz], from the power of the torque (column 0) and of draws (k, 1 + draws)."""
     expected = np.mean(power[:, 1:], axis=1)
     beyond = np.maximum(power[:, 0] - expected, 0.0)
     total = max(float(np.sum(beyond)), 1e-300)

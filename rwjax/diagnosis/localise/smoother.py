@@ -10,14 +10,19 @@ from math import log
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-STRETCH = 1500  # samples from which the intensity is chosen
-SETTLED = 1e-14  # relative change per step below which the gain has come to rest
+from rwjax.diagnosis.settings import SmootherSettings
 
 
 @dataclass(frozen=True)
 class Smoother:
-    """`ahead`, `back` (time - 1, a, a): transition and gain of every step; `gain` (time, a) of every reading, 0 where one is
-    missing; `deviation` (time, a) of the smoothed state: value, rate, …"""
+    """Smoother of a log's readings.
+
+    Attributes:
+        ahead: transition of every step (time - 1, a, a).
+        gain: gain of every reading (time, a), 0 where one is missing.
+        back: gain of every step backward (time - 1, a, a).
+        deviation: standard deviation of the smoothed state (time, a) [SI]: value, rate, and acceleration where `a` is 3.
+    """
 
     ahead: np.ndarray
     gain: np.ndarray
@@ -25,7 +30,14 @@ class Smoother:
     deviation: np.ndarray
 
     def __call__(self, y: np.ndarray) -> np.ndarray:
-        """Smoothed states `(time, a, …)` of readings `(time, …)`."""
+        """Smoothed states of readings.
+
+        Args:
+            y: readings (time, …) [SI].
+
+        Returns:
+            Smoothed value, rate and acceleration (time, a, …) [SI].
+        """
         n, order = self.gain.shape
         many = y.reshape(n, -1)
         x = np.zeros((order, many.shape[1]))
@@ -44,25 +56,65 @@ class Smoother:
         return X.reshape(n, order, *y.shape[1:])
 
 
-def _process(h: float, q: float, order: int) -> tuple[float, float, float, float, float, float]:
-    """Upper triangle of the covariance that a step adds, row by row, for three states."""
+_Upper = tuple[float, float, float, float, float, float]
+"""Upper triangle of a symmetric matrix of three states, row by row."""
+
+
+def _process(h: float, q: float, order: int) -> _Upper:
+    """Covariance that a step adds."""
     if order == 2:
         return q * h**3 / 3.0, q * h**2 / 2.0, 0.0, q * h, 0.0, 0.0
     return q * h**5 / 20.0, q * h**4 / 8.0, q * h**3 / 6.0, q * h**3 / 3.0, q * h**2 / 2.0, q * h
 
 
-def _filter(y: list[float], steps: list[float], noise: float, q: float, order: int, keep: list | None) -> float:
+def _after_step(p: _Upper, h: float, added: _Upper) -> _Upper:
+    """Covariance after a step."""
+    p00, p01, p02, p11, p12, p22 = p
+    q00, q01, q02, q11, q12, q22 = added
+    g = 0.5 * h * h
+    m01, m02, m12 = p01 + h * p11 + g * p12, p02 + h * p12 + g * p22, p12 + h * p22
+    return (
+        p00 + h * p01 + g * p02 + h * m01 + g * m02 + q00,
+        m01 + h * m02 + q01,
+        m02 + q02,
+        p11 + h * p12 + h * m12 + q11,
+        m12 + q12,
+        p22 + q22,
+    )
+
+
+def _after_reading(p: _Upper, r: float) -> tuple[tuple[float, float, float], float, _Upper]:
+    """Gain, variance of the innovation, and covariance after a reading of the variance `r`."""
+    p00, p01, p02, p11, p12, p22 = p
+    s = p00 + r
+    k0, k1, k2 = p00 / s, p01 / s, p02 / s
+    after = p00 - k0 * p00, p01 - k0 * p01, p02 - k0 * p02, p11 - k1 * p01, p12 - k1 * p02, p22 - k2 * p02
+    return (k0, k1, k2), s, after
+
+
+@dataclass(frozen=True)
+class _Model:
+    """What is filtered: `noise` of the readings [SI], `q` intensity of the process, its `order`, and the relative change `settled` of
+    the innovation's variance below which the gain has come to rest."""
+
+    noise: float
+    q: float
+    order: int
+    settled: float
+
+
+def _filter(y: list[float], steps: list[float], model: _Model, keep: list | None = None) -> float:
     """Twice the negative log likelihood. `keep` receives gain and the covariance before and after every reading.
 
     Written out for three states (the last one 0 where `order` is 2): small arrays would cost thirty times as much.
     """
-    r = noise**2
-    wide = 1e6 * max(noise, 1e-12) ** 2 * 1e6
-    p00, p01, p02, p11, p12, p22 = wide, 0.0, 0.0, wide, 0.0, wide if order == 3 else 0.0
+    r, order = model.noise**2, model.order
+    wide = 1e6 * max(model.noise, 1e-12) ** 2 * 1e6
     x0, x1, x2 = next(v for v in y if v == v), 0.0, 0.0
-    q00 = q01 = q02 = q11 = q12 = q22 = k0 = k1 = k2 = last_s = log_s = 0.0
+    k0 = k1 = k2 = last_s = log_s = 0.0
     cost, last_h, settled = 0.0, -1.0, False
-    before = after = (p00, p01, p02, p11, p12, p22)
+    added = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    before = after = (wide, 0.0, 0.0, wide, 0.0, wide if order == 3 else 0.0)
     for k, value in enumerate(y):
         seen = value == value
         h = 0.0
@@ -75,26 +127,18 @@ def _filter(y: list[float], steps: list[float], noise: float, q: float, order: i
             innovation = value - x0
         else:
             settled = False
+            before = after
             if k:
                 if h != last_h:
-                    q00, q01, q02, q11, q12, q22 = _process(h, q, order)
-                g = 0.5 * h * h
-                m01, m02, m12 = p01 + h * p11 + g * p12, p02 + h * p12 + g * p22, p12 + h * p22
-                p00 = p00 + h * p01 + g * p02 + h * m01 + g * m02 + q00
-                p01, p02 = m01 + h * m02 + q01, m02 + q02
-                p11 = p11 + h * p12 + h * m12 + q11
-                p12, p22 = m12 + q12, p22 + q22
-            before = (p00, p01, p02, p11, p12, p22)
+                    added = _process(h, model.q, order)
+                before = _after_step(after, h, added)
+            after = before
             k0 = k1 = k2 = innovation = 0.0
             if seen:
-                s = p00 + r
                 innovation = value - x0
-                k0, k1, k2 = p00 / s, p01 / s, p02 / s
-                p11, p12, p22 = p11 - k1 * p01, p12 - k1 * p02, p22 - k2 * p02
-                p00, p01, p02 = p00 - k0 * p00, p01 - k0 * p01, p02 - k0 * p02
-                settled = h == last_h and abs(s - last_s) <= SETTLED * s
+                (k0, k1, k2), s, after = _after_reading(before, r)
+                settled = h == last_h and abs(s - last_s) <= model.settled * s
                 last_s, log_s = s, log(s)
-            after = (p00, p01, p02, p11, p12, p22)
             last_h = h
         if seen:
             x0, x1, x2 = x0 + k0 * innovation, x1 + k1 * innovation, x2 + k2 * innovation
@@ -110,32 +154,49 @@ def _square(upper: np.ndarray, order: int) -> np.ndarray:
     return upper[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)[:, :order, :order]
 
 
-def smoother(y: np.ndarray, dt: np.ndarray, noise: float, order: int) -> Smoother:
-    """Smoother for readings `(time,)` with steps `(time - 1,)` [s] and a noise [SI]; `order` 2 for rates, 3 for angles."""
-    length = min(len(y), STRETCH)  # the intensity is chosen on the stretch that moves most
+def smoother(y: np.ndarray, dt: np.ndarray, noise: float, order: int, limits: SmootherSettings) -> Smoother:
+    """Smoother for the readings of a log; the intensity of its process maximises the likelihood of the stretch that moves most.
+
+    Args:
+        y: readings (time,) [SI], NaN where one is missing.
+        dt: steps between them (time - 1,) [s].
+        noise: standard deviation of a reading [SI].
+        order: 2 for rates, 3 for angles.
+        limits: limits of the smoother.
+
+    Returns:
+        The smoother, which serves any readings at the same times.
+    """
+    length = min(len(y), limits.stretch)
     starts = range(0, len(y) - length + 1, max(1, length // 2))
     first = max(starts, key=lambda s: np.nanstd(np.diff(y[s : s + length])))
     steps = [round(h, 9) for h in dt.tolist()]
     part, part_steps = y[first : first + length].tolist(), steps[first : first + length - 1]
     typical = noise**2 / np.median(dt[first : first + length - 1]) ** (2 * order - 1)
     best: dict = minimize_scalar(  # pyright: ignore[reportAssignmentType]
-        lambda e: _filter(part, part_steps, noise, typical * 10.0**e, order, None),
+        lambda e: _filter(part, part_steps, _Model(noise, typical * 10.0**e, order, limits.settled)),
         bounds=(-9.0, 4.0),
         method="bounded",
         options={"xatol": 0.1},
     )
     kept: list[tuple[float, ...]] = []
-    _filter(y.tolist(), steps, noise, float(typical * 10.0 ** float(best["x"])), order, kept)
+    intensity = float(typical * 10.0 ** float(best["x"]))
+    _filter(y.tolist(), steps, _Model(noise, intensity, order, limits.settled), kept)
     table = np.array(kept)
     before, V = _square(table[:, 3:9], order), _square(table[:, 9:], order).copy()
-    h = np.array(steps)
-    F = np.tile(np.eye(order), (len(h), 1, 1))
-    for a in range(order - 1):
-        F[:, a, a + 1] = h
-    if order == 3:
-        F[:, 0, 2] = 0.5 * h**2
+    F = _transitions(np.array(steps), order)
     G = np.swapaxes(np.linalg.solve(before[1:], F @ V[:-1]), 1, 2)
     for k in range(len(y) - 2, -1, -1):
         V[k] += G[k] @ (V[k + 1] - before[k + 1]) @ G[k].T
     deviation = np.sqrt(np.maximum(np.diagonal(V, axis1=1, axis2=2), 0.0))
     return Smoother(F, table[:, :order], G, deviation)
+
+
+def _transitions(h: np.ndarray, order: int) -> np.ndarray:
+    """Transition of every step (time - 1, a, a) from the steps [s]."""
+    F = np.tile(np.eye(order), (len(h), 1, 1))
+    for a in range(order - 1):
+        F[:, a, a + 1] = h
+    if order == 3:
+        F[:, 0, 2] = 0.5 * h**2
+    return F

@@ -1,13 +1,15 @@
 """Where: the missing torque read off the logs, and what it is a function of.
 
-What it is a function of is judged in free run, which sees small lasting torques that drown in the noise of a measured
-acceleration: the share of the excess error that the best law in a coordinate removes. The measured angle or speed is
-smoothed with an acceleration (jerk for angles) that is a random walk. What the fitted rig cannot account for in the
-smoothed motion is the missing torque, with the smoother's own standard deviation; what the same steps make of readings
-that the fitted rig itself would have given is the level against which regimes and bands stand out.
+What it is a function of is judged in free run: by the share of the excess error that the best law in a coordinate removes. A free run
+sees small lasting torques that drown in the noise of a measured acceleration. The measured angle or speed is smoothed with an
+acceleration (jerk for angles) that is a random walk. What the fitted rig cannot account for in the smoothed motion is the missing
+torque, with the smoother's own standard deviation. The same steps are taken with readings that the fitted rig itself would have
+given. What they make of these is the level against which regimes and bands stand out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,18 +18,23 @@ from rwjax.diagnosis.localise.own_noise import draws, rates, simulated
 from rwjax.diagnosis.localise.regimes import Part, bands, regimes, weights
 from rwjax.diagnosis.localise.regimes import shares as regime_shares
 from rwjax.diagnosis.localise.smoother import smoother
+from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
-
-DRAWS = 24  # of the fitted rig's own readings
-STILL = 3.0  # deviations of the smoothed speed below which a body rests
 
 
 @dataclass(frozen=True)
 class Missing:
-    """Missing torque of one log [N m] with its standard deviation, and the coordinates at the same times.
+    """Missing torque of one log.
 
-    `own` (time, draws): what the fitted rig's own readings would show; `still`, `speed` (time, 1 + draws) of log and draws.
+    Attributes:
+        log: number of the log.
+        torque: missing torque (time,) [N m].
+        deviation: its standard deviation (time,) [N m].
+        coordinates: what it may be a function of, at the same times (time,) [SI].
+        own: missing torque that the fitted rig's own readings would show (time, draws) [N m].
+        still: whether the body rests, in the log and in draws (time, 1 + draws).
+        speed: speed of the body, in the log and in draws (time, 1 + draws) [rad/s].
     """
 
     log: int
@@ -41,10 +48,18 @@ class Missing:
 
 @dataclass(frozen=True)
 class Where:
-    """`coordinate`: what the missing part is a function of; `share` of the excess squared error of the training logs
-    that the best law in it removes, and `shares` the same for every coordinate. `drawn`: the logged coordinate over
-    which the missing torque is laid; `interval` of `coordinate`, where it was logged, holds four fifths of the missing
-    torque's square.
+    """Where the gap lies.
+
+    Attributes:
+        coordinate: what the missing part is a function of.
+        share: share of the excess squared error of the training logs that the best law in it removes [1].
+        drawn: the logged coordinate over which the missing torque is laid.
+        interval: range of `coordinate` [SI] that holds four fifths of the missing torque's square, where it was logged.
+        shares: the same as `share` for every coordinate [1].
+        missing: missing torque of each log.
+        regimes: shares of the regimes.
+        bands: shares of the frequency bands.
+        momentum: which side of the motor lacks a torque.
     """
 
     coordinate: str
@@ -58,7 +73,11 @@ class Where:
     momentum: Momentum | None = None
 
     def json(self) -> dict:
-        """Shares by coordinate, regimes, bands and momentum as plain objects."""
+        """Shares by coordinate, regimes, bands and momentum as `diagnosis.json` holds them.
+
+        Returns:
+            Plain objects.
+        """
         return {
             "shares": self.shares,
             "regimes": [{"regime": r.name, "share": r.share, "of_time": r.of_time, "p": r.p} for r in self.regimes],
@@ -70,20 +89,38 @@ class Where:
         }
 
 
-def read_body(
-    fitted: Fit, number: int, log: Log, body: str, clean: dict[str, np.ndarray] | None = None, count: int = 0
-) -> Read | None:
-    """Motion of `yaw` or `wheel` from a log and, if wanted, from draws of what the fitted rig would have read."""
-    noise = fitted.problem.noise
+class Own(NamedTuple):
+    """Draws of what the fitted rig would have read: its free run by output (time,) [SI], and how many draws."""
+
+    clean: dict[str, np.ndarray]
+    count: int
+
+
+def read_body(fitted: Fit, number: int, body: str, limits: LocalisationSettings, own: Own | None = None) -> Read | None:
+    """Motion of one body from a log and, if wanted, from draws of what the fitted rig would have read.
+
+    Args:
+        fitted: the fit of the rig as it is.
+        number: number of the log.
+        body: `yaw` or `wheel`.
+        limits: limits of the smoother.
+        own: the draws that are wanted.
+
+    Returns:
+        The motion, None where the log does not tell it.
+    """
+    noise, log = fitted.problem.noise, fitted.problem.logs[number]
     angle, rate = f"{body}_rad", f"{body}_rad_s"
     name = angle if angle in log.outputs else rate
     if name not in log.outputs:
         return None
-    smooth = smoother(log.outputs[name], np.diff(log.time), noise[name], 3 if name == angle else 2)
+    order = 3 if name == angle else 2
+    smooth = smoother(log.outputs[name], np.diff(log.time), noise[name], order, limits.smoother)
     readings = log.outputs[name][:, None]
-    if clean is not None and count:
+    if own is not None and own.count:
         rng = np.random.default_rng([number, body == "wheel"])
-        readings = np.concatenate([readings, draws(fitted, log, clean[name], name, count, rng)], axis=1)
+        drawn = draws(fitted, log, own.clean[name], name, own.count, rng)
+        readings = np.concatenate([readings, drawn], axis=1)
     states = smooth(readings[:, :1])
     if readings.shape[1] > 1:
         gaps = np.isnan(readings[:, :1])
@@ -92,49 +129,67 @@ def read_body(
 
 
 def missing_torque(
-    fitted: Fit, number: int, log: Log, clean: dict[str, np.ndarray] | None = None, read: Read | None = None
-) -> Missing | None:
-    """Missing torque of one log on the axis, or on the wheel where there is no axis: inertia times the acceleration
-    that the fitted plant cannot account for along the smoothed motion. `own`: the same for draws of the fitted rig."""
+    fitted: Fit, number: int, clean: dict[str, np.ndarray], read: Read, limits: LocalisationSettings
+) -> Missing:
+    """Missing torque of one log on the axis, or on the wheel where there is no axis.
+
+    It is the inertia times the acceleration that the fitted plant cannot account for along the smoothed motion.
+
+    Args:
+        fitted: the fit of the rig as it is.
+        number: number of the log.
+        clean: readings of the rig's own free run by output (time,) [SI].
+        read: motion of the body, and draws of it.
+        limits: limits of the localisation.
+
+    Returns:
+        The missing torque of the log and of the draws.
+    """
+    log = fitted.problem.logs[number]
     structure = fitted.problem.structure
     kind = structure.kind
-    clean = simulated(fitted)[number] if clean is None else clean
-    read = read_body(fitted, number, log, "wheel" if kind == "wheel" else "yaw") if read is None else read
-    if read is None:
-        return None
     position, w, a = read.position(log.time), read.rate, read.acceleration
     w_sd, a_sd = read.deviation
-    still = np.abs(w) <= STILL * np.median(w_sd)
+    still = np.abs(w) <= limits.still * np.median(w_sd)
     speed = np.where(still, 0.0, w)
     body = {"theta": position, "Omega": speed} if kind == "wheel" else {"psi": position, "w": speed}
     rest = _rest_of(fitted, log, clean)
-    drawn = {state: clean[name] for state, name in OTHERS.items() if name in clean}
+    drawn = {state: clean[name] for state, name in _READ_AS.items() if name in clean}
     states = {s: np.broadcast_to(np.zeros(()), w.shape) for s in structure.states}
     for s in rest:
         own = np.broadcast_to(drawn[s][:, None], (len(w), w.shape[1] - 1))
         states[s] = np.concatenate([rest[s][:, None], own], axis=1)
     states = {s: body.get(s, x) for s, x in (states | body).items() if s in structure.states}
     moving = "Omega" if kind == "wheel" else "w"
-    along = rates(fitted, log, fitted.theta, states, log.command)[moving]
+    along = rates(fitted, log, fitted.theta, states, log.command, limits.chunk)[moving]
     inertia = fitted.theta[structure.names.index("wheel.inertia" if kind == "wheel" else "axis.inertia")]
     torque = inertia * (np.where(still, 0.0, a) - along)
-    where = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w[:, 0], "time": log.time - log.origin}
-    where["voltage"] = log.command
-    where["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position[:, 0], 2.0 * np.pi)
-    if kind != "platform":
-        where["current"] = rest["i"]
-    if kind == "reaction":
-        where["wheel_rate"] = rest["Omega"]
+    where = _coordinates(kind, log, w[:, 0], position[:, 0], rest)
     return Missing(number, torque[:, 0], inertia * a_sd, where, torque[:, 1:], still, w)
 
 
-OTHERS = {"i": "current_A", "Omega": "wheel_rad_s"}
+def _coordinates(
+    kind: str, log: Log, w: np.ndarray, position: np.ndarray, rest: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """What the missing torque of a body with speed `w` and angle `position` may be a function of."""
+    found = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": log.time - log.origin}
+    found["voltage"] = log.command
+    found["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)
+    if kind != "platform":
+        found["current"] = rest["i"]
+    if kind == "reaction":
+        found["wheel_rate"] = rest["Omega"]
+    return found
+
+
+_READ_AS = {"i": "current_A", "Omega": "wheel_rad_s"}
+"""Output that tells a state other than the body's own."""
 
 
 def _rest_of(fitted: Fit, log: Log, clean: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Current and wheel rate at a log's times: measured where they are, else of the fitted free run."""
     found = {}
-    for state, name in OTHERS.items():
+    for state, name in _READ_AS.items():
         if name in clean:
             measured = log.outputs.get(name, clean[name])
             found[state] = np.where(np.isfinite(measured), measured, clean[name])
@@ -142,41 +197,54 @@ def _rest_of(fitted: Fit, log: Log, clean: dict[str, np.ndarray]) -> dict[str, n
 
 
 def locate(
-    fitted: Fit, logs: tuple[int, ...], shares: dict[str, float], coordinate: str | None, *, deep: bool = True
+    fitted: Fit,
+    logs: Sequence[int],
+    shares: dict[str, float],
+    coordinate: str | None,
+    limits: LocalisationSettings,
+    *,
+    deep: bool = True,
 ) -> Where | None:
-    """Missing torque of the rig as it is, laid over the coordinate of which it is a function.
+    """Where the gap lies: the missing torque of the rig as it is, laid over the coordinate of which it is a function.
 
-    `shares`: what the best law in each coordinate explains; `coordinate` is set where an effect is named; `deep`: regimes,
-    bands and momentum besides. None where nothing was tried and no effect is named. Of a two-axis rig, whose axes push
-    one another, no missing torque is read off: only the shares are told.
+    Of a two-axis rig, whose axes push one another, no missing torque is read off: only the shares are told.
+
+    Args:
+        fitted: the fit of the rig as it is.
+        logs: numbers of the training logs.
+        shares: share of the excess that the best law in each coordinate removes [1].
+        coordinate: the coordinate of the named effect, None where none is named.
+        limits: limits of the localisation.
+        deep: whether regimes, bands and momentum are worked out besides.
+
+    Returns:
+        Where the gap lies, None where nothing was tried and no effect is named.
     """
-    every, clean = fitted.problem.logs, simulated(fitted)
-    count = DRAWS if deep else 0
+    clean = simulated(fitted)
+    count = limits.draws if deep else 0
     body = "wheel" if fitted.problem.structure.kind == "wheel" else "yaw"
     told = () if fitted.problem.structure.halves else logs
-    read = {k: r for k in told if (r := read_body(fitted, k, every[k], body, clean[k], count)) is not None}
-    found = [m for k, r in read.items() if (m := missing_torque(fitted, k, every[k], clean[k], r)) is not None]
+    read = {k: r for k in told if (r := read_body(fitted, k, body, limits, Own(clean[k], count))) is not None}
+    found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
     logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
     ordered = sorted((name for name in shares), key=lambda name: -shares[name])
     first = coordinate if coordinate is not None else next(iter(ordered), None)
     if first is None:
         return None
     drawn = first if first in logged else next((name for name in ("voltage", "time") if name in logged), None)
-    interval = None
-    if drawn is not None and drawn == first:
-        sd = np.concatenate([m.deviation for m in found])
-        weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
-        y = np.concatenate([m.torque for m in found])
-        interval = _interval(np.concatenate([m.coordinates[drawn] for m in found]), weight, y)
+    interval = _interval(found, drawn) if drawn is not None and drawn == first else None
     where = Where(first, shares.get(first, 0.0), drawn, interval, shares, tuple(found))
     if not deep or not found:
         return where
     return replace(
-        where, regimes=_regimes(fitted, found), bands=_bands(fitted, found), momentum=_momentum(fitted, read, clean)
+        where,
+        regimes=_regimes(fitted, found, limits.regimes),
+        bands=_bands(fitted, found, limits.regimes.window),
+        momentum=_momentum(fitted, read, clean, limits),
     )
 
 
-def _regimes(fitted: Fit, found: list[Missing]) -> tuple[Part, ...]:
+def _regimes(fitted: Fit, found: list[Missing], limits: RegimeSettings) -> tuple[Part, ...]:
     logs = fitted.problem.logs
     top = max(float(np.max(np.abs(logs[m.log].command))) for m in found)
     mass, own, label, own_label = [], [], [], []
@@ -184,27 +252,32 @@ def _regimes(fitted: Fit, found: list[Missing]) -> tuple[Part, ...]:
         log, weight = logs[m.log], weights(m.deviation)
         mass.append(weight * m.torque**2)
         own.append(weight[:, None] * m.own**2)
-        of = [regimes(log.time, w, s, log.command, top) for w, s in zip(m.speed.T, m.still.T, strict=True)]
+        of = [regimes(log.time, w, s, log.command, top, limits) for w, s in zip(m.speed.T, m.still.T, strict=True)]
         label.append(of[0])
         own_label.append(np.stack(of[1:], axis=1))
-    return tuple(regime_shares(mass, own, label, own_label))
+    return tuple(regime_shares(mass, own, label, own_label, limits.shifts))
 
 
-def _bands(fitted: Fit, found: list[Missing]) -> tuple[Part, ...]:
+def _bands(fitted: Fit, found: list[Missing], window: int) -> tuple[Part, ...]:
     interval = [float(np.median(np.diff(fitted.problem.logs[m.log].time))) for m in found]
-    return tuple(bands([m.torque for m in found], [m.own for m in found], interval))
+    return tuple(bands([m.torque for m in found], [m.own for m in found], interval, window))
 
 
-def _momentum(fitted: Fit, yaw: dict[int, Read], clean: list[dict[str, np.ndarray]]) -> Momentum | None:
+def _momentum(
+    fitted: Fit, yaw: dict[int, Read], clean: list[dict[str, np.ndarray]], limits: LocalisationSettings
+) -> Momentum | None:
     if fitted.problem.structure.kind != "reaction":
         return None
-    every = fitted.problem.logs
-    wheel = {k: r for k in yaw if (r := read_body(fitted, k, every[k], "wheel")) is not None}
-    return split(fitted, yaw, wheel, clean)
+    wheel = {k: r for k in yaw if (r := read_body(fitted, k, "wheel", limits)) is not None}
+    return split(fitted, yaw, wheel, clean, limits)
 
 
-def _interval(c: np.ndarray, weight: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+def _interval(found: list[Missing], coordinate: str) -> tuple[float, float]:
     """Shortest range of a coordinate that holds four fifths of the missing torque's weighted square."""
+    sd = np.concatenate([m.deviation for m in found])
+    weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
+    y = np.concatenate([m.torque for m in found])
+    c = np.concatenate([m.coordinates[coordinate] for m in found])
     order = np.argsort(c)
     mass = np.cumsum((weight * y**2)[order])
     mass = mass / mass[-1]

@@ -10,19 +10,28 @@ from rwjax.rig.model import Rig
 
 
 def equivalents(fits: ModelFits, candidates: Sequence[str], best: Hypothesis) -> list[Hypothesis]:
-    """Sets that are the same thing as `best` for this kind of rig, whatever the logs."""
-    fitted = fits.known(best).numbers() if best in fits else {}
-    rig = FittedRig(fits.rig.kind, frozenset({*best.names, *fits.rig.effects}), fitted)
+    """Hypotheses that are the same thing as `best` for this kind of rig, whatever the logs.
+
+    Args:
+        fits: the rig's fits.
+        candidates: names that might be missing.
+        best: the chosen hypothesis.
+
+    Returns:
+        The hypotheses, each with one member of `best` exchanged.
+    """
+    rig, numbers = fits.rig, fits.known(best).numbers() if best in fits else {}
+    as_fitted = FittedRig(rig.kind, frozenset({*best.names, *rig.effects}), numbers)
     found = []
-    for group in [*same_groups(rig), *_in_series(fits.rig, best, fitted)]:
+    for group in [*same_groups(as_fitted), *_larger(rig, best, numbers)]:
         same = [name for name in group if name in candidates]
         members = [name for name in best.names if name in same]
         if len(members) == 1:
-            found += [e for name in same if (e := _instead(fits.rig, best, members[0], name)) not in (best, None)]
+            found += [e for name in same if (e := _instead(rig, best, members[0], name)) not in (best, None)]
     return found
 
 
-def _in_series(rig: Rig, best: Hypothesis, fitted: Mapping[str, float]) -> list[list[str]]:
+def _larger(rig: Rig, best: Hypothesis, fitted: Mapping[str, float]) -> list[list[str]]:
     """Numbers that `best` frees and that were fitted larger than the rig file says, each with the effects that it may be."""
     effects = of_kind(rig.kind).items()
     return [

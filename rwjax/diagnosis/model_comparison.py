@@ -1,0 +1,169 @@
+"""Model comparison: which of two hypotheses the training logs speak for, and how much error each one leaves."""
+
+import numpy as np
+
+from rwjax.diagnosis.hypothesis import Hypothesis, free_names
+from rwjax.diagnosis.information_criterion import effective_samples, information_criterion, residuals, sums_of_squares
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.effects.library import null_of_optional
+from rwjax.fitting.multiple_shooting import Fit
+
+
+class ModelComparison:
+    """Compares hypotheses by their fits to the training logs, as far as these have come.
+
+    Attributes:
+        fits: the fits that are compared.
+        limits: limits of the search.
+    """
+
+    def __init__(self, fits: ModelFits) -> None:
+        self.fits = fits
+        self.limits = fits.settings.search
+        self._squares: dict[Hypothesis, tuple[Fit, dict[str, float]]] = {}
+        self._count: dict[str, float] = {}
+
+    @property
+    def compared(self) -> tuple[Hypothesis, ...]:
+        """Every hypothesis that was looked at, the first one first."""
+        return tuple(self._squares)
+
+    def _seen(self, hypothesis: Hypothesis) -> dict[str, float]:
+        """Sum of squares by output of a hypothesis's best fit so far."""
+        fitted = self.fits.known(hypothesis)
+        if hypothesis not in self._squares or self._squares[hypothesis][0] is not fitted:
+            self._squares[hypothesis] = fitted, sums_of_squares(residuals(fitted, self.fits.train))
+            batch = fitted.problem.batch
+            share = np.where(batch.weight > 0.0, batch.share, 0.0).sum(axis=(0, 1, 2))
+            self._count = dict(zip(fitted.problem.structure.outputs, share, strict=True))
+        return self._squares[hypothesis][1]
+
+    def _numbers(self, hypothesis: Hypothesis) -> tuple[int, int]:
+        """How many numbers of its own a hypothesis has, and how many of its effects' forms."""
+        own = free_names(self.fits.rig, hypothesis)[len(self.fits.rig.free) :]
+        form = sum(null_of_optional(name) is not None for name in own)
+        return len(own) - form, form
+
+    def effective(self, hypothesis: Hypothesis) -> dict[str, float]:
+        """Independent samples of a hypothesis's residual by output [1].
+
+        Args:
+            hypothesis: the hypothesis.
+
+        Returns:
+            Number of independent samples by output [1].
+        """
+        return effective_samples(residuals(self.fits.known(hypothesis), self.fits.train))
+
+    def criterion(self, hypothesis: Hypothesis, effective: dict[str, float]) -> float:
+        """Information criterion of a hypothesis [1], less what the rig file's priors say against its numbers.
+
+        Args:
+            hypothesis: the hypothesis.
+            effective: independent samples by output [1], the same for all that are compared.
+
+        Returns:
+            The criterion [1]; larger is better.
+        """
+        fitted = self.fits.known(hypothesis)
+        against, _ = fitted.problem.prior_cost(fitted.theta)
+        return information_criterion(self._seen(hypothesis), *self._numbers(hypothesis), effective) - against
+
+    def gain(self, larger: Hypothesis, smaller: Hypothesis) -> float:
+        """Gain in the information criterion by the larger hypothesis [1], with the effective samples of its residual.
+
+        Args:
+            larger: the hypothesis with more names.
+            smaller: the hypothesis with fewer names.
+
+        Returns:
+            Criterion of the larger less that of the smaller [1].
+        """
+        effective = self.effective(larger)
+        return self.criterion(larger, effective) - self.criterion(smaller, effective)
+
+    def excess(self, hypothesis: Hypothesis) -> float:
+        """Mean square of the residual above the noise [1], in units of the noise, summed over outputs.
+
+        Args:
+            hypothesis: the hypothesis.
+
+        Returns:
+            The excess [1], 0 where the noise is reached.
+        """
+        squares = self._seen(hypothesis)
+        return sum(max(squares[name] / self._count[name] - 1.0, 0.0) for name in squares)
+
+    def removed(self, hypothesis: Hypothesis) -> float:
+        """Share [1] of the rig's own error above the noise that a hypothesis removes from the training logs.
+
+        Args:
+            hypothesis: the hypothesis.
+
+        Returns:
+            The share [1] of the output where it is largest.
+        """
+        whole, left = self._seen(Hypothesis()), self._seen(hypothesis)
+        error = [[np.sqrt(max(s[y] / self._count[y], 1.0)) for s in (whole, left)] for y in whole]
+        shares = [(a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b)) for a, b in error if a > 1.0]
+        return max(shares, default=1.0)
+
+    def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
+        """Whether the logs need the larger hypothesis in place of the smaller one.
+
+        Args:
+            larger: the hypothesis with more names.
+            smaller: the hypothesis with fewer names.
+
+        Returns:
+            True where it gains enough in the criterion and removes enough of the excess.
+        """
+        removed = self.excess(smaller) - self.excess(larger)
+        worth = self.limits.further_removes if smaller.names else self.limits.first_removes
+        return bool(self.gain(larger, smaller) > self.limits.needed and removed > worth * self.excess(smaller))
+
+    def ties(self, one: Hypothesis, other: Hypothesis) -> bool:
+        """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise.
+
+        Args:
+            one: a hypothesis.
+            other: another one.
+
+        Returns:
+            True where both are incomplete and leave nearly the same in every output.
+        """
+        a, b = self._seen(one), self._seen(other)
+        incomplete = any(a[name] > self.limits.incomplete * self._count[name] for name in a)
+        return incomplete and all(b[name] < (1.0 + self.limits.tie) * a[name] for name in a)
+
+    def leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
+        """The hypothesis with the best criterion, or a special case of it that it does not beat by enough.
+
+        Args:
+            hypotheses: those to choose from, at least one.
+
+        Returns:
+            The leader.
+        """
+        effective = self.effective(min(hypotheses, key=lambda e: self.fits.known(e).cost))
+        best = max(hypotheses, key=lambda e: self.criterion(e, effective))
+        simpler = [e for e in hypotheses if best.contains(e) and self.gain(best, e) <= self.limits.needed]
+        return max(simpler, key=lambda e: self.criterion(e, effective), default=best)
+
+    def probabilities(
+        self, hypotheses: list[Hypothesis], effective: dict[str, float]
+    ) -> tuple[tuple[Hypothesis, float], ...]:
+        """Probabilities of hypotheses among themselves [1], each as likely as another beforehand.
+
+        Args:
+            hypotheses: those to compare, at least one.
+            effective: independent samples by output [1].
+
+        Returns:
+            Each hypothesis with its probability [1], the most probable first.
+        """
+        values = np.array([self.criterion(e, effective) for e in hypotheses])
+        share = np.exp(values - values.max())
+        share /= share.sum()
+        order = np.argsort(-values, kind="stable")
+        return tuple((hypotheses[k], float(share[k])) for k in order)

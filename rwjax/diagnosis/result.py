@@ -1,0 +1,208 @@
+"""Diagnosis: what `diagnose` returns, what the report shows, and what `diagnosis.json` holds."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rwjax.diagnosis.gap import Gap, HeldOut
+from rwjax.diagnosis.localise.where import Where
+from rwjax.diagnosis.settings import Settings
+from rwjax.diagnosis.verdict import Verdict
+from rwjax.diagnosis.waterfall import Rung
+from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, verdict_sentence, where_words
+from rwjax.diagnosis.worst_windows import Window
+from rwjax.effects.library import unit_of_number
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.uncertainty import Uncertainty
+from rwjax.logs.log import Log
+from rwjax.planning.files import Plan
+from rwjax.rig.model import Rig
+
+SCHEMA = "rwjax.diagnosis/1"
+"""The layout of `diagnosis.json`."""
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A candidate of the ranking.
+
+    Attributes:
+        effect: its name, `none` for the rig as it is.
+        probability: its probability among all that are ranked [1].
+        gap_after: RMS error of the headline signal with it added [SI], for the first few.
+    """
+
+    effect: str
+    probability: float
+    gap_after: float | None
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything that the report shows.
+
+    Attributes:
+        rig: the rig as it is.
+        logs: all logs, or the parts into which a single one was split.
+        verdict: one of the four outcomes.
+        uninformative: why the logs say nothing, None where they do.
+        effects: the named effects, the most important one first.
+        alternatives: sets of names that cannot be told apart from the named effects.
+        ranking: candidates with their probabilities, the most probable one first.
+        where: where the gap lies, None where nothing was tried.
+        windows: seconds of the held-out logs with the most squared error.
+        signal: the headline signal.
+        gaps: the gap by output.
+        held_out: the rule by which logs were held out.
+        next_experiment: what to measure next, as a sentence.
+        proposal: the next experiment as a plan, where it is a command that can be played.
+        waterfall: the rig as it is, then the named effects one after the other.
+        alternatives_waterfall: the same for the alternatives.
+        remarks: what the logs cannot tell about the fitted numbers.
+        corrected: the rig with what is named.
+        before: errors of the rig as it is on the held-out logs.
+        after: errors with the named effects.
+        settings: limits that were used.
+        fitted: the fit of the named hypothesis.
+        spread: that fit's uncertainty.
+    """
+
+    rig: Rig
+    logs: tuple[Log, ...]
+    verdict: Verdict
+    uninformative: str | None
+    effects: tuple[str, ...]
+    alternatives: tuple[tuple[str, ...], ...]
+    ranking: tuple[Ranked, ...]
+    where: Where | None
+    windows: tuple[Window, ...]
+    signal: str
+    gaps: dict[str, Gap]
+    held_out: str
+    next_experiment: str
+    proposal: Plan | None
+    waterfall: tuple[Rung, ...]
+    alternatives_waterfall: tuple[Rung, ...]
+    remarks: tuple[str, ...]
+    corrected: Rig
+    before: HeldOut
+    after: HeldOut
+    settings: Settings
+    fitted: Fit = field(repr=False)
+    spread: Uncertainty = field(repr=False)
+
+    @property
+    def sentence(self) -> str:
+        """What the diagnosis says, as one sentence."""
+        gap, unit = self.gaps[self.signal], UNIT[self.signal]
+        return verdict_sentence(self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative)
+
+    def __str__(self) -> str:
+        """The result in lines, readable without colour."""
+        limits = self.settings.report
+        lines = [self.sentence, ""]
+        for name, gap in self.gaps.items():
+            lines.append(gap_line(name, gap, marked=name == self.signal and len(self.gaps) > 1))
+        if self.where is not None and self.verdict != "none":
+            law = where_words(self.where, limits)
+            share = f"{100 * self.where.share:.0f} % of the excess squared error"
+            lines.append(f"  where: {self.subsystem}; a law in {law} removes {share}")
+        if len(self.waterfall) > 1:
+            first, last = self.waterfall[0], self.waterfall[-1]
+            lines += [f"  {line}" for line in (*numbers_of(last), *moved(first, last, limits))]
+        lines += [f"  note: {remark}" for remark in self.remarks]
+        lines.append(f"  held out: {self.held_out}; next experiment: {self.next_experiment}")
+        return "\n".join(lines)
+
+    @property
+    def subsystem(self) -> str | None:
+        """Subsystem of the first effect, else that of the missing torque."""
+        if self.effects:
+            return self.effects[0].removeprefix("parameter.").split(".")[0]
+        if self.verdict == "none" or self.where is None:
+            return None
+        if self.rig.kind == "two_axis":
+            return "pitch" if self.where.coordinate.startswith("pitch") else "yaw"
+        by_coordinate = {
+            "voltage": "drive",
+            "current": "motor",
+            "wheel_rate": "wheel",
+            "wheel_angle": "wheel",
+        }
+        return by_coordinate.get(self.where.coordinate, "wheel" if self.rig.kind == "wheel" else "axis")
+
+    def json(self) -> dict:
+        """`diagnosis.json` as plain objects.
+
+        Returns:
+            A dictionary of strings, numbers, lists, dictionaries and None.
+        """
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "untold": self.uninformative,
+            "effects": list(self.effects),
+            "alternatives": [list(names) for names in self.alternatives],
+            "ranking": [
+                {"effect": r.effect, "probability": r.probability, "gap_after": r.gap_after} for r in self.ranking
+            ],
+            "where": self._where_json(),
+            "gap": {
+                "signal": self.signal,
+                **_gap_json(self.gaps[self.signal]),
+                "signals": {name: _gap_json(gap) for name, gap in self.gaps.items()},
+            },
+            "held_out": self.held_out,
+            "next_experiment": self.next_experiment,
+            "drift": [_rung_json(rung) for rung in (*self.waterfall, *self.alternatives_waterfall)],
+            "remarks": list(self.remarks),
+        }
+
+    def _where_json(self) -> dict | None:
+        if self.where is None or self.verdict == "none":
+            return None
+        return {
+            "subsystem": self.subsystem,
+            "coordinate": self.where.coordinate,
+            "interval": list(self.where.interval) if self.where.interval is not None else None,
+            "share": self.where.share,
+            "windows": [
+                {"log": log, "from_s": begin, "to_s": end, "share": share} for log, begin, end, share in self.windows
+            ],
+            **self.where.json(),
+        }
+
+
+def _gap_json(gap: Gap) -> dict:
+    return {
+        "before": gap.before,
+        "after": gap.after,
+        "floor": gap.floor,
+        "closed": gap.closed,
+        "ci95": gap.ci95,
+    }
+
+
+def _rung_json(rung: Rung) -> dict:
+    return {
+        "effects": list(rung.names),
+        "gap": rung.rms,
+        "numbers": {
+            name: {
+                "value": value,
+                "standard_error": _plain(error),
+                "shift_sigmas": _plain(rung.drift[name][0]),
+                "shift_percent": _plain(rung.drift[name][1]),
+            }
+            for name, (value, error) in rung.numbers.items()
+        },
+        "effect_numbers": {
+            name: {"value": value, "standard_error": _plain(error), "unit": unit_of_number(name)}
+            for name, (value, error) in rung.own.items()
+        },
+    }
+
+
+def _plain(value: float) -> float | None:
+    """A number, None where it is not finite."""
+    return value if np.isfinite(value) else None

@@ -1,0 +1,48 @@
+"""Neighbours of a hypothesis: those with one name more, and those with one name exchanged."""
+
+from collections.abc import Sequence
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.effects.library import brought_by
+
+
+def extensions(candidates: Sequence[str], hypothesis: Hypothesis) -> list[Hypothesis]:
+    """Hypotheses with one name more.
+
+    An effect that includes another one takes its place, and the included effect is not added to it.
+
+    Args:
+        candidates: names that might be missing.
+        hypothesis: the hypothesis to extend.
+
+    Returns:
+        One hypothesis for each further name, in the order of the candidates.
+    """
+    found = []
+    for name in candidates:
+        if name not in hypothesis.names and name not in map(brought_by, hypothesis.names):
+            found.append(hypothesis.without(brought_by(name)).plus(name))
+    return found
+
+
+def exchanges(candidates: Sequence[str], hypothesis: Hypothesis) -> list[Hypothesis]:
+    """Hypotheses with one member exchanged for another name.
+
+    A member that includes another effect is also exchanged for that effect and another name.
+
+    Args:
+        candidates: names that might be missing.
+        hypothesis: the hypothesis whose members are exchanged.
+
+    Returns:
+        The hypotheses, each once, without the given one.
+    """
+    found = []
+    for member in hypothesis.names:
+        included = brought_by(member)
+        rest = hypothesis.without(member)
+        bare = [rest.plus(name) for name in candidates if name not in hypothesis.names]
+        found += bare
+        if included in candidates:  # which are what the rig file does not model
+            found += [e.plus(included) for e in bare if included not in map(brought_by, e.names)]
+    return [e for e in dict.fromkeys(found) if e != hypothesis]

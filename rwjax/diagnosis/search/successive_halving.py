@@ -1,0 +1,172 @@
+"""Successive halving: fits of many hypotheses side by side, of which only the promising ones take further steps.
+
+In each round every hypothesis that is left takes a few steps from each of its places. The candidates with the lowest extrapolated
+cost advance to the next round, which has fewer of them and more steps (Jamieson and Talwalkar, AISTATS 2016). The extrapolation
+matters because a fit that begins far off may be on its way.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from rwjax.diagnosis.exact_fits import fit_exactly
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.settings import Round
+from rwjax.diagnosis.starting_points import begin
+from rwjax.fitting.batched_runs import together
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.secant import descend
+
+
+def extrapolated_cost(cost: float, before: float, parent: float, at_parent: float) -> float:
+    """Cost of a fit [1] if the next round, of twice the steps, brings it twice as far in proportion as the last one.
+
+    A fit that began above the parent's cost and has come down to it has gained only what it leaves less than the parent. From afar,
+    the way back to adding nothing looks steep.
+
+    Args:
+        cost: cost after the last round [1].
+        before: cost before it [1].
+        parent: cost of the parent [1].
+        at_parent: relative distance to the parent's cost that counts as come down to it [1].
+
+    Returns:
+        The extrapolated cost [1].
+    """
+    begun = min(before, parent) if cost <= (1.0 + at_parent) * parent else before
+    return cost * min(cost / begun, 1.0) ** 2 if 0.0 < begun < np.inf else cost
+
+
+class SuccessiveHalving:
+    """Fits hypotheses side by side by successive halving.
+
+    Attributes:
+        fits: where the fits are kept.
+        limits: limits of the halving.
+    """
+
+    def __init__(self, fits: ModelFits) -> None:
+        self.fits = fits
+        self.limits = fits.settings.halving
+
+    def fit(self, hypotheses: Iterable[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, Fit]:
+        """Fits hypotheses from a parent's estimates.
+
+        What comes close to the best after the last round is carried to its end. A hypothesis that fell behind earlier begins again,
+        and so does a special case of the parent, which may know a better place. Where more hypotheses begin than the last round
+        takes, the most promising one is carried to its end by exact derivatives.
+
+        Args:
+            hypotheses: those to fit.
+            parent: the hypothesis from whose estimates they begin.
+
+        Returns:
+            The best fit of each so far, at its end where it is close to the best.
+        """
+        fits, last = self.fits, self.limits.rounds[-1]
+        wanted = list(dict.fromkeys(hypotheses))
+        if not wanted:
+            return {}
+        new = [e for e in wanted if not fits.ended(e) or parent.contains(e) or e.contains(parent)]
+        promise = self._halve(new, parent)
+        least = fits.least((parent, *wanted))
+        ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= self.limits.close * least]
+        ahead = ahead[: last.hypotheses]
+        again = [e for e in new if fits.ended(e) and e not in ahead]  # what it knows may be a better place
+        parts = [ahead[:1], ahead[1:] + again]  # how far the first one comes says which of the others may still win
+        if len(new) > last.hypotheses and not any(fits.ended(e) for e in ahead[:1]):
+            fit_exactly(fits, ahead[:1])
+            parts = parts[1:] if any(fits.ended(e) for e in ahead[:1]) else parts
+        for part in parts:
+            least = fits.least((parent, *wanted))
+            most = self.limits.behind * least
+            fits.finish([e for e in part if promise[e] <= most or e in again or parent.contains(e)])
+        fits.settle()
+        return {e: fits.known(e) for e in wanted}
+
+    def fit_again(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> None:
+        """Fits hypotheses from another parent's estimates, however far they have come from their own.
+
+        One that comes further and is left behind has to be carried to its end again.
+
+        Args:
+            hypotheses: hypotheses with a fit that has begun.
+            parent: the hypothesis from whose estimates they begin.
+        """
+        ended = self.fits.reopen(hypotheses)
+        self.fit(hypotheses, parent)
+        self.fits.close_again(ended)
+
+    def fit_from_all_places(self, hypothesis: Hypothesis, parent: Hypothesis) -> None:
+        """Fits one hypothesis from all places where it may begin, the best of which the rounds may have left behind.
+
+        Args:
+            hypothesis: the hypothesis to fit.
+            parent: the hypothesis from whose estimates it begins.
+        """
+        fits, limits = self.fits, self.limits
+        places = begin(fits, [hypothesis], parent)[hypothesis].places
+        found = self._stepped(places, limits.thorough_steps)
+        best = sorted(found, key=lambda f: f.cost)[: limits.places]
+        fits.keep({hypothesis: min(fits.ends_of(best), key=lambda f: f.cost)})
+
+    def _stepped(self, begun: Sequence[Fit], steps: int) -> list[Fit]:
+        """Fits after some steps."""
+        tolerance = self.fits.settings.fitting.tolerance
+        return together([descend(f, most_steps=steps, tolerance=tolerance) for f in begun])
+
+    def _halve(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, float]:
+        """Runs the rounds; returns the extrapolated cost of every hypothesis."""
+        fits, limits = self.fits, self.limits
+        begun = begin(fits, hypotheses, parent)
+        places = {e: b.places for e, b in begun.items()}
+        best = {e: b.here for e, b in begun.items()}
+        fits.keep(best)
+        promise = {e: min(b.predicted, b.here.cost) for e, b in begun.items()}
+        # a complete parent leaves no room far above it
+        most = np.inf if fits.by_start_rule else limits.behind * fits(parent).cost
+        for one in limits.rounds:
+            ahead = [e for e in hypotheses if promise[e] <= most or one.steps == 1 or parent.contains(e)]
+            ahead = sorted(ahead, key=promise.__getitem__)[: one.hypotheses]
+            self._round(one, ahead, parent, places, best, promise)
+            fits.keep({e: best[e] for e in ahead})
+        return promise
+
+    def _round(
+        self,
+        one: Round,
+        ahead: Sequence[Hypothesis],
+        parent: Hypothesis,
+        places: dict[Hypothesis, list[Fit]],
+        best: dict[Hypothesis, Fit],
+        promise: dict[Hypothesis, float],
+    ) -> None:
+        """Steps of one round; updates places, best fits and extrapolated costs of those that take part."""
+        runs = [(e, f) for e in ahead for f in places[e][: self.limits.places]]
+        found = self._stepped([f for _, f in runs], one.steps)
+        parent_cost = self.fits(parent).cost
+        for e in ahead:
+            pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]
+            best[e] = min((f for f, _ in pairs), key=lambda f: f.cost)
+            promised = [
+                extrapolated_cost(f.cost, before.cost, parent_cost, self.limits.at_parent) for f, before in pairs
+            ]
+            coming = pairs[int(np.argmin(promised))][0]
+            promise[e] = min(promised)
+            places[e] = [best[e]] if coming is best[e] else [best[e], coming]
+
+
+def fitted(fits: ModelFits, hypothesis: Hypothesis) -> Fit:
+    """Fit of a hypothesis carried to its end, begun from the rig as it is where no search has begun it.
+
+    Args:
+        fits: where the fits are kept.
+        hypothesis: any hypothesis.
+
+    Returns:
+        The fit.
+    """
+    if hypothesis.names and hypothesis not in fits:
+        SuccessiveHalving(fits).fit([hypothesis], Hypothesis())
+    return fits(hypothesis)

@@ -1,0 +1,53 @@
+"""Hypotheses as keys, what may be named on a rig, and which numbers a hypothesis frees."""
+
+import numpy as np
+import pytest
+
+from rwjax.diagnosis.hypothesis import Hypothesis, candidates, coordinate_of, free_names, space, structure_for
+from tests.diagnosis.simulated import COMMAND, TIME
+from tests.systems import platform, reaction, record, wheel
+
+
+def test_equal_sets_free_the_same_numbers_and_are_one_key() -> None:
+    one, other = Hypothesis(("axis.stribeck", "axis.bias_torque")), Hypothesis(("axis.bias_torque", "axis.stribeck"))
+    assert one == other and {one: 1}[other] == 1
+    assert one != Hypothesis(("axis.stribeck",))
+
+
+def test_candidates_fit_the_kind_and_leave_out_what_is_modelled() -> None:
+    assert not any(name.startswith("axis.") for name in candidates(wheel()))
+    assert not any(name.startswith("wheel.") for name in candidates(platform()))
+    assert "axis.coulomb" not in candidates(platform())
+    assert "axis.coulomb" in candidates(platform("viscous = 0.02"))
+    assert "parameter.axis.inertia" not in candidates(platform())  # it is free
+    assert "parameter.drive.gain" in candidates(platform())
+
+
+def test_a_coulomb_level_belongs_to_an_effect_only_where_nothing_else_models_it() -> None:
+    stribeck = Hypothesis(("axis.stribeck",))
+    assert "axis.stribeck.M_c" in free_names(reaction(), stribeck)
+    assert "axis.stribeck.M_c" not in free_names(platform(), stribeck)
+    both = free_names(reaction(), Hypothesis(("axis.stribeck", "axis.asymmetric_friction")))
+    assert sum(name.endswith(".M_c") for name in both) == 1
+
+
+def test_containment() -> None:
+    coulomb, stribeck = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
+    assert stribeck.contains(coulomb) and not coulomb.contains(stribeck) and not coulomb.contains(coulomb)
+
+
+def test_names_are_effects_or_numbers() -> None:
+    both = Hypothesis(("axis.coulomb",)).plus("parameter.drive.gain", "axis.coulomb")
+    assert both.names == ("axis.coulomb", "parameter.drive.gain")
+    assert both.effects == ("axis.coulomb",) and both.numbers == ("drive.gain",)
+    assert both.without("axis.coulomb").names == ("parameter.drive.gain",)
+    assert coordinate_of("parameter.drive.gain") == "voltage" and coordinate_of("axis.coulomb") == "yaw_rate"
+
+
+def test_a_wrong_number_is_looked_for_within_a_factor() -> None:
+    rig, wrong = wheel(), Hypothesis(("parameter.motor.resistance",))
+    readings = {name: np.sin(TIME) for name in ("wheel_rad_s", "current_A")}
+    coordinates, starts = space(rig, wrong, [record(TIME, COMMAND, readings)], wrong_by=2.0)
+    k = structure_for(rig, wrong).names.index("motor.resistance")
+    assert coordinates.bounds[list(coordinates.index).index(k)] == pytest.approx([0.5 * 0.83, 2.0 * 0.83])
+    assert all(start[k] == 0.83 for start in starts)

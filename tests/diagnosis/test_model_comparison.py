@@ -1,0 +1,51 @@
+"""Model comparison: which hypothesis leads, and how much error each one leaves."""
+
+import numpy as np
+import pytest
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_comparison import ModelComparison
+from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
+from rwjax.fitting.batched_runs import together
+from rwjax.fitting.secant import with_derivatives
+from tests.diagnosis.simulated import fits_of, moved_to, true_log
+from tests.systems import platform
+
+NOTHING = Hypothesis()
+
+
+def test_a_play_of_nothing_is_the_coupling_that_it_hands_its_numbers_to() -> None:
+    rig, true = platform("viscous = 0.02"), {"s": 0.6, "k": 60.0, "c": 0.1}
+    fits = fits_of(rig, true_log(rig, **{"axis.flexible_coupling": true}))
+    play, elastic = Hypothesis(("axis.backlash",)), Hypothesis(("axis.flexible_coupling",))
+    halving = SuccessiveHalving(fits)
+    halving.fit([play], NOTHING)
+    moved_to(fits, play, {f"axis.backlash.{name}": value for name, value in (true | {"g": 0.0}).items()})
+    fits.put(play, together([with_derivatives(fits.known(play))])[0])
+    halving.fit([elastic], play)
+    found = fits.known(elastic)
+    assert {name: found.numbers()[f"axis.flexible_coupling.{name}"] for name in true} == pytest.approx(true, rel=0.1)
+    assert ModelComparison(fits).leader([play, elastic]) == elastic
+
+
+def test_the_cause_leads_is_needed_and_removes_all_of_the_excess() -> None:
+    rig, right, wrong = platform("viscous = 0.02"), Hypothesis(("axis.bias_torque",)), Hypothesis(("axis.coulomb",))
+    fits = fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.03}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    SuccessiveHalving(fits).fit([right, wrong], NOTHING)
+    compare = ModelComparison(fits)
+    assert compare.excess(NOTHING) > 100.0 and compare.excess(right) < 0.1
+    assert compare.removed(right) == pytest.approx(1.0, abs=0.02) and compare.removed(NOTHING) == 0.0
+    assert compare.leader([NOTHING, wrong, right]) == right and compare.needs(right, NOTHING)
+    assert compare.compared[:3] == (NOTHING, right, wrong)
+    both = right.plus("axis.coulomb")
+    SuccessiveHalving(fits).fit([both], right)
+    assert not compare.needs(both, right) and compare.leader([right, both]) == right
+    assert compare.ties(wrong, right) and not compare.ties(right, wrong)  # only what misses the noise may tie
+    effective = compare.effective(right)
+    assert compare.gain(right, NOTHING) == pytest.approx(
+        compare.criterion(right, effective) - compare.criterion(NOTHING, effective)
+    )
+    order = [e for e, _ in compare.probabilities([wrong, NOTHING, right], effective)]
+    assert order[0] == right and np.isclose(sum(p for _, p in compare.probabilities([wrong, right], effective)), 1.0)

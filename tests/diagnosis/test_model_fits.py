@@ -1,0 +1,77 @@
+"""ModelFits: what is kept, and how a fit comes to its end."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.fitting.batched_runs import together
+from tests.diagnosis.simulated import fits_of, true_log
+from tests.systems import platform
+
+NOTHING, NAMED = Hypothesis(), Hypothesis(("axis.coulomb",))
+
+
+@pytest.fixture(scope="module")
+def fits() -> ModelFits:
+    rig = platform()
+    found = fits_of(rig, true_log(rig))
+    found(NOTHING)
+    return found
+
+
+def test_the_rig_as_it_is_is_fitted_when_first_asked_for(fits: ModelFits) -> None:
+    assert NOTHING in fits and fits.ended(NOTHING) and list(fits) == [NOTHING]
+    assert fits(NOTHING) is fits.known(NOTHING)
+    assert fits(NOTHING).numbers()["axis.inertia"] == pytest.approx(0.1, rel=0.01)
+    assert not fits.by_start_rule  # it is complete
+
+
+def test_a_hypothesis_that_no_search_has_begun_is_refused(fits: ModelFits) -> None:
+    assert NAMED not in fits
+    with pytest.raises(KeyError, match=r"no search has begun a fit of axis\.coulomb"):
+        fits(NAMED)
+
+
+def test_a_better_fit_is_kept_and_a_worse_one_is_not(fits: ModelFits) -> None:
+    known = replace(fits(NOTHING), cost=50.0, steps=3)
+    fits.put(NAMED, known)
+    fits.keep({NAMED: replace(known, cost=60.0)})
+    assert fits.known(NAMED) is known
+    better = replace(known, cost=40.0)
+    fits.keep({NAMED: better})
+    assert fits.known(NAMED) is better and fits.least([NAMED]) == 40.0
+    fits.put(NAMED, replace(better, steps=0))
+    fits.keep({NAMED: known})  # a fit that took steps is worth more than one that took none
+    assert fits.known(NAMED) is known
+
+
+def test_what_is_opened_again_ends_unless_it_was_bettered(fits: ModelFits) -> None:
+    known = replace(fits(NOTHING), cost=50.0, steps=3)
+    fits.put(NAMED, known, ended=True)
+    ended = fits.reopen([NAMED])
+    assert not fits.ended(NAMED)
+    fits.close_again(ended)
+    assert fits.ended(NAMED)
+    ended = fits.reopen([NAMED])
+    fits.keep({NAMED: replace(known, cost=40.0)})
+    fits.close_again(ended)
+    assert not fits.ended(NAMED)
+
+
+def test_problems_and_spaces_are_made_once(fits: ModelFits) -> None:
+    structure = fits(NOTHING).problem.structure
+    assert fits.problem_of(NOTHING) is fits.problem_of(NOTHING)
+    assert fits.space(NOTHING) is fits.space(NOTHING)
+    assert fits.training(structure).structure == structure
+
+
+def test_a_fit_to_a_fold_begins_from_the_estimates_on_all_logs() -> None:
+    rig = platform()
+    logs = [true_log(rig), true_log(rig)]
+    fits = ModelFits.of(rig, logs, [0, 1])
+    found = together([fits.on(NOTHING, [0])])[0]
+    assert found.numbers()["axis.inertia"] == pytest.approx(fits(NOTHING).numbers()["axis.inertia"], rel=1e-3)
+    assert np.array_equal(found.problem.told, [0])

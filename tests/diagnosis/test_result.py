@@ -1,0 +1,111 @@
+"""Diagnosis: as JSON, as text, and the subsystem that it names."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.diagnosis.gap import Gap, HeldOut
+from rwjax.diagnosis.localise.where import Where
+from rwjax.diagnosis.result import Diagnosis, Ranked
+from rwjax.diagnosis.settings import Settings
+from rwjax.diagnosis.waterfall import Rung
+from rwjax.diagnosis.worst_windows import Window
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.uncertainty import Uncertainty
+from tests.systems import platform, reaction, wheel
+
+NONE = HeldOut({}, {}, {}, {})
+FIRST = Rung((), 0.05, {"axis.inertia": (0.1, 0.001)}, {"axis.inertia": (0.0, 0.0)}, {})
+SECOND = Rung(
+    ("axis.coulomb",),
+    0.01,
+    {"axis.inertia": (0.09, np.inf)},
+    {"axis.inertia": (np.nan, -10.5)},
+    {"axis.coulomb.M_c": (0.03, 0.001)},
+)
+DIAGNOSIS = Diagnosis(
+    rig=platform(),
+    logs=(),
+    verdict="effect",
+    uninformative=None,
+    effects=("axis.coulomb",),
+    alternatives=(),
+    ranking=(Ranked("axis.coulomb", 1.0, 0.01), Ranked("none", 0.0, None)),
+    where=Where("yaw_rate", 0.98, "yaw_rate", (-0.1, 0.2), {"yaw_rate": 0.98}, ()),
+    windows=(Window("a.csv", 1.0, 2.0, 0.5),),
+    signal="yaw_rad",
+    gaps={"yaw_rad": Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99))},
+    held_out="leave-one-run-out",
+    next_experiment="none needed",
+    proposal=None,
+    waterfall=(FIRST, SECOND),
+    alternatives_waterfall=(),
+    remarks=("one run was fitted",),
+    corrected=platform(),
+    before=NONE,
+    after=NONE,
+    settings=Settings(),
+    fitted=object.__new__(Fit),  # which neither JSON nor text reads
+    spread=object.__new__(Uncertainty),
+)
+
+
+def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
+    found = json.loads(json.dumps(DIAGNOSIS.json(), allow_nan=False))
+    assert list(found) == [
+        "schema", "verdict", "untold", "effects", "alternatives", "ranking", "where", "gap", "held_out", "next_experiment",
+        "drift", "remarks",
+    ]  # fmt: skip
+    assert found["schema"] == "rwjax.diagnosis/1" and found["untold"] is None
+    assert (
+        found["gap"]["signal"] == "yaw_rad"
+        and found["gap"]["after"] == found["gap"]["signals"]["yaw_rad"]["after"] == 0.01
+    )
+    assert found["where"]["subsystem"] == "axis" and found["where"]["interval"] == [-0.1, 0.2]
+    assert found["where"]["windows"] == [{"log": "a.csv", "from_s": 1.0, "to_s": 2.0, "share": 0.5}]
+    assert found["drift"][1]["numbers"]["axis.inertia"] == {
+        "value": 0.09, "standard_error": None, "shift_sigmas": None, "shift_percent": -10.5,
+    }  # fmt: skip
+    assert found["drift"][1]["effect_numbers"]["axis.coulomb.M_c"] == {
+        "value": 0.03,
+        "standard_error": 0.001,
+        "unit": "N m",
+    }
+
+
+def test_where_nothing_is_missing_no_place_is_told() -> None:
+    nothing = replace(DIAGNOSIS, verdict="none", effects=())
+    assert nothing.json()["where"] is None and nothing.subsystem is None
+    assert "where:" not in str(nothing)
+
+
+def test_the_text_is_the_sentence_and_a_line_for_each_finding() -> None:
+    assert str(DIAGNOSIS).splitlines() == [
+        DIAGNOSIS.sentence,
+        "",
+        "  yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)",
+        "  where: axis; a law in yaw rate removes 98 % of the excess squared error",
+        "  axis.coulomb: M_c = 0.03 ± 0.001 N m",
+        "  note: one run was fitted",
+        "  held out: leave-one-run-out; next experiment: none needed",
+    ]
+    both = replace(DIAGNOSIS, gaps=DIAGNOSIS.gaps | {"yaw_rad_s": DIAGNOSIS.gaps["yaw_rad"]})
+    assert [line[:2] for line in str(both).splitlines()[2:4]] == ["* ", "  "]
+
+
+@pytest.mark.parametrize(
+    ("rig", "effects", "coordinate", "subsystem"),
+    [
+        (platform(), ("parameter.drive.gain",), "voltage", "drive"),
+        (platform(), ("sensor.delay",), "time", "sensor"),
+        (wheel(), (), "current", "motor"),
+        (wheel(), (), "time", "wheel"),
+        (reaction(), (), "wheel_rate", "wheel"),
+        (reaction(), (), "yaw_rate", "axis"),
+    ],
+)
+def test_the_subsystem_is_that_of_the_first_effect_or_of_the_coordinate(rig, effects, coordinate, subsystem) -> None:
+    where = Where(coordinate, 0.5, None, None, {coordinate: 0.5}, ())
+    assert replace(DIAGNOSIS, rig=rig, verdict="unknown", effects=effects, where=where).subsystem == subsystem

@@ -1,0 +1,50 @@
+"""Starting points: where a hypothesis may begin."""
+
+import numpy as np
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.score_screen import ScoreScreen
+from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
+from rwjax.diagnosis.starting_points import begin, candidate_of
+from tests.diagnosis.simulated import fits_of, moved_to, true_log
+from tests.systems import platform
+
+NOTHING = Hypothesis()
+
+
+def test_two_places_that_no_run_tells_apart_are_one() -> None:
+    rig, stopped = platform("viscous = 0.02\ncoulomb = 0.03"), Hypothesis(("axis.end_stop",))
+    fits = fits_of(rig, true_log(rig, **{"axis.end_stop": {"high": 0.8, "low": -1e6, "k": 40.0, "d": 1.5}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    screen = ScoreScreen(fits(NOTHING), fits.settings.screening)
+    (screened,) = screen.predict([candidate_of(fits, stopped, NOTHING)])
+    begun = begin(fits, [stopped], NOTHING)[stopped]
+    costs = np.array([f.cost for f in begun.places])
+    assert len(costs) < len(screened.begin)  # what no run reaches may lie anywhere
+    assert np.all(np.diff(costs) > 1e-9 * costs[:-1])
+    assert begun.predicted == screened.predicted and np.array_equal(begun.here.theta, screened.theta)
+    assert stopped not in fits  # nothing is taken down
+
+
+def test_a_hypothesis_also_begins_where_the_rig_file_says_if_its_parent_went_far_from_it() -> None:
+    rig, named = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",))
+    fits = fits_of(rig, true_log(rig))
+    fits(NOTHING)
+    assert not len(candidate_of(fits, named, NOTHING).unprobed)
+    moved_to(fits, NOTHING, {"axis.inertia": 0.1 * 5.5}, ended=True)
+    candidate = candidate_of(fits, named, NOTHING)
+    k = candidate.problem.structure.names.index("axis.inertia")
+    assert candidate.unprobed and all(theta[k] == 0.1 for theta in candidate.unprobed)
+    assert all(theta[k] == 0.1 * 5.5 for theta in candidate.starts)
+
+
+def test_a_limit_begins_at_the_numbers_of_the_effect_that_it_limits() -> None:
+    rig = platform("viscous = 0.02")
+    play, elastic = Hypothesis(("axis.backlash",)), Hypothesis(("axis.flexible_coupling",))
+    fits = fits_of(rig, true_log(rig))
+    SuccessiveHalving(fits).fit([play], NOTHING)
+    handed = candidate_of(fits, elastic, play).unprobed[-1]
+    names = candidate_of(fits, elastic, play).problem.structure.names
+    for name in ("s", "k", "c"):
+        assert handed[names.index(f"axis.flexible_coupling.{name}")] == fits(play).numbers()[f"axis.backlash.{name}"]

@@ -1,0 +1,56 @@
+"""The verdict's rules."""
+
+from dataclasses import replace
+
+import pytest
+
+from rwjax.diagnosis.gap import Gap
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.search.choice import Choice
+from rwjax.diagnosis.settings import Limits
+from rwjax.diagnosis.verdict import judge, stands_out, verdict
+
+LIMITS = Limits()
+
+
+def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
+    return Choice(Hypothesis(names), alternatives)
+
+
+@pytest.mark.parametrize(
+    ("choice", "gap", "outcome"),
+    [
+        (chosen(), Gap(1.0, 1.0, 1.0, None, None), "none"),
+        (chosen(), Gap(1.2, 1.2, 1.0, 0.0, (0.0, 0.0)), "none"),
+        (chosen(), Gap(5.0, 5.0, 1.0, 0.0, (0.0, 0.0)), "unknown"),
+        (chosen("axis.coulomb"), Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)), "effect"),
+        (chosen("axis.coulomb"), Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6)), "unknown"),
+        (chosen("axis.coulomb"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "effect"),
+        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "unknown"),
+        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 1.2, 1.0, 0.93, (0.9, 0.95)), "effect"),
+        # hardly anything is closed: no name, however wide the interval
+        (chosen("axis.coulomb"), Gap(5.0, 4.6, 1.0, 0.1, (-1.0, 0.85)), "unknown"),
+        (
+            chosen("axis.coulomb", alternatives=(Hypothesis(("wheel.coulomb",)),)),
+            Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)),
+            "ambiguous",
+        ),
+    ],
+)
+def test_the_four_outcomes(choice: Choice, gap: Gap, outcome: str) -> None:
+    assert judge(choice, gap, LIMITS) == outcome
+
+
+def test_other_limits_give_another_outcome() -> None:
+    gap = Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6))
+    assert verdict(1, False, gap, LIMITS) == "unknown"
+    assert verdict(1, False, gap, replace(LIMITS, barely=0.5, explained=0.5)) == "effect"
+    assert verdict(1, False, gap, replace(LIMITS, at_floor=3.0)) == "effect"
+    assert verdict(0, False, gap, replace(LIMITS, doubt=10.0)) == "none" != verdict(0, False, gap, LIMITS)
+
+
+def test_a_gap_stands_out_where_it_is_a_floor_above_its_floor() -> None:
+    assert not stands_out(Gap(1.0, 1.0, 1.0, None, None), LIMITS)
+    assert not stands_out(Gap(1.4, 1.4, 1.0, 0.0, None), LIMITS)
+    assert stands_out(Gap(1.42, 1.42, 1.0, 0.0, None), LIMITS)
+    assert not stands_out(Gap(1.42, 1.42, 1.0, 0.0, None), replace(LIMITS, nothing=2.0))

@@ -1,0 +1,109 @@
+"""The diagnosis in words."""
+
+import numpy as np
+import pytest
+
+from rwjax.diagnosis.gap import Gap
+from rwjax.diagnosis.localise.where import Where
+from rwjax.diagnosis.settings import ReportSettings
+from rwjax.diagnosis.waterfall import Rung
+from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, spoken, verdict_sentence, where_words
+
+SETTINGS = ReportSettings()
+GAP = Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99))
+
+
+def rung(numbers: dict[str, tuple[float, float]], own: dict[str, tuple[float, float]], drift=(np.nan, np.nan)) -> Rung:
+    return Rung((), 1.0, numbers, dict.fromkeys(numbers, drift), own)
+
+
+def test_numbers_are_told_with_their_errors_and_units() -> None:
+    own = {"axis.stribeck.M_c": (0.45, 0.01), "axis.stribeck.n": (1.5, np.inf), "axis.inertia": (0.2, 0.003)}
+    assert numbers_of(rung({}, own)) == [
+        "axis.stribeck: M_c = 0.45 ± 0.01 N m, n = 1.5 (not told by these logs)",
+        "axis.inertia = 0.2 ± 0.003 kg m2",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "drift", "told"),
+    [
+        ((1.0, 0.1), (1.04, 0.01), (0.4, 4.0), []),
+        ((1.0, 0.01), (1.06, 0.01), (4.2, 6.0), ["J moves by +6.0 % (+4.2 sigma) when the effects are added"]),
+        ((1.0, 5.0), (1.9, 0.01), (0.2, 90.0), ["J moves by +90.0 % (+0.2 sigma) when the effects are added"]),
+        ((1.0, 5.0), (1.9, 4.0), (0.1, 90.0), []),
+        ((1.0, np.inf), (2.0, 0.01), (np.nan, 100.0), ["J moves by +100.0 % when the effects are added"]),
+        ((0.0, 5.0), (2.0, 0.01), (0.4, np.nan), ["J moves by +2 (+0.4 sigma) when the effects are added"]),
+        ((1.0, 0.1), (9.0, np.inf), (np.nan, 800.0), []),
+    ],
+    ids=["hardly", "surely", "far", "far by chance", "not told before", "from none", "not told after"],
+)
+def test_base_numbers_that_move_are_told(before, after, drift, told: list[str]) -> None:
+    assert moved(rung({"J": before}, {}), rung({"J": after}, {}, drift), SETTINGS) == told
+
+
+def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
+    def words(**shares: float) -> str:
+        return where_words(Where("yaw_rate", shares["yaw_rate"], None, None, shares, ()), SETTINGS)
+
+    assert words(yaw_rate=0.99, yaw=0.989, voltage=0.5) == "yaw rate (as one in yaw)"
+    assert words(yaw_rate=0.4, voltage=1.0) == "yaw rate" == words(yaw_rate=0.0, yaw=0.0)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "effects", "alternatives", "uninformative", "said"),
+    [
+        ("none", (), (), None, "Nothing is missing: the rig explains the logs down to the floor (0.05 of 0.009 rad)."),
+        (
+            "effect",
+            ("axis.coulomb",),
+            (),
+            None,
+            "The rig lacks dry friction (axis.coulomb): on held-out runs the error falls from 0.05 to 0.01 rad and closes "
+            "98 % of the gap.",
+        ),
+        (
+            "ambiguous",
+            ("parameter.drive.gain",),
+            (("axis.inertia",), ("a", "b")),
+            None,
+            "The rig lacks wrong drive.gain (parameter.drive.gain); or axis.inertia (axis.inertia); or a (a) and b (b): these logs "
+            "cannot tell them apart.",
+        ),
+        (
+            "unknown",
+            ("a", "b"),
+            (),
+            None,
+            "Unknown: a (a) and b (b) together explain 98 % of the gap, but what is left stands above the floor and fits no effect "
+            "of the library.",
+        ),
+        ("unknown", (), (), None, "Unknown: a gap above the floor remains that no effect of the library explains."),
+        (
+            "unknown",
+            (),
+            (),
+            "nothing moves in these logs",
+            "Unknown: nothing moves in these logs, so that they do not say whether anything is missing.",
+        ),
+    ],
+    ids=["none", "effect", "ambiguous", "in part", "unknown", "uninformative"],
+)
+def test_every_verdict_has_its_sentence(verdict, effects, alternatives, uninformative, said: str) -> None:
+    assert verdict_sentence(verdict, effects, alternatives, GAP, "rad", uninformative) == said
+
+
+def test_a_gap_is_a_line() -> None:
+    said = "* yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)"
+    assert gap_line("yaw_rad", GAP, marked=True) == said
+    bare = "  current_A: before 0.1, after 0.1, floor 0.1 A"
+    assert gap_line("current_A", Gap(0.1, 0.1, 0.1, None, None), marked=False) == bare
+
+
+def test_units_and_labels() -> None:
+    assert (
+        UNIT["yaw_rad_s"] == UNIT["wheel_2_rad_s"] == "rad/s"
+        and UNIT["pitch_rad"] == "rad"
+        and UNIT["current_1_A"] == "A"
+    )
+    assert spoken("parameter.axis.inertia") == "wrong axis.inertia" and spoken("axis.coulomb") != "axis.coulomb"
