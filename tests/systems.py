@@ -7,7 +7,7 @@ from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import by_sample
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 
 MOTOR = """
 [motor]

@@ -26,9 +26,11 @@ from rwjax.fitting.fit import fit
 from rwjax.fitting.predict import predict
 from rwjax.fitting.problem import pose
 from rwjax.logs.read import read_logs
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import commands, plant_of
+from rwjax.simulation.batch import WITHOUT_LOG_AXIS
+from rwjax.simulation.commands import commands
 from tests.systems import record
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, motion, two_axis
 
@@ -58,9 +60,7 @@ def test_each_drive_delays_its_own_command() -> None:
     rig = with_effects(WHOLE, drive_2__delay={"tau": 0.1}, drive_1__bias={"u_b": 0.5})
     u = np.stack([np.sign(np.sin(20.0 * T)), np.cos(30.0 * T)], axis=1)
     problem = pose(structure_of(rig), [record(T, u)])
-    run = problem.batch.__class__(
-        *(v if k in ("step_index", "late_index", "crowd") else v[0] for k, v in problem.batch._asdict().items())
-    )
+    run = problem.batch.__class__(*(v if k in WITHOUT_LOG_AXIS else v[0] for k, v in problem.batch._asdict().items()))
     theta = jnp.asarray(theta_of(rig, problem.structure))
     steps, readings = jax.jit(lambda theta: commands(plant_of(problem.structure, theta), run))(theta)
     per = round(0.01 / float(run.h))

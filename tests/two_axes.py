@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from rwjax import parse_rig
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import plant_of
-from rwjax.simulation.step import propagator, step
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 
 GIMBAL = """
 [gimbal]
@@ -42,10 +42,10 @@ def two_axis(more: str = "", *, ohm: float = 0.83, J: float = 1.24e-4) -> Rig:
 @partial(jax.jit, static_argnums=0)
 def _run(structure: Structure, theta, x, u, every, h):
     plant = plant_of(structure, theta)
-    p = propagator(plant, h)
+    p = EXPONENTIAL_STEP.prepare(plant, h)
 
     def several(x, u):
-        return jax.lax.fori_loop(0, every, lambda _, x: step(plant, p, jnp.zeros(()), x, u, h), x), x
+        return jax.lax.fori_loop(0, every, lambda _, x: EXPONENTIAL_STEP.step(plant, p, jnp.zeros(()), x, u, h), x), x
 
     end, states = jax.lax.scan(several, tuple(x), u)
     return jnp.concatenate([jnp.stack(states, axis=-1), jnp.stack(end)[None]])

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from experiments.control.problem import COULOMB, LIMIT, PERIOD, SMOOTH, STATIC, STEPS, V_S, VISCOUS, I, K, L, b, rig
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.simulation.shooting import plant_of
-from rwjax.simulation.step import propagator
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 
 SOURCE = Path(__file__).with_name("c_limit.c")
 BUILD = Path(__file__).parents[2] / "build"
@@ -62,7 +62,7 @@ def of_rig() -> CRig:
     structure = structure_of(rig())
     plant = plant_of(structure, jnp.asarray(theta_of(rig(), structure)))
     h = PERIOD / STEPS
-    p = propagator(plant, jnp.asarray(h))
+    p = EXPONENTIAL_STEP.prepare(plant, jnp.asarray(h))
     keep = [structure.states.index(name) for name in ("psi", "w", "Omega", "i")]
     matrices = (np.asarray(M)[np.ix_(keep, keep)].ravel() for M in (p.E, p.phi1, p.phi2))
     arrays = [(ctypes.c_double * 16)(*m) for m in matrices]

@@ -159,7 +159,7 @@ def predict(
     record = read_log(log, believed, outputs_required=False)
     with _progress(quiet) as progress:
         progress("simulating")
-        columns = predict(believed, record)
+        columns = predict(believed, record).columns
     if not all(np.isfinite(v).all() for v in columns.values()):
         raise InputError(
             f"{rig}: the simulation of {log} leaves the range of numbers; check the rig's numbers and units"

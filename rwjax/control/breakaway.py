@@ -10,10 +10,10 @@ from jaxtyping import Array, Float
 from rwjax.control.closed_loop import plant_sign, quasi_static
 from rwjax.effects.ports import AxisElastic
 from rwjax.errors import InputError
-from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
-from rwjax.simulation.step import with_friction
 from rwjax.types import Scalar
 
 LOWEST, HIGHEST = 1e-6, 1e6
@@ -65,7 +65,7 @@ def _excess_torque(structure: Structure, theta: Float[Array, " p"], commands: Fl
 
     def one(command: Scalar) -> Scalar:
         volts = plant.act(command)
-        rates, torques = with_friction(plant, zero, rest, volts, rest)
+        rates, torques = plant.with_friction(zero, rest, volts, rest)
         for (body, dry), (free, _) in zip(plant.bodies(), torques, strict=True):
             if body.rate == w:
                 return free - friction_level(dry, plant.motion(zero, rest, volts), 1.0)

@@ -16,11 +16,12 @@ from rwjax.control.transfer import transfer
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandFilter, Coupling
 from rwjax.errors import InputError
+from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.one_axis import Plant, Structure
+from rwjax.plant.one_axis import OneAxis
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
-from rwjax.simulation.step import propagator, step
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from rwjax.types import Scalar
 
 
@@ -82,7 +83,7 @@ def closed_loop(
     """
     plant, states = one_axis_plant_of(structure, theta), structure.states
     h = jnp.asarray(timing.period / timing.steps)
-    p, c = propagator(plant, h), controller
+    p, c = EXPONENTIAL_STEP.prepare(plant, h), controller
     wheel = states.index("Omega") if "Omega" in states else None
     whole, part = timing.delay_parts
 
@@ -110,7 +111,7 @@ def closed_loop(
         def within(carry: tuple, k: Scalar) -> tuple[tuple, None]:  # unrolled it would take four times as long
             t, x = carry
             old = jnp.clip(part - k, 0.0, 1.0)  # share of the step in which the command before acts
-            return (t + h, step(plant, p, t, x, old * acts[0] + (1.0 - old) * acts[1], h)), None
+            return (t + h, EXPONENTIAL_STEP.step(plant, p, t, x, old * acts[0] + (1.0 - old) * acts[1], h)), None
 
         (t, x), _ = jax.lax.scan(within, (t, x), jnp.arange(float(timing.steps)))
         return _LoopState(t, x, error, slope, integral, held[:-1]), seen
@@ -123,7 +124,7 @@ def closed_loop(
     return ClosedLoopRun(*found)
 
 
-def _reading(plant: Plant, timing: LoopTiming, t: Scalar, x: tuple, u: Scalar) -> Scalar:
+def _reading(plant: OneAxis, timing: LoopTiming, t: Scalar, x: tuple, u: Scalar) -> Scalar:
     """Angle that the controller reads [rad], in counts where the encoder has them."""
     y = plant.outputs(t, x, u, x)[plant.structure.outputs.index("yaw_rad")]
     if not timing.counts:
@@ -131,7 +132,7 @@ def _reading(plant: Plant, timing: LoopTiming, t: Scalar, x: tuple, u: Scalar) -
     return jnp.round(y * timing.counts / (2.0 * np.pi)) * (2.0 * np.pi / timing.counts)
 
 
-def _wheel_rate_held(plant: Plant, controller: Controller, command: Scalar, rate: Scalar) -> Scalar:
+def _wheel_rate_held(plant: OneAxis, controller: Controller, command: Scalar, rate: Scalar) -> Scalar:
     """A command [V] that does not drive a wheel beyond its limit at this rate [rad/s]."""
     most = controller.wheel_rate_limit
     fast = (jnp.abs(rate) >= most) & (jnp.sign(command) == jnp.sign(rate))

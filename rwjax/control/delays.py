@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
 

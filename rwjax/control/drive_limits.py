@@ -11,9 +11,10 @@ from jaxtyping import Array, Float
 from rwjax.control.closed_loop import quasi_static, refuse_lags
 from rwjax.effects.ports import CurrentLimit, WheelDry
 from rwjax.errors import InputError
-from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
 USABLE = 0.9

@@ -13,10 +13,12 @@ from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import SLIDING, CommandDelay, CommandFilter, Dry, EncoderDelay
 from rwjax.errors import InputError
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_sum
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.one_axis import Plant, Structure, friction_sum
+from rwjax.plant.one_axis import OneAxis
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig, with_one_axis
-from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
 CANCELS = 1e-13
@@ -134,7 +136,7 @@ def _matrices(
     return A, B, C
 
 
-def _slopes(plant: Plant, rest: Array) -> Array:
+def _slopes(plant: OneAxis, rest: Array) -> Array:
     """What the slope of dry friction beside standstill adds to the rates' derivatives `(n, n)`."""
     found = jnp.zeros((len(rest), len(rest)))
     for body, dry in plant.bodies():

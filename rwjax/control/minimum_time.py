@@ -17,7 +17,7 @@ from scipy.optimize import minimize
 
 from rwjax.control.drive_limits import Limits
 from rwjax.control.open_loop import Sliding, Trajectory, open_loop, trajectory
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.types import Scalar
 
 PIECES = 30

@@ -15,9 +15,10 @@ from rwjax.control.open_loop import Trajectory, at_rest, command_delay, steady_s
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic
 from rwjax.errors import InputError
-from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
 
 MARGIN = 0.9
 """Share of the breakaway torque that a dump uses."""

@@ -16,11 +16,13 @@ from rwjax.control.controller import wheel_holding_voltage
 from rwjax.control.delays import delays_of
 from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_level
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.one_axis import Plant, Structure, friction_level
+from rwjax.plant.one_axis import OneAxis
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
-from rwjax.simulation.step import propagator, sliding_step, step, with_friction
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from rwjax.types import Scalar
 
 STILL = 1e-9
@@ -113,7 +115,7 @@ def trajectory(
     """
     plant = one_axis_plant_of(structure, theta)
     h = jnp.asarray(duration) / len(commands)
-    p = propagator(plant, h)
+    p = EXPONENTIAL_STEP.prepare(plant, h)
 
     def moved(by: Callable) -> Callable:
         def one(carry: tuple, u: Scalar) -> tuple[tuple, Trajectory]:
@@ -123,19 +125,19 @@ def trajectory(
         return one
 
     first = (jnp.zeros(()), tuple(start[k] for k in range(len(structure.states))))
-    middle, sticks = jax.lax.scan(moved(step), first, commands[: sliding.begin])
-    slides = partial(sliding_step, way=sliding.way)
+    middle, sticks = jax.lax.scan(moved(EXPONENTIAL_STEP.step), first, commands[: sliding.begin])
+    slides = partial(EXPONENTIAL_STEP.slide, direction=sliding.way)
     (t, x), slid = jax.lax.scan(moved(slides), middle, commands[sliding.begin :])
     last = _instant(plant, t, x, commands[-1])
     return Trajectory(*(jnp.concatenate([a, b, c[None]]) for a, b, c in zip(sticks, slid, last, strict=True)))
 
 
-def _instant(plant: Plant, t: Scalar, x: tuple, u: Scalar) -> Trajectory:
+def _instant(plant: OneAxis, t: Scalar, x: tuple, u: Scalar) -> Trajectory:
     """One instant of a trajectory, state and command given."""
     volts = plant.act(u)
     m = plant.motion(t, x, volts)
     bodies = plant.bodies()
-    torques = with_friction(plant, t, x, volts, x)[1]
+    torques = plant.with_friction(t, x, volts, x).torques
     dry = [k for k, (body, _) in enumerate(bodies) if body.rate == plant.structure.states.index("w")]
     if dry:
         torque, effects = torques[dry[0]][0], bodies[dry[0]][1]

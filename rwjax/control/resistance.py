@@ -9,9 +9,10 @@ from jaxtyping import Array, Float
 
 from rwjax.control.open_loop import steady_state
 from rwjax.effects.ports import AxisDry, AxisElastic, AxisTorque
-from rwjax.plant.one_axis import Structure, friction_level
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
 from rwjax.types import Scalar
 
 RATES, ANGLES = 201, 61

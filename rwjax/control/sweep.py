@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from rwjax.control.closed_loop import ClosedLoopRun, closed_loop, loop_setup
 from rwjax.control.controller import DEFAULT_CONTROLLER, DEFAULT_TIMING, Controller, LoopTiming, loop_timing
 from rwjax.control.response import DEFAULT_STEP, Response, StepReference, step_response
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 

@@ -18,7 +18,7 @@ from rwjax.control.margins import distance_from_minus_one, frequency_responses
 from rwjax.control.sampled_loop import SampledLaw, sampled_loops
 from rwjax.control.stability import is_stable
 from rwjax.errors import InputError
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 

@@ -68,7 +68,7 @@ def polish(fits: ModelFits, hypothesis: Hypothesis) -> Fit:
 
 def _within_windows(fits: ModelFits, hypothesis: Hypothesis) -> bool:
     """Whether the readings of a hypothesis reach back no further than the windows."""
-    return structure_for(fits.rig, hypothesis).latest <= fits.problem.structure.latest
+    return structure_for(fits.rig, hypothesis).longest_encoder_delay <= fits.problem.structure.longest_encoder_delay
 
 
 def _exactly(problem: Problem, begun: Fit, most: float, trial_steps: int) -> Fit:

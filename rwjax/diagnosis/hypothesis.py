@@ -13,7 +13,7 @@ from rwjax.fitting.scales import scales_for, sizes_of
 from rwjax.kinds import HALVES, NUMBERS, of_half, on_half
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
 

@@ -18,7 +18,7 @@ from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
 

@@ -14,7 +14,7 @@ from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import search_point, with_residual
 from rwjax.plant.from_rig import theta_of
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import THREADS, pool_of_threads
-from rwjax.simulation.shooting import free_runs
+from rwjax.simulation.free_run import free_runs
 
 BATCH = 16
 """Free runs in one call."""
@@ -65,6 +65,7 @@ class _Request:
         batch = self.wanted.problem.batch
         return (
             self.wanted.problem.structure,
+            self.wanted.problem.stepper,
             id(batch.slot_step),
             id(batch.theta_index),
             id(batch.theta_offset),
@@ -85,7 +86,9 @@ def _simulated(runs: list[_Run]) -> np.ndarray:
     start = np.stack([request.wanted.start[b, k] for (request, _), (b, _), k in zip(full, row, log, strict=True)])
     wanted = runs[0][0].wanted
     batch = wanted.problem.batch.inputs_of(log)
-    y = free_runs(wanted.problem.structure, theta, start, np.array(wanted.windows), batch)
+    y = free_runs(
+        wanted.problem.structure, theta, start, np.array(wanted.windows), batch, stepper=wanted.problem.stepper
+    )
     return np.asarray(y)[: len(runs), : wanted.windows]
 
 

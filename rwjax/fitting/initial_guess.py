@@ -5,7 +5,7 @@ import numpy as np
 from rwjax.kinds import is_angle
 from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 
 START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""

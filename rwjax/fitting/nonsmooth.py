@@ -8,7 +8,7 @@ import numpy as np
 
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.problem import Problem
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 
 SPANS = (0.03, 0.01, 0.03, 0.01, 0.003)
 """Half spans of the differences, in coordinates: logarithms, or shares of the number's own size [1]."""
@@ -18,7 +18,7 @@ DAMPINGS = (1e-6, 1e-3, 1e-2, 1e-1, 1.0)
 
 def _residual(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Residual of the free run in units of noise, flat."""
-    y, _ = free_run(problem.structure, theta, start, problem.batch)
+    y, _ = free_run(problem.structure, theta, start, problem.batch, stepper=problem.stepper)
     with np.errstate(over="ignore", invalid="ignore"):
         return ((np.asarray(y) - problem.batch.reading) * problem.batch.weight).ravel()
 

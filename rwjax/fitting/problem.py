@@ -9,8 +9,11 @@ import numpy as np
 from rwjax.fitting.initial_guess import START_S, first_half_second, guess_initial_state, starts_at_rest
 from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
-from rwjax.plant.one_axis import Structure
-from rwjax.simulation.batch import Batch, lay_out
+from rwjax.plant.structure import Structure
+from rwjax.simulation.batch import Batch
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
+from rwjax.simulation.layout import lay_out
+from rwjax.simulation.stepper import Stepper
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class Problem:
             nothing is.
         prior_weight: How many readings a prior counts as [1]. It is above 1 where residuals are correlated, so that
             many readings carry the information of one.
+        stepper: What moves the plant over a time step.
     """
 
     structure: Structure
@@ -45,6 +49,7 @@ class Problem:
     per_run: tuple[str, ...]
     prior: np.ndarray
     prior_weight: float = 1.0
+    stepper: Stepper = EXPONENTIAL_STEP
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,6 +132,7 @@ def pose(
     per_run: Sequence[str] = (),
     prior: Mapping[str, tuple[float, float]] | None = None,
     refine: int = 1,
+    stepper: Stepper = EXPONENTIAL_STEP,
 ) -> Problem:
     """The problem of fitting a structure to logs.
 
@@ -137,6 +143,7 @@ def pose(
         per_run: Names of the numbers of which every run has a value of its own.
         prior: Mean and standard deviation [SI] of numbers that are known besides the logs, by name.
         refine: Parts into which each time step is divided [1].
+        stepper: What moves the plant over a time step.
 
     Returns:
         The problem, with initial states guessed from the first readings.
@@ -154,6 +161,7 @@ def pose(
         start_free=np.stack([free for _, free in first]),
         initial_state_from_start=np.zeros(len(logs), bool),
         per_run=tuple(per_run),
+        stepper=stepper,
         prior=np.array([(mean, deviation**-2.0) for mean, deviation in known]),
     )
     expanded = problem.expand(problem.prior)

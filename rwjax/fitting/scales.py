@@ -9,7 +9,7 @@ from rwjax.effects.parameter import parameters
 from rwjax.kinds import HALVES, of_half
 from rwjax.logs.half_log import half_log
 from rwjax.logs.log import Log
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.half_rig import half_rig
 from rwjax.rig.model import Rig
 

@@ -5,7 +5,8 @@ import numpy as np
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import on_threads
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.shooting import Evaluation, evaluate, free_run
+from rwjax.simulation.free_run import free_run
+from rwjax.simulation.shooting import Evaluation, evaluate
 
 COLUMNS = 8
 """Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
@@ -25,7 +26,7 @@ def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[n
         Half the sum of squared residuals `(l,)` [1], infinite where a run leaves the range of numbers, and states
         `(l, w, n)` [SI].
     """
-    y, nodes = free_run(problem.structure, theta, start, problem.batch)
+    y, nodes = free_run(problem.structure, theta, start, problem.batch, stepper=problem.stepper)
     with np.errstate(over="ignore", invalid="ignore"):
         residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
         cost = 0.5 * np.sum(residual**2, axis=(1, 2, 3))
@@ -51,7 +52,9 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
     padded[: len(numbers)] = numbers
 
     def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
-        return Evaluation(*(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch)))
+        return Evaluation(
+            *(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch, stepper=problem.stepper))
+        )
 
     batch, counted = problem.batch, problem.logs_with_readings.tolist()
     if len(nodes) == 1 or not counted or batch.windows * len(batch.step_index) < LONG:

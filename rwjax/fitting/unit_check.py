@@ -12,7 +12,7 @@ from rwjax.fitting.problem import Problem
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
 from rwjax.simulation.batch import by_sample
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 
 ALIKE = 0.8
 """Correlation of measured and simulated motion from which one follows the other [1]."""
@@ -47,7 +47,7 @@ def check_units(problem: Problem, theta: np.ndarray) -> list[Question]:
     Returns:
         The questions of `check_readings`.
     """
-    y = np.asarray(free_run(problem.structure, theta, problem.start, problem.batch)[0])
+    y = np.asarray(free_run(problem.structure, theta, problem.start, problem.batch, stepper=problem.stepper)[0])
     names = problem.structure.outputs
     runs = []
     for k, log in enumerate(problem.logs):

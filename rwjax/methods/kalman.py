@@ -19,11 +19,11 @@ from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
+from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
-from rwjax.simulation.step import propagator, step
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 
 ROUNDS = 4
 """Searches in a row at most, each scaled by the curvature where the last one stopped."""
@@ -49,12 +49,12 @@ class _Runs(NamedTuple):
 def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     """Negative log likelihood of one log's innovations."""
     plant = one_axis_plant_of(structure, theta + run.theta_offset)
-    p = propagator(plant, run.h)
+    p = EXPONENTIAL_STEP.prepare(plant, run.h)
     n = len(structure.states)
     rates = jnp.array([1.0 if name in ("w", "Omega") else 0.0 for name in structure.states])
 
     def move(x, t, u):
-        return jnp.stack(step(plant, p, t, tuple(x[k] for k in range(n)), plant.act(u), run.h))
+        return jnp.stack(EXPONENTIAL_STEP.step(plant, p, t, tuple(x[k] for k in range(n)), plant.act(u), run.h))
 
     def read(x, t, u):
         return jnp.stack(plant.outputs(t, tuple(x[k] for k in range(n)), plant.act(u)))

@@ -6,7 +6,7 @@ from scipy.signal import lfilter, savgol_filter
 from rwjax.errors import LogError
 from rwjax.fitting.predict import predict
 from rwjax.logs.log import Log
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
 WIDTH_S = 0.2

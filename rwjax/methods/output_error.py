@@ -13,7 +13,7 @@ from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 
 
 def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
@@ -64,7 +64,7 @@ def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
     def residual(z: np.ndarray) -> np.ndarray:
         numbers = theta.copy()
         numbers[free] = z * size
-        y, _ = free_run(structure, numbers, problem.start, problem.batch)
+        y, _ = free_run(structure, numbers, problem.start, problem.batch, stepper=problem.stepper)
         r = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
         r = np.append(r[problem.batch.weight > 0.0], np.sqrt(precision) * (numbers - mean))
         return np.nan_to_num(r, nan=1e6, posinf=1e6, neginf=-1e6)

@@ -27,9 +27,9 @@ from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified, estimated, left_out, undelayed
 from rwjax.methods.measured_motion import MeasuredMotion
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import rates_along
+from rwjax.simulation.rates import rates_along
 
 WINDOW_S, STRIDE_S = 0.5, 0.1
 """Length of the test functions and the time from one to the next [s]."""

@@ -16,9 +16,9 @@ from rwjax.planning.envelope import Envelope, commanded_volts, rad_and_degrees
 from rwjax.planning.files import Run
 from rwjax.planning.motion import WAIT_S
 from rwjax.planning.sequence import PlayedRun, play_runs
+from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import one_axis_plant_of
 
 
 def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, ...]]:

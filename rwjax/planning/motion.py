@@ -9,10 +9,10 @@ from rwjax.fitting.problem import pose
 from rwjax.logs.log import Log
 from rwjax.planning.experiment import TICK_HZ, Experiment
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import by_sample
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 
 TAIL_S = 5.0
 """Time [s] simulated after the end of an experiment: what coasts may go on into a stop."""
@@ -72,7 +72,7 @@ def simulated_outputs(
     start = np.zeros_like(problem.start)
     if begin is not None:
         start[:, structure.states.index("psi")] = begin
-    y, _ = free_run(structure, theta, start, problem.batch)
+    y, _ = free_run(structure, theta, start, problem.batch, stepper=problem.stepper)
     return np.stack([by_sample(problem.batch, k, np.asarray(y[k]), len(log.time)) for k, log in enumerate(logs)])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.kinds import NUMBERS
-from rwjax.plant.one_axis import Structure
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
 ABSENT_IS_ZERO = {
@@ -16,11 +16,20 @@ ABSENT_IS_ZERO = {
     "platform": (),
     "two_axis": ("motor_1.friction", "motor_2.friction"),
 }
-EVERYTHING = (-np.inf, np.inf)
+"""Numbers by kind of rig that a plant has in any case, 0 where the rig file leaves them out."""
+SMALLEST = 1e-12
+"""Lower bound of a number that has to be positive, in its own SI unit."""
 
 
 def structure_of(rig: Rig) -> Structure:
-    """What has to be compiled for this rig; an inductance of 0 and absent friction terms are left out."""
+    """What has to be compiled for a rig; an inductance of 0 and absent friction terms are left out.
+
+    Args:
+        rig: The rig.
+
+    Returns:
+        The structure.
+    """
     names = {*rig.numbers, *ABSENT_IS_ZERO[rig.kind]}
     names -= {name for name, value in rig.numbers.items() if name.endswith(".inductance") and not value > 0.0}
     inductive = "motor.inductance" in names
@@ -30,7 +39,15 @@ def structure_of(rig: Rig) -> Structure:
 
 
 def theta_of(rig: Rig, structure: Structure) -> np.ndarray:
-    """Parameter vector in the order of `structure.names`; an effect that the rig lacks stands at its null."""
+    """Parameter vector of a rig.
+
+    Args:
+        rig: The rig.
+        structure: What the plant is made of; an effect that the rig lacks gets the values at which it is absent.
+
+    Returns:
+        Values `(p,)` in the order of `structure.names` [SI].
+    """
     null = {
         f"{effect}.{name}": p.null for effect in structure.effects for name, p in parameters(BY_NAME[effect]).items()
     }
@@ -38,12 +55,20 @@ def theta_of(rig: Rig, structure: Structure) -> np.ndarray:
 
 
 def bounds_of(rig: Rig, structure: Structure) -> np.ndarray:
-    """Lowest and highest value of every number, `(p, 2)`: physical, narrowed by the rig file's `[fit.bounds]`."""
+    """Lowest and highest value of every number: physical, narrowed by the rig file's `[fit.bounds]`.
+
+    Args:
+        rig: The rig.
+        structure: What the plant is made of.
+
+    Returns:
+        Bounds `(p, 2)` in the order of `structure.names` [SI].
+    """
     found = {}
     for name in structure.numbers:
         sign = NUMBERS[name].sign
         nonnegative = sign == "zero or positive" or name.endswith(".friction.viscous")
-        low = 1e-12 if sign == "positive" or name.endswith(".inductance") else 0.0 if nonnegative else -np.inf
+        low = SMALLEST if sign == "positive" or name.endswith(".inductance") else 0.0 if nonnegative else -np.inf
         found[name] = (min(low, rig.numbers.get(name, low)), np.inf)
     for effect in structure.effects:
         found |= {f"{effect}.{name}": p.bounds for name, p in parameters(BY_NAME[effect]).items()}
@@ -51,7 +76,17 @@ def bounds_of(rig: Rig, structure: Structure) -> np.ndarray:
 
 
 def rig_with(rig: Rig, structure: Structure, theta: np.ndarray, standard_error: dict[str, float]) -> Rig:
-    """The rig file with estimates in place, the structure's effects added and standard errors noted."""
+    """Rig with estimates in place, the structure's effects added and standard errors noted.
+
+    Args:
+        rig: The rig before.
+        structure: What the fitted plant is made of.
+        theta: Estimates `(p,)` in the order of `structure.names` [SI].
+        standard_error: Standard errors by dotted name [SI].
+
+    Returns:
+        The rig after.
+    """
     values = dict(zip(structure.names, (float(v) for v in theta), strict=True))
     numbers = {name: values.get(name, old) for name, old in rig.numbers.items()}
     effects = {

@@ -33,22 +33,38 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rwjax.effects.effect import Effect
+from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic, Clock, EncoderDelay, WheelDry
 from rwjax.effects.two_axis import Tilt, YawReading
 from rwjax.kinds import half_column, on_half
-from rwjax.plant.one_axis import Numbers, Plant, State, Structure, one_axis
+from rwjax.plant.coupled_friction import friction_of_resting, mobility_with_held, solve_within
+from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.one_axis import OneAxis, one_axis
+from rwjax.plant.plant import BodyTorque, ByChannel, FrictionRates, Plant, SmoothStep
+from rwjax.plant.stick import stopped
+from rwjax.plant.structure import Numbers, State, Structure
 from rwjax.types import Scalar
 
 Torques = tuple[Scalar, ...]
 """One number for each turning body, in the order of `RATES`."""
 RATES = ("w_1", "w_2", "Omega_1", "Omega_2")
+"""Rates of yaw, pitch, wheel 1 and wheel 2 among the states."""
 ANGLES = ("psi_1", "psi_2", "theta_1", "theta_2")
+"""Their angles."""
 
 
 class Carried(eqx.Module):
-    """The inertias at a pitch and their derivatives by it: `A`, `P` and `c` of the kinetic energy."""
+    """The inertias at a pitch and their derivatives by it.
+
+    Attributes:
+        A: Inertia about the vertical [kg m2].
+        dA: Its derivative by the pitch [kg m2/rad].
+        P: Product of inertia that couples yaw and pitch [kg m2].
+        dP: Its derivative by the pitch [kg m2/rad].
+        c: Share of the yaw rate along the axis of wheel 1 [1].
+        dc: Its derivative by the pitch [1/rad].
+    """
 
     A: Scalar
     dA: Scalar
@@ -58,28 +74,57 @@ class Carried(eqx.Module):
     dc: Scalar
 
 
-class TwoAxis(eqx.Module):
-    """Base equations and effects of a rig with two axes; `halves`: yaw and pitch, each as a `reaction` rig, which give the
-    torques; `effects`: those that belong to neither half alone."""
+class TwoAxis(Plant):
+    """Base equations and effects of a rig with two axes.
+
+    Attributes:
+        structure: What it is made of.
+        numbers: Base numbers and parameters of effects by dotted name, in SI.
+        halves: Yaw and pitch, each as a `reaction` rig, which give the torques.
+        effects: The effects that belong to neither half alone.
+    """
 
     structure: Structure = eqx.field(static=True)
     numbers: Numbers
-    halves: tuple[Plant, Plant]
+    halves: tuple[OneAxis, OneAxis]
     effects: tuple[Effect, ...]
 
     def split(self, x: State) -> tuple[State, State]:
-        """The states of both halves."""
+        """The states of both halves.
+
+        Args:
+            x: State.
+
+        Returns:
+            State of yaw with its wheel, and of pitch with its wheel.
+        """
         n = len(self.halves[0].structure.states)
         return x[:n], x[n:]
 
-    def motions(self, t: Scalar, x: State, u: Float[Array, " 2"]) -> list:
-        """What the effects of each half may depend on."""
+    def motions(self, t: Scalar, x: State, u: Float[Array, " 2"]) -> list[Motion]:
+        """What the effects of each half may depend on.
+
+        Args:
+            t: Time since the run's first sample [s].
+            x: State.
+            u: Voltages `(2,)` [V].
+
+        Returns:
+            Motion of yaw, and of pitch.
+        """
         return [
             half.motion(t, part, u[k]) for k, (half, part) in enumerate(zip(self.halves, self.split(x), strict=True))
         ]
 
     def carried(self, pitch: Scalar) -> Carried:
-        """The inertias at a pitch [rad]."""
+        """The inertias at a pitch.
+
+        Args:
+            pitch: Angle of the pitch body [rad].
+
+        Returns:
+            The inertias and their derivatives.
+        """
         n, none = self.numbers, jnp.zeros(())
         D, xy, xz, yz = (
             n.get(f"gimbal.{name}", none) for name in ("difference", "product_xy", "product_xz", "product_yz")
@@ -105,7 +150,14 @@ class TwoAxis(eqx.Module):
         return yaw, pitch, Q[2] / n["wheel_1.inertia"] - at.c * yaw, Q[3] / n["wheel_2.inertia"] - pitch
 
     def mobility(self, x: State) -> list[Torques]:
-        """Acceleration of every body by a torque of 1 N m on each, one tuple a torque: the inverse of the mass matrix."""
+        """Inverse of the mass matrix: acceleration of every body by a torque of 1 N m on each.
+
+        Args:
+            x: State.
+
+        Returns:
+            One tuple for each torque, with one acceleration for each body [1/(kg m2)], both in the order of `RATES`.
+        """
         at = self.carried(x[self.structure.states.index("psi_2")])
         one, zero = jnp.ones_like(at.c), jnp.zeros_like(at.c)
         return [self._accelerations(at, tuple(one if k == j else zero for k in range(4))) for j in range(4)]
@@ -124,33 +176,111 @@ class TwoAxis(eqx.Module):
         found = []
         for k, (half, mk) in enumerate(zip(self.halves, m, strict=True)):
             spin = a[2 + k] if k else a[2] - at.dc * q * w
-            rates = half.inner(mk) | {"psi": mk.w, "w": a[k], "theta": mk.Omega, "Omega": spin}
+            rates = half.internal_rates(mk) | {"psi": mk.w, "w": a[k], "theta": mk.Omega, "Omega": spin}
             found += [rates[name] for name in half.structure.states]
         return tuple(found)
 
-    def dry(self) -> list[tuple[int, list]]:
-        """Bodies with dry friction, by their place in `RATES`, each with its friction effects."""
+    def bodies(self) -> list[tuple[int, list]]:
+        """Bodies with dry friction.
+
+        Returns:
+            The place of each in `RATES`, with its friction effects.
+        """
         on_axis = [half.on(AxisDry) if not half.on(AxisElastic) else [] for half in self.halves]
         found = enumerate([*on_axis, *(half.on(WheelDry) for half in self.halves)])
         return [(body, effects) for body, effects in found if effects]
 
+    def with_friction(self, t: Scalar, x: State, u: Float[Array, " 2"], start: State) -> FrictionRates:
+        """Rates of the state with dry friction, and the torque on every body that carries any."""
+        rates, states, dry = self.field(t, x, u), self.structure.states, self.bodies()
+        if not dry:
+            return FrictionRates(rates, [])
+        at, bodies = [states.index(name) for name in RATES], [body for body, _ in dry]
+        columns = self.mobility(x)
+        G, levels = _among(columns, bodies), self._levels(t, x, u)
+        ahead, back = (jnp.stack(each) for each in zip(*levels, strict=True))
+        w, free = (jnp.stack([of[at[body]] for body in bodies]) for of in (start, rates))
+        resting = (w == 0.0) & (ahead + back > 0.0)
+        f = jnp.where(w > 0.0, ahead, jnp.where(w < 0.0, -back, 0.0))
+        f, held = friction_of_resting(G, free, f, resting, ahead, back)
+        a = jnp.where(held, 0.0, free - G @ f)  # exactly at rest, not to rounding
+        alone = f + a / mobility_with_held(G, held)  # the torque on each body but for its own friction
+        bound = jnp.clip(alone, -back, ahead)
+        found = [
+            rate - sum(columns[body][k] * f[j] for j, body in enumerate(bodies))
+            for k, rate in enumerate(rates[place] for place in at)
+        ]
+        changed = dict(zip(at, found, strict=True)) | {at[body]: a[j] for j, body in enumerate(bodies)}
+        excess = alone - bound
+        return FrictionRates(
+            tuple(changed.get(k, rate) for k, rate in enumerate(rates)),
+            [BodyTorque(alone[j], excess[j]) for j in range(len(dry))],
+        )
+
+    def _levels(self, t: Scalar, x: State, u: Float[Array, " 2"]) -> list[tuple[Scalar, Scalar]]:
+        """Dry friction forward and backward of each body that has any [N m]."""
+        motions = self.motions(t, x, u)
+        return [
+            (friction_level(effects, motions[body % 2], 1.0), friction_level(effects, motions[body % 2], -1.0))
+            for body, effects in self.bodies()
+        ]
+
+    def settle(self, step: SmoothStep) -> State:
+        """State at the end of a step: each body gets the speed that it ends with, by impulses that push the others, too."""
+        x, x1, states = step.before, step.after, self.structure.states
+        bodies = [body for body, _ in self.bodies()]
+        if not bodies:
+            return x1
+        columns = self.mobility(x)
+        G = _among(columns, bodies)
+        resting = jnp.stack([x[states.index(RATES[body])] == 0.0 for body in bodies])
+        within = jnp.stack([(a.excess == 0.0) & (b.excess == 0.0) for a, b in step.torques])
+        mobility = mobility_with_held(G, resting & within)
+        stops = []
+        for k, body in enumerate(bodies):
+            rate, angle = states.index(RATES[body]), states.index(ANGLES[body])
+            rest = tuple(jnp.zeros_like(v) if j == rate else v for j, v in enumerate(x))
+            levels = self._levels(step.t, rest, step.u)[k]
+            rates, angles = (x[rate], x1[rate]), (x[angle], x1[angle])
+            stops.append(stopped(rates, angles, step.rates[rate], step.h, 1.0 / mobility[k], levels, step.torques[k]))
+        end, mended = jnp.stack([stop.rate for stop in stops]), jnp.stack([stop.mended for stop in stops])
+        before = jnp.stack([x1[states.index(RATES[body])] for body in bodies])
+        impulse = solve_within(G, end - before, mended)
+        found = list(x1)
+        for k, name in enumerate(RATES):
+            found[states.index(name)] += sum(columns[body][k] * impulse[j] for j, body in enumerate(bodies))
+        for stop, body in zip(stops, bodies, strict=True):
+            rate, angle = states.index(RATES[body]), states.index(ANGLES[body])
+            found[rate], found[angle] = jnp.where(stop.mended, stop.rate, found[rate]), stop.angle
+        return tuple(found)
+
     def within_limits(self, x: State) -> State:
-        """The state with the currents within what their drivers allow."""
+        """State with the currents within what their drivers allow."""
         first, second = (half.within_limits(part) for half, part in zip(self.halves, self.split(x), strict=True))
         return first + second
 
     def deflected(self, before: State, after: State, h: Scalar) -> State:
-        """The state after a step with elastic friction as the step's way leaves it."""
+        """State after a step with the deflection of elastic friction that follows from the angles turned."""
         parts = zip(self.halves, self.split(before), self.split(after), strict=True)
         first, second = (half.deflected(old, new, h) for half, old, new in parts)
         return first + second
+
+    def no_command(self) -> Float[Array, " 2"]:
+        """Voltages of 0 V `(2,)`."""
+        return jnp.zeros(2)
 
     def act(self, command: Float[Array, " 2"]) -> Float[Array, " 2"]:
         """Voltages that act for both commands, before any delay."""
         return jnp.stack([half.act(command[k]) for k, half in enumerate(self.halves)])
 
+    def by_channel(self, function: ByChannel, command: Float[Array, "k 2"]) -> tuple[Array, Array]:
+        """What a function makes of each half's drive and its command."""
+        found = [function(half, command[:, k]) for k, half in enumerate(self.halves)]
+        first, second = (jnp.stack(each, axis=-1) for each in zip(*found, strict=True))
+        return first, second
+
     def pace(self) -> Scalar | float:
-        """Seconds that pass in one second of the log."""
+        """Seconds that pass in one second of the log [1]."""
         return next((effect.pace() for effect in self.effects if isinstance(effect, Clock)), 1.0)
 
     def age(self) -> Scalar | None:
@@ -158,7 +288,7 @@ class TwoAxis(eqx.Module):
         return next((effect.delay() for effect in self.effects if isinstance(effect, EncoderDelay)), None)
 
     def outputs(self, t: Scalar, x: State, u: Float[Array, " 2"], seen: State | None = None) -> tuple[Scalar, ...]:
-        """Readings in SI, in the order of `Structure.outputs`; `seen`: the state that the axes' encoders read, where late."""
+        """Readings in SI, in the order of `structure.outputs`."""
         age = self.age()
         late, then = (x, t) if seen is None or age is None else (seen, t - age)
         reading: dict[str, Scalar] = {}
@@ -173,8 +303,21 @@ class TwoAxis(eqx.Module):
         return tuple(reading[name] for name in self.structure.outputs)
 
 
+def _among(columns: list[Torques], bodies: list[int]) -> Float[Array, "b b"]:
+    """The inverse of the mass matrix for some bodies `(b, b)` [1/(kg m2)]."""
+    return jnp.stack([jnp.stack([columns[j][i] for j in bodies]) for i in bodies])
+
+
 def two_axis(structure: Structure, numbers: Numbers) -> TwoAxis:
-    """Plant of a rig with two axes, of a structure with these numbers (all names of `structure.names` must be there)."""
+    """Plant of a rig with two axes.
+
+    Args:
+        structure: What it is made of.
+        numbers: Value of every name of `structure.names` [SI].
+
+    Returns:
+        The plant.
+    """
     halves = []
     for k, half in enumerate(structure.halves):
         halves.append(one_axis(half, {name: numbers[on_half(name, k)] for name in half.names}))

@@ -1,39 +1,41 @@
 """Programs kept on disk as they were traced: a new process neither traces nor lowers what an earlier one did.
 
 The persistent compilation cache of JAX spares compiling, but not tracing, which takes longer for a plant with many parts.
-A traced program depends on the library's source, the versions of JAX, the platform, the structure and the arrays' shapes:
-all of them name its file. Programs of structures that say they are not `lasting` are not kept.
+A traced program depends on the library's source, the version of JAX, the platform, the structure, the stepper and the arrays'
+shapes: all of them name its file. Programs of a structure or a stepper that is not `from_library` are not kept on disk, since the
+library's source does not say what they compute.
 """
 
 import hashlib
 import os
 from collections.abc import Callable, Hashable
 from functools import cache, wraps
+from inspect import Parameter, signature
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
-import rwjax.setup_jax  # noqa: F401  (float64 and the compilation cache come first)
-
-import jax  # isort: skip
+import jax
 import numpy as np
 from jax import export
 from jax.core import Tracer
 
-DIGEST = 32  # bytes of a check sum before the program
+DIGEST = 32
+"""Bytes of the check sum before a program in its file."""
 MOST_PROGRAMS = 100
-"""Programs that a process holds; of more, those not called for longest are dropped and read again. Each takes up to 350 memory
-maps, of which Linux gives a process 65 530, and up to 50 MB."""
+"""Programs that a process holds. Of more, those not called for longest are dropped and read again when they are needed. Each takes up
+to 350 memory maps, of which Linux gives a process 65 530, and up to 50 MB."""
 
 OPTIONS = {
     "xla_disable_hlo_passes": "while-loop-invariant-code-motion",
     "xla_cpu_use_fusion_emitters": False,
 }
+"""Options of the compiler. What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop
+before: a step with several kinds of friction otherwise works out the same power twelve times. Without the newer way to emit fused
+expressions a program compiles in half the time and runs as fast or faster."""
 ON_PROCESSOR = {"xla_backend_optimization_level": 1}
-"""What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop before: a step
-with several kinds of friction otherwise works out the same power twelve times. Without the newer way to emit fused expressions
-a program compiles in half the time and runs as fast or faster; at the first level of optimisation, on a processor, a loop that is one
-function compiles in 0.8 instead of 1.1 s and runs as fast."""
+"""Further options on a processor: at the first level of optimisation a loop that is one function compiles in 0.8 instead of 1.1 s
+and runs as fast."""
 
 
 class _Once:
@@ -95,9 +97,9 @@ def _write(path: Path | None, data: bytes | bytearray) -> None:
         pass
 
 
-def _program(name: str, key: object, flat: Callable, arrays: list[Any], lasting: bool) -> Callable:
-    """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if not `lasting`."""
-    path = _file(name, key) if lasting else None
+def _program(name: str, key: object, flat: Callable, arrays: list[Any], keep: bool) -> Callable:
+    """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if it is not to be kept."""
+    path = _file(name, key) if keep else None
     data = _read(path)
     if data is None:
         traced = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
@@ -109,22 +111,31 @@ def _program(name: str, key: object, flat: Callable, arrays: list[Any], lasting:
 
 
 def stored(result: Callable) -> Callable:
-    """Decorates `function(structure, *arrays)`: compiled once for each structure and shapes, and kept on disk.
+    """Decorates `function(structure, *arrays, **choices)`: compiled once for each structure, choices and shapes, and kept on disk.
 
-    `result` makes what is returned out of a sequence of arrays. Inside another traced function it is traced there, so
-    that it can be differentiated.
+    The structure and the choices, which are arguments by keyword alone, are hashable and static. Inside another traced function it
+    is traced there, so that it can be differentiated.
+
+    Args:
+        result: Makes what is returned out of a sequence of arrays.
+
+    Returns:
+        The decorator.
     """
 
     def decorate(function: Callable) -> Callable:
-        plain = jax.jit(function, static_argnums=0)
+        keywords = [p for p in signature(function).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
+        defaults = {p.name: p.default for p in keywords if p.default is not Parameter.empty}
+        plain = jax.jit(function, static_argnums=0, static_argnames=[p.name for p in keywords])
 
         @wraps(function)
-        def call(structure: Hashable, *arguments: Any) -> Any:
+        def call(structure: Hashable, *arguments: Any, **given: Hashable) -> Any:
+            choices = defaults | given
             leaves, tree = jax.tree.flatten(arguments)
             if any(isinstance(leaf, Tracer) for leaf in leaves):
-                return plain(structure, *arguments)
+                return plain(structure, *arguments, **choices)
             arrays = [np.asarray(leaf) for leaf in leaves]
-            key = (structure, tree, tuple((a.shape, a.dtype.name) for a in arrays))
+            key = (structure, *choices.items(), tree, tuple((a.shape, a.dtype.name) for a in arrays))
             with _lock:
                 if (function, key) not in _programs:
                     while len(_programs) >= MOST_PROGRAMS:
@@ -132,9 +143,10 @@ def stored(result: Callable) -> Callable:
                     _programs[function, key] = _program(
                         function.__name__,
                         key,
-                        lambda *leaves: list(function(structure, *jax.tree.unflatten(tree, leaves))),
+                        lambda *leaves: list(function(structure, *jax.tree.unflatten(tree, leaves), **choices)),
                         arrays,
-                        getattr(structure, "lasting", True),
+                        getattr(structure, "from_library", True)
+                        and all(getattr(choice, "from_library", False) for choice in choices.values()),
                     )
                 program = _programs[function, key] = _programs.pop((function, key))  # the last one called stands last
             return result(program(*arrays))

@@ -1,46 +1,51 @@
 # pyright: reportOptionalSubscript=false, reportOptionalOperand=false
 """Reference simulation: an adaptive diffrax solver between samples, dry friction with located events.
 
-Slow and accurate: an oracle for the fixed step of `rwjax.simulation.step`, and the way to a solver of one's own choice.
-The smooth field of the plant is an ordinary `diffrax.ODETerm`. A body with dry friction slides forward, slides
-backward or sticks; between two changes of mode or command the field is smooth. The host goes from one such
-change to the next: while a body slides, its speed reaching 0 is an event; while it sticks, the torque on it
-reaching breakaway is one.
+Slow and accurate: an oracle for the fixed step of `rwjax.simulation.exponential_step`, and the way to a solver of one's own choice.
+The smooth field of the plant is an ordinary `diffrax.ODETerm`. A body with dry friction slides forward, slides backward or sticks;
+between two changes of mode or command the field is smooth. The host goes from one such change to the next. While a body slides, its
+speed reaching 0 is an event; while it sticks, the torque on it reaching breakaway is one.
 """
 
+from collections.abc import Callable
 from functools import cache, partial
 from itertools import pairwise
+from typing import NamedTuple
 
-import rwjax.setup_jax  # noqa: F401  (float64 comes first)
-
-import diffrax  # isort: skip
+import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from rwjax.logs.log import Log
-from rwjax.plant.one_axis import Plant, State, friction_level
-from rwjax.simulation.step import propagator
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.one_axis import OneAxis
+from rwjax.plant.structure import State, Structure
+from rwjax.simulation.exponential_step import linear_part
 from rwjax.types import Scalar
 
 STIFF = 1e3
-"""Fastest rate of the linear part times the sampling interval above which the implicit solver is taken: an
-explicit one is stable only up to a few units of it a step."""
-MOST_EVENTS = 200  # of one stretch of held command; more means that a body chatters
-MOST_STEPS = 100_000  # of the solver in one stretch
-
-SAME = 1e-9  # rad/s or N m: events of several bodies that are this close happen together
+"""Fastest rate of the linear part times the sampling interval above which the implicit solver is taken: an explicit one is stable only
+up to a few units of it a step."""
+MOST_EVENTS = 200
+"""Most changes of mode in one stretch of held command; more mean that a body chatters."""
+MOST_STEPS = 100_000
+"""Most steps of the solver in one stretch."""
+SAME = 1e-9
+"""Distance [rad/s or N m] within which events of several bodies happen together."""
 TINY = 1e-300
+"""Distance that stands for 0 where a body has just left it."""
 
 Modes = Float[Array, " body"]
-"""Direction in which each body of `Plant.bodies` slides: +1 or -1, 0 where it sticks."""
+"""Direction in which each body of `OneAxis.bodies` slides: 1 or -1, 0 where it sticks."""
 
 
-def simulate(
-    plant: Plant,
+def simulate_adaptively(
+    plant: OneAxis,
     log: Log,
     start: np.ndarray,
     *,
@@ -48,19 +53,30 @@ def simulate(
     rtol: float = 1e-9,
     atol: float = 1e-11,
 ) -> dict[str, np.ndarray]:
-    """Free run under the command of `log` from the state `start` `(n,)`: readings in SI at the log's times.
+    """Free run under the command of a log.
 
-    The command is held between samples; before the first one its first value counts as held. Without a `solver`
-    it is `Dopri8`, or `Kvaerno5` where a time constant is far shorter than the sampling interval.
-    Lags and rate limits of the drive, the logger's clock and lateness of the encoder are left out.
+    The command is held between samples; before the first one its first value counts as held. Lags and rate limits of the drive, the
+    logger's clock and lateness of the encoder are left out. The error is that of `rtol` and `atol`, events included. It takes about a
+    millisecond a sample.
 
-    **Accuracy:** that of `rtol` and `atol`, events included. **Speed:** about a millisecond a sample.
-    Raises `RuntimeError` where a body changes between stick and slip too often to be followed.
+    Args:
+        plant: The plant.
+        log: The log; its outputs do not matter.
+        start: First state `(n,)` [SI].
+        solver: Any diffrax solver; `solver_for` chooses where it is None.
+        rtol: Relative tolerance of a step [1].
+        atol: Absolute tolerance of a step [SI].
+
+    Returns:
+        Readings `(time,)` of each output at the log's times [rad, rad/s or A].
+
+    Raises:
+        RuntimeError: A body changes between stick and slip too often to be followed.
     """
     t = log.time - log.origin
-    solver = _suited(plant, float(np.median(np.diff(t)))) if solver is None else solver
+    solver = solver_for(plant, float(np.median(np.diff(t)))) if solver is None else solver
     command, edges = _acting(plant, log)
-    segment = partial(_segment, plant, solver, rtol, atol)
+    segment = partial(_segment, plant, _Solving(solver, rtol, atol))
     x = tuple(jnp.asarray(float(v)) for v in start)
     found = [_readings(plant, jnp.asarray(t[0]), x, jnp.asarray(command(t[0])))]
     for begin, end in pairwise(t):
@@ -71,12 +87,21 @@ def simulate(
     return {name: np.array([y[k] for y in found], float) for k, name in enumerate(plant.structure.outputs)}
 
 
-def _suited(plant: Plant, dt: float) -> diffrax.AbstractSolver:
-    fastest = np.max(np.abs(np.linalg.eigvals(np.asarray(propagator(plant, jnp.asarray(dt)).A))))
+def solver_for(plant: OneAxis, dt: float) -> diffrax.AbstractSolver:
+    """Solver that suits a plant: an implicit one where a time constant is far shorter than the sampling interval.
+
+    Args:
+        plant: The plant.
+        dt: Sampling interval [s].
+
+    Returns:
+        `Dopri8` or `Kvaerno5`.
+    """
+    fastest = np.max(np.abs(np.linalg.eigvals(np.asarray(linear_part(plant)))))
     return diffrax.Kvaerno5() if fastest * dt > STIFF else diffrax.Dopri8()
 
 
-def _acting(plant: Plant, log: Log):
+def _acting(plant: OneAxis, log: Log) -> tuple[Callable[[float], float], np.ndarray]:
     """The acting command as a function of time, continuous from the right, and the times of its jumps."""
     acting = np.array([float(plant.act(jnp.asarray(u))) for u in log.command])
     delay = plant.delay()
@@ -90,11 +115,12 @@ def _acting(plant: Plant, log: Log):
 
 
 @eqx.filter_jit
-def _readings(plant: Plant, t: Scalar, x: State, u: Scalar) -> tuple[Scalar, ...]:
+def _readings(plant: OneAxis, t: Scalar, x: State, u: Scalar) -> tuple[Scalar, ...]:
+    """Readings at one time, in the order of the outputs."""
     return plant.outputs(t, x, u)
 
 
-def _stretch(plant: Plant, segment, x: State, begin: float, end: float, u: float) -> State:
+def _stretch(plant: OneAxis, segment: Callable, x: State, begin: float, end: float, u: float) -> State:
     """State at `end` under a held command, through all changes of mode on the way."""
     rates = _body_rates(plant.structure)
     modes = [float(np.sign(x[k])) for k in rates]
@@ -122,7 +148,7 @@ def _stretch(plant: Plant, segment, x: State, begin: float, end: float, u: float
     )
 
 
-def _released(plant: Plant, x: State, t: float, u: float, modes: list[float], settled: list[bool]) -> list[float]:
+def _released(plant: OneAxis, x: State, t: float, u: float, modes: list[float], settled: list[bool]) -> list[float]:
     """Modes, with every body that rests and is pushed beyond breakaway set sliding, the driving one first."""
     modes = list(modes)
     for body in range(len(modes)):
@@ -133,22 +159,20 @@ def _released(plant: Plant, x: State, t: float, u: float, modes: list[float], se
     return modes
 
 
-def _push(plant: Plant, x: State, t: float, u: float, modes: list[float]) -> np.ndarray:
+def _push(plant: OneAxis, x: State, t: float, u: float, modes: list[float]) -> np.ndarray:
+    """Direction in which the torque pushes each body, 1 or -1."""
     forward, backward = _margins(plant, jnp.asarray(t), x, jnp.asarray(u), jnp.asarray(modes))
     return np.where(np.asarray(forward) < np.asarray(backward), 1.0, -1.0)
 
 
 @cache
-def _body_rates(structure) -> tuple[int, ...]:
+def _body_rates(structure: Structure) -> tuple[int, ...]:
     """Index of each body's rate in the state."""
-    from rwjax.simulation.shooting import one_axis_plant_of
-
     return tuple(body.rate for body, _ in one_axis_plant_of(structure, jnp.ones(len(structure.names))).bodies())
 
 
-def _forces(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[State, list[Scalar], list[Scalar]]:
-    """Rates of the state with dry friction in these modes, and how far the torque on each body is from its
-    breakaway level, forward and backward."""
+def _forces(plant: OneAxis, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[State, list[Scalar], list[Scalar]]:
+    """Rates with dry friction in these modes, and the distance of the torque on each body from its breakaway levels [N m]."""
     rates, motion = plant.field(t, x, u), plant.motion(t, x, u)
     ahead, behind = [], []
     for k, (body, effects) in enumerate(plant.bodies()):
@@ -164,12 +188,23 @@ def _forces(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple
 
 
 @eqx.filter_jit
-def _margins(plant: Plant, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[list[Scalar], list[Scalar]]:
+def _margins(plant: OneAxis, t: Scalar, x: State, u: Scalar, modes: Modes) -> tuple[list[Scalar], list[Scalar]]:
+    """How far the torque on each body is from its breakaway level, forward and backward [N m]."""
     return _forces(plant, t, x, u, modes)[1:]
 
 
+class _Solving(NamedTuple):
+    """A diffrax solver with its tolerances."""
+
+    solver: diffrax.AbstractSolver
+    rtol: float
+    atol: float
+
+
 @eqx.filter_jit
-def _segment(plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Scalar, x: State, u: Scalar, modes: Modes):
+def _segment(
+    plant: OneAxis, by: _Solving, t0: Scalar, t1: Scalar, x: State, u: Scalar, modes: Modes
+) -> tuple[Scalar, State, Bool[Array, " body"]]:
     """Solve from `t0` to `t1` or the first event: time and state there, and which bodies had an event."""
 
     def field(t: Scalar, x: State, args: None) -> State:
@@ -192,12 +227,12 @@ def _segment(plant: Plant, solver, rtol: float, atol: float, t0: Scalar, t1: Sca
     event = diffrax.Event(nearest, root, direction=False) if bodies else None
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(field),  # pyright: ignore[reportArgumentType]
-        solver,
+        by.solver,
         t0,
         t1,
         None,
         x,
-        stepsize_controller=diffrax.PIDController(rtol=rtol, atol=atol),
+        stepsize_controller=diffrax.PIDController(rtol=by.rtol, atol=by.atol),
         event=event,
         max_steps=MOST_STEPS,
     )

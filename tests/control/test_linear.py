@@ -8,8 +8,8 @@ from rwjax import parse_rig
 from rwjax.control.linear import linearisation_notes, linearised
 from rwjax.control.transfer import transfer
 from rwjax.errors import InputError
+from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.simulation.shooting import one_axis_plant_of
 from tests.control.plant_texts import I, J, K, R, platform, stiff
 from tests.systems import wheel
 

@@ -8,9 +8,9 @@ from rwjax import parse_rig
 from rwjax.control.open_loop import command_delay
 from rwjax.control.slew import slew
 from rwjax.errors import InputError
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.simulation.shooting import plant_of
-from rwjax.simulation.step import propagator, sliding_step, step
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from tests.control.current_limited_rig import LIMITS, I, J, K, R
 
 
@@ -51,11 +51,11 @@ def test_a_sliding_axis_goes_on_through_rest_where_a_real_one_sticks() -> None:
         jnp.asarray(0.01),
         jnp.zeros(()),
     )
-    p = propagator(plant, h)
+    p = EXPONENTIAL_STEP.prepare(plant, h)
     slid = stuck = (zero, jnp.asarray(0.1))  # psi, w; friction slows by 0.5 rad/s2
     for _ in range(50):
-        slid = sliding_step(plant, p, zero, slid, zero, h, jnp.ones(()))
-        stuck = step(plant, p, zero, stuck, zero, h)
+        slid = EXPONENTIAL_STEP.slide(plant, p, zero, slid, zero, h, jnp.ones(()))
+        stuck = EXPONENTIAL_STEP.step(plant, p, zero, stuck, zero, h)
     t = 0.5
     assert [float(v) for v in slid] == pytest.approx([0.1 * t - 0.25 * t**2, 0.1 - 0.5 * t])
     assert [float(v) for v in stuck] == pytest.approx([0.01, 0.0])

@@ -9,7 +9,7 @@ from rwjax.effects.effect import Effect
 from rwjax.effects.library import EFFECTS
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import AxisDry, AxisElastic
-from rwjax.plant.one_axis import friction_level
+from rwjax.plant.dry_friction import friction_level
 from tests.effects.rigs import DRY, REST, TIME, go, motion
 from tests.systems import platform, record, run
 

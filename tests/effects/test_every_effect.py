@@ -13,8 +13,8 @@ from rwjax.effects.parameter import parameters
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import scales
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.one_axis import Structure
-from rwjax.simulation.shooting import free_run
+from rwjax.plant.structure import Structure
+from rwjax.simulation.free_run import free_run
 from tests.effects.rigs import ALONE, KIND, RIGS, TIME, among, go
 from tests.systems import record, run
 

@@ -105,5 +105,5 @@ def test_what_cannot_be_registered(dwell: str) -> None:
 
 def test_its_programs_are_not_kept_on_disk(dwell: str) -> None:
     # a file's name holds the library's source, not that of an effect from outside
-    assert structure_of(platform()).lasting
-    assert not structure_of(platform()).with_effects(dwell).lasting
+    assert structure_of(platform()).from_library
+    assert not structure_of(platform()).with_effects(dwell).from_library

@@ -10,7 +10,7 @@ from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import AxisDry, WheelDry
-from rwjax.plant.one_axis import friction_level
+from rwjax.plant.dry_friction import friction_level
 from tests.effects.rigs import motion
 
 PORTS = {

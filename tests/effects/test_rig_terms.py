@@ -6,7 +6,7 @@ import pytest
 
 from rwjax.effects.ports import AxisDry
 from rwjax.effects.rig_terms import of_rig_numbers
-from rwjax.plant.one_axis import friction_level
+from rwjax.plant.dry_friction import friction_level
 from tests.effects.rigs import motion
 
 

@@ -41,7 +41,9 @@ def test_solvers_with_a_smooth_sign_come_close() -> None:
                 (
                     WAVE[:300]
                     - np.asarray(
-                        run_rig(rig(), Controller(KP[30], kd=KD[30], filter_time=SMOOTH, voltage_limit=LIMIT), WAVE[:300]).angle
+                        run_rig(
+                            rig(), Controller(KP[30], kd=KD[30], filter_time=SMOOTH, voltage_limit=LIMIT), WAVE[:300]
+                        ).angle
                     )
                 )
                 ** 2

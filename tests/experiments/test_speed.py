@@ -11,7 +11,7 @@ from experiments.speed import c_limit, scipy_numba
 from experiments.speed.problem import BELIEVED, FIRST_STATE, FREE, TRUE, Arrays, arrays, log, posed, rig
 from rwjax.fitting.fit import fit
 from rwjax.simulation.batch import by_sample
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 
 SECONDS = 12.0
 NEEDS_GCC = pytest.mark.skipif(not c_limit.available(), reason="the C program needs gcc")

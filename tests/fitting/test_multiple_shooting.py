@@ -15,7 +15,7 @@ from rwjax.fitting.problem import pose
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import free_run
+from rwjax.simulation.free_run import free_run
 from tests.systems import MOTOR, platform, reaction, record, run, wheel
 
 TIME = np.arange(1001) * 0.01

@@ -13,7 +13,8 @@ from rwjax.fitting.secant import descend, residuals, search_point, slopes, with_
 from rwjax.fitting.sensitivities import COLUMNS, residual_jacobian, sensitivities
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.shooting import evaluate, free_run
+from rwjax.simulation.free_run import free_run
+from rwjax.simulation.shooting import evaluate
 from tests.systems import platform, reaction, record, run
 
 TIME = np.arange(600) * 0.01

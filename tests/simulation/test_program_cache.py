@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -57,22 +58,55 @@ def test_inside_another_function_it_is_traced_there() -> None:
 
 
 def test_the_programs_not_called_for_longest_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    made, make = [], module._program
-
-    def counted(name, key, flat, arrays, lasting):
-        made.append(arrays[0].shape)
-        return make(name, key, flat, arrays, lasting)
-
-    monkeypatch.setattr(module, "_program", counted)
+    traced: list[tuple[int, ...]] = []
     monkeypatch.setattr(module, "MOST_PROGRAMS", 2)
 
     @stored(tuple)
-    def twice(structure: str, x):
+    def twice(structure: NotKept, x):
+        traced.append(x.shape)  # what is not kept on disk is traced whenever it is made
         return [2.0 * x]
 
     for n in (1, 2, 1, 3, 1, 2):
-        assert np.array_equal(twice("any", np.arange(float(n)))[0], 2.0 * np.arange(n))
-    assert made == [(1,), (2,), (3,), (2,)]
+        assert np.array_equal(twice(NotKept("any"), np.arange(float(n)))[0], 2.0 * np.arange(n))
+    assert traced == [(1,), (2,), (3,), (2,)]
+
+
+class NotKept(NamedTuple):
+    """Stands for a structure with a user's own effect."""
+
+    name: str
+
+    @property
+    def from_library(self) -> bool:
+        return False
+
+
+class Factor(NamedTuple):
+    """Stands for a stepper."""
+
+    by: float
+    from_library: bool
+
+
+def test_a_choice_is_part_of_the_program_and_of_the_library_or_not_kept(tmp_path: Path) -> None:
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+
+    @stored(tuple)
+    def scaled(structure: str, x, *, factor: Factor = Factor(2.0, True)):  # noqa: B008 (a tuple, which nothing changes)
+        return [factor.by * x]
+
+    try:
+        assert scaled("any", np.ones(1))[0] == 2.0
+        kept = len([*tmp_path.glob("traced-scaled-*")])
+        assert scaled("any", np.ones(1), factor=Factor(3.0, False))[0] == 3.0
+        assert kept == len([*tmp_path.glob("traced-scaled-*")]) == 1
+        assert scaled("any", np.ones(1), factor=Factor(4.0, True))[0] == 4.0
+        assert len([*tmp_path.glob("traced-scaled-*")]) == 2
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+    slope = jax.grad(lambda x: scaled("any", x, factor=Factor(5.0, True))[0])(1.0)
+    assert slope == 5.0  # inside another traced function it is traced there, with its choice
 
 
 @pytest.mark.parametrize(

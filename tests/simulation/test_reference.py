@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rwjax import Log
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation import reference as adaptive
-from rwjax.simulation.shooting import plant_of
+from rwjax.simulation.reference import simulate_adaptively, solver_for
 from tests.systems import platform, reaction, record, run, wheel
 
 
@@ -87,7 +87,7 @@ def test_stick_and_slip_agree_with_located_events() -> None:
     assert error[1] < error[0] / 8.0
 
 
-def reference(rig: Rig, log: Log, start: dict[str, float], effects: dict | None = None, **options: object) -> dict:
+def by_reference(rig: Rig, log: Log, start: dict[str, float], effects: dict | None = None, **options: object) -> dict:
     """As `systems.run`, by `rwjax.simulation.reference`."""
     effects = effects or {}
     structure = structure_of(rig).with_effects(*effects)
@@ -96,7 +96,7 @@ def reference(rig: Rig, log: Log, start: dict[str, float], effects: dict | None 
         for name, value in given.items():
             theta[structure.names.index(f"{effect}.{name}")] = value
     x0 = np.array([start.get(name, 0.0) for name in structure.states])
-    return adaptive.simulate(plant_of(structure, jnp.asarray(theta)), log, x0, **options)
+    return simulate_adaptively(plant_of(structure, jnp.asarray(theta)), log, x0, **options)
 
 
 STRIBECK = "viscous = 0.02\ncoulomb = 0.05\nstatic = 0.09\nstribeck_velocity = 0.2"
@@ -105,7 +105,7 @@ SHORT = np.arange(301) * 0.01
 
 def test_the_reference_stops_when_the_closed_form_says_and_stays() -> None:
     I, b, M_c, w0 = 0.1, 0.02, 0.05, 0.9
-    y = reference(platform(STRIBECK.replace("0.09", "0.05")), record(SHORT, np.zeros_like(SHORT)), {"w": w0})
+    y = by_reference(platform(STRIBECK.replace("0.09", "0.05")), record(SHORT, np.zeros_like(SHORT)), {"w": w0})
     stop = I / b * np.log1p(b * w0 / M_c)
     assert 1.0 < stop < 2.0
     exact = np.where(stop > SHORT, (w0 + M_c / b) * np.exp(-b / I * SHORT) - M_c / b, 0.0)
@@ -118,7 +118,7 @@ def test_the_reference_stops_when_the_closed_form_says_and_stays() -> None:
 
 def test_the_step_reaches_second_order_through_stick_and_reversal() -> None:
     log = record(SHORT, np.round(0.35 * np.sin(4.0 * SHORT), 2))
-    exact = reference(platform(STRIBECK), log, {})
+    exact = by_reference(platform(STRIBECK), log, {})
     assert np.sum(exact["yaw_rad_s"][50:] == 0.0) > 10  # it sticks between reversals
     assert exact["yaw_rad_s"].min() < -0.1 < 0.1 < exact["yaw_rad_s"].max()
     refine = np.array([1, 2, 4, 8])
@@ -132,7 +132,7 @@ def test_the_step_reaches_second_order_through_stick_and_reversal() -> None:
 
 def test_the_step_has_second_order_while_a_stribeck_axis_slides() -> None:
     log = record(SHORT, 1.0 + 0.5 * np.sin(4.0 * SHORT))
-    exact = reference(platform(STRIBECK), log, {"w": 0.05})["yaw_rad"]
+    exact = by_reference(platform(STRIBECK), log, {"w": 0.05})["yaw_rad"]
     error = [
         np.max(np.abs(run(platform(STRIBECK), log, {"w": 0.05}, refine=r)["yaw_rad"] - exact)) for r in (1, 2, 4, 8)
     ]
@@ -145,7 +145,7 @@ def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> Non
     log = record(t, np.where((t > 0.2) & (t < 1.2), 1.0, -1.5))
     rig = reaction("viscous = 0.0026\ncoulomb = 0.004\nstatic = 0.012\nstribeck_velocity = 0.05")
     effects = {"wheel.coulomb": {"M_c": 0.002}}
-    exact = reference(rig, log, {}, effects)
+    exact = by_reference(rig, log, {}, effects)
     error = {
         name: [np.max(np.abs(run(rig, log, {}, effects=effects, refine=r)[name] - exact[name])) for r in (1, 8)]
         for name in exact
@@ -158,7 +158,9 @@ def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> Non
 
 def test_dry_friction_of_the_wheel_keeps_angular_momentum_in_the_reference() -> None:
     log = record(SHORT, 3.0 * np.sign(np.sin(4.0 * SHORT + 0.1)))
-    y = reference(reaction("viscous = 0.0"), log, {}, {"wheel.coulomb": {"M_c": 0.008}, "drive.delay": {"tau": 0.0137}})
+    y = by_reference(
+        reaction("viscous = 0.0"), log, {}, {"wheel.coulomb": {"M_c": 0.008}, "drive.delay": {"tau": 0.0137}}
+    )
     momentum = 0.0495 * y["yaw_rad_s"] + 1.24e-4 * y["wheel_rad_s"]
     assert np.ptp(y["wheel_rad_s"]) > 20.0
     assert np.max(np.abs(momentum)) < 1e-9 * 1.24e-4 * np.ptp(
@@ -171,7 +173,7 @@ def test_a_stiff_motor_takes_the_implicit_solver_and_agrees() -> None:
     log = record(t, 3.0 * np.sign(np.sin(17.0 * t + 0.1)), {"wheel_rad_s": np.zeros_like(t)})
     rig = wheel(0.83 * 2e-6)  # L/R = 2 us against samples of 10 ms
     plant = plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig))))
-    assert isinstance(adaptive._suited(plant, 0.01), diffrax.Kvaerno5)
-    exact, y = reference(rig, log, {}), run(rig, log, {})
+    assert isinstance(solver_for(plant, 0.01), diffrax.Kvaerno5)
+    exact, y = by_reference(rig, log, {}), run(rig, log, {})
     for name, value in exact.items():
         assert np.max(np.abs(y[name] - value)) < 1e-7 * np.ptp(value), name

@@ -27,7 +27,7 @@ from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisTorque, MotorTorque, WheelDry, WheelTorque
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
-from rwjax.simulation.shooting import one_axis_plant_of
+from rwjax.plant.assemble import one_axis_plant_of
 
 _PORTS = (AxisTorque, AxisDry, WheelTorque, WheelDry, MotorTorque)
 """Ports of the effects that the rig may have: effects on other ports change readings or command."""

@@ -6,7 +6,8 @@ from scipy.stats import t as student
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
 from rwjax.simulation.batch import by_sample
-from rwjax.simulation.shooting import free_run, rates_along
+from rwjax.simulation.free_run import free_run
+from rwjax.simulation.rates import rates_along
 
 
 def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
@@ -19,7 +20,7 @@ def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
         For each log the readings (time,) [SI] of every output that the rig's kind has.
     """
     problem = fitted.problem
-    y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch)[0])
+    y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch, stepper=problem.stepper)[0])
     found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
     return [dict(zip(problem.structure.outputs, samples.T, strict=True)) for samples in found]
 

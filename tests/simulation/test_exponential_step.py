@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.simulation.shooting import plant_of
-from rwjax.simulation.step import propagator
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from tests.systems import platform, reaction, record, run, wheel
 
 TIME = np.arange(3001) * 0.01
@@ -103,7 +103,7 @@ def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
 def test_the_exponential_functions_are_those_of_scipy(inductance: float, h: float) -> None:
     rig = wheel(inductance)
     plant = plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig))))
-    p = propagator(plant, jnp.asarray(h))
+    p = EXPONENTIAL_STEP.prepare(plant, jnp.asarray(h))
     A, n = np.asarray(p.A), len(p.A)
     augmented = np.zeros((3 * n, 3 * n))  # exp of [[A, 1, 0], [0, 0, 1], [0, 0, 0]] h holds E, h phi1, h^2 phi2
     augmented[:n, :n], augmented[:n, n : 2 * n], augmented[n : 2 * n, 2 * n :] = A, np.eye(n), np.eye(n)

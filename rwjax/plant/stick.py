@@ -5,11 +5,18 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
+from rwjax.plant.plant import BodyTorque
 from rwjax.types import Scalar
 
 
 class Stop(NamedTuple):
-    """Speed and angle of a body at the end of a step, and whether its speed is not what the smooth step made of it."""
+    """A body at the end of a step.
+
+    Attributes:
+        rate: Its speed [rad/s].
+        angle: Its angle [rad].
+        mended: Whether its speed differs from what the equations of a sliding body give.
+    """
 
     rate: Scalar
     angle: Scalar
@@ -23,11 +30,22 @@ def stopped(
     h: Scalar,
     inertia: Scalar,
     levels: tuple[Scalar, Scalar],
-    torques: list | tuple,
+    torques: tuple[BodyTorque, BodyTorque],
 ) -> Stop:
-    """Where a body stands and how fast it turns after a step of length `h` [s] that began and, without this, ended with
-    `rates` and `angles`. `rate0`: acceleration at the start; `inertia`: of the body alone; `levels`: friction forward and
-    backward at rest; `torques`: at both stages of the step, the torque but for its friction and what it exceeds that by."""
+    """Speed and angle of a body after a step in which it may have stopped, turned, broken away or stayed at rest.
+
+    Args:
+        rates: Speed at the beginning, and at the end if it slid all the time [rad/s].
+        angles: Angle at the beginning, and at the end if it slid all the time [rad].
+        rate0: Acceleration at the beginning [rad/s2].
+        h: Length of the step [s].
+        inertia: Inertia of the body alone [kg m2].
+        levels: Friction forward and backward at rest [N m].
+        torques: At both ends of the step, the torque but for its own friction and what it exceeds that by [N m].
+
+    Returns:
+        The body at the end of the step.
+    """
     (w0, w1), (angle0, angle1) = rates, angles
     (free0, excess0), (free1, excess1) = torques
     forward, backward = levels

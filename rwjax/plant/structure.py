@@ -1,0 +1,157 @@
+"""What a plant is made of, without its numbers: kind, names, states, outputs and effects."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import NamedTuple
+
+from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES
+from rwjax.effects.parameter import parameters
+from rwjax.effects.ports import EncoderDelay, WheelDry, WheelTorque
+from rwjax.kinds import NUMBERS, half_column, of_half, on_half
+from rwjax.types import Scalar
+
+State = tuple[Scalar, ...]
+"""One number for each state, in the order of `Structure.states`."""
+Numbers = dict[str, Scalar]
+"""Values by dotted name: `axis.inertia`, and `axis.stribeck.v_s` for parameters of effects."""
+
+OUTPUTS = ("yaw_rad", "yaw_rad_s", "wheel_rad", "wheel_rad_s", "current_A")
+"""What a rig with one axis and a wheel can read, in SI."""
+
+
+class Structure(NamedTuple):
+    """What decides which program is compiled: everything about a plant but its numbers.
+
+    Attributes:
+        kind: Kind of rig, one of `rwjax.kinds.KINDS`.
+        numbers: Names of the base numbers.
+        inductive: Whether the current is a state; without inductance it follows from the voltage at once.
+        effects: Names of the effects, in the order of the library.
+    """
+
+    kind: str
+    numbers: tuple[str, ...]
+    inductive: bool
+    effects: tuple[str, ...]
+
+    @property
+    def has_axis(self) -> bool:
+        """Whether there is an axis in yaw."""
+        return self.kind != "wheel"
+
+    @property
+    def has_wheel(self) -> bool:
+        """Whether there is a motor with a wheel."""
+        return self.kind != "platform"
+
+    @property
+    def halves(self) -> tuple["Structure", ...]:
+        """Of a two-axis rig yaw with its wheel and pitch with its wheel, each as a `reaction` rig."""
+        return _halves(self) if self.kind == "two_axis" else ()
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states: those of the axis, of the wheel, then the effects' own as `effect:state`."""
+        if self.halves:
+            return tuple(_state(name, k) for k, half in enumerate(self.halves) for name in half.states)
+        axis = ("psi", "w") if self.has_axis else ()
+        wheel = (("theta", "Omega", "i") if self.inductive else ("theta", "Omega")) if self.has_wheel else ()
+        own = tuple(f"{effect}:{state}" for effect in self.effects for state in BY_NAME[effect].states)
+        return axis + wheel + own
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Outputs in the order of `OUTPUTS` that this kind of rig has; of a two-axis rig those of yaw, then of pitch."""
+        if self.halves:
+            return tuple(half_column(name, k) for k, half in enumerate(self.halves) for name in half.outputs)
+        axis = OUTPUTS[:2] if self.has_axis else ()
+        return axis + (OUTPUTS[2:] if self.has_wheel else ())
+
+    @property
+    def turning(self) -> tuple[tuple[str, str, str, str], ...]:
+        """Every turning body: its angle and rate among the states, and the outputs that read them."""
+        if self.halves:
+            every = [(k, body) for k, half in enumerate(self.halves) for body in half.turning]
+            return tuple(
+                (_state(a, k), _state(w, k), half_column(y, k), half_column(r, k)) for k, (a, w, y, r) in every
+            )
+        axis = (("psi", "w", "yaw_rad", "yaw_rad_s"),) if self.has_axis else ()
+        return axis + ((("theta", "Omega", "wheel_rad", "wheel_rad_s"),) if self.has_wheel else ())
+
+    @property
+    def currents(self) -> tuple[tuple[str, str], ...]:
+        """Every current among the states, and the output that reads it."""
+        if self.halves:
+            every = [(k, current) for k, half in enumerate(self.halves) for current in half.currents]
+            return tuple((_state(i, k), half_column(y, k)) for k, (i, y) in every)
+        return (("i", "current_A"),) if "i" in self.states else ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all numbers in the order of the parameter vector: base numbers, then effect parameters."""
+        return self.numbers + tuple(
+            f"{effect}.{name}" for effect in self.effects for name in parameters(BY_NAME[effect])
+        )
+
+    @property
+    def from_library(self) -> bool:
+        """Whether all effects are the library's own, so that its source of one version determines the program."""
+        return all(BY_NAME[effect] in (*EFFECTS, *ON_TWO_AXES) for effect in self.effects)
+
+    @property
+    def angles(self) -> set[str]:
+        """The angles `psi`, `theta` on which something depends; of a two-axis rig the pitch in any case."""
+        if self.halves:
+            return {_state(name, k) for k, half in enumerate(self.halves) for name in half.angles} | {_state("psi", 1)}
+        acting = [BY_NAME[effect] for effect in self.effects if BY_NAME[effect].at_angle]
+        on_wheel = [not self.has_axis or issubclass(effect, WheelTorque | WheelDry) for effect in acting]
+        gravity = {"psi"} if "axis.gravity.torque" in self.numbers else set()
+        return {"theta" if wheel else "psi" for wheel in on_wheel} | gravity
+
+    @property
+    def longest_encoder_delay(self) -> float:
+        """Largest age that a reading of the encoder may have [s]."""
+        ports = (BY_NAME[effect] for effect in self.effects)
+        return sum((port.longest for port in ports if issubclass(port, EncoderDelay)), 0.0)
+
+    def vector(self, given: Mapping[str, float]) -> list[float]:
+        """Parameter vector of numbers given by name.
+
+        Args:
+            given: Values by dotted name [SI].
+
+        Returns:
+            Values `(p,)` in the order of `names`, 0 for those not given [SI].
+        """
+        return [given.get(name, 0.0) for name in self.names]
+
+    def with_effects(self, *effects: str) -> "Structure":
+        """The same structure with further effects.
+
+        Args:
+            effects: Names of effects to add.
+
+        Returns:
+            A structure with all effects in the order of the library.
+        """
+        wanted = {*self.effects, *effects}
+        return self._replace(effects=tuple(name for name in BY_NAME if name in wanted))
+
+
+@cache
+def _halves(structure: Structure) -> tuple[Structure, ...]:
+    """Yaw and pitch of a two-axis rig, each as a `reaction` rig."""
+
+    def of(half: int, names: tuple[str, ...]) -> tuple[str, ...]:
+        found = (of_half(name) for name in names)
+        return tuple(at[1] for at in found if at is not None and at[0] == half and at[1] in (*BY_NAME, *NUMBERS))
+
+    numbers, effects = structure.numbers, structure.effects
+    return tuple(
+        Structure("reaction", of(k, numbers), "motor.inductance" in of(k, numbers), of(k, effects)) for k in range(2)
+    )
+
+
+def _state(name: str, half: int) -> str:
+    """Name of one half's state: `psi_1`, and `yaw.presliding:z` for an effect's own."""
+    return on_half(name, half) if ":" in name else f"{name}_{half + 1}"

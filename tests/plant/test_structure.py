@@ -1,0 +1,58 @@
+"""What a plant is made of: names, states and outputs of every kind."""
+
+import pytest
+
+from rwjax.plant.from_rig import structure_of
+from rwjax.plant.structure import Structure
+from tests.systems import platform, reaction, wheel
+from tests.two_axes import TILTING, two_axis
+
+OWN = (("axis.flexible_coupling", "axis.flexible_coupling:twist"), ("axis.presliding", "axis.presliding:z"))
+
+
+@pytest.mark.parametrize(
+    ("structure", "states", "outputs"),
+    [
+        (structure_of(wheel()), "theta Omega i", "wheel_rad wheel_rad_s current_A"),
+        (structure_of(wheel(0.0)), "theta Omega", "wheel_rad wheel_rad_s current_A"),
+        (structure_of(platform()), "psi w", "yaw_rad yaw_rad_s"),
+        (structure_of(reaction()), "psi w theta Omega i", "yaw_rad yaw_rad_s wheel_rad wheel_rad_s current_A"),
+        (
+            structure_of(two_axis()),
+            "psi_1 w_1 theta_1 Omega_1 psi_2 w_2 theta_2 Omega_2",
+            "yaw_rad yaw_rad_s wheel_1_rad wheel_1_rad_s current_1_A pitch_rad pitch_rad_s wheel_2_rad wheel_2_rad_s current_2_A",
+        ),
+    ],
+    ids=["wheel", "wheel without inductance", "platform", "reaction", "two_axis"],
+)
+def test_every_kind_has_its_states_and_outputs(structure: Structure, states: str, outputs: str) -> None:
+    assert structure.states == tuple(states.split()) and structure.outputs == tuple(outputs.split())
+    read = {name for _, _, angle, rate in structure.turning for name in (angle, rate)}
+    assert read | {name for name in structure.outputs if name.startswith("current")} == {*structure.outputs}
+    assert {name for angle, rate, *_ in structure.turning for name in (angle, rate)} <= {*structure.states}
+
+
+@pytest.mark.parametrize(("effect", "state"), OWN)
+def test_an_effects_own_states_come_last(effect: str, state: str) -> None:
+    structure = structure_of(reaction()).with_effects(effect)
+    assert structure.states[:5] == structure_of(reaction()).states and state in structure.states[5:]
+
+
+def test_effects_stand_in_the_order_of_the_library_however_they_are_added() -> None:
+    one = structure_of(reaction()).with_effects("drive.delay", "axis.coulomb")
+    assert one == structure_of(reaction()).with_effects("axis.coulomb").with_effects("drive.delay")
+    assert one.names[-2:] == ("axis.coulomb.M_c", "drive.delay.tau") and one.from_library
+    assert one.vector({"drive.delay.tau": 0.1})[-2:] == [0.0, 0.1]
+
+
+def test_an_angle_matters_where_something_depends_on_it() -> None:
+    assert structure_of(reaction()).angles == set()
+    assert structure_of(reaction()).with_effects("axis.imbalance").angles == {"psi"}
+    assert structure_of(reaction()).with_effects("wheel.cogging").angles == {"theta"}
+    assert structure_of(two_axis()).angles == {"psi_2"}
+
+
+def test_a_rig_with_two_axes_is_two_reaction_rigs_by_name() -> None:
+    yaw, pitch = structure_of(two_axis(TILTING + '[effects."wheel_2.coulomb"]\nM_c = 0.1\n')).halves
+    assert yaw.kind == pitch.kind == "reaction" and yaw.numbers == pitch.numbers
+    assert yaw.effects == () and pitch.effects == ("wheel.coulomb",)  # the tilt belongs to both

@@ -1,0 +1,83 @@
+"""Logs laid out on uniform time grids."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.errors import LogError
+from rwjax.plant.from_rig import structure_of
+from rwjax.simulation.layout import EARLIEST, LONGEST_STEP, lay_out, share_of_readings
+from tests.systems import platform, record
+
+STRUCTURE = structure_of(platform())
+
+
+def test_a_count_that_stays_is_one_reading() -> None:
+    counts = np.array([1.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0, 4.0])
+    assert share_of_readings(counts, 1.0) == pytest.approx([1.0, 1.0, 1.0, 0.25, 0.25, 0.25, 0.25, 1.0])
+    assert np.array_equal(share_of_readings(counts, 0.0), np.ones(8))
+
+
+def test_slots_say_when_a_sample_was_taken() -> None:
+    t = np.sort(np.random.default_rng(0).uniform(0.0, 2.0, 150))
+    batch = lay_out(STRUCTURE, [record(t, np.zeros_like(t))], [{"yaw_rad": 1.0}])
+    window = np.arange(batch.windows)[:, None] * len(batch.step_index)
+    time = (window + batch.slot_step[0] + batch.slot_part[0]) * batch.h[0]
+    used = batch.slot_sample[0] >= 0
+    assert np.array_equal(batch.slot_sample[0][used], np.arange(150))
+    assert time[used] == pytest.approx(t - t[0], abs=1e-6 * LONGEST_STEP)
+
+
+def test_rates_take_short_steps_and_angles_share_them() -> None:
+    t = np.arange(1001) * 0.001
+    log = record(t, np.zeros_like(t), {"yaw_rad": np.zeros_like(t)})
+    with_rate = record(t, np.zeros_like(t), {"yaw_rad": np.zeros_like(t), "yaw_rad_s": np.zeros_like(t)})
+    noise = [{"yaw_rad": 1.0, "yaw_rad_s": 1.0}]
+    assert lay_out(STRUCTURE, [log], noise).h == pytest.approx([0.005])
+    assert lay_out(STRUCTURE, [with_rate], noise).h == pytest.approx([0.001])
+    assert lay_out(STRUCTURE, [log], noise, refine=2).h == pytest.approx([0.0025])
+
+
+def test_missing_readings_weigh_nothing_and_others_their_noise() -> None:
+    t = np.arange(50) * 0.01
+    log = record(t, np.zeros_like(t), {"yaw_rad": np.where(t == t[7], np.nan, t)})
+    batch = lay_out(STRUCTURE, [log], [{"yaw_rad": 0.5}])
+    weight = batch.weight[0][..., 0][batch.slot_sample[0] >= 0]
+    assert np.array_equal(weight, np.where(np.arange(50) == 7, 0.0, 2.0)) and np.isfinite(batch.reading).all()
+
+
+def test_a_cut_keeps_the_commands_of_the_second_before() -> None:
+    t = np.arange(401) * 0.01
+    cut = record(t, t, {"yaw_rad": t}).cut(300, 401)
+    batch = lay_out(STRUCTURE, [cut], [{"yaw_rad": 1.0}])
+    early = np.flatnonzero(batch.t_command[0] < -1e-9)
+    assert batch.t_command[0][early[0]] == pytest.approx(-EARLIEST, abs=0.011)
+    assert batch.u_command[0][early] == pytest.approx(3.0 + batch.t_command[0][early])
+    assert batch.t0 == pytest.approx([3.0])
+
+
+def test_late_readings_make_windows_overlap() -> None:
+    t = np.arange(200) * 0.01
+    late = STRUCTURE.with_effects("sensor.delay")
+    batch = lay_out(late, [record(t, np.zeros_like(t))], [{"yaw_rad": 1.0}])
+    assert len(batch.overlap_index) * batch.h[0] == pytest.approx(late.longest_encoder_delay, abs=batch.h[0])
+    later = batch.slot_step[batch.slot_sample >= 0]
+    assert later.max() >= len(batch.step_index)
+
+
+def test_every_run_finds_its_own_numbers_behind_the_shared_ones() -> None:
+    t = np.arange(20) * 0.01
+    logs = [record(t, t), replace(record(t, t), added={"axis.inertia": 0.01})]
+    batch = lay_out(STRUCTURE, logs, [{"yaw_rad": 1.0}] * 2, per_run=("axis.inertia",))
+    p, k = len(STRUCTURE.names), STRUCTURE.names.index("axis.inertia")
+    assert batch.theta_index[:, k].tolist() == [p, p + 1]
+    assert batch.theta_offset[:, k].tolist() == [0.0, 0.01]
+
+
+def test_a_gap_that_makes_too_many_steps_is_named() -> None:
+    t = np.append(np.arange(10) * 0.001, 1e5)
+    with pytest.raises(
+        LogError, match=r"test.csv: 1e\+05 s in steps of 0.001 s are too many; the widest gap, 1e\+05 s, follows"
+    ):
+        lay_out(STRUCTURE, [record(t, t, {"yaw_rad_s": t})], [{"yaw_rad_s": 1.0}])
