@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects.library import BY_NAME, brought_by, models, of_kind, special_cases
+from rwjax.effects.library import BY_NAME, included_in, models, of_kind, special_cases
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling
 from rwjax.fitting.coordinates import Coordinates, coordinates
@@ -159,7 +159,7 @@ def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
     held = {*hypothesis.effects, *rig.effects}
     given: set[str] = set()  # included effects whose numbers an effect before has brought
     for effect in (name for name in BY_NAME if name in hypothesis.effects):
-        included = brought_by(effect)
+        included = included_in(effect)
         modelled = bool(included) and (models(rig.numbers, included) or included in held | given)
         own = parameters(BY_NAME[included]) if included else {}
         free += [

@@ -77,7 +77,7 @@ class Stribeck(AxisDry):
     coordinate: ClassVar[str] = "yaw_rate"
     meaning: ClassVar[str] = "breakaway friction above sliding friction, falling with speed"
     equation: ClassVar[str] = "(M_c + M_e exp(−abs(w/v_s)ⁿ)) sgn w; n = 2 is the rig file's"
-    brings: ClassVar[str] = "axis.coulomb"
+    includes: ClassVar[str] = "axis.coulomb"
     modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.static",)
     shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
@@ -142,7 +142,7 @@ class AsymmetricFriction(AxisDry):
     label: ClassVar[str] = "direction-dependent dry friction"
     coordinate: ClassVar[str] = "yaw_rate"
     equation: ClassVar[str] = "(M_c + d sgn w) sgn w"
-    brings: ClassVar[str] = "axis.coulomb"
+    includes: ClassVar[str] = "axis.coulomb"
     shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     d: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, -0.03), scale="torque", tex="d")
@@ -177,7 +177,7 @@ class Presliding(AxisElastic):
     equation: ClassVar[str] = (
         "friction z times its level, dz/dψ = (1 − z sgn w)^(1 − s)/x_s, and damping d (1 − z sgn w) w"
     )
-    brings: ClassVar[str] = "axis.coulomb"
+    includes: ClassVar[str] = "axis.coulomb"
     shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     x_s: Scalar = param(

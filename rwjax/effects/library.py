@@ -71,8 +71,8 @@ def unit_of_number(number: str) -> str:
     return "" if unit == "1" else unit
 
 
-def brought_by(name: str) -> str:
-    """Name of the effect that another one includes (`Effect.brings`).
+def included_in(name: str) -> str:
+    """Name of the effect that another one includes (`Effect.includes`).
 
     Args:
         name: Name of an effect, or of anything else that a hypothesis may hold.
@@ -80,7 +80,7 @@ def brought_by(name: str) -> str:
     Returns:
         The included effect's name, "" where there is none.
     """
-    return BY_NAME[name].brings if name in BY_NAME else ""
+    return BY_NAME[name].includes if name in BY_NAME else ""
 
 
 def special_cases(name: str) -> set[str]:
@@ -93,7 +93,7 @@ def special_cases(name: str) -> set[str]:
         The names.
     """
     effect = BY_NAME[name]
-    return {*effect.limits, *([effect.brings] if effect.brings else [])}
+    return {*effect.limits, *([effect.includes] if effect.includes else [])}
 
 
 def models(numbers: Iterable[str], effect: str) -> bool:
@@ -141,12 +141,12 @@ def same_groups(fitted: FittedRig) -> list[list[str]]:
 
 
 def included_numbers() -> list[tuple[str, ...]]:
-    """Numbers of the effects that others include, each with the same number of the others (`Effect.brings`).
+    """Numbers of the effects that others include, each with the same number of the others (`Effect.includes`).
 
     Returns:
         Groups of names `effect.parameter` of one and the same number, the included effect's name first.
     """
-    return _same((effect.brings, effect) for effect in BY_NAME.values())
+    return _same((effect.includes, effect) for effect in BY_NAME.values())
 
 
 def limit_numbers() -> list[tuple[str, ...]]:

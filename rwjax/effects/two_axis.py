@@ -46,7 +46,7 @@ def _placed(effect: type[Effect], half: int) -> type[Effect]:
         "coordinate": coordinate,
         "group": f"{effect.group} {half + 1}",
         "same_as": classmethod(same_as),
-        "brings": effect.brings and on_half(effect.brings, half),
+        "includes": effect.includes and on_half(effect.includes, half),
         "__doc__": effect.__doc__,
         "__module__": __name__,
     }

@@ -20,7 +20,7 @@ EVERY = pytest.mark.parametrize("effect", BY_NAME.values(), ids=BY_NAME)
 def test_it_names_only_what_there_is(effect: type[Effect]) -> None:
     said = {
         *effect.limits,
-        *([effect.brings] if effect.brings else []),
+        *([effect.includes] if effect.includes else []),
         *([effect.linear_as] if effect.linear_as else []),
     }
     on_a_half = effect.linear_as == "axis.flexible_coupling"  # which no half has, nor what it stands for
@@ -34,7 +34,7 @@ def test_it_names_only_what_there_is(effect: type[Effect]) -> None:
 
 @EVERY
 def test_it_shares_a_number_with_what_it_includes(effect: type[Effect]) -> None:
-    assert not effect.brings or {*parameters(effect)} & {*parameters(BY_NAME[effect.brings])}
+    assert not effect.includes or {*parameters(effect)} & {*parameters(BY_NAME[effect.includes])}
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)

@@ -11,8 +11,8 @@ from rwjax.effects.effect import FittedRig
 from rwjax.effects.library import (
     BY_NAME,
     EFFECTS,
-    brought_by,
     dry_numbers,
+    included_in,
     included_numbers,
     limit_numbers,
     models,
@@ -59,12 +59,12 @@ def test_optional_numbers_and_units_by_name() -> None:
 
 
 def test_what_effects_include_and_what_their_limits_are() -> None:
-    assert {name for name in BY_NAME if brought_by(name) == "axis.coulomb"} == {
+    assert {name for name in BY_NAME if included_in(name) == "axis.coulomb"} == {
         "axis.stribeck",
         "axis.asymmetric_friction",
         "axis.presliding",
     }
-    assert brought_by("parameter.axis.inertia") == "" == brought_by("axis.coulomb")
+    assert included_in("parameter.axis.inertia") == "" == included_in("axis.coulomb")
     assert special_cases("axis.backlash") == {"axis.flexible_coupling"}
     assert special_cases("axis.presliding") == {"axis.coulomb"} and special_cases("axis.viscous") == set()
     assert models(["axis.inertia", "axis.friction.b3"], "axis.coulomb") and models(["axis.friction.b2"], "axis.viscous")

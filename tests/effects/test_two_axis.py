@@ -22,7 +22,7 @@ def test_each_half_has_every_effect_once_yaw_first() -> None:
 
 @pytest.mark.parametrize(("axis", "wheel", "motor"), [("yaw", "wheel_1", "motor_1"), ("pitch", "wheel_2", "motor_2")])
 def test_names_that_an_effect_gives_are_those_of_its_half(axis: str, wheel: str, motor: str) -> None:
-    assert special_cases(f"{axis}.stribeck") == {f"{axis}.coulomb"} == {BY_NAME[f"{axis}.presliding"].brings}
+    assert special_cases(f"{axis}.stribeck") == {f"{axis}.coulomb"} == {BY_NAME[f"{axis}.presliding"].includes}
     assert special_cases(f"{axis}.spring") == {f"{axis}.bias_torque"} and special_cases(f"{wheel}.coulomb") == set()
     assert BY_NAME[f"{axis}.coulomb"].modelled_by[0] == f"{axis}.friction.coulomb" in NUMBERS
     assert BY_NAME[f"drive_{motor[-1]}.supply_sag"].like_larger == (f"{motor}.resistance",)

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.effects.effect import FittedRig
-from rwjax.effects.library import brought_by, models, of_kind, same_groups
+from rwjax.effects.library import included_in, models, of_kind, same_groups
 from rwjax.rig.model import Rig
 
 
@@ -45,7 +45,7 @@ def _larger(rig: Rig, best: Hypothesis, fitted: Mapping[str, float]) -> list[lis
 def _instead(rig: Rig, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
     """`best` with a name in the place of a member; None where the one is the other only beside an effect that it includes."""
     other = best.without(member).plus(name)
-    before, after = brought_by(member), brought_by(name)
+    before, after = included_in(member), included_in(name)
     if before == after or models(rig.numbers, before or after):
         return other
     if before:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from rwjax.diagnosis.hypothesis import Hypothesis
-from rwjax.effects.library import brought_by
+from rwjax.effects.library import included_in
 
 
 def extensions(candidates: Sequence[str], hypothesis: Hypothesis) -> list[Hypothesis]:
@@ -20,8 +20,8 @@ def extensions(candidates: Sequence[str], hypothesis: Hypothesis) -> list[Hypoth
     """
     found = []
     for name in candidates:
-        if name not in hypothesis.names and name not in map(brought_by, hypothesis.names):
-            found.append(hypothesis.without(brought_by(name)).plus(name))
+        if name not in hypothesis.names and name not in map(included_in, hypothesis.names):
+            found.append(hypothesis.without(included_in(name)).plus(name))
     return found
 
 
@@ -39,10 +39,10 @@ def exchanges(candidates: Sequence[str], hypothesis: Hypothesis) -> list[Hypothe
     """
     found = []
     for member in hypothesis.names:
-        included = brought_by(member)
+        included = included_in(member)
         rest = hypothesis.without(member)
         bare = [rest.plus(name) for name in candidates if name not in hypothesis.names]
         found += bare
         if included in candidates:  # which are what the rig file does not model
-            found += [e.plus(included) for e in bare if included not in map(brought_by, e.names)]
+            found += [e.plus(included) for e in bare if included not in map(included_in, e.names)]
     return [e for e in dict.fromkeys(found) if e != hypothesis]
