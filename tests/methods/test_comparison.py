@@ -24,6 +24,5 @@ def test_the_comparison_judges_all_methods_on_the_same_held_out_run(tmp_path) ->
     assert found.floor["yaw_rad"] == pytest.approx(3e-4, rel=0.1)
     assert json.loads(json.dumps(found.json(), allow_nan=False))["schema"] == "rwjax.comparison/1"
     assert f"{found}\n" == table(found)
-    assert all(f"
- {method.name} " in str(found) for method in METHODS)
+    assert all(f" {method.name} " in str(found) for method in METHODS)
     assert write_figure(found, tmp_path / "c.png").stat().st_size > 10_000
