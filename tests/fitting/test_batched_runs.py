@@ -1,42 +1,62 @@
-"""Threads that carry out searches and fits: order, errors, and numpy's own threads meanwhile."""
+"""Searches whose free runs share batches."""
 
-from threading import Event
-
+import numpy as np
 import pytest
-from threadpoolctl import ThreadpoolController
 
-from rwjax.fitting.threads import SINGLE_THREADED_BLAS, on_threads
-
-
-def blas_threads() -> set[int]:
-    return {library["num_threads"] for library in ThreadpoolController().select(user_api="blas").info()}
-
-
-def test_results_come_in_the_order_of_the_arguments() -> None:
-    assert on_threads(lambda a, b: a - b, [5, 4, 3], [1, 2, 3]) == [4, 2, 0]
+from rwjax.fitting.batched_runs import BATCH, Simulating, Wanted, together
+from rwjax.fitting.problem import Problem
+from rwjax.fitting.secant import residuals
+from rwjax.plant.from_rig import theta_of
+from tests.fitting.moving_runs import alone, several
+from tests.systems import platform, reaction
 
 
-def test_an_error_does_not_wait_for_what_runs_beside_it() -> None:
-    begun, go_on, ended = Event(), Event(), Event()
+def test_every_search_gets_its_own_runs_however_many_share_a_call() -> None:
+    one, other = several(platform()), several(reaction())
+    rng = np.random.default_rng(0)
 
-    def job(fails: bool) -> None:
-        if fails:
-            begun.wait(5.0)
-            raise ZeroDivisionError("here")
-        begun.set()
-        go_on.wait(5.0)
-        ended.set()
+    def search(problem: Problem, rounds: int) -> Simulating[list[float]]:
+        theta, found = theta_of(platform() if problem is one else reaction(), problem.structure), []
+        for _ in range(rounds):
+            thetas = [theta * rng.uniform(0.8, 1.2, len(theta)) for _ in range(1 + BATCH // 5)]
+            starts = [problem.start + 0.1 * rng.normal(size=problem.start.shape) for _ in thetas]
+            r = yield from residuals(problem, thetas, starts)
+            found += [
+                float(np.max(np.abs(r[k] - alone(problem, thetas[k], starts[k])))) / float(np.max(np.abs(r[k])))
+                for k in (0, len(thetas) - 1)
+            ]
+        return found
+
+    rounds = (3, 1, 2, 0)
+    found = together([search(one, 3), search(other, 1), search(one, 2), search(other, 0)])
+    assert [len(f) for f in found] == [2 * n for n in rounds]
+    assert max(worst for f in found for worst in f) < 1e-9
+
+
+def test_what_goes_wrong_in_one_search_ends_all() -> None:
+    problem = several(platform())
+    theta = theta_of(platform(), problem.structure)[None]
+    rounds = []
+
+    def search(fails: bool) -> Simulating[None]:
+        for _ in range(10_000):
+            yield Wanted(problem, theta, problem.start[None], np.arange(3), 2)
+            rounds.append(fails)
+            if fails and rounds.count(True) == 3:
+                raise ZeroDivisionError("here")
 
     with pytest.raises(ZeroDivisionError, match="here"):
-        on_threads(job, [True, False])
-    assert not ended.is_set()
-    go_on.set()
+        together([search(False), search(True), search(False)])
+    assert len(rounds) < 1000
 
 
-def test_products_have_one_thread_until_the_last_one_leaves() -> None:
-    before = blas_threads()
-    with SINGLE_THREADED_BLAS:
-        with SINGLE_THREADED_BLAS:
-            assert blas_threads() == {1}
-        assert blas_threads() == {1}
-    assert blas_threads() == before
+def test_the_first_windows_are_those_of_the_whole_run() -> None:
+    problem = several(platform())
+    theta, every = theta_of(platform(), problem.structure)[None], np.arange(3)
+
+    def search(windows: int) -> Simulating[np.ndarray]:
+        return (yield Wanted(problem, theta, problem.start[None], every, windows))
+
+    few, whole = together([search(2), search(problem.batch.windows)])
+    assert few.shape[2] == 2
+    assert np.array_equal(few, whole[:, :, :2])

@@ -5,15 +5,18 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.errors import LogError, RigError
-from rwjax.methods.coast_down import coast_downs, filtered_speed
 from rwjax.methods.two_stage import POLYNOMIAL, two_stage
 from tests.systems import platform, reaction, record, run, wheel
 
 Q = 2.0 * np.pi / 2048
+
+
 POLYNOMIAL_RIG = parse_rig(
     'kind = "platform"\n[drive]\ngain = 0.02\n[axis]\ninertia = 0.228\n[axis.friction]\npolynomial = [0.1, 0.0, 0.0, 0.0]\n'
     '[fit]\nfree = ["axis.friction.polynomial"]'
 )
+
+
 CORRECTED_3_14 = np.array([0.37570, -0.052491, 0.020461, -0.00068912])  # per unit inertia, powers of speed upwards
 
 
@@ -63,21 +66,6 @@ def test_a_stribeck_rig_gets_the_curve_closest_to_the_polynomial() -> None:
 
     w = np.linspace(0.5, 5.5, 40)
     assert np.max(np.abs(curve(found, w) / curve(truth.values, w) - 1.0)) < 0.06
-
-
-def test_the_filter_is_exact_for_a_straight_angle() -> None:
-    t = np.arange(400) * 0.01
-    assert filtered_speed(t, 1.0 + 3.0 * t)[200:] == pytest.approx(3.0, rel=1e-12)
-
-
-def test_only_stretches_without_input_are_taken() -> None:
-    rig = platform()
-    t = np.arange(1501) * 0.01
-    u = np.where((t > 0.5) & (t < 3.0), 1.0, 0.0)
-    log = record(t, u, {"yaw_rad": run(rig, record(t, u), {})["yaw_rad"]})
-    (stretch,) = coast_downs(rig, log)
-    assert np.all(stretch.speed > 0.0) and np.all(np.diff(stretch.speed) < 0.0)
-    assert stretch.time[-1] < 12.0
 
 
 def test_the_wheel_slowing_down_counts_as_torque_on_a_reaction_rig() -> None:

@@ -1,0 +1,39 @@
+"""What a fit prints and writes."""
+
+import json
+from functools import cache
+
+import numpy as np
+
+from rwjax.fitting.fit import fit
+from rwjax.fitting.rig_fit import RigFit
+from tests.fitting.logs import FREE, log_of
+from tests.systems import platform
+
+
+@cache
+def fitted() -> RigFit:
+    truth = platform(free=FREE)
+    return fit(truth, [log_of(truth, noise=1e-3)])
+
+
+def test_a_fit_prints_numbers_with_standard_errors_and_units_rms_errors_and_notes() -> None:
+    found = fitted()
+    text = str(found)
+    for name in found.rig.free:
+        (line,) = (line for line in text.splitlines() if line.split()[:1] == [name])
+        assert f"{found.rig.values[name]:.6g}" in line
+        assert f"± {found.uncertainty.standard_error[name]:.2g}" in line
+    assert "kg m2" in text and "N m s/rad" in text
+    assert f"RMS error of yaw_rad: {found.rms['yaw_rad']:.4g} rad" in text
+    assert text.count("note: ") == len(found.notes)
+
+
+def test_a_fit_writes_itself_as_json() -> None:
+    found = fitted()
+    written = json.loads(json.dumps(found.json(), allow_nan=False))
+    assert written["schema"] == "rwjax.fit/1" and written["converged"] is True
+    assert {*written["numbers"]} == {*found.rig.free} == {*written["interval95"]}
+    errors = [written["numbers"][name]["standard_error"] for name in written["covariance_of"]]
+    assert np.allclose(np.sqrt(np.diag(written["covariance"])), errors)
+    assert found.of_runs() == []

@@ -1,0 +1,28 @@
+"""Derivatives log by log and of all logs at once."""
+
+import numpy as np
+import pytest
+
+from rwjax.fitting.sensitivities import COLUMNS, sensitivities
+from rwjax.plant.from_rig import theta_of
+from rwjax.simulation.shooting import evaluate
+from rwjax.simulation.free_run import free_run
+from tests.fitting.moving_runs import several
+from tests.systems import platform
+
+
+def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_reading_counts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("rwjax.fitting.sensitivities.LONG", 0)
+    problem = several(platform("viscous = 0.02")).only((0, 2))
+    theta = theta_of(platform("viscous = 0.02"), problem.structure)
+    numbers = np.array([problem.structure.names.index(name) for name in ("axis.inertia", "axis.friction.viscous")])
+    _, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, problem.start, problem.batch))
+    padded = np.append(numbers, [len(theta)] * (COLUMNS - len(numbers)))
+    at_once = evaluate(problem.structure, theta, padded, nodes, problem.batch)
+    found = sensitivities(problem, theta, numbers, nodes)
+    for name, one, all_of_them in zip(found._fields, found, at_once, strict=True):
+        one, whole = (np.moveaxis(np.asarray(a), 1 if name == "local" else 0, 0) for a in (one, all_of_them))
+        assert not one[1].any()
+        assert np.max(np.abs(one[[0, 2]] - whole[[0, 2]])) <= 1e-12 * np.max(np.abs(whole)), name
