@@ -35,20 +35,44 @@ FitFile = Annotated[
 Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
 Output = Annotated[Path | None, typer.Option("-o", metavar="CSV", help="stdout without it; a figure beside it")]
 
-PAIRS = 1_000_000
+MOST_PAIRS = 1_000_000
 
 
 def pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.ndarray]":
-    """The values of two options, at most `PAIRS` of both."""
+    """The values of two options, at most `MOST_PAIRS` pairs of them.
+
+    Args:
+        example: what an error message shows as right.
+        options: both options' text by their names, each `FROM:TO:COUNT`.
+
+    Returns:
+        The values of each [unit of the option], shapes `(p,)` and `(d,)`.
+
+    Raises:
+        InputError: a text is not as it should be, or the pairs are too many.
+    """
     first, second = (axis(f"--{name}", text, example) for name, text in options.items())
-    if len(first) * len(second) > PAIRS:
+    if len(first) * len(second) > MOST_PAIRS:
         given = " ".join(f"--{name} {text}" for name, text in options.items())
-        raise InputError(f"{given}: {len(first) * len(second)} pairs are more than {PAIRS}; take fewer")
+        raise InputError(f"{given}: {len(first) * len(second)} pairs are more than {MOST_PAIRS}; take fewer")
     return first, second
 
 
 def timing_of(rig: "Rig", period: float, late: float, smooth: float) -> "LoopTiming":
-    """What a controller's options say of its time and of the encoder that it reads."""
+    """What a controller's options say of its time, and of the encoder that it reads.
+
+    Args:
+        rig: the rig that it drives.
+        period: sample time [s].
+        late: time from a reading to its command [s].
+        smooth: time constant of the derivative's filter [s].
+
+    Returns:
+        The timing of the sampled loop.
+
+    Raises:
+        InputError: an option is out of its range.
+    """
     from rwjax.control.controller import loop_timing
 
     finite(period=period, late=late, smooth=smooth)
@@ -56,53 +80,96 @@ def timing_of(rig: "Rig", period: float, late: float, smooth: float) -> "LoopTim
     if not 0.0 <= late <= period:
         raise InputError(
             f"--late {late:g}: has to lie between 0 and the period of {period:g} s; a longer delay of the command or the encoder belongs "
-            "into the rig file, as effect drive.delay or sensor.delay"
+            f"into the rig file, as effect {' or '.join(_delays())}"
         )
     if smooth < 0.0:
         raise InputError("--smooth: must not be negative")
     return loop_timing(rig, period, late)
 
 
+def _delays() -> list[str]:
+    """Names of the effects that delay the command or a reading."""
+    from rwjax.effects.library import EFFECTS
+    from rwjax.effects.ports import CommandDelay, EncoderDelay
+
+    return [effect.name for effect in EFFECTS if issubclass(effect, CommandDelay | EncoderDelay)]
+
+
 def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, FitEstimate | None, list[str]]":
-    """The rig with a fit's estimates, what the fit says of them, and lines where it says other than the rig file."""
+    """The rig with the estimates of a fit, if the user gave one.
+
+    Args:
+        path: the rig's file, for messages.
+        rig: the rig as its file says.
+        fit: what `rwjax fit --json` printed.
+
+    Returns:
+        The rig, the estimates with their covariance, and lines where the fit says other than the rig file.
+
+    Raises:
+        InputError: the fit cannot be read, or is not of this rig.
+    """
     from rwjax.control.fit_estimate import read_fit_estimate, with_fit_estimate
 
     if fit is None:
         return rig, None, []
-    spread = read_fit_estimate(fit, rig)
+    estimate = read_fit_estimate(fit, rig)
     with of_file(path):
-        found = with_fit_estimate(rig, spread)
-    compared = [(name, f"{found.values[name]:.6g}", f"{rig.values[name]:.6g}") for name in spread.names]
+        found = with_fit_estimate(rig, estimate)
+    compared = [(name, f"{found.values[name]:.6g}", f"{rig.values[name]:.6g}") for name in estimate.names]
     other = [f"{name} {new} (not {old})" for name, new, old in compared if new != old]
-    said = [f"taken from {fit} where {path} says otherwise: {', '.join(other)}"] if other else []
-    if spread.per_run:
-        said.append(
-            f"of {', '.join(spread.per_run)} every run has a value of its own: their mean counts, and their scatter in what is drawn"
+    lines = [f"taken from {fit} where {path} says otherwise: {', '.join(other)}"] if other else []
+    if estimate.per_run:
+        lines.append(
+            f"of {', '.join(estimate.per_run)} every run has a value of its own: their mean counts, and their scatter in what is drawn"
         )
-    return found, spread, said
+    return found, estimate, lines
 
 
 def own_delay(rig: "Rig") -> list[str]:
-    """A line on the rig's own delays, if it has any, in a loop."""
+    """A line on the rig's own delays in a loop.
+
+    Args:
+        rig: the rig.
+
+    Returns:
+        The line, or nothing where it has none.
+    """
     from rwjax.control.delays import delays_of
 
-    late = delays_of(rig)
-    if late.loop[0] == 0.0:
+    delays = delays_of(rig)
+    if delays.loop[0] == 0.0:
         return []
-    return [f"the rig's own delays are in the loop: commands {late.commands[0]:g} s, readings {late.readings[0]:g} s"]
+    return [
+        f"the rig's own delays are in the loop: commands {delays.commands[0]:g} s, readings {delays.readings[0]:g} s"
+    ]
 
 
-def write(
+def write_results(
     inputs: tuple[Path, ...],
     output: Path | None,
-    text: str,
+    table: str,
     figure: "Callable[[], Figure]",
     answer: dict,
     as_json: bool,
 ) -> list[str]:
-    """The table to a file, with the figure beside it, or to stdout; the answer there if wanted. A device gets the table alone.
-    Returns a line on what was written."""
-    from rwjax.report.control import write_png
+    """Writes a table, and the figure beside it, to files; or prints the table or the answer.
+
+    Args:
+        inputs: files that were read, which are not written over.
+        output: the table's path; stdout without it. A device, such as /dev/null, gets the table alone.
+        table: the table as text.
+        figure: draws the figure.
+        answer: the result as JSON holds it.
+        as_json: whether the answer is printed.
+
+    Returns:
+        A line on what was written, or nothing.
+
+    Raises:
+        InputError: a file cannot be written, or is one of the inputs.
+    """
+    from rwjax.report.png import write_png
     from rwjax.text_files import write_text
 
     written = []
@@ -112,7 +179,7 @@ def write(
                 f"-o {output}: is the table's path, the figure is written beside it; take one that ends with .csv"
             )
         keep_input(output, *inputs)
-        write_text(output, text, InputError)
+        write_text(output, table, InputError)
         if output.is_file():
             keep_input(output.with_suffix(".png"), *inputs)
             write_png(figure(), output.with_suffix(".png"))
@@ -120,12 +187,19 @@ def write(
     if as_json:
         print(json.dumps(answer, allow_nan=False))
     elif output is None:
-        print(text, end="")
+        print(table, end="")
     return written
 
 
-def plain(values: "np.ndarray") -> list | float | None:
-    """Nested lists, or one number; None for what is not finite."""
+def finite_json(values: "np.ndarray") -> list | float | None:
+    """Numbers as JSON holds them.
+
+    Args:
+        values: numbers of any shape [any unit].
+
+    Returns:
+        Nested lists, or one number, in the same unit [any unit]; None for what is not finite.
+    """
     import numpy as np
 
     found = np.array(values, object)
@@ -134,6 +208,11 @@ def plain(values: "np.ndarray") -> list | float | None:
 
 
 def say(quiet: bool, *lines: str) -> None:
-    """Notes, on stderr."""
+    """Prints notes on stderr.
+
+    Args:
+        quiet: whether the user wants none.
+        lines: the notes.
+    """
     if not quiet:
         print("\n".join(lines), file=sys.stderr)

@@ -1,15 +1,24 @@
-"""Ctrl-C while the program starts: one line and no traceback, also from within the import of a library; imported before any."""
+"""Ctrl-C while the program starts: one line and no traceback, also from within the import of a library.
+
+The room imports it before anything else.
+"""
 
 import os
 import signal
 import sys
 from types import FrameType
 
-STATUS = 130  # of a program that Ctrl-C ended
+STATUS = 130
+"""Status of a program that Ctrl-C ended."""
 
 
 def leave(number: int = signal.SIGINT, frame: FrameType | None = None) -> None:
-    """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them."""
+    """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them.
+
+    Args:
+        number: of the signal, as a signal's handler gets it.
+        frame: of the program, as a signal's handler gets it.
+    """
     print("rwjax: interrupted", file=sys.stderr)
     sys.stdout.flush()
     sys.stderr.flush()

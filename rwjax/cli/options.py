@@ -14,15 +14,27 @@ if TYPE_CHECKING:
     import numpy as np
 
 RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML)", show_default=False)]
+LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG…", help="log files (CSV)", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
-MOST = 10_000  # values along one axis
+MOST_VALUES = 10_000  # along one axis
 RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
 
 
 @contextmanager
 def of_file(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
-    """Names a file in what is wrong with what it says, and raises that again as the same `kind`."""
+    """Names a file in what is wrong with what it says.
+
+    Args:
+        path: the file.
+        kind: errors that are raised again with the file's name before them.
+
+    Yields:
+        Nothing.
+
+    Raises:
+        InputError: of the same `kind`, where the block raises one.
+    """
     try:
         yield
     except kind as error:
@@ -31,7 +43,17 @@ def of_file(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
 
 @contextmanager
 def results(path: Path) -> Iterator[Path]:
-    """The folder of the results, made before the work begins; gone again if there are none."""
+    """The folder of the results, made before the work begins; gone again if there are none.
+
+    Args:
+        path: the folder that the user wants.
+
+    Yields:
+        The same path.
+
+    Raises:
+        InputError: the folder cannot be made.
+    """
     new = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -47,42 +69,87 @@ def results(path: Path) -> Iterator[Path]:
 
 
 def finite(**options: float) -> None:
-    """Raises `InputError` for the first option that is no finite number."""
+    """Checks that options are finite numbers.
+
+    Args:
+        options: values by the options' names [any unit].
+
+    Raises:
+        InputError: names the first that is none.
+    """
     for name, value in options.items():
         if not math.isfinite(value):
             raise InputError(f"--{name} {value}: has to be a finite number")
 
 
 def positive(**options: float) -> None:
-    """Raises `InputError` for the first option that is not positive."""
+    """Checks that options are positive.
+
+    Args:
+        options: values by the options' names [any unit].
+
+    Raises:
+        InputError: names the first that is not.
+    """
     for name, value in options.items():
         if not value > 0.0:
             raise InputError(f"--{name} {value:g}: has to be positive")
 
 
 def keep_input(output: Path, *inputs: Path) -> None:
-    """Raises `InputError` for an output that is one of the inputs."""
+    """Checks that an output does not replace an input.
+
+    Args:
+        output: file that is to be written.
+        inputs: files that were read.
+
+    Raises:
+        InputError: it is one of them.
+    """
     if output.exists() and any(output.samefile(path) for path in inputs if path.exists()):
         raise InputError(f"{output}: is the input; give another path with -o")
 
 
 def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
-    """The values that `FROM:TO:COUNT` stands for. Raises `InputError` for anything else."""
+    """Equally spaced values from an option.
+
+    Args:
+        option: its name, for messages.
+        text: `FROM:TO:COUNT`.
+        example: what an error message shows as right.
+
+    Returns:
+        The values [unit of the option], shape `(count,)`.
+
+    Raises:
+        InputError: the text is anything else, or the values are too many.
+    """
     import numpy as np
 
-    wrong = InputError(f"{option} {text}: has to be FROM:TO:COUNT with 1 to {MOST} values, such as {example}")
+    wrong = InputError(f"{option} {text}: has to be FROM:TO:COUNT with 1 to {MOST_VALUES} values, such as {example}")
     try:
         first, last, number = text.split(":")
         low, high, count = float(first), float(last), int(number)
     except ValueError:
         raise wrong from None
-    if not (np.isfinite([low, high]).all() and 1 <= count <= MOST):
+    if not (np.isfinite([low, high]).all() and 1 <= count <= MOST_VALUES):
         raise wrong
     return np.linspace(low, high, count)
 
 
 def span(option: str, text: str) -> "np.ndarray":
-    """Both ends of `FROM:TO`, a range of gains that restore. Raises `InputError` for anything else."""
+    """A range of gains from an option.
+
+    Args:
+        option: its name, for messages.
+        text: `FROM:TO`, from 0 or more to a larger number.
+
+    Returns:
+        Both ends [unit of the option], shape `(2,)`.
+
+    Raises:
+        InputError: the text is anything else.
+    """
     import numpy as np
 
     try:

@@ -1,15 +1,18 @@
-"""The command that plans a campaign: which runs tell most about a rig, as large as its limits allow."""
+"""The command `plan`: which runs tell most about a rig, as large as its limits allow."""
 
 import json
 import math
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive, results
 from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    from rwjax.planning.envelope import Envelope
 
 BY_HAND = {
     "platform": "with a known inertia added to the axis (`# add axis.inertia: 0.012` in its log): fixes gain over inertia",
@@ -18,46 +21,48 @@ BY_HAND = {
 }
 """Runs that need a hand at the rig, by its kind."""
 
+Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the plan")]
+Volts = Annotated[
+    float | None, typer.Option(help="largest command, V; has to be given where the rig file has no `drive.pwm`")
+]
+Amps = Annotated[float | None, typer.Option(help="largest current, A")]
+Rpm = Annotated[float | None, typer.Option(help="largest rate of the wheel, 1/min")]
+Rate = Annotated[float | None, typer.Option(help="largest rate of the axis, rad/s (a linear one: m/s)")]
+Travel = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ANGLE",
+        help="largest way of the axis, either way of where the first run begins: rad (a linear one: m), or degrees with `deg` "
+        "behind the number, such as 40deg",
+    ),
+]
+
 
 def plan(
-    rig: RigFile,
-    output: Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the plan")] = Path("plan"),
-    volts: Annotated[
-        float | None, typer.Option(help="largest command, V; has to be given where the rig file has no `drive.pwm`")
-    ] = None,
-    amps: Annotated[float | None, typer.Option(help="largest current, A")] = None,
-    rpm: Annotated[float | None, typer.Option(help="largest rate of the wheel, 1/min")] = None,
-    rate: Annotated[float | None, typer.Option(help="largest rate of the axis, rad/s (a linear one: m/s)")] = None,
-    travel: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ANGLE",
-            help="largest way of the axis, either way of where the first run begins: rad (a linear one: m), or degrees with `deg` "
-            "behind the number, such as 40deg",
-        ),
-    ] = None,
+    rig_file: RigFile,
+    output: Output = Path("plan"),
+    volts: Volts = None,
+    amps: Amps = None,
+    rpm: Rpm = None,
+    rate: Rate = None,
+    travel: Travel = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Plan the runs that tell most effects of RIG apart, within its limits; writes plan.toml and a CSV for each."""
     from rwjax.planning.campaign import recommend
-    from rwjax.planning.envelope import LIMITS, envelope
+    from rwjax.planning.envelope import envelope
     from rwjax.planning.files import Plan, as_document, replaced, write_plan
     from rwjax.report.plan import table
     from rwjax.rig.read import read_one_axis_rig
 
-    way = None if travel is None else _travel(travel)
-    options = {"volts": volts, "amps": amps, "rpm": rpm, "rate": rate, "travel": way}
-    given = {name: value for name, value in options.items() if value is not None}
-    finite(**given)
-    positive(**given)
-    wheel = None if rpm is None else rpm * RATE
-    most = {"current_A": amps, "wheel_rad_s": wheel, "yaw_rad_s": rate, "yaw_rad": way}
-    believed = read_one_axis_rig(rig)
-    with of_file(rig):
-        within = envelope(believed, volts, {name: value for name, value in most.items() if value is not None})
-        runs, remarks = recommend(believed, within)
-    found = Plan(believed.name, within.known, runs)
+    angle = None if travel is None else _angle(travel)
+    limits = _limits(volts=volts, amps=amps, rpm=rpm, rate=rate, travel=angle)
+    rig = read_one_axis_rig(rig_file)
+    with of_file(rig_file):
+        within = envelope(rig, volts, limits)
+        runs, remarks = recommend(rig, within)
+    found = Plan(rig.name, within.known, runs)
     with results(output) as folder:
         lost = replaced(folder, found.rig)
         written = write_plan(folder, found)
@@ -70,22 +75,42 @@ def plan(
         )
     if quiet:
         return
-    if lost is not None:
-        print(f"note: this replaces {lost}", file=sys.stderr)
-    unlimited = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.limits if name not in within.known]
-    if unlimited:
-        print(f"note: no limit is known, and the volts alone bound it: {', '.join(unlimited)}", file=sys.stderr)
-    if way is not None and travel is not None and way > 2.0 * math.pi and travel.strip()[-1:].isdigit():
-        turns = way / (2.0 * math.pi)
-        remarks = (
-            f"--travel {travel} is rad, {turns:.3g} turns, if the axis turns; degrees are written --travel {travel}deg",
-            *remarks,
-        )
-    for remark in (*remarks, f"worth a run by hand: {BY_HAND[believed.kind]}"):
-        print(f"note: {remark}", file=sys.stderr)
+    replaces = [] if lost is None else [f"this replaces {lost}"]
+    by_hand = f"worth a run by hand: {BY_HAND[rig.kind]}"
+    for note in (*replaces, *_unlimited(within), *_turns(travel, angle), *remarks, by_hand):
+        print(f"note: {note}", file=sys.stderr)
 
 
-def _travel(text: str) -> float:
+def _limits(**options: float | None) -> dict[str, float]:
+    """The limits that the user gave, by the column of the output that they bound, in SI units."""
+    given = {name: value for name, value in options.items() if value is not None}
+    finite(**given)
+    positive(**given)
+    columns = {
+        "amps": ("current_A", 1.0),
+        "rpm": ("wheel_rad_s", RATE),
+        "rate": ("yaw_rad_s", 1.0),
+        "travel": ("yaw_rad", 1.0),
+    }
+    return {column: given[name] * factor for name, (column, factor) in columns.items() if name in given}
+
+
+def _unlimited(within: "Envelope") -> list[str]:
+    from rwjax.planning.envelope import LIMITS
+
+    names = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.limits if name not in within.known]
+    return [f"no limit is known, and the volts alone bound it: {', '.join(names)}"] if names else []
+
+
+def _turns(travel: str | None, angle: float | None) -> list[str]:
+    """A line where a travel of more than a turn was given without a unit: it may be meant in degrees."""
+    if travel is None or angle is None or angle <= 2.0 * math.pi or not travel.strip()[-1:].isdigit():
+        return []
+    turns = angle / (2.0 * math.pi)
+    return [f"--travel {travel} is rad, {turns:.3g} turns, if the axis turns; degrees are written --travel {travel}deg"]
+
+
+def _angle(text: str) -> float:
     """What `--travel` says [rad]. Raises `InputError` for anything but a number, with `deg` or `°` behind it or not."""
     plain = text.strip()
     number = plain.removesuffix("deg").removesuffix("°")

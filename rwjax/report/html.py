@@ -1,4 +1,4 @@
-"""The report: one HTML file that needs nothing beside it, and its figures as files."""
+"""The report of a diagnosis: one HTML file that needs nothing beside it, and its figures as files."""
 
 import io
 import math
@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT, where_words
@@ -23,9 +21,24 @@ from rwjax.rig.write import write_rig
 from rwjax.text_files import write_text
 
 Plot = Callable[[Diagnosis, Axes], Axes]
+STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "rwjax",  # names inside the SVG are the same in every run
+}
 
 
-def _figures(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
+def figures_of(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
+    """The figures that a diagnosis has, in their order on the page.
+
+    Args:
+        d: the diagnosis.
+
+    Returns:
+        By name of the figure: the function that draws it, and its width and height [inch].
+    """
     chosen: dict[str, tuple[Plot, tuple[float, float]]] = {"runs": (plots.plot_runs, (9.0, 3.2))}
     if len(d.waterfall) > 1:
         chosen["waterfall"] = (plots.plot_waterfall, (9.0, 1.2 + 0.45 * len(d.waterfall)))
@@ -39,36 +52,66 @@ def _figures(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
 
 def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str:
     """SVG text of a plot, saved as PNG besides."""
-    style: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
-    with plt.rc_context({"svg.fonttype": "none", "svg.hashsalt": "rwjax", **style}):
-        figure, ax = plt.subplots(figsize=size, layout="constrained")
-        plot(d, ax)
+    with rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        plot(d, figure.subplots())
         figure.savefig(png, dpi=130)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None})
-        plt.close(figure)
     svg = text.getvalue()
     return svg[svg.index("<svg") :]
 
 
 def short(value: float | None) -> str:
-    """Four significant digits, a dash where there is no number."""
+    """A number with four significant digits.
+
+    Args:
+        value: the number, in the unit of its column [any]; None where there is none.
+
+    Returns:
+        Its digits, or a dash for what is no finite number.
+    """
     return "–" if value is None or not math.isfinite(value) else f"{value:.4g}"
 
 
 def percent(value: float | None) -> str:
-    """A share in percent."""
+    """A share in percent, with one decimal.
+
+    Args:
+        value: the share [1]; None where there is none.
+
+    Returns:
+        Such as `12.5 %`, or a dash for what is no finite number.
+    """
     return "–" if value is None or not math.isfinite(value) else f"{100.0 * value:.1f} %"
 
 
 def signed(value: float) -> str:
-    """A shift with its sign."""
+    """A shift with its sign, with one decimal.
+
+    Args:
+        value: the shift, in the unit of its column [any].
+
+    Returns:
+        Such as `+1.5`, or a dash for what is no finite number.
+    """
     return f"{value:+.1f}" if math.isfinite(value) else "–"
 
 
 def write_report(d: Diagnosis, folder: Path) -> Path:
-    """Writes `report.html` and the figures as PNG into `folder`; returns the report's path."""
-    figures = {name: _draw(d, plot, size, folder / f"{name}.png") for name, (plot, size) in _figures(d).items()}
+    """Writes `report.html` and its figures as PNG.
+
+    Args:
+        d: the diagnosis.
+        folder: folder of the results, which exists.
+
+    Returns:
+        Path of the report.
+
+    Raises:
+        InputError: the report cannot be written.
+    """
+    drawn = {name: _draw(d, plot, size, folder / f"{name}.png") for name, (plot, size) in figures_of(d).items()}
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("rwjax", "report"),
         autoescape=jinja2.select_autoescape(["j2"], default=True),
@@ -81,7 +124,7 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "where_words": partial(where_words, limits=d.settings.report),
     }
     page = environment.get_template("report.html.j2").render(
-        d=d, sentence=d.sentence, figures=figures, unit=UNIT, corrected=write_rig(d.corrected)
+        d=d, sentence=d.sentence, figures=drawn, unit=UNIT, corrected=write_rig(d.corrected)
     )
     path = folder / "report.html"
     write_text(path, page, InputError)

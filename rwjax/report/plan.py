@@ -1,4 +1,4 @@
-"""A plan as a table for the terminal."""
+"""The plan of a campaign as a table for the terminal."""
 
 import io
 import math
@@ -22,10 +22,18 @@ SHOWN: dict[str, tuple[str, Callable[[float], str]]] = {
 }
 """Outputs whose peaks are shown, with head and format."""
 WIDTH = 120
+"""Characters of a line of the table."""
 
 
 def table(plan: Plan) -> str:
-    """Every run with its command, the peaks that it reaches in simulation and what it is for; repeats in one row."""
+    """A plan's runs with their commands, the peaks that they reach in simulation, and what they are for.
+
+    Args:
+        plan: the plan; runs that repeat each other share a row.
+
+    Returns:
+        The table, one line for each row.
+    """
     outputs = [name for name in SHOWN if all(name in run.reaches for run in plan.runs)]
     sheet = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
     for head in ("run", "volts\n[V]", "period\n[s]", "length\n[s]", *(SHOWN[name][0] for name in outputs), "for"):
@@ -40,8 +48,16 @@ def table(plan: Plan) -> str:
     return "".join(f"{line.rstrip()}\n" for line in out.getvalue().splitlines() if line.strip())
 
 
-def volts(e: Experiment) -> str:
-    """The size of a command: the level of a coast-down, what it swings by and about of any other."""
-    if e.kind == "coast-down":
-        return f"{e.amplitude + e.offset:.3g}"
-    return f"±{abs(e.amplitude):.3g}" + (f" about {e.offset:.3g}" if e.offset else "")
+def volts(experiment: Experiment) -> str:
+    """The size of a command in volts.
+
+    Args:
+        experiment: the command.
+
+    Returns:
+        The level of a coast-down; of any other kind its amplitude, and the offset if there is one.
+    """
+    amplitude, offset = experiment.amplitude, experiment.offset
+    if experiment.kind == "coast-down":
+        return f"{amplitude + offset:.3g}"
+    return f"±{abs(amplitude):.3g}" + (f" about {offset:.3g}" if offset else "")

@@ -1,42 +1,27 @@
-"""Plots: each draws one result on given axes and computes nothing."""
+"""Figures of a diagnosis: each function draws one result on given axes and computes nothing."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT, spoken
-from rwjax.kinds import half_column
+from rwjax.report.style import AFTER, AXIS_LABEL, BEFORE, FLOOR, MEASURED
 
-MEASURED, BEFORE, AFTER, FLOOR = "#222222", "#c1440e", "#1b6ca8", "#8a8a8a"
-AXIS_LABEL = {
-    "yaw_rad": "yaw ψ [rad]",
-    "yaw_rad_s": "yaw rate ψ' [rad/s]",
-    "wheel_rad": "wheel angle θ [rad]",
-    "wheel_rad_s": "wheel rate Ω [rad/s]",
-    "current_A": "current i [A]",
-    "yaw_rate": "yaw rate ψ' [rad/s]",
-    "yaw": "yaw ψ, one turn [rad]",
-    "wheel_rate": "wheel rate Ω [rad/s]",
-    "wheel_angle": "wheel angle θ, one turn [rad]",
-    "current": "current i [A]",
-    "voltage": "command u [V]",
-    "time": "time t [s]",
-}
-AXIS_LABEL |= {
-    "pitch_rad": "pitch θ [rad]",
-    "pitch_rad_s": "pitch rate θ' [rad/s]",
-    "pitch": "pitch θ [rad]",
-    "pitch_rate": "pitch rate θ' [rad/s]",
-    **{
-        half_column(y, k): f"{k + 1}: {AXIS_LABEL[y]}"
-        for y in ("wheel_rad", "wheel_rad_s", "current_A")
-        for k in range(2)
-    },
-}
+MOST_POINTS = 4000  # samples drawn of a missing torque
+BINS, FEWEST_IN_A_BIN = 24, 10
+MOST_RANKED = 8  # candidates in the figure of the ranking
 
 
 def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
-    """Held-out error over time of the rig as it is and with the named effects, log after log."""
+    """Draws the held-out error over time, before and after the named effects are added, run after run.
+
+    Args:
+        d: what is drawn.
+        ax: axes to draw on.
+
+    Returns:
+        The same axes.
+    """
     begin = 0.0
     for number, by_output in d.before.error.items():
         if d.signal not in by_output:
@@ -45,13 +30,8 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
         first = begin == 0.0
         ax.plot(t, by_output[d.signal], color=BEFORE, lw=0.9, label="rig as it is" if first else None)
         if d.effects:
-            ax.plot(
-                t,
-                d.after.error[number][d.signal],
-                color=AFTER,
-                lw=0.9,
-                label="with the effects" if first else None,
-            )
+            label = "with the effects" if first else None
+            ax.plot(t, d.after.error[number][d.signal], color=AFTER, lw=0.9, label=label)
         ax.axvline(begin, color="#dddddd", lw=0.8, zorder=0)
         ax.text(begin, 1.0, f" {d.logs[number].name}", transform=ax.get_xaxis_transform(), va="bottom", fontsize=7)
         begin = float(t[-1]) + 0.5
@@ -62,22 +42,23 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
 
 
 def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
-    """Held-out RMS after each effect, and the floor."""
-    rungs = d.waterfall
+    """Draws the held-out RMS error after each effect is added, and the noise floor.
+
+    Args:
+        d: what is drawn.
+        ax: axes to draw on.
+
+    Returns:
+        The same axes.
+    """
+    rungs, floor = d.waterfall, d.gaps[d.signal].floor
     labels = ["rig as it is", *(f"+ {spoken(r.names[-1])}" for r in rungs[1:])]
     values = [r.rms for r in rungs]
     ax.barh(range(len(values)), values, color=[BEFORE, *[AFTER] * (len(values) - 1)], height=0.6)
     for k, value in enumerate(values):
         ax.text(value, k, f" {value:.3g}", va="center", fontsize=8)
-    ax.axvline(d.gaps[d.signal].floor, color=FLOOR, ls="--", lw=1.2)
-    ax.text(
-        d.gaps[d.signal].floor,
-        -0.75,
-        f" floor {d.gaps[d.signal].floor:.3g}",
-        color=FLOOR,
-        fontsize=8,
-        va="center",
-    )
+    ax.axvline(floor, color=FLOOR, ls="--", lw=1.2)
+    ax.text(floor, -0.75, f" floor {floor:.3g}", color=FLOOR, fontsize=8, va="center")
     ax.set_yticks(range(len(labels)), labels, fontsize=8)
     ax.set_ylim(len(values) - 0.4, -1.0)
     ax.set_xlabel(f"held-out RMS error [{UNIT[d.signal]}]")
@@ -86,27 +67,26 @@ def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
 
 
 def plot_missing(d: Diagnosis, ax: Axes) -> Axes:
-    """Missing torque over the coordinate of which it is a function: samples, and mean with its spread in bins."""
+    """Draws the missing torque over the coordinate of which it is a function: samples, and the quartiles of bins.
+
+    Args:
+        d: what is drawn; `d.where.drawn` names the coordinate.
+        ax: axes to draw on.
+
+    Returns:
+        The same axes.
+    """
     assert d.where is not None and d.where.drawn is not None
     c = np.concatenate([m.coordinates[d.where.drawn] for m in d.where.missing])
     y = np.concatenate([m.torque for m in d.where.missing])
     sd = np.concatenate([m.deviation for m in d.where.missing])
     keep = np.isfinite(c) & np.isfinite(y) & (sd < 3.0 * np.median(sd))
-    c, y, sd = c[keep], y[keep], sd[keep]
-    stride = max(1, len(c) // 4000)
+    c, y = c[keep], y[keep]
+    stride = max(1, len(c) // MOST_POINTS)
     ax.plot(c[::stride], y[::stride], ".", ms=1.5, color="#bbbbbb", label="missing torque, every sample")
-    edges = np.unique(np.quantile(c, np.linspace(0.0, 1.0, 25)))
-    middle, mean, low, high = [], [], [], []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
-        inside = (c >= a) & (c <= b)
-        if inside.sum() >= 10:
-            middle.append(float(np.median(c[inside])))
-            quartiles = np.percentile(y[inside], [16.0, 50.0, 84.0])
-            mean.append(quartiles[1])
-            low.append(quartiles[0])
-            high.append(quartiles[2])
+    middle, low, median, high = _binned(c, y)
     ax.fill_between(middle, low, high, color=AFTER, alpha=0.2, lw=0)
-    ax.plot(middle, mean, color=AFTER, lw=1.6, label="median and middle two thirds of each bin")
+    ax.plot(middle, median, color=AFTER, lw=1.6, label="median and middle two thirds of each bin")
     span = np.percentile(y, [0.5, 99.5])
     ax.set_ylim(span[0] - 0.2 * np.ptp(span) - 1e-12, span[1] + 0.2 * np.ptp(span) + 1e-12)
     ax.axhline(0.0, color=MEASURED, lw=0.6)
@@ -116,9 +96,31 @@ def plot_missing(d: Diagnosis, ax: Axes) -> Axes:
     return ax
 
 
+def _binned(c: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Median of `c`, and the 16th, 50th and 84th percentile of `y`, in bins that hold equally many samples."""
+    edges = np.unique(np.quantile(c, np.linspace(0.0, 1.0, BINS + 1)))
+    found: tuple[list[float], ...] = ([], [], [], [])
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        inside = (c >= a) & (c <= b)
+        if inside.sum() >= FEWEST_IN_A_BIN:
+            for values, value in zip(
+                found, (np.median(c[inside]), *np.percentile(y[inside], [16.0, 50.0, 84.0])), strict=True
+            ):
+                values.append(float(value))
+    return found
+
+
 def plot_ranking(d: Diagnosis, ax: Axes) -> Axes:
-    """Share of the evidence of the first candidates."""
-    shown = d.ranking[:8]
+    """Draws the share of the evidence of the first candidates.
+
+    Args:
+        d: what is drawn.
+        ax: axes to draw on.
+
+    Returns:
+        The same axes.
+    """
+    shown = d.ranking[:MOST_RANKED]
     ax.barh(range(len(shown)), [r.probability for r in shown], color=AFTER, height=0.6)
     names = [" + ".join(spoken(n) for n in r.effect.split(" + ")) if r.effect != "none" else "nothing" for r in shown]
     ax.set_yticks(range(len(shown)), names, fontsize=8)
@@ -129,7 +131,15 @@ def plot_ranking(d: Diagnosis, ax: Axes) -> Axes:
 
 
 def plot_shares(d: Diagnosis, ax: Axes) -> Axes:
-    """Share of the excess error that the best law in each coordinate removes."""
+    """Draws the share of the excess error that the best law in each coordinate removes.
+
+    Args:
+        d: what is drawn.
+        ax: axes to draw on.
+
+    Returns:
+        The same axes.
+    """
     assert d.where is not None
     shares = sorted(d.where.shares.items(), key=lambda kv: -kv[1])
     colour = [AFTER if name == d.where.coordinate else FLOOR for name, _ in shares]

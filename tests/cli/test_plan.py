@@ -6,18 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from rwjax.planning.experiment import Experiment
-from rwjax.report.plan import volts
-from tests.command import rwjax
-
-DATA = Path(__file__).parents[2] / "data"
+from tests.cli.shell import DEMO, ROOT
+from tests.command import rwjax as within
 
 
 def test_a_plan_is_written_and_told(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    demo = DATA / "demo" / "rig.toml"
-    assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "plan") == 0
+    demo = DEMO / "rig.toml"
+    assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "plan") == 0
     out, err = capsys.readouterr()
     lines = out.splitlines()
     assert lines[-1].endswith(f"written to {tmp_path / 'plan' / 'plan.toml'}") and max(map(len, lines[:-1])) <= 120
@@ -29,7 +26,7 @@ def test_a_plan_is_written_and_told(
     unlimited, frictionless, by_hand = err.splitlines()
     assert unlimited.endswith("--travel (travel of the axis [rad])") and "known inertia" in by_hand
     assert "holds no dry friction" in frictionless  # the demo's file, though its rig sticks
-    assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b", "--json", "--quiet") == 0
+    assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b", "--json", "--quiet") == 0
     out, err = capsys.readouterr()
     assert json.loads(out) == written and err == ""
     earlier = tmp_path / "b" / "plan.toml"
@@ -40,7 +37,7 @@ def test_a_plan_is_written_and_told(
         ("rig =", "note: this replaces a plan.toml that could not be read\n"),
     ):
         earlier.write_text(text)
-        assert rwjax(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
+        assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
         notes = capsys.readouterr().err
         assert said in notes and ("replaces" in notes) == bool(said)
 
@@ -69,17 +66,11 @@ def test_a_plan_that_cannot_be_made_is_one_line(
     arguments: tuple[str, ...],
     said: str,
 ) -> None:
-    rig = DATA / "demo" / "rig.toml"
-    assert rwjax(monkeypatch, "plan", rig, "-o", tmp_path / "plan", *arguments) == 2
+    rig = DEMO / "rig.toml"
+    assert within(monkeypatch, "plan", rig, "-o", tmp_path / "plan", *arguments) == 2
     error = capsys.readouterr().err
     assert error.startswith("rwjax: " + said.replace("RIG", str(rig))) and error.count("\n") == 1
     assert not (tmp_path / "plan").exists()
-
-
-def test_a_command_about_an_offset_is_told_with_its_sign() -> None:
-    assert volts(Experiment("square", 3.566, -0.535, 6.0, 12.0)) == "±3.57 about -0.535"
-    assert volts(Experiment("multisine", 2.0, 0.0, 4.0, 12.0)) == "±2"
-    assert volts(Experiment("coast-down", -2.0, 0.0, 4.0, 12.0)) == "-2"
 
 
 @pytest.mark.slow
@@ -87,9 +78,9 @@ def test_travel_is_rad_or_with_deg_behind_it_degrees(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     said = {}
-    testbed = DATA / "testbed" / "rig.toml"
+    testbed = ROOT / "data" / "testbed" / "rig.toml"
     for given in ("0.5235988", "30deg", "30°", "30"):
-        assert rwjax(monkeypatch, "plan", testbed, "--travel", given, "-o", tmp_path / "plan") == 0
+        assert within(monkeypatch, "plan", testbed, "--travel", given, "-o", tmp_path / "plan") == 0
         said[given] = capsys.readouterr()
         limits = tomllib.loads((tmp_path / "plan" / "plan.toml").read_text())["limits"]
         assert limits["yaw_rad"] == pytest.approx(30.0 if given == "30" else 0.5235988, rel=1e-6)

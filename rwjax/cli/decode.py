@@ -1,0 +1,31 @@
+"""The command `decode`: logs from the raw stream of a recording."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rwjax.cli.recording import RigFile, check_output
+from rwjax.errors import InputError
+
+RawFile = Annotated[Path, typer.Argument(metavar="RAW", help="raw stream of a recording (.raw)", show_default=False)]
+Output = Annotated[Path | None, typer.Option("-o", metavar="LOG.csv", help="beside the stream without it")]
+
+
+def decode(rig_file: RigFile, raw: RawFile, output: Output = None) -> None:
+    """Logs from a raw stream, such as a recording that was killed has left."""
+    from rwjax.link.stream_to_logs import write_logs
+    from rwjax.rig.read import read_one_axis_rig
+
+    if raw.is_dir():
+        raise InputError(f"{raw}: is a folder; give the path of a raw stream")
+    target = output or raw.with_suffix(".csv")
+    check_output(target)
+    logs, remarks = write_logs(raw, read_one_axis_rig(rig_file), target)
+    if not logs:
+        why = "; ".join(remarks) or "is this a raw stream of the testbed's board?"
+        raise InputError(f"{raw}: holds no stretch of samples for a log; {why}")
+    print(*logs, sep="\n")
+    for remark in remarks:
+        print(f"note: {remark}", file=sys.stderr)

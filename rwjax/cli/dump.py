@@ -1,0 +1,57 @@
+"""The command `dump`: the fastest stop of the wheel in which static friction holds the axis."""
+
+import math
+from functools import partial
+from typing import Annotated
+
+import typer
+
+from rwjax.cli.control import Output, Volts, say, write_results
+from rwjax.cli.manoeuvre import Amps, delay_note, limits_of
+from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file
+
+Spin = Annotated[float, typer.Option(help="rate of the wheel [1/min]")]
+Margin = Annotated[float, typer.Option(help="share of the breakaway torque to use")]
+
+
+def dump(
+    rig_file: RigFile,
+    spin: Spin,
+    volts: Volts = 10.0,
+    amps: Amps = math.inf,
+    margin: Margin = 0.9,
+    output: Output = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """The fastest stop of RIG's wheel in which static friction holds the axis."""
+    import numpy as np
+
+    from rwjax.control.momentum_dump import dump as run
+    from rwjax.report.control import course_columns, draw_courses
+    from rwjax.report.table import csv
+    from rwjax.rig.read import read_one_axis_rig
+
+    finite(spin=spin, margin=margin)
+    rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, math.inf)
+    with of_file(rig_file):
+        found = run(rig, spin * RATE, limits, margin)
+    columns = course_columns(found.best)
+    moved = math.degrees(float(np.max(np.abs(np.asarray(found.best.angle)))))
+    answer = {
+        "schema": "rwjax.dump/1",
+        "bound_s": found.bound,
+        "least_time_s": found.time,
+        "delay_s": found.delay,
+        "moved_deg": moved,
+        **{name: value.tolist() for name, value in columns.items()},
+    }
+    figure = partial(draw_courses, {f"from {spin:g} 1/min": found.best}, "the wheel stops, the axis does not move")
+    written = write_results((rig_file,), output, csv(columns), figure, answer, as_json)
+    bound = (
+        f"with a share of {margin:g} of the breakaway torque no command does it in less than {found.bound:.3f} s; "
+        if found.bound
+        else ""
+    )
+    line = f"{found.time:.3f} s; {bound}the axis moves by {moved:.2g}°"
+    say(quiet, line, *delay_note(found.delay), *written)

@@ -1,0 +1,114 @@
+"""The command `fit`: estimates the free numbers of a rig file from logs."""
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, keep_input, of_file
+from rwjax.cli.progress import progress
+from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    from rwjax.fitting.fit import RigFit
+    from rwjax.logs.log import Log
+    from rwjax.methods.identified import Identified
+    from rwjax.rig.model import Rig
+
+FEWEST_DRAWS = 40
+"""Refits below which percentiles of a bootstrap say nothing."""
+
+
+class FitMethod(StrEnum):
+    """Ways to fit that write a rig file."""
+
+    E2E = "end-to-end"
+    TWO_STAGE = "two-stage"
+
+
+Method = Annotated[FitMethod, typer.Option(help="two-stage: friction from coast-downs, as in the thesis")]
+Bootstrap = Annotated[
+    int, typer.Option(min=0, metavar="N", help="95 % intervals by N refits to resampled stretches (end-to-end)")
+]
+Output = Annotated[Path | None, typer.Option("-o", metavar="FITTED.toml", help="stdout without it")]
+
+
+def fit(
+    rig_file: RigFile,
+    log_files: LogFiles,
+    method: Method = FitMethod.E2E,
+    bootstrap: Bootstrap = 0,
+    output: Output = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
+    from rwjax.errors import RigError
+    from rwjax.logs.read import read_logs
+    from rwjax.rig.write import write_rig
+    from rwjax.text_files import write_text
+
+    read, identify = _chosen(method, bootstrap)
+    if output is not None:
+        keep_input(output, rig_file, *log_files)
+    with progress(quiet) as show:
+        rig = read(rig_file)
+        logs = read_logs(log_files, rig)
+        show("fitting")
+        with of_file(rig_file, RigError):
+            result = identify(rig, logs)
+    text = write_rig(result.rig)
+    if output is not None:
+        write_text(output, text, InputError)
+    if as_json:
+        print(json.dumps(result.json(), indent=1))
+    elif output is None:
+        print(text, end="")
+    else:
+        _print_estimates(result)
+        print(f"fitted to {', '.join(log.name for log in logs if not log.validate)}; written to {output}")
+    _print_notes(result, output)
+
+
+def _chosen(
+    method: FitMethod, bootstrap: int
+) -> "tuple[Callable[[Path], Rig], Callable[[Rig, Sequence[Log]], RigFit | Identified]]":
+    """The functions that read the rig file and that fit. Raises `InputError` for a bootstrap that the method cannot make."""
+    if method is FitMethod.TWO_STAGE:
+        from rwjax.methods.two_stage import two_stage
+        from rwjax.rig.read import read_one_axis_rig
+
+        if bootstrap:
+            raise InputError("--bootstrap: the two-stage method always makes its own; leave the option out")
+        return read_one_axis_rig, two_stage
+    from rwjax.fitting.fit import fit as estimate
+    from rwjax.rig.read import read_rig
+
+    if 0 < bootstrap < FEWEST_DRAWS:
+        raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
+    return read_rig, partial(estimate, bootstrap=bootstrap)
+
+
+def _print_estimates(result: "RigFit | Identified") -> None:
+    for name in result.rig.free:
+        error = result.rig.standard_error.get(name)
+        spread = "" if error is None else f" ± {error:.2g}"
+        if name in result.interval:
+            spread += " (95 %: {:.6g} to {:.6g})".format(*result.interval[name])
+        print(f"{name} = {result.rig.values[name]:.6g}{spread}")
+    for line in result.of_runs():
+        print(line)
+
+
+def _print_notes(result: "RigFit | Identified", output: Path | None) -> None:
+    from rwjax.fitting.unit_check import Question
+
+    for note in result.notes:
+        print(f"note: {note}", file=sys.stderr)
+    if output is not None and any(isinstance(note, Question) for note in result.notes):
+        print(f"note: {output} is written even so; its numbers are those of the readings as they are", file=sys.stderr)

@@ -1,0 +1,79 @@
+"""The command `predict`: the free run of a rig under a log's input."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rwjax.cli.options import Json, Quiet, RigFile, keep_input
+from rwjax.cli.progress import progress
+from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from rwjax.logs.log import Log
+
+LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="log file (CSV)", show_default=False)]
+Output = Annotated[Path | None, typer.Option("-o", metavar="PRED.csv", help="stdout without it")]
+
+
+def predict(
+    rig_file: RigFile,
+    log_file: LogFile,
+    output: Output = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the voltage, starts at rest at 0."""
+    import numpy as np
+
+    from rwjax.fitting.predict import predict as free_run
+    from rwjax.fitting.unit_check import check_readings
+    from rwjax.logs.read import read_log
+    from rwjax.rig.read import read_rig
+    from rwjax.text_files import write_text
+
+    rig = read_rig(rig_file)
+    log = read_log(log_file, rig, outputs_required=False)
+    with progress(quiet) as show:
+        show("simulating")
+        columns = free_run(rig, log)
+    if not all(np.isfinite(v).all() for v in columns.values()):
+        raise InputError(
+            f"{rig_file}: the simulation of {log_file} leaves the range of numbers; check the rig's numbers and units"
+        )
+    text = _csv(columns)
+    if output is not None:
+        keep_input(output, rig_file, log_file)
+        write_text(output, text, InputError)
+    if as_json:
+        values = {name: list(map(float, v)) for name, v in columns.items()}
+        print(json.dumps({"schema": "rwjax.prediction/1", **values}))
+    elif output is None:
+        print(text, end="")
+    else:
+        _print_errors(log, columns)
+        print(f"written to {output}")
+    for question in check_readings([(log, columns)]):
+        print(f"note: {question}", file=sys.stderr)
+
+
+def _csv(columns: "dict[str, np.ndarray]") -> str:
+    """The columns as text, every digit of the first, the time, ten of the others."""
+    rows = zip(*columns.values(), strict=True)
+    lines = (",".join([repr(float(row[0])), *(f"{v:.10g}" for v in row[1:])]) for row in rows)
+    return "\n".join([",".join(columns), *lines, ""])
+
+
+def _print_errors(log: "Log", columns: "dict[str, np.ndarray]") -> None:
+    import numpy as np
+
+    from rwjax.logs.columns import unit_of
+
+    for name, measured in log.outputs.items():
+        error = float(np.sqrt(np.nanmean((measured - columns[name]) ** 2)))
+        size, unit = float(np.sqrt(np.nanmean(measured**2))), unit_of(name)
+        print(f"{name}: RMS error {error:.4g} {unit} of a signal of RMS {size:.4g} {unit}")

@@ -1,0 +1,34 @@
+"""The command `record`: what the board sends, without arming it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rwjax.cli.options import finite
+from rwjax.cli.recording import Port, Quiet, RigFile, check_output, needs_pyserial, record_task, role_note
+
+Output = Annotated[Path, typer.Option("-o", metavar="LOG.csv", help="the log; beside it .raw and .notes")]
+Seconds = Annotated[float | None, typer.Option(min=0.1, help="until Ctrl-C without it")]
+Role = Annotated[str, typer.Option(help="`validate` keeps the log out of fit and choice")]
+
+
+def record(
+    rig_file: RigFile,
+    port: Port,
+    output: Output = Path("run.csv"),
+    seconds: Seconds = None,
+    role: Role = "train",
+    quiet: Quiet = False,
+) -> None:
+    """Record what the board sends, without arming it."""
+    if seconds is not None:
+        finite(seconds=seconds)
+    needs_pyserial()
+    from rwjax.link.play_plan import Task
+    from rwjax.link.recorder import listen
+    from rwjax.rig.read import read_one_axis_rig
+
+    check_output(output)
+    task = Task(lambda session: {}, listen(seconds))
+    record_task(read_one_axis_rig(rig_file), port, output, role_note(role), task, quiet)  # Ctrl-C is its usual end

@@ -1,0 +1,136 @@
+"""The command `tune`: gains of the largest worst-case margin, then tuned through the nonlinear closed loop."""
+
+import json
+import math
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rwjax.cli.control import (
+    FitFile,
+    Late,
+    Plants,
+    Rpm,
+    Sigma,
+    Smooth,
+    Volts,
+    finite_json,
+    own_delay,
+    say,
+    with_fit,
+)
+from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
+from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, span
+from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    from rwjax.control.gain_design import DesignedController, GainDesign
+
+KpRange = Annotated[str, typer.Option(metavar="FROM:TO", help="where gains are looked for [V/rad]")]
+KdRange = Annotated[str, typer.Option(metavar="FROM:TO", help="where gains are looked for [V s/rad]")]
+Ki = Annotated[float, typer.Option(help="integral gain to begin with [V/(rad s)]; 0: none")]
+Least = Annotated[float, typer.Option(help="modulus margin that the tuned loop keeps")]
+Forward = Annotated[float, typer.Option(help="share of the breakaway friction that is fed forward")]
+Dead = Annotated[float, typer.Option(help="error within which nothing is fed forward [°]")]
+
+
+def tune(
+    rig_file: RigFile,
+    kp: KpRange = "0:100",
+    kd: KdRange = "0:100",
+    ki: Ki = 0.0,
+    sigma: Sigma = 0.5,
+    fit: FitFile = None,
+    plants: Plants = 200,
+    least: Least = 0.5,
+    forward: Forward = 0.0,
+    dead: Dead = 0.2,
+    step: Step = 10.0,
+    seconds: Seconds = 10.0,
+    volts: Volts = 10.0,
+    rpm: Rpm = math.inf,
+    period: Period = 0.01,
+    late: Late = 0.0,
+    smooth: Smooth = 0.02,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Gains for RIG's axis: those of the largest worst-case margin, then tuned through the nonlinear closed loop."""
+    from rwjax.control.fit_estimate import draw_plants
+    from rwjax.control.gain_design import GainRequirement
+    from rwjax.control.gain_design import tune as run
+    from rwjax.rig.read import read_one_axis_rig
+
+    rig = read_one_axis_rig(rig_file)
+    _check(sigma, dead, forward, least)
+    rows, cols = span("--kp", kp), span("--kd", kd)
+    controller, timing = controller_of(rig, ki, volts, rpm, period, late, smooth)
+    reference = reference_of(step, seconds, period)
+    rig, estimate, fit_notes = with_fit(rig_file, rig, fit)
+    with of_file(rig_file):
+        design = run(
+            rig,
+            GainRequirement(tuple(rows.tolist()), tuple(cols.tolist()), sigma, least),
+            controller=controller._replace(deadband=math.radians(dead)),
+            friction_share=forward,
+            step=reference,
+            timing=timing,
+            thetas=draw_plants(rig, estimate, plants) if estimate is not None else None,
+        )
+    laws = {"robust": _shown(design.robust), "tuned": _shown(design.tuned)}
+    if as_json:
+        stable = design.tuned.robustness.stable
+        answer = {"schema": "rwjax.tune/1", "plants": design.plants, "stable_with_tuned": stable, **laws}
+        print(json.dumps(answer, allow_nan=False))
+        return
+    for name, found in laws.items():
+        print(_line(name, found))
+    about = (
+        f"robust: kp and kd of the largest worst-case margin over {design.plants} plants, every pole left of -{sigma:g} 1/s{' without ki' if ki else ''} "
+        f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fit else ' as given'}"
+    )
+    say(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
+
+
+def _check(sigma: float, dead: float, forward: float, least: float) -> None:
+    finite(sigma=sigma, dead=dead)
+    if sigma < 0.0:
+        raise InputError(f"--sigma {sigma:g}: must not be negative, the loop has to be stable to be tuned")
+    if not 0.0 <= forward <= 1.0:
+        raise InputError(f"--forward {forward:g}: has to lie between 0 and 1; more makes the loop oscillate")
+    if not 0.0 < least < 1.0:
+        raise InputError(f"--least {least:g}: has to lie between 0 and 1")
+
+
+def _shown(design: "DesignedController") -> dict:
+    """A controller's gains, step response and modulus margin, as JSON holds them."""
+    import numpy as np
+
+    gains = {key: float(getattr(design.controller, key)) for key in ("kp", "ki", "kd")}
+    seen = {key: finite_json(np.asarray(value)) for key, value in design.response._asdict().items()}
+    return {**gains, **seen, "modulus": design.robustness.modulus}
+
+
+def _line(name: str, found: dict) -> str:
+    settles = "does not settle" if found["settling"] is None else f"settles in {found['settling']:.3g} s"
+    return (
+        f"{name}: kp {found['kp']:.4g} V/rad, ki {found['ki']:.4g} V/(rad s), kd {found['kd']:.4g} V s/rad; modulus margin "
+        f"{found['modulus']:.2f}; {settles}, overshoot {100.0 * found['overshoot']:.2g} %, stays "
+        f"{math.degrees(abs(found['error'])):.2g}° off"
+    )
+
+
+def _notes(design: "GainDesign", tuned: dict, least: float) -> list[str]:
+    """On the plants, on a loop that does not settle, and on a margin that could not be kept."""
+    notes = []
+    if design.plants > 1:
+        notes.append(
+            f"modulus margin: the worst of these plants; with the tuned gains {100.0 * design.tuned.robustness.stable:.4g} % of them are stable"
+        )
+    if tuned["settling"] is None:
+        notes.append(
+            "not settled: where dry friction holds the axis off its angle, --ki or --forward 0.8 help, else a larger --sigma"
+        )
+    if design.least_modulus < least:
+        notes.append(f"margin kept on the rig alone: {design.least_modulus:.2f}; the robust gains have no {least:g}")
+    return notes

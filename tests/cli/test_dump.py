@@ -1,0 +1,27 @@
+"""`rwjax dump`, as a user calls it."""
+
+import json
+
+import pytest
+
+from tests.cli.shell import Shell
+
+
+def test_dump_writes_its_course(shell: Shell) -> None:
+    code, out, err = shell("dump", "rig.toml", "--spin", "4000", "--json", "-o", "dump.csv")
+    assert code == 0, err
+    answer = json.loads(out)
+    assert answer["bound_s"] < answer["least_time_s"] < 1.1 * answer["bound_s"] and answer["moved_deg"] < 1e-3
+    assert (shell.folder / "dump.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("dump", "--spin", "0"), "rig.toml: wheel at 0 rad/s"),
+    ],
+)
+def test_bad_input_ends_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:
+    command, *options = arguments
+    code, out, err = shell(command, "rig.toml", *options)
+    assert code == 2 and out == "" and err.startswith(f"rwjax: {message}") and err.count("\n") == 1

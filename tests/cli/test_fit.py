@@ -1,0 +1,62 @@
+"""`rwjax fit`, as a user calls it."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.shell import DEMO, LOGS, program
+
+
+def test_the_corrected_file_predicts_what_the_diagnosis_claims(tmp_path: Path) -> None:
+    rig = (DEMO / "rig.toml").read_text().replace("free = [", 'free = ["axis.stribeck.M_c", "axis.stribeck.M_e", ')
+    rig += '\n[effects."axis.stribeck"]\nM_c = 0.4\nM_e = 0.2\nv_s = 0.4\n'
+    (tmp_path / "rig.toml").write_text(rig)
+    assert program("fit", "rig.toml", *LOGS, "-o", "fitted.toml", cwd=tmp_path).returncode == 0
+    done = program("predict", "fitted.toml", LOGS[3], "-o", "pred.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    names = (tmp_path / "pred.csv").read_text().splitlines()[0]
+    assert names == "time_s,yaw_rad"
+    predicted = np.loadtxt(tmp_path / "pred.csv", delimiter=",", skiprows=1)
+    measured = np.loadtxt(LOGS[3], delimiter=",", skiprows=3)
+    assert np.array_equal(predicted[:, 0], measured[:, 0])
+    error = predicted[:, 1] - measured[:, 2] * 2 * np.pi / 2048
+    assert f"yaw_rad: RMS error {np.sqrt(np.mean(error**2)):.4g} rad of a signal of RMS" in done.stdout
+    assert done.stderr == ""
+    assert np.sqrt(np.mean(error**2)) < 0.2 < np.std(measured[:, 2] * 2 * np.pi / 2048)
+
+
+@pytest.mark.slow
+def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> None:
+    lines = [line.split(",") for line in Path(LOGS[0]).read_text().splitlines() if line[:1].isdigit()]
+    for factor, asked in ((-1.0, "is its sign, or that of the command, wrong?"), (180.0 / np.pi, "in degrees?")):
+        rows = [f"{t},{u},{factor * float(n) * 2.0 * np.pi / 2048:.6f}" for t, u, n in lines]
+        (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))
+        done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+        first, *others = done.stderr.splitlines()
+        assert first.startswith("note: yaw_rad ") and asked in first
+        assert others[-1].startswith("note: fitted.toml is written even so") and (tmp_path / "fitted.toml").exists()
+        assert not any("Warning" in line for line in others)
+        predicted = program("predict", str(DEMO / "rig.toml"), "log.csv", cwd=tmp_path)
+        assert predicted.returncode == 0 and predicted.stderr.splitlines() == [first]
+    rows = [
+        f"{t},{u},{-float(n) * 2.0 * np.pi / 2048:.6f}" if k % 2 else f"{t},{u}," for k, (t, u, n) in enumerate(lines)
+    ]
+    (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))  # every other reading missing
+    done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+    assert "is its sign, or that of the command, wrong?" in done.stderr
+    assert re.search(r"times their noise, most yaw_rad of log\.csv, by [\d.]+ rad RMS: the model lacks", done.stderr)
+    done = program("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", cwd=tmp_path)
+    assert "rig file's numbers give" not in done.stderr and "written even so" not in done.stderr
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["the rig file", "a log"])
+def test_a_fit_spares_its_inputs(which: int, tmp_path: Path) -> None:
+    given = [tmp_path / "rig.toml", tmp_path / "log.csv"]
+    given[0].write_bytes((DEMO / "rig.toml").read_bytes())
+    given[1].write_bytes(Path(LOGS[0]).read_bytes())
+    before = given[which].read_bytes()
+    done = program("fit", "rig.toml", "log.csv", "-o", given[which].name, cwd=tmp_path)
+    assert done.returncode == 2 and "is the input; give another path with -o" in done.stderr
+    assert given[which].read_bytes() == before

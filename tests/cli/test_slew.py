@@ -1,0 +1,25 @@
+"""`rwjax slew`, as a user calls it."""
+
+import numpy as np
+import pytest
+
+from tests.cli.shell import LIMITS, Shell, table
+
+
+def test_slew_writes_its_course(shell: Shell) -> None:
+    code, out, err = shell("slew", "rig.toml", "--angle", "20", *LIMITS)
+    assert code == 0, err
+    assert float(table(out)["yaw_rad"][-1]) == pytest.approx(np.radians(20.0), rel=1e-3) and "short" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("slew", "--angle", "0"), "rig.toml: angle 0 rad: has to be a number other than 0"),
+        (("slew", "--angle", "10", "--amps", "0"), "--amps 0: has to be positive"),
+    ],
+)
+def test_bad_input_ends_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:
+    command, *options = arguments
+    code, out, err = shell(command, "rig.toml", *options)
+    assert code == 2 and out == "" and err.startswith(f"rwjax: {message}") and err.count("\n") == 1
