@@ -40,7 +40,7 @@ def predict(
     log = read_log(log_file, rig, outputs_required=False)
     with progress(quiet) as show:
         show("simulating")
-        columns = free_run(rig, log)
+        columns = free_run(rig, log).columns
     if not all(np.isfinite(v).all() for v in columns.values()):
         raise InputError(
             f"{rig_file}: the simulation of {log_file} leaves the range of numbers; check the rig's numbers and units"

@@ -147,7 +147,7 @@ def propose(
         experiment=experiments[best],
         role="train",
         why=f"separates {names[0]} from {names[1]}",
-        tells=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
+        tells_apart=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
         reaches={name: float(values[best]) for name, values in found.peak.items()},
     )
     return Proposal(
