@@ -21,9 +21,12 @@ if TYPE_CHECKING:
     from .logs.write import write_log as write_log
     from .logs.held_out import Fold as Fold
     from .logs.held_out import folds as folds
+    from .fitting.fit import fit as fit
+    from .fitting.predict import predict as predict
     from .methods.comparison import compare as compare
     from .diagnosis.diagnosis import diagnose as diagnose
-    from .control.tuning import tune as tune
+    from .control.region import region as region
+    from .control.gain_design import tune as tune
     from .control.sweep import sweep as sweep
 
 __version__ = "0.1.0"
@@ -37,9 +40,12 @@ _HOME = {
     "logs.read": ("read_log", "read_logs"),
     "logs.write": ("write_log",),
     "logs.held_out": ("Fold", "folds"),
+    "fitting.fit": ("fit",),
+    "fitting.predict": ("predict",),
     "methods.comparison": ("compare",),
     "diagnosis.diagnosis": ("diagnose",),
-    "control.tuning": ("tune",),
+    "control.region": ("region",),
+    "control.gain_design": ("tune",),
     "control.sweep": ("sweep",),
 }
 """The module of each public name; the imports above say the same to type checkers, and a test that they agree."""
