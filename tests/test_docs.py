@@ -60,6 +60,15 @@ def test_modules_and_files_that_a_page_names_exist(page: Path) -> None:
         assert target.startswith("http") or (page.parent / target).exists(), target
 
 
+def test_the_way_of_one_log_names_every_file_once() -> None:
+    files = re.findall(r"`([a-z_]+/[\w/]+\.py)`", (ROOT / "docs" / "layout.md").read_text().partition("## The way")[2])
+    files = [name for name in files if not name.startswith("rwjax/")]
+    assert len(files) > 40
+    assert len({*files}) == len(files)
+    for name in files:
+        assert (ROOT / "rwjax" / name).exists(), name
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_into_a_page_lead_to_a_heading(page: Path) -> None:
     for target, anchor in re.findall(r"\]\(([^)#\s]*)#([\w-]+)\)", page.read_text()):
