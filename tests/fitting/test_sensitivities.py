@@ -5,8 +5,8 @@ import pytest
 
 from rwjax.fitting.sensitivities import COLUMNS, sensitivities
 from rwjax.plant.from_rig import theta_of
-from rwjax.simulation.shooting import evaluate
 from rwjax.simulation.free_run import free_run
+from rwjax.simulation.shooting import evaluate
 from tests.fitting.moving_runs import several
 from tests.systems import platform
 
