@@ -75,7 +75,7 @@ def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
 
 def test_alone_every_run_begins_at_angle_0_and_repeats_as_it_is() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.05")
-    within = Envelope(2.0, {"yaw_rad": np.inf, "yaw_rad_s": 3.0})
+    within = Envelope(2.0, {"yaw_rad": np.inf, "yaw_rad_s": 40.0})
     sized = {name: SizedDesign(DESIGNS[name], 1.0, 1.0) for name in ("multisine", "square")}
     found = play_runs(rig, within, sized)
     assert [len(found[name]) for name in ("multisine", "square")] == [3, 1]
