@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rwjax import read_logs, read_rig
-from rwjax.diagnosis.diagnosis import diagnose
+from rwjax import diagnose, read_logs, read_rig
 
 CASES = Path(__file__).parents[2] / "data" / "labelled"
 VERDICTS = ("none", "effect", "ambiguous", "unknown")
