@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.sparse import csr_array
 
+from rwjax.diagnosis.localise.body_motion import Read
 from rwjax.diagnosis.localise.own_noise import above, draws, rates
-from rwjax.diagnosis.localise.smoother import Smoother
+from rwjax.diagnosis.localise.weak_form import WeakForm
 from rwjax.diagnosis.settings import LocalisationSettings, MomentumSettings
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisTorque, MotorTorque, WheelDry, WheelTorque
@@ -81,128 +81,6 @@ class Momentum:
         }
 
 
-@dataclass(frozen=True)
-class Read:
-    """One body's motion in one log.
-
-    Attributes:
-        name: the output that tells it.
-        smoother: its smoother.
-        readings: the reading, then draws of it (time, 1 + draws) [rad] or [rad/s].
-        states: their smoothed states (time, a, 1 + draws).
-    """
-
-    name: str
-    smoother: Smoother
-    readings: np.ndarray
-    states: np.ndarray
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether an angle is read, and not a rate."""
-        return self.name in ("yaw_rad", "wheel_rad")
-
-    def about_itself(self, fitted: Fit, log: Log, clean: np.ndarray, count: int, rng: np.random.Generator) -> "Read":
-        """The reading, the smoothed motion without noise, the rig's own run without noise, and draws about the smoothed motion.
-
-        Args:
-            fitted: the fit.
-            log: the log.
-            clean: the rig's own run (time,) [rad] or [rad/s].
-            count: how many draws.
-            rng: the source of randomness.
-
-        Returns:
-            The motion with these columns.
-        """
-        path = self.states[:, 0, 0]
-        drawn = np.concatenate([path[:, None], clean[:, None], draws(fitted, log, path, self.name, count, rng)], axis=1)
-        gaps = np.isnan(self.readings[:, :1])
-        states = np.concatenate([self.states[..., :1], self.smoother(np.where(gaps, np.nan, drawn))], axis=2)
-        return Read(self.name, self.smoother, np.concatenate([self.readings[:, :1], drawn], axis=1), states)
-
-    def position(self, time: np.ndarray) -> np.ndarray:
-        """Smoothed angle [rad], from 0 where only the rate is read.
-
-        Args:
-            time: times (time,) [s].
-
-        Returns:
-            The angle (time, 1 + draws) [rad].
-        """
-        if self.is_angle:
-            return self.states[:, 0]
-        w, dt = self.states[:, 0], np.diff(time)[:, None]
-        return np.concatenate([np.zeros((1, w.shape[1])), np.cumsum(0.5 * (w[1:] + w[:-1]) * dt, axis=0)])
-
-    @property
-    def rate(self) -> np.ndarray:
-        """Smoothed speed (time, 1 + draws) [rad/s]."""
-        return self.states[:, 1 if self.is_angle else 0]
-
-    @property
-    def acceleration(self) -> np.ndarray:
-        """Smoothed acceleration (time, 1 + draws) [rad/s²]."""
-        return self.states[:, 2 if self.is_angle else 1]
-
-    @property
-    def deviation(self) -> tuple[np.ndarray, np.ndarray]:
-        """Standard deviations of speed [rad/s] and acceleration [rad/s²], each (time,)."""
-        first = 1 if self.is_angle else 0
-        return self.smoother.deviation[:, first], self.smoother.deviation[:, first + 1]
-
-
-def bump(s: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Test function of unit area with first and second derivative by time.
-
-    It is proportional to $(1 - s^2)^5$.
-
-    Args:
-        s: place in the support, from -1 to 1 (m,) [1].
-        length: length of the support [s].
-
-    Returns:
-        The function [1/s], its first [1/s²] and its second derivative [1/s³], each (m,).
-    """
-    inside = np.maximum(1.0 - s * s, 0.0)
-    cube = inside * inside * inside
-    scale, ds = 693.0 / 256.0 / length, 2.0 / length
-    value, first = cube * inside * inside, -10.0 * s * cube * inside
-    return scale * value, scale * ds * first, scale * ds**2 * (80.0 * s * s - 10.0 * inside) * cube
-
-
-@dataclass(frozen=True)
-class _Weak:
-    """Test functions of one log times the weights of the trapezoidal rule: `by_order[k]` (m, time) the k-th derivative."""
-
-    by_order: tuple[csr_array, csr_array, csr_array]
-
-    @classmethod
-    def of(cls, time: np.ndarray, length: float) -> "_Weak":
-        centres = np.arange(time[0] + 0.5 * length, time[-1] - 0.5 * length, 0.5 * length)
-        first = np.searchsorted(time, centres - 0.5 * length)
-        last = np.searchsorted(time, centres + 0.5 * length, side="right")
-        rows = np.repeat(np.arange(len(centres)), last - first)
-        columns = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])
-        dt = np.diff(time)
-        weight = 0.5 * (np.append(dt, 0.0) + np.append(0.0, dt))[columns]
-        shape = (len(centres), len(time))
-        orders = bump(2.0 * (time[columns] - centres[rows]) / length, length)
-        value, slope, curvature = (csr_array((weight * f, (rows, columns)), shape=shape) for f in orders)
-        return cls((value, slope, curvature))
-
-    def acceleration(self, read: Read, columns: slice) -> np.ndarray:
-        """$\\int\\varphi\\,\\dot w$ of a body's readings, `(m, columns)`."""
-        y = read.readings[:, columns]
-        y = np.where(np.isfinite(y), y, read.states[:, 0, columns])
-        y = y - y[:1]
-        return self.by_order[2] @ y if read.is_angle else -(self.by_order[1] @ y)
-
-    def noise(self, read: Read, noise: float) -> np.ndarray:
-        """Standard deviation of `acceleration` that white noise gives, `(m,)`."""
-        return noise * np.sqrt(self.by_order[2 if read.is_angle else 1].power(2).sum(axis=1))
-
-
 def split(
     fitted: Fit,
     yaw: dict[int, Read],
@@ -256,7 +134,7 @@ def _length(
     for length in possible:
         turns, noise = [], []
         for k in logs:
-            weak = _Weak.of(fitted.problem.logs[k].time, length)
+            weak = WeakForm.of(fitted.problem.logs[k].time, length)
             turns.append(number["wheel.inertia"] * weak.acceleration(wheel[k], slice(0, 1))[:, 0])
             for read, inertia in ((yaw[k], "axis.inertia"), (wheel[k], "wheel.inertia")):
                 noise.append(number[inertia] * weak.noise(read, fitted.problem.noise[read.name]))
@@ -271,7 +149,7 @@ class _Equations:
 
     fitted: Fit
     number: int
-    weak: _Weak
+    weak: WeakForm
     yaw: Read
     wheel: Read
     current: np.ndarray | None
@@ -291,7 +169,7 @@ class _Equations:
     ) -> "_Equations":
         log, rng, count = fitted.problem.logs[number], np.random.default_rng([number, 2]), 2 * limits.momentum.half
         yaw, wheel = (read.about_itself(fitted, log, clean[read.name], count, rng) for read in bodies)
-        weak = _Weak.of(log.time, length)
+        weak = WeakForm.of(log.time, length)
         current = None
         if "current_A" in log.outputs:
             seen = np.isfinite(log.outputs["current_A"])

@@ -9,15 +9,14 @@ given. What they make of these is the level against which regimes and bands stan
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.diagnosis.localise.momentum import Momentum, Read, split
-from rwjax.diagnosis.localise.own_noise import draws, rates, simulated
+from rwjax.diagnosis.localise.body_motion import Own, Read, read_body
+from rwjax.diagnosis.localise.momentum import Momentum, split
+from rwjax.diagnosis.localise.own_noise import rates, simulated
 from rwjax.diagnosis.localise.regimes import Part, bands, regimes, weights
 from rwjax.diagnosis.localise.regimes import shares as regime_shares
-from rwjax.diagnosis.localise.smoother import smoother
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
@@ -87,45 +86,6 @@ class Where:
             ],
             "momentum": self.momentum.json() if self.momentum is not None else None,
         }
-
-
-class Own(NamedTuple):
-    """Draws of what the fitted rig would have read: its free run by output (time,) [SI], and how many draws."""
-
-    clean: dict[str, np.ndarray]
-    count: int
-
-
-def read_body(fitted: Fit, number: int, body: str, limits: LocalisationSettings, own: Own | None = None) -> Read | None:
-    """Motion of one body from a log and, if wanted, from draws of what the fitted rig would have read.
-
-    Args:
-        fitted: the fit of the rig as it is.
-        number: number of the log.
-        body: `yaw` or `wheel`.
-        limits: limits of the smoother.
-        own: the draws that are wanted.
-
-    Returns:
-        The motion, None where the log does not tell it.
-    """
-    noise, log = fitted.problem.noise, fitted.problem.logs[number]
-    angle, rate = f"{body}_rad", f"{body}_rad_s"
-    name = angle if angle in log.outputs else rate
-    if name not in log.outputs:
-        return None
-    order = 3 if name == angle else 2
-    smooth = smoother(log.outputs[name], np.diff(log.time), noise[name], order, limits.smoother)
-    readings = log.outputs[name][:, None]
-    if own is not None and own.count:
-        rng = np.random.default_rng([number, body == "wheel"])
-        drawn = draws(fitted, log, own.clean[name], name, own.count, rng)
-        readings = np.concatenate([readings, drawn], axis=1)
-    states = smooth(readings[:, :1])
-    if readings.shape[1] > 1:
-        gaps = np.isnan(readings[:, :1])
-        states = np.concatenate([states, smooth(np.where(gaps, np.nan, readings[:, 1:]))], axis=2)
-    return Read(name, smooth, readings, states)
 
 
 def missing_torque(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, kstest
 
-from rwjax.diagnosis.localise.momentum import Momentum, bump
+from rwjax.diagnosis.localise.momentum import Momentum
 from rwjax.diagnosis.settings import MomentumSettings
 from rwjax.rig.model import Rig
 from tests.diagnosis.localise.measured import COASTS, COMMAND, located, measured
@@ -20,15 +20,6 @@ def momentum(rig: Rig, seed: int, names: tuple[str, ...], **effects: dict) -> Mo
     found = located(rig, *logs).momentum
     assert found is not None
     return found
-
-
-def test_test_functions_have_unit_area_and_their_own_derivatives() -> None:
-    s = np.linspace(-1.0, 1.0, 20001)
-    value, first, second = bump(s, 0.4)
-    t = 0.2 * s
-    assert np.trapezoid(value, t) == pytest.approx(1.0, abs=1e-6)
-    assert np.allclose(np.gradient(value, t)[1:-1], first[1:-1], atol=1e-4 * np.max(first))
-    assert np.allclose(np.gradient(first, t)[1:-1], second[1:-1], atol=1e-4 * np.max(second))
 
 
 @pytest.mark.parametrize("names", [FULL, FULL[:2]])

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rwjax import Log, parse_rig
+from rwjax.diagnosis.localise.body_motion import read_body
 from rwjax.diagnosis.localise.own_noise import simulated
-from rwjax.diagnosis.localise.where import Missing, Own, locate, missing_torque, read_body
+from rwjax.diagnosis.localise.where import Missing, locate, missing_torque
 from rwjax.diagnosis.settings import LocalisationSettings
 from rwjax.fitting.fit import fit
 from rwjax.rig.model import Rig
@@ -60,11 +61,3 @@ def test_what_is_named_is_where_the_gap_lies_and_else_what_removes_most() -> Non
     assert named is not None and named.coordinate == "load" and named.share == 0.0 and named.interval is None
     assert named.drawn == "voltage"
     assert locate(fitted, (0,), {}, None, SETTINGS) is None
-
-
-def test_draws_stand_beside_the_readings_of_a_body() -> None:
-    rig = platform("viscous = 0.02")
-    fitted = as_given(rig, true_log(rig))
-    read = read_body(fitted, 0, "yaw", SETTINGS, Own(simulated(fitted)[0], 3))
-    assert read is not None and read.readings.shape[1] == 4 and read.rate.shape == read.readings.shape
-    assert read_body(fitted, 0, "wheel", SETTINGS) is None
