@@ -22,7 +22,6 @@ def diagnose(
 ) -> None:
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
     from rwjax.diagnosis.diagnosis import diagnose as run
-    from rwjax.diagnosis.words import text
     from rwjax.logs.read import read_logs
     from rwjax.planning.files import write_next
     from rwjax.report.html import write_report
@@ -33,7 +32,7 @@ def diagnose(
     rig = read_rig(rig_file)
     logs = read_logs(log_files, rig)
     with results(output) as folder, progress(quiet) as show:
-        result = run(rig, logs, show)
+        result = run(rig, logs, progress=show)
         show("writing the report")
         answer = json.dumps(result.json(), indent=1, allow_nan=False)
         write_text(folder / "diagnosis.json", answer + "\n", InputError)
@@ -43,7 +42,7 @@ def diagnose(
     if as_json:
         print(answer)
         return
-    print("\n".join(text(result)))
+    print(result)
     if plan is not None:
         print(f"  plan of the next experiment: {plan}")
     print(f"  report: {report}")

@@ -2,7 +2,6 @@
 
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
-from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig

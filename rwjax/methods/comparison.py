@@ -13,7 +13,6 @@ from rich.table import Table
 
 from rwjax.errors import InputError
 from rwjax.fitting.fit import to_fit
-from rwjax.logs.columns import unit_of
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.logs.columns import unit_of

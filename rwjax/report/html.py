@@ -3,6 +3,7 @@
 import io
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,8 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rwjax.diagnosis.diagnosis import Diagnosis
-from rwjax.diagnosis.words import UNIT, verdict_sentence, where_words
+from rwjax.diagnosis.result import Diagnosis
+from rwjax.diagnosis.words import UNIT, where_words
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError
 from rwjax.report import plots
@@ -120,10 +121,10 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "percent": percent,
         "signed": signed,
         "unit_of_number": unit_of_number,
-        "where_words": where_words,
+        "where_words": partial(where_words, limits=d.settings.report),
     }
     page = environment.get_template("report.html.j2").render(
-        d=d, sentence=verdict_sentence(d), figures=drawn, unit=UNIT, corrected=write_rig(d.corrected)
+        d=d, sentence=d.sentence, figures=drawn, unit=UNIT, corrected=write_rig(d.corrected)
     )
     path = folder / "report.html"
     write_text(path, page, InputError)

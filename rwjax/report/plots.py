@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from rwjax.diagnosis.diagnosis import Diagnosis
+from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT, spoken
 from rwjax.report.style import AFTER, AXIS_LABEL, BEFORE, FLOOR, MEASURED
 

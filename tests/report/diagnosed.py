@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from rwjax.diagnosis.diagnosis import Diagnosis, Ranked, Rung
-from rwjax.diagnosis.gap import Gap, Held
+from rwjax.diagnosis.gap import Gap, HeldOut
 from rwjax.diagnosis.localise.where import Missing, Where
+from rwjax.diagnosis.result import Diagnosis, Ranked
+from rwjax.diagnosis.settings import Settings
+from rwjax.diagnosis.waterfall import Rung
 from tests.systems import platform, record
 
 TIME = 0.1 * np.arange(50)
@@ -22,11 +24,11 @@ def rung(*names: str, rms: float) -> Rung:
     return Rung(names, rms, number, {"axis.inertia": (0.5, 1.0)}, {f"{n}.M_c": (0.2, 0.01) for n in names})
 
 
-def held_out(rms: float) -> Held:
+def held_out(rms: float) -> HeldOut:
     """Errors of both logs: one value throughout."""
     error = {k: {"yaw_rad": np.full(50, rms)} for k in (0, 1)}
     flat = {"yaw_rad": np.full(100, rms**2)}
-    return Held(flat, {"yaw_rad": np.full(100, FLOOR)}, {"yaw_rad": np.zeros(100, int)}, error)
+    return HeldOut(flat, {"yaw_rad": np.full(100, FLOOR)}, {"yaw_rad": np.zeros(100, int)}, error)
 
 
 def diagnosed(**changed: Any) -> Diagnosis:
@@ -40,7 +42,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "rig": rig,
         "logs": logs,
         "verdict": "effect",
-        "untold": None,
+        "uninformative": None,
         "effects": ("axis.coulomb",),
         "alternatives": (),
         "ranking": (Ranked("axis.coulomb", 0.9, AFTER), Ranked("none", 0.1, None)),
@@ -52,11 +54,12 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "next_experiment": "none needed",
         "proposal": None,
         "waterfall": (rung(rms=BEFORE), rung("axis.coulomb", rms=AFTER)),
-        "beside": (),
+        "alternatives_waterfall": (),
         "remarks": (f"a remark {MARK}",),
         "corrected": rig,
         "before": held_out(BEFORE),
         "after": held_out(AFTER),
+        "settings": Settings(),
     }
     made = object.__new__(Diagnosis)  # without the fit and its uncertainty, which no page shows
     made.__dict__.update(found | changed)

@@ -6,7 +6,6 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from rwjax.diagnosis.words import verdict_sentence
 from rwjax.errors import InputError
 from rwjax.report.html import figures_of, percent, short, signed, write_report
 from tests.report.diagnosed import MARK, diagnosed
@@ -28,9 +27,7 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) 
     found = diagnosed()
     backend = matplotlib.get_backend()
     page = write_report(found, tmp_path).read_text()
-    assert page.index(f"<h1>{verdict_sentence(found)}</h1>") < page.index("<svg") and verdict_sentence(
-        found
-    ).startswith("The rig lacks")
+    assert page.index(f"<h1>{found.sentence}</h1>") < page.index("<svg") and found.sentence.startswith("The rig lacks")
     assert page.count("<svg") == 5 and {file.name for file in tmp_path.glob("*.png")} == {
         f"{name}.png" for name in figures_of(found)
     }
