@@ -29,6 +29,7 @@ lint: $(READY)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/pyright
+	@$(BIN)/lint-imports --no-logo --no-cache
 
 # The benchmark of the fit against its rivals and a C program (about ten minutes; gcc); PARTS="contenders" for one table.
 bench: .venv/.bench

@@ -85,11 +85,16 @@ def tune(
         return
     for name, found in laws.items():
         print(_line(name, found))
-    about = (
-        f"robust: kp and kd of the largest worst-case margin over {design.plants} plants, every pole left of -{sigma:g} 1/s{' without ki' if ki else ''} "
-        f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fit else ' as given'}"
-    )
+    about = _about(design.plants, sigma, step, bool(ki), bool(fit))
     say(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
+
+
+def _about(plants: int, sigma: float, step: float, integral: bool, fitted: bool) -> str:
+    """What the robust and the tuned gains are."""
+    return (
+        f"robust: kp and kd of the largest worst-case margin over {plants} plants, every pole left of -{sigma:g} 1/s{' without ki' if integral else ''} "
+        f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fitted else ' as given'}"
+    )
 
 
 def _check(sigma: float, dead: float, forward: float, least: float) -> None:
