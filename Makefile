@@ -12,6 +12,7 @@ demo: $(READY)
 	@$(BIN)/rwjax diagnose data/demo/rig.toml data/demo/*.csv -o build/demo
 
 test: $(READY)
+	@$(BIN)/python -m rwjax.effects.table
 	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 -m "not slow" $(ARGS)
 
 # Those too that take long, most of them for compiling: every effect's numbers recovered, every effect's own cases.

@@ -5,12 +5,12 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """The input is unusable.
+    r"""The input is unusable.
 
     The message is one line: file, line or key, what is wrong, what would be right.
 
     Args:
-        message: The text; a line break in it is written as `\\n`, since a name in a file may hold one.
+        message: The text; a line break in it is written as `\n`, since a name in a file may hold one.
     """
 
     def __init__(self, message: str):

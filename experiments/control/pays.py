@@ -66,7 +66,7 @@ def logs(truth: Truth) -> list[Log]:
 
 
 @njit
-def _trial(reference, law, sign, p):
+def simulated_rig(reference, law, sign, p):
     """Angles of the simulator's rig at the controller's samples."""
     x, half, slope_of = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
     kp, ki, kd, smooth, forward, dead, limit = law
@@ -101,7 +101,7 @@ def trial(truth: Truth, law: Controller) -> dict[str, float]:
     numbers = np.array(
         [law.kp, law.ki, law.kd, law.filter_time, law.feedforward, law.deadband, law.voltage_limit], float
     )
-    angle, volts = _trial(reference, numbers, -1.0, truth.array())
+    angle, volts = simulated_rig(reference, numbers, -1.0, truth.array())
     error = np.degrees(reference - angle).reshape(len(STEPS), HOLD)
     late = error[:, -HOLD // 4 :]
     return {

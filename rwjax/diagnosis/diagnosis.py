@@ -34,13 +34,12 @@ NOTHING = Hypothesis()
 
 @dataclass(frozen=True)
 class _Layout:
-    """Which logs are fitted and which are held out: the rule in words, all logs or the parts of a single one, the numbers of those on
-    which the hypothesis is chosen, and the folds by number."""
+    """Which logs are fitted and which are held out."""
 
-    rule: str
-    logs: tuple[Log, ...]
-    train: tuple[int, ...]
-    folds: tuple[Split, ...]
+    rule: str  # the held-out rule in words
+    logs: tuple[Log, ...]  # all logs, or the parts of a single one
+    train: tuple[int, ...]  # numbers of those on which the hypothesis is chosen
+    folds: tuple[Split, ...]  # by number
 
 
 def _laid_out(logs: Sequence[Log]) -> _Layout:
@@ -92,16 +91,15 @@ class _Judged:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """How far and the verdict: `named`: what is reported; `best`: what the search has chosen, its most important name first; the
-    logs' uninformativeness and the numbers that diverged."""
+    """How far the gap closes, and the verdict."""
 
     verdict: Verdict
-    named: Hypothesis
-    best: Hypothesis
+    named: Hypothesis  # what is reported
+    best: Hypothesis  # what the search has chosen, its most important name first
     after: HeldOut
     gaps: dict[str, Gap]
-    uninformative: str | None
-    diverged: tuple[str, ...]
+    uninformative: str | None  # why the logs tell nothing, where they do not
+    diverged: tuple[str, ...]  # numbers that ran away from the rig file
 
 
 def diagnose(

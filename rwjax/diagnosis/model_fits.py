@@ -233,7 +233,9 @@ class ModelFits:
     def _posed(self, structure: Structure) -> Problem:
         """All logs with a structure."""
         if structure not in self._problems:
-            posed = pose(structure, self.problem.logs, self.problem.noise, prior=self.rig.prior)
+            posed = pose(
+                structure, self.problem.logs, self.problem.noise, prior=self.rig.prior, stepper=self.problem.stepper
+            )
             own = posed.batch
             alike = self.problem.batch._replace(
                 theta_index=own.theta_index, theta_offset=own.theta_offset

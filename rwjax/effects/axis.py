@@ -53,7 +53,7 @@ class Spring(AxisTorque):
     limits: ClassVar[tuple[str, ...]] = ("axis.bias_torque",)
     k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="k")
     T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02), scale="torque", tex="T_0")
-    k_3: Scalar = param("N m/rad3", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque", tex="k_3", optional=True)
+    k_3: Scalar = param("N m/rad3", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque", tex="k_3", role="form")
 
     def torque(self, motion: Motion) -> Scalar:
         rest = jnp.where(self.k > 0.0, self.T_0 / jnp.where(self.k > 0.0, self.k, 1.0), 0.0)
@@ -247,8 +247,8 @@ class PeriodicTorque(AxisTorque):
         "rad/s", bounds=(0.05, 200.0), null=6.0, starts=tuple(w for rate in RATES for w in (rate, rate)), tex="\\omega"
     )
 
-    p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", optional=True)
-    q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", optional=True)
+    p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", role="form")
+    q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", role="form")
 
     def torque(self, motion: Motion) -> Scalar:
         return with_overtone(self.omega * motion.t, self.s, self.c, self.p, self.q)

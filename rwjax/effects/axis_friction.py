@@ -83,7 +83,7 @@ class Stribeck(AxisDry):
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
     M_e: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_s - M_c")
     v_s: Scalar = param("rad/s", bounds=(1e-3, 1e2), null=1.0, starts=(0.03, 0.1, 0.3), scale="rate", tex="v_s")
-    n: Scalar | float = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", optional=True)
+    n: Scalar | float = param("1", bounds=(0.5, 4.0), null=2.0, starts=(2.0, 1.0, 2.0), tex="n", role="form")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         fall = power(jnp.maximum(jnp.abs(motion.w) / self.v_s, SLOWEST), self.n)
@@ -120,7 +120,7 @@ class QuadraticDrag(AxisTorque):
     equation: ClassVar[str] = "c w abs(w)^(p − 1)"
     shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
     c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque_per_rate2", tex="c")
-    p: Scalar = param("1", bounds=(1.3, 3.0), null=2.0, starts=(2.0,), tex="p", optional=True)
+    p: Scalar = param("1", bounds=(1.3, 3.0), null=2.0, starts=(2.0,), tex="p", role="form")
 
     def torque(self, motion: Motion) -> Scalar:
         size = jnp.abs(motion.w)
@@ -187,10 +187,8 @@ class Presliding(AxisElastic):
         starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 1e-3, 0.01, 0.1),
         tex="x_s",
     )
-    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 3), tex="s", optional=True)
-    d: Scalar = param(
-        "N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", optional=True
-    )
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 3), tex="s", role="form")
+    d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", role="form")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c
@@ -281,10 +279,10 @@ class FrictionDrift(AxisDry):
     changes_over_time: ClassVar[bool] = True
     d: Scalar = param("1", bounds=(-1.0, jnp.inf), starts=(0.3,), tex="d")
     B: Scalar = param(
-        "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", optional=True
+        "N m s/rad", bounds=(-jnp.inf, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="B", role="form"
     )
     tau: Scalar = param("s", bounds=(0.1, 1e4), null=5.0, starts=(3.0, 10.0, 10.0), tex="\\tau")
-    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", optional=True)
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 1.0), tex="s", role="form")
 
     def _cold(self, motion: Motion) -> Scalar:
         return fallen(1.0, motion.t / self.tau, self.s)

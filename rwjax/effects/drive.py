@@ -44,9 +44,7 @@ class DeadZone(CommandMap):
     u_0: Scalar = param(
         "V", bounds=(0.0, jnp.inf), starts=(0.03, 0.1, 0.3, *(0.0,) * len(JUMPS)), scale="command", tex="u_0"
     )
-    j: Scalar = param(
-        "V", bounds=(0.0, jnp.inf), starts=(0.0, 0.0, 0.0, *JUMPS), scale="command", tex="j", optional=True
-    )
+    j: Scalar = param("V", bounds=(0.0, jnp.inf), starts=(0.0, 0.0, 0.0, *JUMPS), scale="command", tex="j", role="form")
 
     def command(self, u: Scalar) -> Scalar:
         return jnp.where(jnp.abs(u) > self.u_0 + self.j, u - self.u_0 * jnp.sign(u), 0.0)
@@ -91,7 +89,7 @@ class DriveLag(CommandFilter):
     shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
     linear: ClassVar[bool] = True
     T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1, 0.03, 0.1), tex="T")
-    q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", optional=True)
+    q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", role="form")
 
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
         lags = [_kept(T, h) for T in (self.T, self.q * self.T)]
@@ -166,7 +164,7 @@ class DriveSaturation(CommandMap):
         "V", bounds=(1e-3, 1e6), null=1e6, starts=(0.98, 0.9, 0.7, 0.4, 1.2, 4.0, 12.0), scale="peak", tex="u_m"
     )
     n: Scalar = param(
-        "1", bounds=(1.5, SHARP), null=SHARP, starts=(SHARP, SHARP, SHARP, SHARP, 3.0, 2.0, 2.0), tex="n", optional=True
+        "1", bounds=(1.5, SHARP), null=SHARP, starts=(SHARP, SHARP, SHARP, SHARP, 3.0, 2.0, 2.0), tex="n", role="form"
     )
 
     def command(self, u: Scalar) -> Scalar:
@@ -268,10 +266,8 @@ class Curvature(CommandMap):
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 1}
     linear_numbers: ClassVar[Mapping[str, float]] = {"p": 0.0}
     c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1, 0.0, 0.0), scale="per_command", tex="c")
-    p: Scalar = param("1", bounds=(-0.8, 3.0), starts=(0.0, 0.0, 0.1, -0.1), tex="p", optional=True)
-    u_1: Scalar = param(
-        "V", bounds=(1e-6, 1e6), null=1.0, starts=(1.0,), scale="peak", tex="u_1", optional=True, fitted=False
-    )
+    p: Scalar = param("1", bounds=(-0.8, 3.0), starts=(0.0, 0.0, 0.1, -0.1), tex="p", role="form")
+    u_1: Scalar = param("V", bounds=(1e-6, 1e6), null=1.0, starts=(1.0,), scale="peak", tex="u_1", role="reference")
 
     def command(self, u: Scalar) -> Scalar:
         size, rises = jnp.abs(u), self.c > 0.0

@@ -2,9 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Literal
 
 import equinox as eqx
+
+Role = Literal["effect", "form", "reference"]
+"""What a number is for: `effect`, it makes the effect; `form`, it belongs to the effect's form, and a rig file may leave it out; `reference`,
+like that, and no search estimates it."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +24,7 @@ class Parameter:
         scale: Name of the size, of `rwjax.fitting.scales`, in which the starts are given.
         origin: Name of the size from which the starts are counted; None for 0.
         tex: Symbol in LaTeX.
-        optional: Whether a rig file may leave it out and then has it at its null; it belongs to the effect's form.
-        fitted: Whether a search estimates it; else it stays where the search begins.
+        role: What it is for.
     """
 
     name: str
@@ -32,8 +35,17 @@ class Parameter:
     scale: str
     origin: str | None
     tex: str
-    optional: bool
-    fitted: bool
+    role: Role
+
+    @property
+    def optional(self) -> bool:
+        """Whether a rig file may leave it out and then has it at its null."""
+        return self.role != "effect"
+
+    @property
+    def fitted(self) -> bool:
+        """Whether a search estimates it; else it stays where the search begins."""
+        return self.role != "reference"
 
     def begin(self, sizes: Mapping[str, float]) -> tuple[float, ...]:
         """Values from which a search begins, within the bounds.
@@ -59,8 +71,7 @@ def param(
     scale: str = "one",
     origin: str | None = None,
     tex: str = "",
-    optional: bool = False,
-    fitted: bool = True,
+    role: Role = "effect",
 ) -> Any:
     """Field of an effect with its meaning attached. The arguments are the attributes of `Parameter`.
 
@@ -72,14 +83,13 @@ def param(
         scale: Name of the size in which the starts are given.
         origin: Name of the size from which the starts are counted; None for 0.
         tex: Symbol in LaTeX.
-        optional: Whether a rig file may leave it out.
-        fitted: Whether a search estimates it.
+        role: What it is for.
 
     Returns:
         The field.
     """
-    meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, origin=origin, tex=tex)
-    return eqx.field(metadata={"param": meta | dict(optional=optional, fitted=fitted)})
+    meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, origin=origin, tex=tex, role=role)
+    return eqx.field(metadata={"param": meta})
 
 
 def parameters(cls: type) -> dict[str, Parameter]:

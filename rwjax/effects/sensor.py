@@ -49,8 +49,8 @@ class Eccentricity(Encoder):
     equation: ClassVar[str] = "ψ + s sin ψ + c cos ψ + s_2 sin 2ψ + c_2 cos 2ψ"
     s: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.03, 0.0), tex="s")
     c: Scalar = param("rad", bounds=(-0.9, 0.9), starts=(0.0, 0.03), tex="c")
-    s_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="s_2", optional=True)
-    c_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="c_2", optional=True)
+    s_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="s_2", role="form")
+    c_2: Scalar = param("rad", bounds=(-0.4, 0.4), starts=(0.0,), tex="c_2", role="form")
 
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
         error = two_harmonics(angle, self.s, self.c, self.s_2, self.c_2)
@@ -101,7 +101,7 @@ class MissedCounts(Encoder):
     w_m: Scalar = param(
         "rad/s", bounds=(0.0, 1e5), null=1.0, starts=(0.85, 0.7, 0.5, 0.35) * 2, scale="sensed_rate", tex="w_m"
     )
-    j: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 4, *(0.1,) * 4), tex="j", optional=True)
+    j: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 4, *(0.1,) * 4), tex="j", role="form")
 
     def _behind(self, rate: Scalar) -> Scalar:
         over = jnp.abs(rate) - self.w_m

@@ -84,8 +84,8 @@ class Cogging(WheelTorque):
         "1", bounds=(1.0, 48.0), null=6.0, starts=tuple(n for order in ORDERS for n in (order, order)), tex="n"
     )
 
-    p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", optional=True)
-    q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", optional=True)
+    p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", role="form")
+    q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", role="form")
 
     def torque(self, motion: Motion) -> Scalar:
         return with_overtone(self.n * motion.theta, self.s, self.c, self.p, self.q)

@@ -20,6 +20,8 @@ from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.rig.model import Rig
+from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
+from rwjax.simulation.stepper import Stepper
 
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
@@ -54,7 +56,9 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
-def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -> RigFit:
+def fit(
+    rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, stepper: Stepper = EXPONENTIAL_STEP
+) -> RigFit:
     """Fit of a rig's free numbers to logs by free-run least squares over whole runs.
 
     Args:
@@ -62,6 +66,7 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -
         logs: The logs; those marked for validation are left out.
         bootstrap: Refits to resampled stretches, whose percentiles are then the intervals; 0 for none [1].
         refine: Parts into which each time step is divided [1].
+        stepper: What moves the plant over a time step.
 
     Returns:
         The fitted rig with standard errors, intervals, RMS errors and notes.
@@ -72,7 +77,7 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1) -
     """
     train = to_fit(rig, logs)
     structure = structure_of(rig)
-    problem = pose(structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine)
+    problem = pose(structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine, stepper=stepper)
     shared = theta_of(rig, structure)
     estimated = {*rig.free} - {*rig.per_run}
     free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])

@@ -25,7 +25,7 @@ TURNS = 4.0
 
 
 def quantisation(log: Log, output: str) -> float:
-    """Standard deviation [SI] of rounding to counts of size $q$, $q/\\sqrt{12}$.
+    r"""Standard deviation [SI] of rounding to counts of size $q$, $q/\sqrt{12}$.
 
     Args:
         log: Any log.

@@ -10,7 +10,7 @@ from rwjax.rig.effect_section import effect_parameters
 
 
 class Pwm(NamedTuple):
-    """The map from pulse width to voltage of an ESC: $V = (pulse - neutral)\\cdot volts\\_per\\_us$.
+    """The map from pulse width to voltage of an ESC: `(pulse - neutral_us) volts_per_us` [V].
 
     Attributes:
         neutral_us: Pulse width at 0 V [us].

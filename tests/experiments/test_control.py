@@ -72,7 +72,7 @@ def test_the_trial_on_the_simulator_is_the_library_s_loop(name: str) -> None:
     law = Controller(40.0, 10.0, 10.0, 0.02, 0.3, np.radians(0.2), 10.0)
     steps = np.repeat([0.3, -0.1], 300)
     numbers = np.array([*law[:7]], float)
-    angle, _ = pays._trial(steps, numbers, -1.0, truth.array())
+    angle, _ = pays.simulated_rig(steps, numbers, -1.0, truth.array())
     ours = np.asarray(run_rig(model, law, steps, LoopTiming(counts=pays.COUNTS)).angle)
     assert np.max(np.abs(angle - ours)) < 0.5 * 2.0 * np.pi / pays.COUNTS  # a count read earlier or later moves on
 

@@ -200,7 +200,7 @@ class _Equations:
         return ("axis", "wheel", "winding") if all(e.current is not None for e in each) else ("axis", "wheel")
 
     def residual(self, name: str, theta: np.ndarray, columns: slice) -> np.ndarray:
-        """$\\int\\varphi\\,(\\ldots)$ of an equation `(m, …)` for readings (column 0), smoothed motion (1), own run (2) or draws."""
+        r"""$\int\varphi\,(\ldots)$ of an equation `(m, …)` for readings (column 0), smoothed motion (1), own run (2) or draws."""
         log, structure = self.fitted.problem.logs[self.number], self.fitted.problem.structure
         number = dict(zip(structure.names, theta + np.array(structure.vector(log.added)), strict=True))
         K, R, L = (number.get(f"motor.{n}", 0.0) for n in ("torque_constant", "resistance", "inductance"))

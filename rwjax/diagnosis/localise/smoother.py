@@ -94,13 +94,12 @@ def _after_reading(p: _Upper, r: float) -> tuple[tuple[float, float, float], flo
 
 @dataclass(frozen=True)
 class _Model:
-    """What is filtered: `noise` of the readings [SI], `q` intensity of the process, its `order`, and the relative change `settled` of
-    the innovation's variance below which the gain has come to rest."""
+    """What is filtered."""
 
-    noise: float
-    q: float
+    noise: float  # of the readings [SI]
+    q: float  # intensity of the process
     order: int
-    settled: float
+    settled: float  # relative change of the innovation's variance below which the gain counts as constant
 
 
 def _filter(y: list[float], steps: list[float], model: _Model, keep: list | None = None) -> float:
