@@ -9,7 +9,8 @@ import numpy as np
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.initial_state import initial_state_covariance
-from rwjax.fitting.multiple_shooting import Fit, least_squares_nonsmooth
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.nonsmooth import least_squares_nonsmooth
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import residual_jacobian
 

@@ -20,7 +20,6 @@ import numpy as np
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import LARGEST_DAMPING, gauss_newton_step
 from rwjax.fitting.initial_state import initial_states_by_sensitivities
-from rwjax.fitting.nonsmooth import secant_steps
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import run_costs, sensitivities
 from rwjax.simulation.shooting import Evaluation
@@ -104,14 +103,6 @@ def reaches_noise(cost: float, theta: np.ndarray, problem: Problem) -> bool:
         True where the mean square is at most `MISFIT`.
     """
     return 2.0 * (cost - problem.prior_cost(theta)[0]) <= MISFIT * problem.batch.readings
-
-
-def _sticks(problem: Problem, theta: np.ndarray) -> bool:
-    """Whether any dry friction acts: without it the sum of squares is smooth."""
-    dry = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
-    return any(
-        name.partition(" ")[0].endswith(dry) and value > 0.0 for name, value in zip(problem.names, theta, strict=True)
-    )
 
 
 def _through_windows(
@@ -209,34 +200,3 @@ def least_squares(
                 converged = True
                 break
     return Fit(problem, coordinates, here.theta, here.start, here.cost, e, converged, taken)
-
-
-def least_squares_nonsmooth(
-    problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray | None = None
-) -> Fit:
-    """`least_squares`, and secant steps after it where stick-slip may have stopped it well above the noise.
-
-    Args:
-        problem: Logs and structure.
-        coordinates: The free numbers.
-        theta: Parameter vector `(t,)` [SI] where the fit begins.
-        start: Initial states `(l, n)` [SI] where the fit begins; the problem's own without it.
-
-    Returns:
-        The better of both fits.
-    """
-    found = least_squares(problem, coordinates, theta, start=start)
-    theta, cost = found.theta, found.cost
-    if (
-        _sticks(problem, theta)
-        and np.isfinite(cost)
-        and not reaches_noise(cost, theta, problem)
-        and len(coordinates.index)
-    ):
-        wide = replace(coordinates, size=np.maximum(coordinates.size, np.abs(theta[coordinates.index])))
-        free = problem.start_free & ~problem.initial_state_from_start[:, None]
-        theta, start, _ = secant_steps(problem, wide, theta, found.start, free, cost)
-        rest = least_squares(problem, coordinates, theta, start=start)
-        if rest.cost < cost:
-            return replace(rest, steps=rest.steps + found.steps)
-    return found

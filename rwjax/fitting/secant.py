@@ -224,7 +224,7 @@ def _first_better(here: Fit, trials: Sequence[Fit]) -> Simulating[Fit]:
     return here
 
 
-def descend(here: Fit, *, most_steps: int, tolerance: float) -> Simulating[Fit]:
+def descend(here: Fit, *, most_steps: int, tolerance: float, spans: Sequence[float] = SPANS) -> Simulating[Fit]:
     """Gauss-Newton steps with secants, each with several dampings at once; only what lowers the cost is kept.
 
     Args:
@@ -232,6 +232,7 @@ def descend(here: Fit, *, most_steps: int, tolerance: float) -> Simulating[Fit]:
         most_steps: Steps at most [1].
         tolerance: Share of the cost below which a step's gain leads to the next span, and after the last one ends the
             search [1].
+        spans: Spans of the secants in coordinates, one after the other [1].
 
     Yields:
         Free runs to simulate.
@@ -239,17 +240,17 @@ def descend(here: Fit, *, most_steps: int, tolerance: float) -> Simulating[Fit]:
     Returns:
         The last point, without derivatives.
     """
-    spans, taken, converged = list(SPANS), 0, False
+    remaining, taken, converged = list(spans), 0, False
     while taken < most_steps and np.isfinite(here.cost):
         taken += 1
         e = yield from slopes(
-            here.problem, here.coordinates, here.theta, here.start, here.evaluation.residual, spans[0]
+            here.problem, here.coordinates, here.theta, here.start, here.evaluation.residual, remaining[0]
         )
         before = here.cost
         here = yield from _first_better(here, (yield from _trials(here, e))[:MOST_EXACT])
         if before - here.cost <= tolerance * max(here.cost, 1.0):
-            if len(spans) == 1:
+            if len(remaining) == 1:
                 converged = True
                 break
-            spans.pop(0)
+            remaining.pop(0)
     return replace(here, converged=converged, steps=taken)
