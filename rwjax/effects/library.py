@@ -189,14 +189,15 @@ def dry_numbers(names: Iterable[str]) -> set[str]:
         names: Names of a structure's numbers, those of effects as `effect.parameter`.
 
     Returns:
-        Those of the names that are levels [N m] of dry friction.
+        Those of the names that give dry friction a level: torques, or shares of the load.
     """
     levels = {
         f"{effect.name}.{number}"
         for effect in BY_NAME.values()
         if issubclass(effect, Dry)
         for number, known in parameters(effect).items()
-        if known.unit == "N m" and known.bounds[0] >= 0.0  # a level of either sign is a difference between directions
+        if known.null == known.bounds[0] == 0.0
+        and not known.optional  # what may be negative changes a level that others give
     }
     return {name for name in names if name in levels or name in LEVELS_IN_RIG}
 

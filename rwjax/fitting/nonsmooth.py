@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rwjax.effects.library import dry_numbers
 from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
@@ -41,12 +42,19 @@ def secant_steps(begun: Fit) -> Fit:
     return together([steps()])[0]
 
 
-def _sticks(problem: Problem, theta: np.ndarray) -> bool:
-    """Whether any dry friction acts: without it the sum of squares is smooth."""
-    dry = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
-    return any(
-        name.partition(" ")[0].endswith(dry) and value > 0.0 for name, value in zip(problem.names, theta, strict=True)
-    )
+def sticks(problem: Problem, theta: np.ndarray) -> bool:
+    """Whether any dry friction acts: without it the sum of squares is smooth.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+
+    Returns:
+        True where a number that gives dry friction its level is positive.
+    """
+    own = [name.partition(" ")[0] for name in problem.names]  # "number in log" where each run has its own
+    dry = dry_numbers(own)
+    return any(name in dry and value > 0.0 for name, value in zip(own, theta, strict=True))
 
 
 def least_squares_nonsmooth(
@@ -68,7 +76,7 @@ def least_squares_nonsmooth(
         not len(coordinates.index)
         or not np.isfinite(found.cost)
         or reaches_noise(found.cost, found.theta, problem)
-        or not _sticks(problem, found.theta)
+        or not sticks(problem, found.theta)
     ):
         return found
     better = secant_steps(found)

@@ -123,13 +123,14 @@ def test_what_a_run_shows_keeps_its_order(run: str, names: str) -> None:
     assert {*shown_in(run, "wheel")} == {name for name in shown_in(run, "reaction") if not name.startswith("axis.")}
 
 
-def test_numbers_of_dry_friction_are_levels_and_no_others() -> None:
+def test_numbers_of_dry_friction_give_levels_and_no_others() -> None:
     every = [*NUMBERS, *(f"{name}.{number}" for name, effect in BY_NAME.items() for number in parameters(effect))]
     named = ("friction.coulomb", "friction.static", "friction.b3", ".M_c", ".M_e")
     known = {name for name in every if name in NUMBERS or name.rpartition(".")[0] in BY_NAME}
     found = dry_numbers(every)
     assert {name for name in known if name.endswith(named)} <= found
     assert not {"axis.asymmetric_friction.d", "axis.spring.T_0", "axis.friction.b2", "axis.gravity.torque"} & found
+    assert {"axis.load_friction.mu", "yaw.load_friction.mu"} <= found  # a level in proportion to the load
     assert dry_numbers(["axis.stribeck.v_s"]) == set()
 
 

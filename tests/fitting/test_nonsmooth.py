@@ -1,10 +1,15 @@
 """Secant steps of a nonsmooth cost."""
 
+import numpy as np
 import pytest
 
 from rwjax.fitting.multiple_shooting import least_squares
-from rwjax.fitting.nonsmooth import secant_steps
+from rwjax.fitting.nonsmooth import secant_steps, sticks
+from rwjax.fitting.problem import pose
+from rwjax.plant.from_rig import structure_of
 from tests.fitting.heavier import believed_heavier
+from tests.fitting.logs import log_of
+from tests.systems import platform
 
 
 def test_secant_steps_heed_a_prior() -> None:
@@ -14,3 +19,12 @@ def test_secant_steps_heed_a_prior() -> None:
     again = least_squares(problem, moves, found.theta, start=found.start, most_steps=0)
     assert found.cost < 0.2 * begun.cost and found.cost == pytest.approx(again.cost, rel=1e-9)
     assert found.theta[problem.names.index("axis.inertia")] == pytest.approx(0.12, rel=0.05)
+
+
+def test_friction_in_proportion_to_the_load_sticks_like_any_other() -> None:
+    smooth = platform("viscous = 0.02")
+    problem = pose(structure_of(smooth).with_effects("axis.load_friction"), [log_of(smooth)])
+    theta = np.zeros(len(problem.names))
+    assert not sticks(problem, theta)
+    theta[problem.names.index("axis.load_friction.mu")] = 0.1
+    assert sticks(problem, theta)
