@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .control.region import region as region
     from .control.gain_design import tune as tune
     from .control.sweep import sweep as sweep
+    from .simulation.simulate import simulate as simulate
 
 __version__ = "0.1.0"
 
@@ -47,6 +48,7 @@ _HOME = {
     "control.region": ("region",),
     "control.gain_design": ("tune",),
     "control.sweep": ("sweep",),
+    "simulation.simulate": ("simulate",),
 }
 """The module of each public name; the imports above say the same to type checkers, and a test that they agree."""
 

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -65,7 +66,7 @@ def test_type_checkers_see_the_same_names() -> None:
         seen |= {alias.asname: f"rwjax.{line.module}" for alias in line.names if alias.asname == alias.name}
     assert list(seen) == NAMES
     for name, module in seen.items():
-        assert getattr(sys.modules[module], name) is getattr(rwjax, name)
+        assert getattr(import_module(module), name) is getattr(rwjax, name)
 
 
 def test_the_wheel_tells_type_checkers_that_the_package_is_typed() -> None:

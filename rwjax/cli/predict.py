@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -61,14 +62,14 @@ def predict(
         print(f"note: {question}", file=sys.stderr)
 
 
-def _csv(columns: "dict[str, np.ndarray]") -> str:
+def _csv(columns: "Mapping[str, np.ndarray]") -> str:
     """The columns as text, every digit of the first, the time, ten of the others."""
     rows = zip(*columns.values(), strict=True)
     lines = (",".join([repr(float(row[0])), *(f"{v:.10g}" for v in row[1:])]) for row in rows)
     return "\n".join([",".join(columns), *lines, ""])
 
 
-def _print_errors(log: "Log", columns: "dict[str, np.ndarray]") -> None:
+def _print_errors(log: "Log", columns: "Mapping[str, np.ndarray]") -> None:
     import numpy as np
 
     from rwjax.logs.columns import unit_of

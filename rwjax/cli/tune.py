@@ -79,14 +79,17 @@ def tune(
         )
     laws = {"robust": _shown(design.robust), "tuned": _shown(design.tuned)}
     if as_json:
-        stable = design.tuned.robustness.stable
-        answer = {"schema": "rwjax.tune/1", "plants": design.plants, "stable_with_tuned": stable, **laws}
+        answer = {"schema": "rwjax.tune/1", "plants": design.plants, **_stable(design), **laws}
         print(json.dumps(answer, allow_nan=False))
         return
     for name, found in laws.items():
         print(_line(name, found))
     about = _about(design.plants, sigma, step, bool(ki), bool(fit))
     say(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
+
+
+def _stable(design: "GainDesign") -> dict[str, float]:
+    return {"stable_with_tuned": design.tuned.robustness.stable}
 
 
 def _about(plants: int, sigma: float, step: float, integral: bool, fitted: bool) -> str:
