@@ -160,7 +160,7 @@ class Effect(eqx.Module):
             motion: The motion.
 
         Returns:
-            The states in the order of `states`, in their own units.
+            The states in the order of `states` [each in its unit].
         """
         return tuple(motion.own[f"{self.name}:{state}"] for state in self.states)
 
@@ -171,6 +171,6 @@ class Effect(eqx.Module):
             motion: The motion.
 
         Returns:
-            The rates in the order of `states`, in their units per second.
+            The rates in the order of `states` [each in its unit per second].
         """
         return ()

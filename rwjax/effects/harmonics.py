@@ -10,13 +10,13 @@ def two_harmonics(angle: Scalar, s_1: Scalar, c_1: Scalar, s_2: Scalar, c_2: Sca
 
     Args:
         angle: The angle [rad].
-        s_1: Amplitude of the sine.
-        c_1: Amplitude of the cosine.
-        s_2: Amplitude of the sine of twice the angle.
-        c_2: Amplitude of the cosine of twice the angle.
+        s_1: Amplitude of the sine [any unit].
+        c_1: Amplitude of the cosine [as the sine].
+        s_2: Amplitude of the sine of twice the angle [as the sine].
+        c_2: Amplitude of the cosine of twice the angle [as the sine].
 
     Returns:
-        The sum, in the unit of the amplitudes.
+        The sum [as the amplitudes].
     """
     s, c = jnp.sin(angle), jnp.cos(angle)
     return s_1 * s + c_1 * c + s_2 * 2.0 * s * c + c_2 * (c * c - s * s)
@@ -29,12 +29,12 @@ def with_overtone(angle: Scalar, s: Scalar, c: Scalar, p: Scalar, q: Scalar) -> 
 
     Args:
         angle: The angle [rad].
-        s: Amplitude of the sine.
-        c: Amplitude of the cosine.
+        s: Amplitude of the sine [any unit].
+        c: Amplitude of the cosine [as the sine].
         p: Overtone in phase with the first harmonic, over its size [1].
         q: Overtone a quarter of a turn apart, over its size [1].
 
     Returns:
-        The sum, in the unit of the amplitudes.
+        The sum [as the amplitudes].
     """
     return two_harmonics(angle, s, c, p * s - q * c, p * c + q * s)

@@ -50,7 +50,7 @@ def null_of_optional(number: str) -> float | None:
         number: Name of a number, `effect.parameter` for an effect's.
 
     Returns:
-        The null in the number's unit; None for every other number.
+        The null [the number's unit]; None for every other number.
     """
     effect, _, name = number.rpartition(".")
     found = parameters(BY_NAME[effect])[name] if effect in BY_NAME else None

@@ -79,7 +79,7 @@ def param(
         unit: SI unit as text, "1" where it has none.
         bounds: Lowest and highest value that is physically possible [unit].
         null: Value at which the effect is absent [unit].
-        starts: Values from which a search begins, in units of `scale`.
+        starts: Values from which a search begins [`scale`].
         scale: Name of the size in which the starts are given.
         origin: Name of the size from which the starts are counted; None for 0.
         tex: Symbol in LaTeX.

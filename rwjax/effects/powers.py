@@ -15,11 +15,11 @@ def power(base: Scalar, exponent: Scalar | float) -> Scalar:
     one run of a batch after the other, exponential and logarithm for several at once.
 
     Args:
-        base: The base, above 0.
+        base: The base, above 0 [1].
         exponent: The exponent [1]; a Python number where it is fixed.
 
     Returns:
-        The power.
+        The power [1].
     """
     return base**exponent if isinstance(exponent, float) else jnp.exp(exponent * jnp.log(base))
 

@@ -74,7 +74,7 @@ class Stretch:
         """Some of the samples.
 
         Args:
-            keep: Which (n,), as a mask.
+            keep: Which (n,) [true or false].
 
         Returns:
             The stretch without the others.

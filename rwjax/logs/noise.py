@@ -44,12 +44,12 @@ def noise_level(signal: np.ndarray, turning: bool = False) -> float:
     the differences is taken where it gives clearly less: a motion that is sampled slowly stays in the low orders.
 
     Args:
-        signal: Readings (n,) in any unit; what is not finite is left out.
+        signal: Readings (n,) [any unit]; what is not finite is left out.
         turning: Whether the readings are an angle [rad]. What repeats with the turn then is no noise either, such
             as the error of an encoder mounted off centre.
 
     Returns:
-        The standard deviation in the unit of the signal; 0 for a signal too short.
+        The standard deviation [as the signal]; 0 for a signal too short.
     """
     signal = signal[np.isfinite(signal)]
     sizes = [_size(d) for d in _differences(signal)]

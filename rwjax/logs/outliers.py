@@ -31,12 +31,12 @@ def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None)
 
     Args:
         time: Time [s] (n,).
-        y: Readings (n,) in any unit, NaN where there is none.
+        y: Readings (n,) [any unit], NaN where there is none.
         command: Command [V] (n,) or (n, 2), for an output that may answer a change of it by a leap: readings less
             than `ANSWER` samples after a change are then not suspected.
 
     Returns:
-        True for the outliers (n,); none where they are more than the share `MOST`.
+        Which are outliers (n,) [true or false]; none where they are more than the share `MOST`.
     """
     seen = np.isfinite(y)
     if seen.sum() < 2 * AROUND + LONGEST:

@@ -105,7 +105,7 @@ def numbers(sheet: Sheet, names: list[str]) -> list[np.ndarray]:
         names: Names of the columns.
 
     Returns:
-        One array (n,) for each name, NaN where a cell is empty.
+        One array (n,) for each name [as in the file], NaN where a cell is empty.
 
     Raises:
         LogError: With the line of the first row that cannot be read, and where the log is too short.
@@ -163,7 +163,7 @@ def check_finite(sheet: Sheet, name: str, values: np.ndarray) -> None:
     Args:
         sheet: The log file as text.
         name: Name of the column.
-        values: The column (n,), in its own unit.
+        values: The column (n,) [as in the file].
 
     Raises:
         LogError: With the first line in which the number is missing or infinite.

@@ -85,7 +85,7 @@ def number(key: str, value: Any, sign: str = "any", finite: bool = True) -> floa
         finite: Whether it has to be finite.
 
     Returns:
-        The number, in the unit of the file (SI); whole numbers beyond 1e300 become infinite.
+        The number [SI, as in the file]; whole numbers beyond 1e300 become infinite.
 
     Raises:
         RigError: For anything but a number of this sign.

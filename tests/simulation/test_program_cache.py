@@ -1,6 +1,5 @@
 """Traced programs on disk: a new process traces nothing, a spoilt file is no harm, and what is differentiated is traced."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rwjax.setup_jax import WHOLE_LOOPS
 from rwjax.simulation import program_cache as module
 from rwjax.simulation.program_cache import stored
 
@@ -107,28 +105,3 @@ def test_a_choice_is_part_of_the_program_and_of_the_library_or_not_kept(tmp_path
         jax.config.update("jax_compilation_cache_dir", before)
     slope = jax.grad(lambda x: scaled("any", x, factor=Factor(5.0, True))[0])(1.0)
     assert slope == 5.0  # inside another traced function it is traced there, with its choice
-
-
-@pytest.mark.parametrize(
-    ("own", "kept"),
-    [
-        ("", WHOLE_LOOPS),
-        (WHOLE_LOOPS, WHOLE_LOOPS),
-        ("--xla_cpu_enable_fast_math=false", f"{WHOLE_LOOPS} --xla_cpu_enable_fast_math=false"),
-        (WHOLE_LOOPS.replace("1000000000000", "0"), f"{WHOLE_LOOPS} {WHOLE_LOOPS.replace('1000000000000', '0')}"),
-        ("/path/of/flags", "/path/of/flags"),
-    ],
-    ids=["none", "of a parent process", "others", "another threshold, which counts", "a file"],
-)
-def test_flags_that_a_user_has_set_stay(own: str, kept: str) -> None:
-    code = "import os, rwjax.setup_jax; print(os.environ['XLA_FLAGS'])"
-    call = [sys.executable, "-c", code]
-    assert subprocess.check_output(call, env=os.environ | {"XLA_FLAGS": own}, text=True).strip() == kept
-
-
-def test_a_loop_is_compiled_as_one_function() -> None:
-    def loop(x: jax.Array) -> jax.Array:
-        return jax.lax.scan(lambda c, _: (c + 0.01 * jnp.sin(c), c), x, length=1000)[1]
-
-    program = jax.jit(loop).lower(jnp.ones(64)).compile()
-    assert "xla_cpu_small_call" in program.as_text()
