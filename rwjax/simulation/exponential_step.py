@@ -55,7 +55,8 @@ class Propagator(NamedTuple):
 def _propagator(plant: Plant, h: Scalar) -> Propagator:
     r"""$e^{hA}$, $h\varphi_1(hA)$ and $h\varphi_2(hA)$ by scaling and doubling."""
     n = len(plant.structure.states)
-    A = linear_part(plant)
+    # an entry that `_couplings` does not see, of an effect with a threshold, stays with the part that is not linear
+    A = jnp.where(_couplings(plant.structure)[0], linear_part(plant), 0.0)
     z = A * (h / 2.0**SQUARINGS)
     eye = jnp.eye(n)
     # phi2(z) = sum z^k / (k+2)!, then phi1 = I + z phi2 ... by their recurrence
@@ -94,7 +95,10 @@ def linear_part(plant: Plant) -> Float[Array, "n n"]:
 
 @cache
 def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
-    """Which entries of the linear part, and of its exponential, can differ from zero: the others are not computed."""
+    """Which entries of the linear part, and of its exponential, count as different from zero: the others are not computed.
+
+    They are those that differ from zero at some generic numbers.
+    """
     generic = {name: 0.7 + 0.1 * k for k, name in enumerate(structure.names)}
     with jax.ensure_compile_time_eval():
         A = np.asarray(jax.jit(lambda numbers: linear_part(assemble(structure, numbers)))(generic)) != 0.0

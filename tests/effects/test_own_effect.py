@@ -12,7 +12,7 @@ from rwjax.diagnosis.hypothesis import candidates
 from rwjax.effects.effect import Motion
 from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES, register
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import AxisDry
+from rwjax.effects.ports import AxisDry, AxisTorque
 from rwjax.plant.from_rig import structure_of
 from rwjax.types import Scalar
 from tests.recovered import recover
@@ -107,3 +107,27 @@ def test_its_programs_are_not_kept_on_disk(dwell: str) -> None:
     # a file's name holds the library's source, not that of an effect from outside
     assert structure_of(platform()).from_library
     assert not structure_of(platform()).with_effects(dwell).from_library
+
+
+class LateSpring(AxisTorque):
+    r"""A spring that begins to act above a stiffness, $M = \max(k - 5, 0)\,\psi$: at most numbers it is not there at all."""
+
+    name: ClassVar[str] = "axis.late_spring"
+    label: ClassVar[str] = "spring above a threshold"
+    coordinate: ClassVar[str] = "yaw"
+    k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(10.0,), tex="k")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return -jnp.maximum(self.k - 5.0, 0.0) * motion.psi
+
+
+def test_an_effect_that_generic_numbers_do_not_show_moves_the_axis_all_the_same() -> None:
+    register(LateSpring)
+    try:
+        t = np.arange(101) * 0.01
+        effects = {LateSpring.name: {"k": 15.0}}
+        y = run(platform("viscous = 0.0"), record(t, np.zeros_like(t)), {"psi": 0.5}, effects=effects)
+    finally:
+        del BY_NAME[LateSpring.name]
+    rate = np.sqrt(10.0 / 0.1)
+    assert np.max(np.abs(y["yaw_rad"] - 0.5 * np.cos(rate * t))) < 5e-3  # second order in steps of 1/126 of a turn
