@@ -25,7 +25,7 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "s *channels"], Flo
     """
     return plant.by_channel(
         lambda drive, command: _of_channel(drive, command, run, plant.pace()),
-        run.u_command,  # pyright: ignore[reportArgumentType]
+        jnp.asarray(run.u_command),
     )
 
 

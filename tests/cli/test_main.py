@@ -23,7 +23,7 @@ def test_what_it_is_and_how_to_go_on(tmp_path: Path) -> None:
 def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def interrupted(*given: object) -> None:
+    def interrupted(*given: object, **named: object) -> None:
         raise KeyboardInterrupt
 
     def leave(status: int) -> None:

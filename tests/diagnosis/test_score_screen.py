@@ -31,11 +31,14 @@ def test_a_fit_also_begins_where_the_free_numbers_suit_the_start() -> None:
 
 def test_the_cause_is_predicted_to_leave_the_noise_and_another_candidate_is_not() -> None:
     rig = platform("viscous = 0.02")
-    fits = fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.003}}))
+    fits = fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 3e-5}}))
     fits(NOTHING)
     fits.start_from_first_readings()
     screen = ScoreScreen(fits(NOTHING), fits.settings.screening)
-    names = ("axis.bias_torque", "parameter.drive.gain")
+    names = (
+        "axis.bias_torque",
+        "parameter.drive.gain",
+    )  # so small a torque bends no other number: a prediction is linear
     right, wrong = screen.predict([candidate_of(fits, Hypothesis((name,)), NOTHING) for name in names])
     readings = fits.problem.batch.readings
     assert right.predicted == pytest.approx(0.5 * readings, rel=0.2)
