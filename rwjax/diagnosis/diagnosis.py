@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
-from rwjax.diagnosis.hypothesis import Hypothesis, candidates, coordinate_of
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, candidates, coordinate_of
 from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -27,9 +27,6 @@ from rwjax.kinds import TWO_AXIS
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.rig.model import Rig
-
-NOTHING = Hypothesis()
-"""The rig as it is."""
 
 
 @dataclass(frozen=True)

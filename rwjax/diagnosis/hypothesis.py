@@ -118,6 +118,10 @@ class Hypothesis:
         return {*other.names} <= own and {*other.names} != {*self.names}
 
 
+NOTHING = Hypothesis()
+"""The rig as it is."""
+
+
 _OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import Hypothesis, free_names
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, free_names
 from rwjax.diagnosis.information_criterion import effective_samples, information_criterion, residuals, sums_of_squares
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.effects.library import null_of_optional
@@ -103,7 +103,7 @@ class ModelComparison:
         Returns:
             The share [1] of the output where it is largest.
         """
-        whole, left = self._seen(Hypothesis()), self._seen(hypothesis)
+        whole, left = self._seen(NOTHING), self._seen(hypothesis)
         error = [[np.sqrt(max(s[y] / self._count[y], 1.0)) for s in (whole, left)] for y in whole]
         shares = [(a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b)) for a, b in error if a > 1.0]
         return max(shares, default=1.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import Hypothesis, space, structure_for
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, space, structure_for
 from rwjax.diagnosis.settings import FittingSettings, Settings
 from rwjax.effects.library import null_of_optional
 from rwjax.fitting.batched_runs import Simulating, together
@@ -95,7 +95,7 @@ class ModelFits:
         """
         noise = pooled_noise(tuple(logs[k] for k in train))
         unseen = pooled_noise(tuple(logs))  # for outputs that no training log holds
-        problem = pose(structure_for(rig, Hypothesis()), logs, unseen | noise, prior=rig.prior)
+        problem = pose(structure_for(rig, NOTHING), logs, unseen | noise, prior=rig.prior)
         return cls(rig, problem, tuple(train), Settings() if settings is None else settings, progress)
 
     def __call__(self, hypothesis: Hypothesis) -> Fit:
@@ -127,11 +127,11 @@ class ModelFits:
 
         Something is missing, though the rig reaches the noise where first states may hide it.
         """
-        begun = self(Hypothesis())
+        begun = self(NOTHING)
         if not self.by_start_rule and begun.problem.start_free.any():
             self.by_start_rule = True
             self.put(
-                Hypothesis(), least_squares(begun.problem.from_start, begun.coordinates, begun.theta, start=begun.start)
+                NOTHING, least_squares(begun.problem.from_start, begun.coordinates, begun.theta, start=begun.start)
             )
 
     def known(self, hypothesis: Hypothesis) -> Fit:
@@ -186,7 +186,7 @@ class ModelFits:
             self._finished.add(hypothesis)
 
     def keep(self, found: Mapping[Hypothesis, Fit]) -> None:
-        """Takes down fits that are better than what is known, or that took steps where what is known did not.
+        """Takes down fits that are better than what is known, or that replace a point of which no step was taken.
 
         Args:
             found: fits by hypothesis.
@@ -220,9 +220,8 @@ class ModelFits:
     def _begin(self) -> Fit:
         """The start of the rig as it is that the first few steps bring furthest."""
         self.progress("the rig as it is")
-        nothing = Hypothesis()
-        problem = self.problem_of(nothing).only(self.train)
-        coordinates, starts = self.space(nothing)
+        problem = self.problem_of(NOTHING).only(self.train)
+        coordinates, starts = self.space(NOTHING)
         begin = [(start, nodes) for start in starts for nodes in (measured_nodes(problem, start), None)]
 
         def tried(start: np.ndarray, nodes: np.ndarray | None) -> Fit:

@@ -298,6 +298,10 @@ class Settings:
     remarks: RemarkSettings = RemarkSettings()
     report: ReportSettings = ReportSettings()
 
+    def __str__(self) -> str:
+        """One line for each limit: its name, its value, what it means."""
+        return "\n".join(f"{one.name} = {one.value}: {one.meaning} ({one.origin})" for one in self.described())
+
     def described(self) -> Iterator["Described"]:
         """Every limit with its value, meaning and origin.
 

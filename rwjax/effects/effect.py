@@ -54,8 +54,9 @@ class FittedRig(NamedTuple):
 class Effect(eqx.Module):
     """A part that a plant may have. Its class holds everything that the library knows about it.
 
-    The rest of the library asks these members and names no effect. Every effect sets the first five; the others have
-    a value that suits most effects.
+    The rest of the library asks these members and names no effect. Every effect sets name, label and coordinate. The
+    other members have a value that suits most effects; an effect of the library also says its meaning and equation,
+    for the tables of the docs.
     """
 
     name: ClassVar[str]

@@ -16,7 +16,7 @@ from rwjax.effects.effect import Effect, Motion
 from rwjax.types import Scalar
 
 SLIDING = 1e-6
-"""Rate [rad/s] from which the slope of dry friction is continued to standstill, where it has two, or taken, where it has none."""
+"""Rate [rad/s] at which the slope of dry friction by the speed is taken where it has no slope at standstill itself."""
 
 
 class AxisTorque(Effect):

@@ -30,7 +30,8 @@ def secant_steps(begun: Fit) -> Fit:
         begun: The point where the steps begin, with any derivatives.
 
     Returns:
-        The best point, without derivatives. Its linear numbers count in units of what they are, if that is more.
+        The best point, without derivatives. The unit of a linear coordinate is the number itself where that is larger than
+        its typical size.
     """
     c = begun.coordinates
     wide = replace(c, size=np.maximum(c.size, np.abs(begun.theta[c.index])))

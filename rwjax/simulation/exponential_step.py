@@ -121,7 +121,11 @@ def _minus(x: State, y: State) -> State:
 
 
 class _Begin(NamedTuple):
-    """The beginning of a step: `start` gives the directions of sliding, the body of the rate `sliding` slides whatever its speed."""
+    """The beginning of a step.
+
+    `start` is the state whose rates give the directions of sliding. The body whose rate stands at the index `sliding`
+    slides whatever its speed.
+    """
 
     t: Scalar
     x: State

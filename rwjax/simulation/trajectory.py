@@ -67,17 +67,6 @@ class Trajectory(Mapping[str, np.ndarray]):
         """Columns of a table: `time_s`, then the outputs, each `(n,)`."""
         return {"time_s": self.time, **self.outputs}
 
-    def only(self, outputs: "list[str] | tuple[str, ...]") -> "Trajectory":
-        """The same run with some of its outputs.
-
-        Args:
-            outputs: Names of the outputs to keep.
-
-        Returns:
-            The run with these outputs, in the order given.
-        """
-        return Trajectory(self.name, self.time, {y: self[y] for y in outputs})
-
 
 def trajectory_of(structure: Structure, batch: Batch, k: int, log: Log, readings: np.ndarray) -> Trajectory:
     """Run of one log from the readings of a free run.

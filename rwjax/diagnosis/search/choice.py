@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 
 
 @dataclass(frozen=True)
@@ -30,5 +30,4 @@ class Choice:
         Returns:
             The choice, with nothing tried.
         """
-        nothing = Hypothesis()
-        return cls(nothing, criterion={nothing: 0.0}, ranking=((nothing, 1.0),))
+        return cls(NOTHING, criterion={NOTHING: 0.0}, ranking=((NOTHING, 1.0),))

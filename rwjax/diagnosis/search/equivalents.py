@@ -43,7 +43,11 @@ def _larger(rig: Rig, best: Hypothesis, fitted: Mapping[str, float]) -> list[lis
 
 
 def _instead(rig: Rig, best: Hypothesis, member: str, name: str) -> Hypothesis | None:
-    """`best` with a name in the place of a member; None where the one is the other only beside an effect that it includes."""
+    """`best` with a name in the place of a member.
+
+    Where only one of both includes dry friction (as direction-dependent friction does), the other is the same thing
+    only beside dry friction of its own: that is added or taken away along. None where there is none to take away.
+    """
     other = best.without(member).plus(name)
     before, after = included_in(member), included_in(name)
     if before == after or models(rig.numbers, before or after):

@@ -9,7 +9,7 @@ to be the same thing for the kind of rig.
 from collections.abc import Sequence
 
 from rwjax.diagnosis.exact_fits import fit_exactly
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
@@ -59,9 +59,8 @@ class Search:
         Returns:
             The choice, with what was tried.
         """
-        nothing = Hypothesis()
-        self.fits(nothing)
-        best = self.backward(self.forward(nothing))
+        self.fits(NOTHING)
+        best = self.backward(self.forward(NOTHING))
         rivals = self.rivals(best)
         for _ in range(self.limits.exchanges):
             if (better := self.surpassing(best, rivals)) is None:
@@ -72,7 +71,7 @@ class Search:
 
     def _chosen(self, best: Hypothesis, rivals: list[Hypothesis]) -> Choice:
         """The choice of a hypothesis, with those of its rivals that cannot be told apart from it."""
-        nothing, compare, limits = Hypothesis(), self.comparison, self.limits
+        compare, limits = self.comparison, self.limits
         effective = compare.effective(best)
         reference = compare.criterion(best, effective)
 
@@ -87,9 +86,9 @@ class Search:
         same = equivalents(self.fits, self.candidates, best)
         alternatives += [e for e in same if e not in alternatives]
         tried = compare.compared
-        base = compare.criterion(nothing, effective)
+        base = compare.criterion(NOTHING, effective)
         criterion = {e: compare.criterion(e, effective) - base for e in tried}
-        ranked = list(dict.fromkeys([*extensions(self.candidates, nothing), best, nothing]))
+        ranked = list(dict.fromkeys([*extensions(self.candidates, NOTHING), best, NOTHING]))
         ranked = [e for e in ranked if e in self.fits or not e.names]
         return Choice(best, tuple(alternatives), tuple(same), criterion, compare.probabilities(ranked, effective))
 
@@ -228,7 +227,7 @@ class Search:
         many = [e for e in self._by_cost(hypotheses) if len(self.fits.space(e)[1]) >= self.limits.many_places]
         for e in many:
             if not self._suffices(tried, enough):
-                self.halving.fit_from_all_places(e, Hypothesis())
+                self.halving.fit_from_all_places(e, NOTHING)
         if many and not self._suffices(tried, enough):
             fit_exactly(self.fits, self._by_cost(tried)[: self.limits.exactly_at_once])
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from rwjax.diagnosis.exact_fits import fit_exactly
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import Round
 from rwjax.diagnosis.starting_points import begin
@@ -168,5 +168,5 @@ def fitted(fits: ModelFits, hypothesis: Hypothesis) -> Fit:
         The fit.
     """
     if hypothesis.names and hypothesis not in fits:
-        SuccessiveHalving(fits).fit([hypothesis], Hypothesis())
+        SuccessiveHalving(fits).fit([hypothesis], NOTHING)
     return fits(hypothesis)
