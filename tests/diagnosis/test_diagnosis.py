@@ -16,7 +16,13 @@ from tests.systems import platform, record, run, wheel
 
 
 @pytest.mark.parametrize(
-    "name", ["platform-axis.stribeck", "reaction-drive.deadzone", "reaction-none", "wheel-wheel.coulomb"]
+    "name",
+    [
+        pytest.param("platform-axis.stribeck", marks=pytest.mark.slow),
+        pytest.param("reaction-drive.deadzone", marks=pytest.mark.slow),
+        "reaction-none",
+        "wheel-wheel.coulomb",
+    ],
 )
 def test_labelled_examples(examples: Path, name: str) -> None:
     folder = examples / name

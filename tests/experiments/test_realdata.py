@@ -29,6 +29,7 @@ def test_emps_four_terms(realdata: Path, tmp_path: Path, monkeypatch: pytest.Mon
     assert found.values["axis.bias_torque.T"] == pytest.approx(3.1648, rel=0.1)
 
 
+@pytest.mark.slow
 def test_dead_zone_or_dry_friction_of_a_geared_motor(
     realdata: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
