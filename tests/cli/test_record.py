@@ -7,6 +7,7 @@ import pytest
 from experiments.testbed.campaign import RIG
 from rwjax.cli.record import record
 from rwjax.link import recorder
+from tests.command import refuses
 from tests.command import rwjax as within
 from tests.link.ports import Scripted, stream
 
@@ -71,8 +72,4 @@ def test_bad_input_is_one_line_and_status_2(
     arguments: tuple[str, ...],
     said: str,
 ) -> None:
-    full = [{"RIG": RIG}.get(a, a.replace("OUT", str(tmp_path / "OUT"))) for a in arguments]
-    assert within(monkeypatch, *full) == 2
-    error = capsys.readouterr().err
-    assert error.replace(f"{tmp_path}/", "").startswith(f"rwjax: {said}") and error.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
+    refuses(monkeypatch, capsys, tmp_path, arguments, said)

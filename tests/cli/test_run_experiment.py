@@ -67,8 +67,5 @@ def test_bad_input_is_one_line_and_status_2(
     arguments: tuple[str, ...],
     said: str,
 ) -> None:
-    full = [{"RIG": RIG, "BARE": DEMO / "rig.toml"}.get(a, a.replace("OUT", str(tmp_path / "OUT"))) for a in arguments]
-    assert within(monkeypatch, *full) == 2
-    error = capsys.readouterr().err
-    assert error.replace(f"{tmp_path}/", "").startswith(f"rwjax: {said}") and error.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
+    bare = str(DEMO / "rig.toml")
+    refuses(monkeypatch, capsys, tmp_path, tuple(bare if a == "BARE" else a for a in arguments), said)

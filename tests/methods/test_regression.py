@@ -1,51 +1,31 @@
 """Regression: known numbers come back, delays are refused."""
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
-from rwjax.errors import RigError
 from rwjax.methods.regression import equation_error, weak_form
-from tests.methods.logs import COMMAND, FREE, TIME, axis_log
-from tests.systems import platform, record, run, wheel
+from tests.methods.known_numbers import (
+    Method,
+    finds_a_wheel,
+    finds_an_axis,
+    finds_an_effect_on_the_command,
+    refuses_a_delay,
+)
 
 
 # what each is known for: the weak form loses what lies near standstill, filtered accelerations are biased
 @pytest.mark.parametrize(("method", "within"), [(weak_form, 0.05), (equation_error, 0.25)])
-def test_known_numbers_of_an_axis_come_back(method, within: float) -> None:
-    truth = platform(free=FREE)
-    believed = truth.with_values({name: 1.15 * truth.values[name] for name in truth.free})
-    found = method(believed, [axis_log(truth)]).rig
-    for name in truth.free:
-        assert found.values[name] == pytest.approx(truth.values[name], rel=within), name
-        assert found.standard_error[name] > 0.0
+def test_known_numbers_of_an_axis_come_back(method: Method, within: float) -> None:
+    finds_an_axis(method, within)
 
 
-@pytest.mark.parametrize(("method", "within"), [(weak_form, 0.05)])
-def test_known_numbers_of_a_wheel_come_back(method, within: float) -> None:
-    truth = wheel()
-    believed = truth.with_values({"wheel.inertia": 1.5e-4})
-    u = 6.0 * COMMAND
-    y = run(truth, record(TIME, u, {"wheel_rad_s": np.zeros_like(TIME)}), {})["wheel_rad_s"]
-    log = record(TIME, u, {"wheel_rad_s": y + np.random.default_rng(1).normal(0.0, 0.3, len(y))})
-    found = method(believed, [log]).rig
-    assert found.values["wheel.inertia"] == pytest.approx(1.24e-4, rel=within)
+def test_known_numbers_of_a_wheel_come_back() -> None:
+    finds_a_wheel(weak_form, 0.05)
 
 
-@pytest.mark.parametrize(("method", "within"), [(weak_form, 0.1)])
-def test_an_effect_on_the_command_is_estimated_by_every_method(method, within: float) -> None:
-    base = wheel(inductance=0.0)
-    truth = replace(base, effects={"drive.deadzone": {"u_0": 0.8}}, free=(*base.free, "drive.deadzone.u_0"))
-    u = 6.0 * COMMAND
-    y = run(truth, record(TIME, u, {"wheel_rad_s": np.zeros_like(TIME)}), {})["wheel_rad_s"]
-    log = record(TIME, u, {"wheel_rad_s": y + np.random.default_rng(1).normal(0.0, 0.3, len(y))})
-    found = method(truth.with_values({"drive.deadzone.u_0": 0.6}), [log]).rig
-    assert found.values["drive.deadzone.u_0"] == pytest.approx(0.8, rel=within)
+def test_an_effect_on_the_command_is_estimated() -> None:
+    finds_an_effect_on_the_command(weak_form, 0.1)
 
 
 @pytest.mark.parametrize("method", [weak_form, equation_error])
-def test_a_method_that_knows_no_delay_says_so(method) -> None:
-    late = replace(platform(free=FREE), effects={"drive.delay": {"tau": 0.05}})
-    with pytest.raises(RigError, match="has drive.delay; .* takes commands to act at once"):
-        method(late, [axis_log(late)])
+def test_a_method_that_knows_no_delay_says_so(method: Method) -> None:
+    refuses_a_delay(method)
