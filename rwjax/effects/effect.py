@@ -8,6 +8,20 @@ import equinox as eqx
 
 from rwjax.types import Scalar
 
+COORDINATES = (
+    "yaw_rate",
+    "yaw",
+    "pitch_rate",
+    "pitch",
+    "wheel_rate",
+    "wheel_angle",
+    "current",
+    "voltage",
+    "time",
+    "load",
+)
+"""What a missing part may be a function of; pitch belongs to rigs with two axes, and `load` is any torque or the angle's scale."""
+
 
 class Motion(NamedTuple):
     """What an effect may depend on. States that a kind of rig does not have are 0.
@@ -64,7 +78,7 @@ class Effect(eqx.Module):
     label: ClassVar[str]
     """Name in plots and reports."""
     coordinate: ClassVar[str]
-    """What the missing part is a function of, in the words of `diagnosis.json`."""
+    """What the missing part is a function of, in the words of `diagnosis.json`: one of `COORDINATES`."""
     meaning: ClassVar[str] = ""
     """What it is, for the table in the docs; "" for its label."""
     equation: ClassVar[str] = ""
@@ -75,7 +89,7 @@ class Effect(eqx.Module):
     at_angle: ClassVar[bool] = False
     """Whether it depends on where its body stands, not only on how far it turns: an unseen first angle then matters."""
     states: ClassVar[tuple[str, ...]] = ()
-    """Names of its own states."""
+    """Names of its own states, each 0 at a run's first sample."""
 
     limits: ClassVar[tuple[str, ...]] = ()
     """Names of other effects that are a special case or a limit of it. A number that both have under one name means the same
@@ -89,7 +103,8 @@ class Effect(eqx.Module):
     """Numbers of the rig file that, fitted larger than the file says, cannot be told from it on any logs."""
 
     shown_by: ClassVar[Mapping[str, int]] = {}
-    """The kinds of run that show it (keys of `rwjax.effects.shown.RUNS`), each with its place in the list of that run."""
+    """The kinds of run that show it (keys of `rwjax.effects.shown.RUNS`), each with its rank in the list of that run: lower
+    ranks come first, and equal ones in the order of the library."""
     ends_travel: ClassVar[bool] = False
     """Whether it ends the travel of the axis."""
     threshold: ClassVar[str] = ""

@@ -21,7 +21,8 @@ class Parameter:
         bounds: Lowest and highest value that is physically possible [unit].
         null: Value at which the effect is absent, or that says nothing where it is [unit].
         starts: Values from which a search begins, counted from `origin` in units of `scale`; None is the null.
-        scale: Name of the size, of `rwjax.fitting.scales`, in which the starts are given.
+        scale: Name of the size in which the starts are given, such as `one`, `command`, `torque` or `rate`;
+            `rwjax.fitting.scales.scales` lists them.
         origin: Name of the size from which the starts are counted; None for 0.
         tex: Symbol in LaTeX.
         role: What it is for.

@@ -12,6 +12,7 @@ from firmware.simavr.spin import Spin, constant, still
 from rwjax.link import rest
 from tests.boards import need_simavr
 from tests.cli.shell import DEMO
+from tests.command import refuses
 from tests.command import rwjax as within
 
 

@@ -5,7 +5,7 @@ import math
 import jax.numpy as jnp
 import pytest
 
-from rwjax.effects.effect import Effect, FittedRig
+from rwjax.effects.effect import COORDINATES, Effect, FittedRig
 from rwjax.effects.library import BY_NAME, EFFECTS
 from rwjax.effects.motor import Heating
 from rwjax.effects.parameter import parameters
@@ -27,7 +27,7 @@ def test_it_names_only_what_there_is(effect: type[Effect]) -> None:
     assert {*said} <= {*BY_NAME} and (not on_a_half or effect in EFFECTS)
     assert effect.name not in said
     assert effect not in EFFECTS or {*effect.modelled_by, *effect.like_larger} <= {*NUMBERS}
-    assert {*effect.shown_by} <= {*RUNS}
+    assert {*effect.shown_by} <= {*RUNS} and effect.coordinate in COORDINATES
     own = {*parameters(effect)}
     assert {*effect.linear_numbers, *([effect.threshold] if effect.threshold else [])} <= own
 
