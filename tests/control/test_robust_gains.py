@@ -38,6 +38,7 @@ def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
 TIMING, SMOOTH = LoopTiming(delay_steps=2.0), 0.02
 
 
+@pytest.mark.slow
 def test_no_other_gains_have_a_larger_worst_case_margin() -> None:
     rig = reaction()
     thetas = draw_plants(rig, ESTIMATE, 60)

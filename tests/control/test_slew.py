@@ -75,6 +75,7 @@ def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
     assert float(found.best.angle[-1]) == pytest.approx(np.radians(90.0), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_with_a_delay_the_same_commands_do_the_same_so_much_later() -> None:
     angle = np.radians(20.0)
     plain = slew(rig(0.01), angle, LIMITS)

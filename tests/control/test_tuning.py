@@ -48,6 +48,7 @@ def test_the_slope_is_that_of_the_loss() -> None:
         assert float(slope[k]) == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
     start = Controller(2.0, kd=0.5, filter_time=0.02, voltage_limit=5.0)
     found = tune_from(RIG, start, REFERENCE, TIMING)

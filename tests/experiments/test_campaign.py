@@ -22,6 +22,7 @@ from experiments.blind.sizes import COARSE, WITHIN, OutOfReach, sized
 from rwjax.diagnosis.settings import Limits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "effect", "wanted"), [("wheel", "drive.bias", 5.0), ("platform", "axis.spring", 20.0)]
 )

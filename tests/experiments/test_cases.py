@@ -147,6 +147,7 @@ def test_the_oracle_closes_the_gap_with_the_truth_and_not_with_another_effect() 
     assert refit(case, "drive.bias").misfit > 3.0 * found["misfit_with"]
 
 
+@pytest.mark.slow
 def test_a_scaled_encoder_does_not_shift_where_the_oracle_starts() -> None:
     case = make_case("platform", "sensor.scale", 3, 4.0, raw=False)
     truth = Truth(**case.truth["parameters"])

@@ -30,6 +30,7 @@ def test_the_side_that_lacks_a_torque(names: tuple[str, ...]) -> None:
     assert momentum(rig, 3, names, **{"drive.deadzone": {"u_0": 0.4}}).side == "internal"
 
 
+@pytest.mark.slow
 def test_neither_side_where_nothing_is_missing() -> None:
     rig, seeds = reaction(COUPLED), 40
     found = [momentum(rig, seed, FULL) for seed in range(seeds)]
