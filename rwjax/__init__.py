@@ -1,7 +1,8 @@
 """Why does the model of a reaction-wheel testbed differ from the rig? Fit, compare, diagnose, with JAX.
 
 `read_rig` and `read_logs` read the files. `fit`, `predict`, `compare` and `diagnose` work on a rig and its logs. `region`, `tune` and
-`sweep` choose gains. `simulate` runs the model. Each name is imported when it is first used: JAX comes with the first that computes.
+`sweep` choose gains. `simulate` runs the model. Each name is imported when it is first used. JAX comes with the first that
+computes, and is set to float64 then; a program that uses JAX of its own before that imports `rwjax.setup_jax` first.
 """
 
 from importlib import import_module

@@ -5,6 +5,6 @@
 * `cases` puts them together. `oracle` fits the simulator to its own logs. `sizes` finds the amplitude for a size.
 * `draw` lists cases in `sets/`, `campaign` has the library diagnose them, `inseparable` asks the oracle about what it named, `score` counts.
 
-Only `campaign` and `score` know the library. An effect needs its numbers in `truth`, its equation in the part where it acts, its draw, and
+Only `campaign`, `calibrate` and `score` know the library. An effect needs its numbers in `truth`, its equation in the part where it acts, its draw, and
 its entry in `draws.EFFECTS`.
 """

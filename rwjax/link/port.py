@@ -4,8 +4,6 @@ import errno
 import os
 from typing import Protocol, runtime_checkable
 
-import serial
-
 from rwjax.errors import InputError
 
 BAUD = 250_000
@@ -82,6 +80,8 @@ def open_port(url: str) -> Port:
     Raises:
         LinkError: Where it cannot be opened, or another program has it.
     """
+    import serial  # of an extra, which only the line itself needs
+
     try:
         return serial.serial_for_url(url, baudrate=BAUD, exclusive=True)
     except (serial.SerialException, ValueError) as error:

@@ -67,7 +67,7 @@ def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
 
 
 def plot_missing(d: Diagnosis, ax: Axes) -> Axes:
-    """Draws the missing torque over the coordinate of which it is a function: samples, and the quartiles of bins.
+    """Draws the missing torque over the coordinate of which it is a function: samples, and median and middle two thirds of bins.
 
     Args:
         d: what is drawn; `d.where.drawn` names the coordinate.

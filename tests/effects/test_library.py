@@ -2,12 +2,14 @@
 
 import ast
 from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import rwjax
-from rwjax.effects.effect import FittedRig
+from rwjax.effects import library, rig_terms
+from rwjax.effects.effect import Effect, FittedRig
 from rwjax.effects.library import (
     BY_NAME,
     EFFECTS,
@@ -175,3 +177,13 @@ def test_no_other_room_names_an_effect() -> None:
         named = [text for text in texts(tree) if text in BY_NAME or text.rpartition(".")[0] in BY_NAME]
         given = [a.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for a in node.names]
         assert named == [] and not classes & {*given}, path
+
+
+def test_every_effect_class_of_the_room_is_known_or_a_term_of_the_rig_file() -> None:
+    for path in Path(library.__file__).parent.glob("*.py"):
+        module = import_module(f"rwjax.effects.{path.stem}")
+        own = [c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__]
+        final = [
+            c for c in own if issubclass(c, Effect) and c is not Effect and not getattr(c, "__abstractmethods__", ())
+        ]
+        assert module is rig_terms or {*final} <= {*BY_NAME.values()}, path
