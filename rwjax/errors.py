@@ -1,7 +1,45 @@
-"""The errors that rwjax raises for unusable input, and the nearest valid name that their messages offer."""
+"""The errors that rwjax raises for unusable input, what their messages may show of it, and the valid name nearest to a wrong one."""
 
 import difflib
 from collections.abc import Iterable
+
+LONGEST_LINE = 1500
+"""Characters of a line beyond which its middle is left out: a header of megabytes is no message."""
+LONGEST_NAME = 100
+"""Characters of a name that are compared with valid ones: a longer one is no slip of the pen, and takes long to compare."""
+
+
+def printable(text: str) -> str:
+    r"""A text in which every character that is not printed stands as its escape: `\n`, `\x1b`, `\u202e`, `\udcff`.
+
+    Names, notes, keys and file names come from others. Printed as they are, they may end a line, colour a terminal, turn
+    the direction of writing, or not be encodable at all.
+
+    Args:
+        text: Any text.
+
+    Returns:
+        The text on one line.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def one_line(text: str) -> str:
+    """A text on one line that is printable and no longer than `LONGEST_LINE`; of a longer one begin and end stay.
+
+    Args:
+        text: Any text.
+
+    Returns:
+        The line.
+    """
+    half = LONGEST_LINE // 2
+    if len(text) > LONGEST_LINE:
+        text = f"{text[:half]} … {text[-half:]}"
+    line = printable(text)
+    return line if len(line) <= LONGEST_LINE + 3 else f"{line[:half]} … {line[-half:]}"
 
 
 class InputError(ValueError):
@@ -10,11 +48,12 @@ class InputError(ValueError):
     The message is one line: file, line or key, what is wrong, what would be right.
 
     Args:
-        message: The text; a line break in it is written as `\n`, since a name in a file may hold one.
+        message: The text; what a name in it holds besides printable characters is escaped, and of a long one the middle
+            is left out.
     """
 
     def __init__(self, message: str):
-        super().__init__("\\n".join(message.splitlines()))
+        super().__init__(one_line(message))
 
 
 class RigError(InputError):
@@ -35,7 +74,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     Returns:
         One of `valid`, however unlike it is.
     """
-    return difflib.get_close_matches(name, list(valid), n=1, cutoff=0.0)[0]
+    return difflib.get_close_matches(name[:LONGEST_NAME], list(valid), n=1, cutoff=0.0)[0]
 
 
 def alike(name: str, valid: Iterable[str]) -> bool:
@@ -48,4 +87,4 @@ def alike(name: str, valid: Iterable[str]) -> bool:
     Returns:
         True from a similarity of 0.75 on (`difflib.SequenceMatcher.ratio`).
     """
-    return bool(difflib.get_close_matches(name, list(valid), n=1, cutoff=0.75))
+    return bool(difflib.get_close_matches(name[:LONGEST_NAME], list(valid), n=1, cutoff=0.75))

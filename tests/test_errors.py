@@ -1,13 +1,22 @@
-"""Errors of unusable input, and the nearest valid name."""
+"""Errors of unusable input, what they show of it, and the nearest valid name."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from rwjax.errors import InputError, LogError, RigError, alike, nearest
+from rwjax.errors import LONGEST_LINE, InputError, LogError, RigError, alike, nearest, one_line, printable
 
 
 @pytest.mark.parametrize("error", [InputError, RigError, LogError])
 def test_a_message_stays_on_one_line(error: type[InputError]) -> None:
-    assert str(error("a\nb\r\nc")) == r"a\nb\nc" and isinstance(error(""), ValueError)
+    assert str(error("a\nb\r\nc")) == r"a\nb\r\nc" and isinstance(error(""), ValueError)
+
+
+def test_a_message_about_megabytes_is_short_and_soon_there() -> None:
+    name = "x\x1b" * 5_000_000
+    said = str(InputError(f"unknown key `{name}`; the nearest valid one is `{nearest(name, ['yaw_rad', 'time_s'])}`"))
+    assert len(said) < 2000 and "\x1b" not in said
+    assert said.startswith("unknown key `x") and "`; the nearest valid one is `" in said
 
 
 def test_the_nearest_name_is_found_however_unlike() -> None:
@@ -20,3 +29,31 @@ def test_the_nearest_name_is_found_however_unlike() -> None:
 )
 def test_only_what_may_be_a_typing_mistake_is_alike(name: str, slip: bool) -> None:
     assert alike(name, ["time_s", "yaw_counts"]) == slip
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("Küche, 3 µs − ok", "Küche, 3 µs − ok"),
+        ("a\nrole: validate", r"a\nrole: validate"),
+        ("\x1b[31mred", r"\x1b[31mred"),
+        ("abc\u202ecba", r"abc\u202ecba"),
+        ("run\udcff.csv", r"run\udcff.csv"),
+        ("a\u2028b\x85c", r"a\u2028b\x85c"),
+    ],
+)
+def test_what_is_not_printed_is_escaped_and_the_rest_stays(text: str, shown: str) -> None:
+    assert printable(text) == shown
+
+
+@given(st.text(alphabet=st.characters(), max_size=50))
+def test_any_text_is_one_printable_line_that_can_be_encoded(text: str) -> None:
+    shown = printable(text)
+    assert shown.isprintable() and len(shown.splitlines()) <= 1
+    assert shown.encode("utf-8").decode("utf-8") == shown
+
+
+@given(st.integers(0, 3 * LONGEST_LINE), st.sampled_from("a\x1b\n"))
+def test_a_long_line_keeps_its_begin_and_its_end(length: int, letter: str) -> None:
+    line = one_line(f"begin{letter * length}end")
+    assert len(line) <= LONGEST_LINE + 3 and line.startswith("begin") and line.endswith("end")
