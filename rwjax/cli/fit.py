@@ -106,7 +106,7 @@ def _print_estimates(result: "RigFit | Identified") -> None:
 
 
 def _print_notes(result: "RigFit | Identified", output: Path | None) -> None:
-    from rwjax.fitting.unit_check import Question
+    from rwjax.fitting.questions.likeness import Question
 
     for note in result.notes:
         print(f"note: {note}", file=sys.stderr)

@@ -32,7 +32,8 @@ def predict(
     import numpy as np
 
     from rwjax.fitting.predict import predict as free_run
-    from rwjax.fitting.unit_check import check_readings
+    from rwjax.fitting.questions.likeness import Run
+    from rwjax.fitting.questions.readings import about_readings
     from rwjax.logs.read import read_log
     from rwjax.rig.read import read_rig
     from rwjax.text_files import write_text
@@ -58,7 +59,7 @@ def predict(
     else:
         _print_errors(log, columns)
         print(f"written to {output}")
-    for question in check_readings([(log, columns)]):
+    for question in about_readings([Run(log, columns)]):
         print(f"note: {question}", file=sys.stderr)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from rwjax.diagnosis.settings import RemarkSettings
 from rwjax.effects.library import thresholds
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.questions.ask import ask
 from rwjax.fitting.uncertainty import Uncertainty
-from rwjax.fitting.unit_check import check_units
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import theta_of
@@ -41,7 +41,7 @@ def remarks(
         The remarks, one sentence each.
     """
     believed = base.problem.expand(theta_of(rig, base.problem.structure))
-    found = [*check_units(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
+    found = [*ask(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
     known = set() if rig.kind in TWO_AXIS else thresholds(rig.kind)  # of one command
     widths = [(name.rpartition(".")[0], f.numbers()[name]) for f in fits for name in f.free if name in known]
     if widths:

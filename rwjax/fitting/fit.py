@@ -11,11 +11,11 @@ from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
 from rwjax.fitting.intervals import intervals
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.questions.ask import ask
 from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
-from rwjax.fitting.unit_check import check_units
 from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
@@ -87,7 +87,7 @@ def fit(
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     best = _best_fit(problem, moves, theta, free, prior=bool(rig.prior))
     found = uncertainty(best)
-    notes = [*check_units(problem, theta), *found.notes, *(remark for log in train for remark in log.remarks())]
+    notes = [*ask(problem, theta), *found.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
     notes += [*_misfit(best), *_far_from_prior(rig, best)]

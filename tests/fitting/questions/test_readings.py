@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.fitting.unit_check import check_readings
+from rwjax.fitting.questions.likeness import Run
+from rwjax.fitting.questions.readings import about_readings
 from rwjax.logs.log import Log
 from tests.systems import platform, record, run
 
@@ -30,7 +31,7 @@ def log(factor: float) -> Log:
     ],
 )
 def test_one_question_is_asked(factor: float, says: str) -> None:
-    (question,) = check_readings([(log(factor), {"yaw_rad": 1.2 * YAW})])
+    (question,) = about_readings([Run(log(factor), {"yaw_rad": 1.2 * YAW})])
     assert says in question
 
 
@@ -40,12 +41,23 @@ def counted(factor: float) -> Log:
 
 @pytest.mark.parametrize(("factor", "do"), [(4.0, "times 4"), (0.25, "divided by 4")])
 def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: float, do: str) -> None:
-    (question,) = check_readings([(counted(factor), {"yaw_rad": 1.2 * YAW})])
+    (question,) = about_readings([Run(counted(factor), {"yaw_rad": 1.2 * YAW})])
     assert f"should its encoder's counts_per_rev be {do}?" in question
-    assert check_readings([(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
+    assert about_readings([Run(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
 
 
 @pytest.mark.parametrize("given", [log, counted])
 @pytest.mark.parametrize("factor", [1.0, 0.7, 1.4, 8.0, 0.05])
 def test_numbers_that_are_off_besides_ask_nothing(factor: float, given: Callable[[float], Log]) -> None:
-    assert check_readings([(given(factor), {"yaw_rad": YAW})]) == []
+    assert about_readings([Run(given(factor), {"yaw_rad": YAW})]) == []
+
+
+def test_a_reading_that_stands_still_while_the_command_moves_is_asked_about() -> None:
+    still = record(TIME, COMMAND, {"yaw_rad": np.full(len(TIME), 0.3)})
+    (question,) = about_readings([Run(still, {"yaw_rad": YAW})])
+    assert question.startswith("test.csv: yaw_rad stays the same")
+    stuck = {"yaw_rad": 1e-3 * YAW}
+    assert about_readings([Run(still, stuck)]) == []  # the simulated rig hardly moves either
+    assert about_readings([Run(replace(still, command=np.full(len(TIME), 2.0)), {"yaw_rad": YAW})]) == []
+    within_a_count = replace(counted(1.0), outputs={"yaw_rad": np.where(TIME < 1.0, 0.0, 2.0 * np.pi / 1000.0)})
+    assert len(about_readings([Run(within_a_count, {"yaw_rad": YAW})])) == 1

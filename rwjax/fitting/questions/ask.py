@@ -1,0 +1,84 @@
+"""All questions about logs, against free runs with the rig file's own numbers."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.questions.clock import about_clock
+from rwjax.fitting.questions.command import about_other_runs, about_pulses
+from rwjax.fitting.questions.likeness import Question, Run
+from rwjax.fitting.questions.readings import about_readings
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.model import Rig
+from rwjax.simulation.batch import Batch, by_sample
+from rwjax.simulation.free_run import free_run
+
+
+def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
+    """Questions to ask before a rig's numbers are fitted to logs, or a gap between them is searched.
+
+    A fit bends the numbers where a log is in other units, of another clock, or of another run, and a diagnosis names an
+    effect that is not there.
+
+    Args:
+        rig: The rig as its file has it.
+        logs: The logs, at least one.
+
+    Returns:
+        The questions, one sentence each; none where the logs are roughly what the rig file's numbers give.
+    """
+    structure = structure_of(rig)
+    return ask(pose(structure, logs), theta_of(rig, structure))
+
+
+def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
+    """`questions` about a problem that is already posed.
+
+    Args:
+        problem: Logs and structure.
+        theta: The rig file's own numbers `(t,)` [SI].
+
+    Returns:
+        The questions, one sentence each.
+    """
+    runs = _free_runs(problem, theta, problem.batch, problem.start)
+    clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor))
+    pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
+    explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
+    return [*about_readings(runs), *clocks, *pulses, *about_other_runs(runs, explained)]
+
+
+def _free_runs(problem: Problem, theta: np.ndarray, batch: Batch, start: np.ndarray) -> list[Run]:
+    """The logs that are read, with their free runs in a batch that is laid out as the problem's."""
+    y = np.asarray(free_run(problem.structure, theta, start, batch, stepper=problem.stepper)[0])
+    names = problem.structure.outputs
+    runs = []
+    for k in map(int, problem.logs_with_readings):
+        log = problem.logs[k]
+        samples = by_sample(problem.batch, k, y[k], len(log.time))
+        runs.append(Run(log, {name: samples[:, j] for j, name in enumerate(names)}))
+    return runs
+
+
+def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
+    """Free runs in the logs' time multiplied by a factor; first rates that were taken from angles change with it."""
+    batch, start = problem.batch, problem.start.copy()
+    for k, log in enumerate(problem.logs):
+        for _, rate, _, rate_name in problem.structure.turning:
+            if rate_name not in log.outputs:
+                start[k, problem.structure.states.index(rate)] /= factor
+    scaled = batch._replace(h=factor * batch.h, t_command=factor * batch.t_command, t0=factor * batch.t0)
+    return _free_runs(problem, theta, scaled, start)
+
+
+def _under(problem: Problem, theta: np.ndarray, volts: Sequence[np.ndarray]) -> list[Run]:
+    """Free runs of the logs that are read under other commands."""
+    numbers = problem.logs_with_readings
+    logs = [replace(problem.logs[k], command=u) for k, u in zip(numbers, volts, strict=True)]
+    other = pose(problem.structure, logs, problem.noise, per_run=problem.per_run, stepper=problem.stepper)
+    shared = len(problem.structure.names)
+    own = theta[shared:].reshape(len(problem.logs), len(problem.per_run))[numbers]
+    return _free_runs(other, np.concatenate([theta[:shared], own.ravel()]), other.batch, other.start)

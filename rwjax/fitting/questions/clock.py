@@ -1,0 +1,49 @@
+"""Questions about the clock of a log: time in tenths or in thousandths, or counted too slowly.
+
+A clock that runs ten times too slowly looks like an inertia that is ten times too large, and no fit tells them apart.
+"""
+
+from collections.abc import Callable, Sequence
+
+from rwjax.fitting.questions.likeness import GIVEN, Question, Run, explained, names_of
+
+FACTORS = (0.1, 10.0, 1e-3, 1e3)
+"""True time over the time in the log [1]."""
+AS_IT_IS = 0.7
+"""Share explained by the time as it is, from which no question is asked [1]."""
+LEFT = 0.2
+"""Share of the motion's square that another time may leave [1]."""
+LEAVES = 0.25
+"""Share of what the time as it is leaves that another time may leave [1]."""
+
+
+def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) -> dict[Question, list[int]]:
+    """Questions about the clock, where the free run in another time is like the readings and that in the log's is not.
+
+    Args:
+        runs: Logs with their free runs.
+        in_time: The same logs with their free runs in the log's time multiplied by a factor.
+
+    Returns:
+        The questions, each with the numbers of the logs that it is about.
+    """
+    shares = {k: share for k, run in enumerate(runs) if (share := explained(run)) < AS_IT_IS}
+    found: dict[Question, list[int]] = {}
+    for factor in FACTORS:
+        other = in_time(factor) if shares else []
+        right = [k for k, share in shares.items() if 1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share))]
+        shares = {k: share for k, share in shares.items() if k not in right}
+        if right:
+            found[_question(names_of([runs[k].log for k in right]), factor)] = right
+    return found
+
+
+def _question(names: str, factor: float) -> Question:
+    if factor < 1.0:
+        slow = 1.0 / factor
+        return Question(
+            f"{names}: {slow:g} times slower than {GIVEN}: is the time in units of {factor:g} s? Divide `time_s` by {slow:g}"
+        )
+    return Question(
+        f"{names}: {factor:g} times faster than {GIVEN}: is a second of the clock {factor:g} s? Multiply `time_s` by {factor:g}"
+    )

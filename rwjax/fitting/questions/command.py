@@ -1,0 +1,160 @@
+"""Questions about the command of a log: pulses taken as volts, or the command of another run."""
+
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.fitting.questions.driven import coherent_share, driven_share
+from rwjax.fitting.questions.likeness import (
+    ALIKE,
+    GIVEN,
+    Question,
+    Run,
+    explained,
+    likeness,
+    motion,
+    names_of,
+)
+from rwjax.logs.log import Log
+
+FEW_VOLTS = 15.0
+"""Command [V] above which whole numbers may be pulses."""
+PULSES_US = (400.0, 2600.0)
+"""Pulse widths that an ESC or a servo takes [us]."""
+NEUTRAL_US = 1500.0
+"""The usual pulse width at 0 V [us]."""
+FULL_V = 12.0
+"""Volts of the longest pulse, for a look at the shape of the motion alone [V]."""
+SMALL = 0.3
+"""Readings as a share of the simulated ones below which the command is no volts [1]."""
+EXPLAINED = 0.5
+"""Share explained by the command as volts, from which no question is asked [1]."""
+UNLIKE = 0.7
+"""Correlation of measured and simulated motion below which one does not follow the other [1]."""
+DRIVEN = 0.5
+"""Correlation of the acceleration with the command above which that drives it [1]."""
+NOT_DRIVEN, INCOHERENT = 0.2, 0.1
+"""The same correlation, and the coherence, below which motion and command have nothing to do with each other [1]."""
+MOST = 0.7
+"""Share of the other logs that have to move as simulated to vouch for the rig file's numbers [1]."""
+COMPARABLE = 0.25
+"""Energy of a motion as a share of the simulated one's, below which dry friction may hold the rig [1]."""
+
+
+class Pulses(NamedTuple):
+    """Commands as pulses.
+
+    Attributes:
+        neutral: Command that means 0 V [as in the log].
+        words: What the command may be.
+        remedy: What would be right.
+    """
+
+    neutral: float
+    words: str
+    remedy: str
+
+
+def as_pulses(log: Log) -> Pulses | None:
+    """What pulses a log's command may be: whole numbers beyond a rig's volts.
+
+    Args:
+        log: The log.
+
+    Returns:
+        The pulses, None for what is no whole number or may be volts.
+    """
+    size = np.abs(log.command)
+    if not np.array_equal(log.command, np.round(log.command)) or size.max(initial=0.0) < FEW_VOLTS:
+        return None
+    shortest, longest = PULSES_US
+    if shortest <= log.command.min() and log.command.max() <= longest:
+        return Pulses(NEUTRAL_US, "us of a pulse", "Subtract the neutral pulse and multiply by volts per us")
+    full = next((n for n in (100, 255, 1023, 4095, 65535) if size.max() <= n), None)
+    if full is None:
+        return None
+    unit = "percent, or in PWM counts" if full == 100 else f"PWM counts of {full}"
+    return Pulses(0.0, unit, f"Multiply it by the supply voltage over {full}")
+
+
+def about_pulses(
+    runs: Sequence[Run], under: Callable[[Sequence[np.ndarray]], Sequence[Run]]
+) -> dict[Question, list[int]]:
+    """Questions about commands in pulses, where the motion has the shape that volts in proportion to them give.
+
+    Args:
+        runs: Logs with their free runs.
+        under: The same logs with their free runs under other commands, which are given log by log [V].
+
+    Returns:
+        The questions, each with the numbers of the logs that it is about.
+    """
+    pulses = {k: found for k, run in enumerate(runs) if (found := as_pulses(run.log)) and explained(run) < EXPLAINED}
+    if not pulses:
+        return {}
+    volts = [_volts(run.log.command, pulses[k]) if k in pulses else run.log.command for k, run in enumerate(runs)]
+    shaped = [all(abs(likeness(run, name).correlation) > ALIKE for name in run.log.outputs) for run in under(volts)]
+    asked: dict[Pulses, list[int]] = {}
+    for k, found in pulses.items():
+        if shaped[k] and (found.neutral or _small(runs[k])):
+            asked.setdefault(found, []).append(k)
+    return {_question([runs[k].log for k in numbers], found): numbers for found, numbers in asked.items()}
+
+
+def _question(logs: Sequence[Log], pulses: Pulses) -> Question:
+    largest = max(float(np.abs(log.command).max()) for log in logs)
+    return Question(
+        f"{names_of(logs)}: the command reaches {largest:g}, and the readings are not {GIVEN} under so many volts: is it in "
+        f"{pulses.words}? {pulses.remedy}"
+    )
+
+
+def _volts(command: np.ndarray, pulses: Pulses) -> np.ndarray:
+    """A command [V] in proportion to pulses."""
+    away = command - pulses.neutral
+    return FULL_V * away / np.abs(away).max(initial=1.0)
+
+
+def _small(run: Run) -> bool:
+    """Whether all readings are far below the simulated ones."""
+    return all(abs(likeness(run, name).times) < SMALL for name in run.log.outputs)
+
+
+def about_other_runs(runs: Sequence[Run], asked: Collection[int]) -> list[Question]:
+    """Questions about logs whose readings have nothing to do with their command.
+
+    Such a log does not move as simulated, and its command does not drive its acceleration. Besides, either most other logs
+    move as simulated, which vouches for the rig file's numbers, or its motion is incoherent with its command as well.
+
+    Args:
+        runs: Logs with their free runs.
+        asked: Numbers of the logs that are asked about otherwise.
+
+    Returns:
+        The questions, one for each such log.
+    """
+    follows = np.array([max(abs(likeness(run, name).correlation) for name in run.log.outputs) for run in runs])
+    found = []
+    for k, run in enumerate(runs):
+        if k in asked or follows[k] > UNLIKE or not _moves_enough(run):
+            continue
+        vouched = len(runs) > 1 and np.mean(np.delete(follows, k) > ALIKE) > MOST
+        driven = driven_share(run.log)
+        if (vouched and driven < DRIVEN) or (driven < NOT_DRIVEN and coherent_share(run.log) < INCOHERENT):
+            found.append(
+                Question(
+                    f"{run.log.name}: the readings do not follow the command (correlation {follows[k]:.2f} with {GIVEN}): is it the "
+                    "command of another run?"
+                )
+            )
+    return found
+
+
+def _moves_enough(run: Run) -> bool:
+    """Whether the rig moves about as far as simulated: dry friction that the rig file lacks may hold it otherwise."""
+    for name in run.log.outputs:
+        a, b = (motion(run.log, name, values) for values in (run.log.outputs[name], run.simulated[name]))
+        if np.nansum(a**2) > COMPARABLE * np.nansum(b[np.isfinite(a)] ** 2) > 0.0:
+            return True
+    return False

@@ -1,0 +1,107 @@
+"""How far a measured motion follows a simulated one: the numbers from which questions are asked."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.fitting.initial_guess import START_S
+from rwjax.kinds import is_angle
+from rwjax.logs.log import Log
+
+ALIKE = 0.8
+"""Correlation of measured and simulated motion from which one follows the other [1]."""
+GIVEN = "what the rig file's numbers give"
+
+
+class Question(str):
+    """A note that asks whether a log is what its columns say."""
+
+
+def names_of(logs: Sequence[Log]) -> str:
+    """Logs in words, for a question about several.
+
+    Args:
+        logs: The logs, at least one.
+
+    Returns:
+        The name of the first, and how many more there are.
+    """
+    first, *rest = [log.name for log in logs]
+    return first if not rest else f"{first} and {rest[0]}" if len(rest) == 1 else f"{first} and {len(rest)} more"
+
+
+class Run(NamedTuple):
+    """A log beside its free run with the rig file's numbers.
+
+    Attributes:
+        log: The log.
+        simulated: Simulated readings `(time,)` [SI] by output.
+    """
+
+    log: Log
+    simulated: Mapping[str, np.ndarray]
+
+
+class Likeness(NamedTuple):
+    """Measured against simulated motion of one output.
+
+    Attributes:
+        correlation: Their correlation about zero [1].
+        times: How many times the simulated motion the measured one is [1].
+        explained: Share of the measured motion's square that the simulated one removes, negative where it adds [1].
+    """
+
+    correlation: float
+    times: float
+    explained: float
+
+
+def motion(log: Log, name: str, values: np.ndarray) -> np.ndarray:
+    """What moves in a reading.
+
+    Args:
+        log: The log, with its times.
+        name: Name of the output.
+        values: Its readings `(time,)`, measured or simulated [SI].
+
+    Returns:
+        A rate as it is; of an angle its change within 0.5 s, since a free axis drifts `(m,)` [SI].
+    """
+    if not is_angle(name):
+        return values
+    later = np.searchsorted(log.time, log.time + START_S)
+    first = np.flatnonzero(later < len(log.time))
+    return values[later[first]] - values[first]
+
+
+def likeness(run: Run, name: str) -> Likeness:
+    """How far an output follows its simulation.
+
+    Args:
+        run: A log with its free run.
+        name: Name of the output, which the log holds.
+
+    Returns:
+        The likeness; 0 throughout where either of the two does not move.
+    """
+    measured, simulated = (motion(run.log, name, values) for values in (run.log.outputs[name], run.simulated[name]))
+    seen = np.isfinite(measured) & np.isfinite(simulated)
+    a, b = measured[seen], simulated[seen]
+    with np.errstate(over="ignore", invalid="ignore"):  # a simulation in the wrong time or unit may grow without end
+        own, given, both = float(a @ a), float(b @ b), float(a @ b)
+    if not own or not given or not np.isfinite(given):
+        return Likeness(0.0, 0.0, 0.0)
+    return Likeness(both / np.sqrt(own * given), both / given, 1.0 - float((a - b) @ (a - b)) / own)
+
+
+def explained(run: Run) -> float:
+    """Share of the measured motion's square that a free run removes, the mean over the outputs, -1 at least.
+
+    Args:
+        run: A log with its free run.
+
+    Returns:
+        The share [1], 1 where the two are equal.
+    """
+    return float(np.mean([max(likeness(run, name).explained, -1.0) for name in run.log.outputs]))

@@ -1,0 +1,117 @@
+"""Questions about readings: in another unit, of the other sign, or standing still where the rig should move.
+
+No fit finds such a mistake: it bends the numbers instead.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rwjax.fitting.initial_guess import starts_at_rest
+from rwjax.fitting.questions.likeness import ALIKE, GIVEN, Question, Run, likeness, motion, names_of
+from rwjax.kinds import is_angle
+from rwjax.logs.log import Log
+
+UNITS = {
+    "_rad": (("degrees", 180.0 / np.pi),),
+    "_rad_s": (("1/min", 30.0 / np.pi), ("°/s", 180.0 / np.pi)),
+    "_A": (("mA", 1000.0),),
+}
+"""Units that readings are taken in by mistake, by the end of the column's name: how many of them make the SI unit."""
+COUNTED = 180.0 / np.pi
+"""Ratio of an angle in degrees to one in rad; a still larger one may be in counts [1]."""
+EDGES = 4.0
+"""Edges that an encoder counts for each of its lines [1]."""
+MILLI = 1e-3
+"""Ratio of measured to simulated motion where a command is given in thousandths of its unit [1]."""
+ABOUT = 1.6
+"""Factor by which the rig file's numbers may be wrong besides [1]."""
+COUNTS_MISSED = 20.0
+"""Counts by which a reading that stands still should have moved for a question [1]."""
+LEAST_MOTION = {"_rad": 0.02, "_rad_s": 0.2, "_A": 0.1}
+"""The same for readings in SI [rad, rad/s, A]."""
+
+
+def about_readings(runs: Sequence[Run]) -> list[Question]:
+    """Questions about readings that contradict a simulation with the rig file's numbers.
+
+    Args:
+        runs: Logs with their free runs.
+
+    Returns:
+        The questions, one sentence each.
+    """
+    return [*about_units(runs), *about_still_readings(runs)]
+
+
+def about_units(runs: Sequence[Run]) -> list[Question]:
+    """Questions about the unit or the sign of readings, or about a command in thousandths.
+
+    An output is asked about where it moves the other way, or as many times as far as another unit would make it. Its
+    size is the median over the logs that begin at rest, where the command alone sets the rig in motion. One question is
+    about the command, where all outputs are as if it were given in thousandths.
+
+    Args:
+        runs: Logs with their free runs.
+
+    Returns:
+        The questions, one sentence each.
+    """
+    found, small = [], []
+    for name in dict.fromkeys(name for run in runs for name in run.log.outputs):
+        compared = [likeness(run, name) for run in runs if name in run.log.outputs and starts_at_rest(run.log)]
+        alike, times, _ = np.median(compared, axis=0) if compared else (0.0, 0.0, 0.0)
+        small.append(abs(alike) > ALIKE and 1.0 / ABOUT < abs(times) / MILLI < ABOUT)
+        if abs(alike) > ALIKE:
+            if times < 0.0:
+                found.append(Question(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"))
+            found += _about_size(name, abs(times), counted=any(run.log.resolution.get(name) for run in runs))
+    if small and all(small):
+        found.append(Question(f"all readings are a thousandth of {GIVEN}: is the command in mV? Divide it by 1000"))
+    return found
+
+
+def _about_size(name: str, times: float, *, counted: bool) -> list[Question]:
+    """Questions about an output that moves so many times as far as simulated; `counted`: by an encoder."""
+    found = []
+    size = f"{name} is {times:.3g} times {GIVEN}"
+    units = next((units for end, units in UNITS.items() if name.endswith(end)), ())
+    for unit, many in units:
+        if 1.0 / ABOUT < times / many < ABOUT:
+            found.append(Question(f"{size}: are the readings in {unit}? Divide them by {many:.5g}"))
+    if counted:
+        for many, do in ((EDGES, "times 4"), (1.0 / EDGES, "divided by 4")):
+            if 1.0 / ABOUT < times / many < ABOUT:
+                found.append(Question(f"{size}: a line has 4 edges; should its encoder's counts_per_rev be {do}?"))
+    if is_angle(name) and times > ABOUT * COUNTED:
+        turn, column = f"about {2.0 * np.pi * times:.2g} to a turn", name.removesuffix("_rad") + "_counts"
+        found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))
+    return found
+
+
+def about_still_readings(runs: Sequence[Run]) -> list[Question]:
+    """Questions about readings that stay the same while the command moves and should move them far.
+
+    Args:
+        runs: Logs with their free runs.
+
+    Returns:
+        The questions, one for each output.
+    """
+    still: dict[str, list[Log]] = {}
+    for log, simulated in runs:
+        if not np.ptp(log.command, axis=0).any():
+            continue
+        for name, values in log.outputs.items():
+            count = log.resolution.get(name, 0.0)
+            least = COUNTS_MISSED * count or next(size for end, size in LEAST_MOTION.items() if name.endswith(end))
+            moves = float(np.max(np.abs(motion(log, name, simulated[name])), initial=0.0))
+            if np.ptp(values[np.isfinite(values)]) <= count and moves > least:
+                still.setdefault(name, []).append(log)
+    return [
+        Question(
+            f"{names_of(logs)}: {name} stays the same while the command changes and should move it far: is the sensor connected, or "
+            "was the rig held?"
+        )
+        for name, logs in still.items()
+    ]

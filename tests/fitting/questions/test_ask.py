@@ -1,0 +1,47 @@
+"""All questions about logs: right ones raise none, every mistake one that names it."""
+
+import numpy as np
+import pytest
+
+from experiments.questions.mistakes import MISTAKES
+from rwjax.fitting.questions.ask import questions
+from tests.fitting.questions.runs import LOGS, RIG
+
+ASKED = {
+    "clock x10": "Divide `time_s` by 10",
+    "clock /10": "Multiply `time_s` by 10",
+    "PWM of 255": "PWM counts",
+    "percent": "percent",
+    "pulses in us": "us of a pulse",
+    "command of another run": "square.csv: the readings do not follow the command",
+    "constant reading": "yaw_rad stays the same while the command changes",
+    "degrees": "are the readings in degrees",
+    "1/min": "are the readings in 1/min",
+    "sign": "is its sign, or that of the command, wrong",
+    "mV": "is the command in mV",
+}
+
+
+def test_right_logs_raise_no_question() -> None:
+    assert questions(RIG, LOGS) == []
+    for log in LOGS:
+        assert questions(RIG, [log]) == []
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_every_mistake_is_asked_about(mistake: str) -> None:
+    found = questions(RIG, MISTAKES[mistake](LOGS))
+    assert any(ASKED[mistake] in question for question in found)
+    assert all(question.isprintable() and "?" in question for question in found)
+
+
+def test_a_log_that_does_not_begin_at_rest_is_asked_about_its_clock() -> None:
+    moving = [log.cut(200, len(log.time)) for log in LOGS]
+    assert questions(RIG, moving) == []
+    assert any("Divide `time_s` by 10" in question for question in questions(RIG, MISTAKES["clock x10"](moving)))
+
+
+def test_a_rig_that_stands_still_under_no_command_is_not_asked_about() -> None:
+    still = [type(log)(**{**vars(log), "command": np.zeros(len(log.time))}) for log in LOGS]
+    constant = MISTAKES["constant reading"](still)
+    assert not any("stays the same" in question for question in questions(RIG, constant))

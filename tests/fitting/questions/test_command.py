@@ -1,0 +1,78 @@
+"""Commands in pulses and commands of other runs are asked about, right ones are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.fitting.questions.command import about_other_runs, about_pulses, as_pulses
+from rwjax.fitting.questions.likeness import Run
+from rwjax.logs.log import Log
+from tests.fitting.questions.runs import LOGS, beside
+
+
+def commanded(log: Log, command: np.ndarray) -> Log:
+    return replace(log, command=command)
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ([-255.0, 0.0, 200.0], "PWM counts of 255"),
+        ([0.0, 60.0], "percent, or in PWM counts"),
+        ([1500.0, 1900.0], "us of a pulse"),
+        ([0.0, 3000.0], "PWM counts of 4095"),
+    ],
+)
+def test_whole_numbers_beyond_volts_may_be_pulses(command: list[float], words: str) -> None:
+    found = as_pulses(commanded(LOGS[0], np.array(command)))
+    assert found is not None and found.words == words
+
+
+@pytest.mark.parametrize("command", [[0.0, 12.0], [0.0, 24.5], [0.0, 1e6]])
+def test_volts_are_no_pulses(command: list[float]) -> None:
+    assert as_pulses(commanded(LOGS[0], np.array(command))) is None
+
+
+@pytest.mark.parametrize(
+    ("per_volt", "neutral", "says"),
+    [(60.0, 0.0, "PWM counts of 255? Multiply it by"), (100.0, 1500.0, "us of a pulse? Subtract the neutral pulse")],
+)
+def test_pulses_taken_as_volts_are_asked_about(per_volt: float, neutral: float, says: str) -> None:
+    logs = [commanded(log, np.round(neutral + per_volt * log.command)) for log in LOGS[:2]]
+    runs = [beside(log) for log in logs]
+    found = about_pulses(runs, lambda volts: [beside(commanded(log, u)) for log, u in zip(logs, volts, strict=True)])
+    ((question, numbers),) = found.items()
+    assert question.startswith("square.csv and chirp.csv: the command reaches") and says in question
+    assert numbers == [0, 1]
+
+
+def test_whole_volts_that_move_the_rig_as_they_should_are_not_asked_about() -> None:
+    def never(volts: object) -> list[Run]:
+        raise AssertionError("simulated in vain")
+
+    assert about_pulses([beside(log) for log in LOGS], never) == {}
+    large = [Run(commanded(log, 20.0 * np.sign(log.command)), log.outputs) for log in LOGS]
+    assert about_pulses(large, never) == {}
+
+
+def test_the_command_of_another_run_is_asked_about_and_only_there() -> None:
+    runs = [beside(commanded(LOGS[0], LOGS[1].command)), *(beside(log) for log in LOGS[1:])]
+    (question,) = about_other_runs(runs, ())
+    assert question.startswith("square.csv: the readings do not follow") and question.endswith("of another run?")
+    assert about_other_runs(runs, {0}) == []  # another question explains it
+    assert about_other_runs([beside(log) for log in LOGS], ()) == []
+
+
+def test_logs_that_vouch_for_nothing_are_asked_about_where_motion_and_command_are_unrelated() -> None:
+    assert len(about_other_runs([beside(commanded(LOGS[2], LOGS[0].command))], ())) == 1
+
+
+def test_a_rig_that_the_model_does_not_describe_but_its_command_drives_is_not_asked_about() -> None:
+    backwards = {name: y[::-1].copy() for name, y in LOGS[0].outputs.items()}
+    assert about_other_runs([Run(LOGS[0], backwards)], ()) == []
+
+
+def test_a_rig_that_hardly_moves_may_stick_and_is_not_asked_about() -> None:
+    log = replace(LOGS[0], outputs={name: 0.1 * y[::-1] for name, y in LOGS[0].outputs.items()})
+    assert about_other_runs([Run(log, LOGS[0].outputs), *(beside(log) for log in LOGS[1:])], ()) == []
