@@ -1,13 +1,24 @@
 """Float64, loops as one kernel, and the persistent compilation cache; imported before anything that computes with JAX."""
 
 import os
+import sys
+import warnings
+from itertools import count
+from pathlib import Path
 
 import jax
-from platformdirs import user_cache_dir
+import jax.monitoring
+
+from rwjax.cache_folder import VARIABLE, has_room, opened, place, trim
+from rwjax.errors import InputError
 
 WHOLE_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000000"
 """A loop's body as one function: else every step of a simulation starts some twenty kernels, which takes longer than what they
 compute. XLA reads its flags once, when it is first used; set later, loops are slower and give the same."""
+
+
+WRITES_BETWEEN_TRIMS = 100
+"""Programs that a process writes until it looks again at the size of their folder; it looks first when it writes the first."""
 
 
 def _with_whole_loops(flags: str) -> str:
@@ -15,9 +26,40 @@ def _with_whole_loops(flags: str) -> str:
     return flags if WHOLE_LOOPS in flags or flags[:1] not in ("", "-") else f"{WHOLE_LOOPS} {flags}".strip()
 
 
+def _current_folder() -> str | None:
+    return getattr(jax.config, "jax_compilation_cache_dir", None)  # which type checkers do not know
+
+
+def _keep_programs(folder: Path | None) -> None:
+    """Has JAX keep its programs in a folder, if there is one that only the user can change."""
+    try:
+        usable = folder is not None and opened(folder)
+    except InputError as error:
+        if VARIABLE in os.environ:
+            raise InputError(f"{VARIABLE}: {error}") from None
+        print(f"rwjax: note: programs are compiled anew: {error}", file=sys.stderr)
+        usable = False
+    jax.config.update("jax_compilation_cache_dir", str(folder) if usable else None)
+    if folder and usable and not has_room(folder):
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", sys.maxsize)
+
+
+_written = count()
+
+
+def _trim_now_and_then(event: str, **_: str | int) -> None:
+    """Follows what JAX does; a miss is what it says of a program that it is about to write."""
+    folder = _current_folder()
+    if folder and event == "/jax/compilation_cache/cache_misses" and next(_written) % WRITES_BETWEEN_TRIMS == 0:
+        trim(Path(folder))
+
+
 os.environ["XLA_FLAGS"] = _with_whole_loops(os.environ.get("XLA_FLAGS", "").strip())
 jax.config.update("jax_enable_x64", True)
-if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
-    jax.config.update("jax_compilation_cache_dir", user_cache_dir("rwjax"))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+if _current_folder() in (None, os.environ.get(VARIABLE)):  # else the program that uses the library has set its own
+    _keep_programs(place())
+jax.monitoring.register_event_listener(_trim_now_and_then)
+# A program that cannot be read or written costs time and nothing else.
+warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache entry")

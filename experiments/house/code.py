@@ -6,7 +6,7 @@ import re
 from experiments.house.tree import Finding, Function, Module, Tree, functions
 
 LONGEST_FUNCTION = 50  # lines of code, docstring and comments not counted
-ROOT_MODULES = 6  # kinds, types, errors, text_files, setup_jax and the entry point `__main__`
+ROOT_MODULES = 7  # kinds, types, errors, text_files, cache_folder, setup_jax and the entry point `__main__`
 DIAGNOSIS = ("rwjax/diagnosis/", "rwjax/diagnose/")  # the second before the rooms
 RIG_FILE_SECTIONS = {
     "axis.gravity"

@@ -18,22 +18,18 @@ class Public(NamedTuple):
 
 
 def public_functions(tree: Tree) -> list[Public]:
-    """Public functions, and public methods of public classes. Commands are left out: their options carry the words."""
+    """Public functions, and public methods of public classes. Commands, which their modules are named after,
+    are left out: their docstring is the text of `--help`, and their options carry the words."""
     return [
         Public(module, name, node, cls)
         for module in tree.package.values()
         for name, node, cls in functions_of(module.tree, "")
-        if not any(part.startswith(("_", "<")) for part in name.split(".")) and not _is_command(node)
+        if not any(part.startswith(("_", "<")) for part in name.split(".")) and module.name != f"rwjax.cli.{name}"
     ]
 
 
 def _decorators(node: Function) -> set[str]:
     return {ast.unparse(d).split("(")[0].rpartition(".")[2] for d in node.decorator_list}
-
-
-def _is_command(node: Function) -> bool:
-    """Whether it is a command of the command line: its docstring is the text of `--help`."""
-    return any(a.annotation is not None and ast.unparse(a.annotation) == "RigFile" for a in node.args.args)
 
 
 def _documented_above(tree: Tree, cls: ast.ClassDef, name: str, seen: tuple[str, ...] = ()) -> bool:

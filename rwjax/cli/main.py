@@ -8,6 +8,7 @@ from typer.exceptions import Abort, TyperException
 
 from rwjax import __version__
 from rwjax.cli import interrupt
+from rwjax.cli.cache import cache
 from rwjax.cli.compare import compare
 from rwjax.cli.decode import decode
 from rwjax.cli.diagnose import diagnose
@@ -53,6 +54,7 @@ COMMANDS = (
     *(fit, predict, compare, diagnose),
     *(region, sweep, tune, slew, dump, size),
     *(plan, record, run_experiment, monitor, decode),
+    cache,
 )
 for command in COMMANDS:
     app.command()(command)

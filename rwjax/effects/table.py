@@ -71,7 +71,13 @@ def _numbers(effect: type[Effect]) -> str:
 
 
 def main() -> None:
-    """Writes the tables of `PAGE` in the current folder anew."""
+    """Writes the tables of `PAGE` in the current folder anew.
+
+    Raises:
+        SystemExit: There is no such page.
+    """
+    if not PAGE.exists():
+        sys.exit(f"{PAGE}: is not below this folder; run this at the root of the repository")
     before = PAGE.read_text(encoding="utf-8")
     after = with_tables(before)
     PAGE.write_text(after, encoding="utf-8")

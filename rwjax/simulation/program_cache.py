@@ -9,6 +9,7 @@ library's source does not say what they compute.
 import hashlib
 import os
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from functools import cache, wraps
 from inspect import Parameter, signature
 from pathlib import Path
@@ -21,7 +22,8 @@ from jax import export
 from jax.core import Tracer
 
 DIGEST = 32
-"""Bytes of the check sum before a program in its file."""
+"""Bytes of the check sum before a program in its file. It shows that a file was torn; against somebody who can write the folder there is
+`rwjax/cache_folder.py`."""
 MOST_PROGRAMS = 100
 """Programs that a process holds. Of more, those not called for longest are dropped and read again when they are needed. Each takes up
 to 350 memory maps, of which Linux gives a process 65 530, and up to 50 MB."""
@@ -88,13 +90,14 @@ def _write(path: Path | None, data: bytes | bytearray) -> None:
     """The file appears whole or not at all; a full or read-only disk costs time and nothing else."""
     if path is None:
         return
-    try:
+    new = path.with_suffix(f".{os.getpid()}")
+    with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        new = path.with_suffix(f".{os.getpid()}")
-        new.write_bytes(hashlib.sha256(data).digest() + data)
-        new.replace(path)
-    except OSError:
-        pass
+        try:
+            new.write_bytes(hashlib.sha256(data).digest() + data)
+            new.replace(path)
+        finally:
+            new.unlink(missing_ok=True)
 
 
 def _program(name: str, key: object, flat: Callable, arrays: list[Any], keep: bool) -> Callable:

@@ -67,3 +67,15 @@ def test_unusable_input_ends_with_one_line_and_status_2(tmp_path: Path, argument
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1
     assert words in done.stderr
+
+
+def test_a_user_without_a_home_and_a_name_gets_the_result_and_no_warning(tmp_path: Path) -> None:
+    code = "import pwd; pwd.getpwuid = {}.__getitem__; from rwjax.cli.main import main; main()"
+    command = ["region", str(DEMO / "rig.toml"), "--kp", "1:9:3", "--kd", "1:9:3", "-o", "region.csv", "--quiet"]
+    kept = {name: value for name, value in os.environ.items() if name in ("PATH", "TMPDIR")}
+    paths = {**kept, "PYTHONPATH": os.pathsep.join([str(DEMO.parents[1]), *sys.path])}
+    out = subprocess.run(
+        [sys.executable, "-c", code, *command], capture_output=True, text=True, cwd=tmp_path, env=paths
+    )
+    assert (out.returncode, out.stderr) == (0, "")
+    assert {path.name for path in tmp_path.iterdir()} == {"region.csv", "region.png"}

@@ -49,3 +49,9 @@ def test_the_command_writes_the_page_of_the_current_folder(
         main()
         assert capsys.readouterr().err.rstrip().endswith(words)
     assert "| `axis.viscous` |" in page.read_text(encoding="utf-8")
+
+
+def test_outside_the_repository_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match=r"^docs/files.md: is not below this folder; run this at the root"):
+        main()

@@ -105,3 +105,27 @@ def test_a_choice_is_part_of_the_program_and_of_the_library_or_not_kept(tmp_path
         jax.config.update("jax_compilation_cache_dir", before)
     slope = jax.grad(lambda x: scaled("any", x, factor=Factor(5.0, True))[0])(1.0)
     assert slope == 5.0  # inside another traced function it is traced there, with its choice
+
+
+def test_a_full_disk_leaves_no_half_of_a_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write = Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        if not path.name.startswith("traced-"):  # JAX's own program
+            return write(path, data)
+        write(path, data[:10])
+        raise OSError(28, "No space left on device")
+
+    @stored(tuple)
+    def thrice(structure: str, x):
+        return [3.0 * x]
+
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "write_bytes", full)
+            assert thrice("any", np.ones(1))[0] == 3.0
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+    assert [*tmp_path.glob("traced-*")] == []
