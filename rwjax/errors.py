@@ -42,6 +42,26 @@ def one_line(text: str) -> str:
     return line if len(line) <= LONGEST_LINE + 3 else f"{line[:half]} … {line[-half:]}"
 
 
+LONGEST_TEXT = 255
+"""Characters of a name that is shown in tables, figures and notes, as long as a file's name may be."""
+
+
+def no_name(text: str) -> str:
+    """Why a text cannot name a rig or a run, or say in a note what a run is for.
+
+    Args:
+        text: The text as a file holds it.
+
+    Returns:
+        The reason, as the rest of a sentence; "" for a text on one line, of characters that are printed.
+    """
+    if len(text) > LONGEST_TEXT:
+        return f"has {len(text)} characters; {LONGEST_TEXT} at most"
+    if bad := next((c for c in text if not c.isprintable()), None):
+        return f"holds `{printable(bad)}`, which is not printed; write it in letters, digits, signs and blanks"
+    return ""
+
+
 class InputError(ValueError):
     r"""The input is unusable.
 

@@ -94,6 +94,82 @@ SIGNS: dict[str, Callable[[float], bool]] = {
 """Whether a value has a sign, by the words that say which."""
 
 
+class Range(NamedTuple):
+    """Sizes that a quantity has on any rig, from a wheel of milligrams to a ship.
+
+    Attributes:
+        quantity: The quantity in words, with its article.
+        least: Smallest size of one that cannot be 0 [the unit that is its key in `RANGES`].
+        most: Largest size [the same unit].
+    """
+
+    quantity: str
+    least: float
+    most: float
+
+
+RANGES = {
+    "kg m2": Range("an inertia", 1e-12, 1e12),
+    "N m": Range("a torque", 1e-12, 1e12),
+    "N m/A": Range("a torque constant", 1e-12, 1e6),
+    "N m/V": Range("a drive's gain", 1e-12, 1e12),
+    "N m/rad": Range("a stiffness", 1e-12, 1e12),
+    "N m/rad3": Range("a stiffness that grows with the angle", 1e-12, 1e12),
+    "N m s/rad": Range("a viscous friction", 1e-12, 1e12),
+    "N m s2/rad2": Range("a drag", 1e-12, 1e12),
+    "N m s3/rad3": Range("a drag with speed cubed", 1e-12, 1e12),
+    "ohm": Range("a resistance", 1e-12, 1e12),
+    "H": Range("an inductance", 1e-12, 1e6),
+    "V": Range("a voltage", 1e-9, 1e6),
+    "V/s": Range("a rate of a voltage", 1e-9, 1e12),
+    "A": Range("a current", 1e-9, 1e6),
+    "rad": Range("an angle", 1e-9, 1e9),
+    "rad/s": Range("a rate", 1e-12, 1e6),
+    "s": Range("a time", 1e-9, 1e6),
+    "1/V": Range("a curvature", 1e-12, 1e6),
+    "1/W": Range("a sag", 1e-12, 1e6),
+    "1/A2": Range("a saturation", 1e-12, 1e6),
+    "1/(A2 s)": Range("a heating", 1e-12, 1e6),
+    "1": Range("a number without unit", 1e-9, 1e6),
+    "us": Range("a pulse width", 1e-3, 1e6),
+    "V/us": Range("a voltage per pulse width", 1e-9, 1e6),
+    "counts": Range("the resolution of an encoder", 1.0, 1e9),
+}
+"""Ranges by unit. On a linear axis m, kg and N stand for rad, kg m2 and N m, and the same numbers bound them."""
+OTHER = Range("a number", 1e-12, 1e12)
+"""Range of a unit that is not among `RANGES`, of an effect from outside the library."""
+SMALLEST = 1e-30
+"""Least size of a number that may be 0, where it is not 0: what is smaller means 0, and quotients by it leave the range of floats."""
+FASTEST_GROWTH = 10.0
+"""Fastest growth of a motion by friction that falls with speed, -b/I [1/s]: by a factor of e in 0.1 s. Stribeck friction that falls as
+steeply as on the demo's rig reaches 4 1/s."""
+
+
+def beyond(value: float, unit: str, sign: str = "any") -> str:
+    """Why a number lies outside the range of its quantity.
+
+    Args:
+        value: A finite number of this sign [unit].
+        unit: Its unit, a key of `RANGES`.
+        sign: The sign that it has to have, a key of `SIGNS`.
+
+    Returns:
+        The range in words, "" where the number lies in it.
+    """
+    quantity, least, most = RANGES.get(unit, OTHER)
+    unit = "" if unit == "1" else f" {unit}"
+    zero = SIGNS[sign](0.0)
+    if (SMALLEST if zero else least) <= abs(value) <= most or (zero and value == 0.0):
+        return ""
+    if abs(value) > most and zero:
+        low = "0" if sign == "zero or positive" else f"{-most:g}"
+        return f"{quantity} lies between {low} and {most:g}{unit}"
+    if zero:
+        return f"{quantity} is 0, or at least {SMALLEST:g}{unit} in size"
+    size = "" if sign == "positive" else " in size"
+    return f"{quantity} lies between {least:g} and {most:g}{unit}{size}"
+
+
 class Number(NamedTuple):
     """What is known of a number of the plant before any file is read.
 

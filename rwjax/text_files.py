@@ -1,9 +1,15 @@
 """Text files read and written whole, with errors that name the file and the remedy."""
 
 import os
+import tomllib
 from pathlib import Path
+from typing import Any
 
 from rwjax.errors import InputError
+
+MOST_TOML, LONGEST_TOML_LINE = 250_000, 10_000
+"""Characters of a TOML file and of one of its lines: files made by hand or by rwjax are far shorter, and a key of thousands of parts
+takes minutes to read."""
 
 
 def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
@@ -27,6 +33,27 @@ def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
     except OSError as bad:
         raise error(f"{path}: cannot be read: {bad.strerror}; give the path of a readable file") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The values of a TOML text of a size that a person or rwjax writes.
+
+    Args:
+        text: The text.
+
+    Returns:
+        Tables within tables.
+
+    Raises:
+        ValueError: Where the text is no TOML or too long, with `(at line N` where one line is to blame.
+        RecursionError: Where tables or lists stand too deep within one another.
+    """
+    if len(text) > MOST_TOML:
+        raise ValueError(f"{len(text)} characters, and such a file has {MOST_TOML} at most")
+    for number, line in enumerate(text.split("\n"), start=1):
+        if len(line) > LONGEST_TOML_LINE:
+            raise ValueError(f"{len(line)} characters on one line, {LONGEST_TOML_LINE} at most (at line {number})")
+    return tomllib.loads(text)
 
 
 def write_text(path: str | os.PathLike[str], text: str, error: type[InputError]) -> None:

@@ -6,13 +6,32 @@ from pathlib import Path
 import pytest
 
 from rwjax.errors import InputError, LogError, RigError
-from rwjax.text_files import read_text, write_text
+from rwjax.text_files import parse_toml, read_text, write_text
 
 
 @pytest.mark.parametrize("data", [b"a\nb\n", b"a\r\nb\r\n", b"a\rb\r", b"\xef\xbb\xbfa\nb\n"])
 def test_line_ends_and_a_byte_order_mark_do_not_matter(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "x").write_bytes(data)
     assert read_text(tmp_path / "x", InputError) == "a\nb\n"
+
+
+def test_toml_of_the_size_of_a_file_is_read() -> None:
+    assert parse_toml('a.b = 1\nc = "\u2028"\n') == {"a": {"b": 1}, "c": "\u2028"}
+    assert parse_toml("#" + 9_999 * "x") == {} == parse_toml(100 * ("#" + 2_498 * "x" + "\n"))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a = 1\n" + ".".join(10_000 * ["a"]) + " = 1", "20003 characters on one line, 10000 at most (at line 2)"),
+        (251 * (1_000 * "\n"), "251000 characters, and such a file has 250000 at most"),
+        ("a = = 1", "Invalid value (at line 1, column 5)"),
+    ],
+)
+def test_toml_that_would_take_minutes_is_refused_as_what_is_no_toml(text: str, said: str) -> None:
+    with pytest.raises(ValueError) as error:
+        parse_toml(text)
+    assert str(error.value) == said
 
 
 def test_what_cannot_be_read_is_the_callers_error(tmp_path: Path) -> None:

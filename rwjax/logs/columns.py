@@ -45,7 +45,7 @@ COMMANDS = {"two_axis": ("voltage_1_V", "voltage_2_V")}
 """Columns of the command by kind; every other kind has one, `voltage_V`."""
 INPUTS = ("time_s", "voltage_V", *COMMANDS["two_axis"], "supply_V")
 """Columns that are no measured output."""
-_UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A"}
+_UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A", "_V": "V"}
 
 
 def commands_of(kind: str) -> tuple[str, ...]:
@@ -61,10 +61,10 @@ def commands_of(kind: str) -> tuple[str, ...]:
 
 
 def unit_of(output: str) -> str:
-    """The unit of an output, as people write it.
+    """The unit of an output or a command, as people write it.
 
     Args:
-        output: A name in `Log.outputs`, such as `yaw_rad_s`.
+        output: A name in `Log.outputs`, such as `yaw_rad_s`, or of a column in SI, such as `voltage_V`.
 
     Returns:
         The unit ("rad/s"), empty for a name without a known one.

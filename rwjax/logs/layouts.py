@@ -3,14 +3,20 @@
 import numpy as np
 
 from rwjax.errors import alike, nearest
-from rwjax.kinds import THESIS_COLUMNS, TWO_AXIS
-from rwjax.logs.columns import COLUMNS, INPUTS, commands_of
+from rwjax.kinds import RANGES, THESIS_COLUMNS, TWO_AXIS
+from rwjax.logs.columns import COLUMNS, INPUTS, commands_of, unit_of
 from rwjax.logs.notes import ignored
-from rwjax.logs.sheet import Sheet, check_finite, numbers
+from rwjax.logs.sheet import Sheet, check_finite, check_size, numbers
 from rwjax.rig.model import Rig
 
 SLOWEST = 2.0
 """Longest time between samples [s]: a motor and an axis move within less."""
+FASTEST, SHORTEST = 1e-6, 1e-7
+"""Shortest median time between samples, and shortest time between any two [s]: a clock in s since 1970 resolves 2.4e-7 s."""
+LONGEST_GAP, LONGEST_RUN = 600.0, 25_000.0
+"""Longest time without a sample, and longest run [s]: seven hours."""
+LATEST = 1e10
+"""Latest time that a clock shows [s]: in s since 1970, the year 2286."""
 THESIS_SAMPLE_S = 0.01
 """Time between rows of the thesis's layout [s] (thesis, listing A.2)."""
 
@@ -33,22 +39,59 @@ def read_columns(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
 
 def _own(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     """The columns of a log of rwjax's layout as they stand there, but those that a note says to ignore."""
-    left_out = ignored(sheet)
+    left_out = {*ignored(sheet)}
     used = [name for name in sheet.names if name not in left_out]
     _check_header(sheet, used, rig)
     series = dict(zip(used, numbers(sheet, used), strict=True))
     for name in (name for name in INPUTS if name in series):
         check_finite(sheet, name, series[name])
-    time = series["time_s"]
-    if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
+    _check_time(sheet, series["time_s"])
+    _check_volts(sheet, series)
+    return series
+
+
+def _check_time(sheet: Sheet, time: np.ndarray) -> None:
+    """`LogError` where the time of the samples is none in seconds, or does not increase as a run's time does."""
+    if len(far := np.flatnonzero(np.abs(time) > LATEST)):
+        row = int(far[0])
+        raise sheet.error(
+            row, f"`time_s` is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): seconds?"
+        )
+    step = np.diff(time)
+    if len(late := np.flatnonzero(step <= 0.0)):
         row = int(late[0]) + 1
         raise sheet.error(row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row")
-    if (interval := float(np.median(np.diff(time)))) > SLOWEST:
+    if len(early := np.flatnonzero(step < SHORTEST)):
+        row = int(early[0]) + 1
         raise sheet.error(
-            None,
-            f"`time_s` has a sample every {interval:.4g} s; a rig needs one every {SLOWEST:g} s at least: seconds?",
+            row, f"`time_s` is {step[row - 1]:.4g} s after the row before; samples lie {SHORTEST:g} s apart at least"
         )
-    return series
+    if not FASTEST <= (interval := float(np.median(step))) <= SLOWEST:
+        needed = f"every {SLOWEST:g} s at least" if interval > SLOWEST else f"every {FASTEST:g} s at most"
+        raise sheet.error(None, f"`time_s` has a sample every {interval:.4g} s; a rig needs one {needed}: seconds?")
+    widest = int(np.argmax(step))
+    if step[widest] > LONGEST_GAP:
+        raise sheet.error(
+            widest + 1,
+            f"`time_s` is {step[widest]:.4g} s after the row before, and nothing is known of {LONGEST_GAP:g} s without a sample: "
+            "split the log there, or check `time_s`",
+        )
+    if (seconds := float(time[-1] - time[0])) > LONGEST_RUN:
+        raise sheet.error(
+            len(time) - 1, f"the run takes {seconds:.6g} s; a log has {LONGEST_RUN:g} s at most: split it into several"
+        )
+
+
+def _check_volts(sheet: Sheet, series: dict[str, np.ndarray]) -> None:
+    """`LogError` where a command is larger than any, or the supply gives nothing."""
+    for name in (name for name in INPUTS if name in series and name != "time_s"):
+        check_size(sheet, name, series[name], unit_of(name))
+    supply = series.get("supply_V", np.ones(1))
+    if len(off := np.flatnonzero(supply <= 0.0)):
+        row = int(off[0])
+        raise sheet.error(
+            row, f"`supply_V` is {supply[row]:g}; a supply gives more than 0 V: leave the rows or the column out"
+        )
 
 
 def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
@@ -64,9 +107,16 @@ def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
         raise sheet.error(None, f"the thesis layout needs {needed} in the rig file")
     position, pulse = numbers(sheet, [rig.columns["position"], rig.columns["pulse"]])
     check_finite(sheet, rig.columns["pulse"], pulse)
+    volts = (pulse - rig.pwm.neutral_us) * rig.pwm.volts_per_us
+    if len(bad := np.flatnonzero(np.abs(volts) > RANGES["V"].most)):
+        row = int(bad[0])
+        raise sheet.error(
+            row,
+            f"`{rig.columns['pulse']}` is {pulse[row]:.6g}, {volts[row]:.4g} V by `drive.pwm`; no drive gives as much",
+        )
     return {
         "time_s": THESIS_SAMPLE_S * np.arange(len(pulse)),
-        "voltage_V": (pulse - rig.pwm.neutral_us) * rig.pwm.volts_per_us,
+        "voltage_V": volts,
         ("wheel_counts" if rig.kind == "wheel" else "yaw_counts"): position,
     }
 

@@ -2,9 +2,9 @@
 
 import math
 
-from rwjax.errors import LogError, nearest
-from rwjax.kinds import NUMBERS, SIGNS
+from rwjax.errors import LogError, RigError, nearest
 from rwjax.logs.sheet import Sheet, is_number
+from rwjax.rig.effect_section import rig_value
 from rwjax.rig.model import Rig
 
 
@@ -53,9 +53,13 @@ def added(sheet: Sheet, rig: Rig) -> dict[str, float]:
             raise LogError(f"{sheet.path}: `# {key}: {value}` has to be one number, such as `# {key}: 0.012`")
         name = held[name]
         total = rig.values[name] + float(value)
-        sign = NUMBERS[name].sign if name in NUMBERS else "any"
-        if not SIGNS[sign](total) or (name.endswith(".inductance") and rig.values[name] == 0.0):
-            raise LogError(f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}")
+        makes = f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}"
+        if name.endswith(".inductance") and rig.values[name] == 0.0:
+            raise LogError(f"{makes}; give the rig file an inductance above 0")
+        try:
+            rig_value(name, total)
+        except RigError as error:
+            raise LogError(f"{makes}; {str(error).partition('; ')[2]}") from None
         found[name] = float(value)
     return found
 
@@ -73,7 +77,8 @@ def ignored(sheet: Sheet) -> list[str]:
         LogError: For a name that is no column.
     """
     names = [name.strip() for name in sheet.notes.get("ignore", "").replace(";", ",").split(",") if name.strip()]
-    if absent := next((name for name in names if name not in sheet.names), None):
+    held = {*sheet.names}
+    if absent := next((name for name in names if name not in held), None):
         near = nearest(absent, sheet.names)
         raise LogError(f"{sheet.path}: `# ignore: {absent}`: no such column; the nearest is `{near}`")
     return names

@@ -3,24 +3,21 @@
 import math
 import os
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, printable
 from rwjax.kinds import encoder_section, is_angle
-from rwjax.logs.columns import COLUMNS, commands_of
+from rwjax.logs.columns import COLUMNS, commands_of, unit_of
 from rwjax.logs.layouts import read_columns
 from rwjax.logs.log import Log
 from rwjax.logs.notes import added, is_validation
 from rwjax.logs.outliers import outliers
-from rwjax.logs.sheet import FEWEST, Sheet, read_sheet
+from rwjax.logs.sheet import FEWEST, Sheet, check_size, read_sheet
 from rwjax.rig.model import Rig
-
-LARGEST = 1e12
-"""Size of a reading, in whatever unit, beyond which it cannot be one."""
 
 
 def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_required: bool = True) -> tuple[Log, ...]:
@@ -32,7 +29,7 @@ def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_require
         outputs_required: Whether a log without any measured output is an error.
 
     Returns:
-        The logs in the order given; logs of the same file name are called by their paths.
+        The logs in the order given, each with a name of its own; logs of the same file name are called by their paths.
 
     Raises:
         LogError: As `read_log`, and where the same file is named twice.
@@ -41,9 +38,16 @@ def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_require
     for path, times in Counter(path.resolve() for path in given).items():
         if times > 1:
             raise LogError(f"{path}: named {times} times; name each log once")
-    names = Counter(path.name for path in given)
-    logs = [(path, read_log(path, rig, outputs_required)) for path in given]
-    return tuple(log if names[path.name] == 1 else replace(log, name=str(path)) for path, log in logs)
+    logs = [read_log(path, rig, outputs_required) for path in given]
+    return tuple(replace(log, name=name) for log, name in zip(logs, _names(given), strict=True))
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    """A name for each log, of characters that are printed: its file's, its path's where others are called so, or that with a number."""
+    files, whole = ([printable(str(name)) for name in each] for each in ((path.name for path in paths), paths))
+    names = [file if files.count(file) == 1 else path for file, path in zip(files, whole, strict=True)]
+    # of two paths that are printed alike, the later one is numbered
+    return [f"{name} ({names[:k].count(name) + 1})" if name in names[:k] else name for k, name in enumerate(names)]
 
 
 def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = True) -> Log:
@@ -73,7 +77,7 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
     readings = {output: outputs[column] * (size[column] or 1.0) for output, column in column_of.items()}
     wrong = {name: outliers(time, y, None if is_angle(name) else command) for name, y in readings.items()}
     return Log(
-        name=Path(path).name,
+        name=printable(Path(path).name),
         time=time,
         command=command,
         outputs={name: np.where(wrong[name], np.nan, y) for name, y in readings.items()},
@@ -93,10 +97,9 @@ def _count_size(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> floa
         raise sheet.error(int(bad[0]), f"`{name}` is infinite; leave the cell empty where a reading is missing")
     if (held := int(np.isfinite(readings).sum())) < FEWEST:
         raise sheet.error(None, f"`{name}` holds {held} readings; give at least {FEWEST}, or leave the column out")
-    if len(bad := np.flatnonzero(np.abs(readings) > LARGEST)):
-        raise sheet.error(int(bad[0]), f"`{name}` is {readings[bad[0]]:.4g}; no rig gives more than {LARGEST:.0e}")
     encoder = COLUMNS[name].encoder
     if encoder is None:
+        check_size(sheet, name, readings, unit_of(COLUMNS[name].output))
         return 0.0
     if encoder not in rig.counts_per_rev:
         section = encoder_section(encoder, rig.kind)
@@ -104,4 +107,6 @@ def _count_size(sheet: Sheet, name: str, readings: np.ndarray, rig: Rig) -> floa
     if len(bad := np.flatnonzero(np.isfinite(readings) & (readings != np.rint(readings)))):
         row = int(bad[0])
         raise sheet.error(row, f"`{name}` is {readings[row]}; counts have to be whole numbers")
-    return 2.0 * math.pi / rig.counts_per_rev[encoder]
+    size = 2.0 * math.pi / rig.counts_per_rev[encoder]
+    check_size(sheet, name, readings, "rad", size)
+    return size

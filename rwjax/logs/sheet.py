@@ -7,11 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError
-from rwjax.kinds import THESIS_COLUMNS
+from rwjax.kinds import RANGES, THESIS_COLUMNS
 from rwjax.text_files import read_text
 
 FEWEST = 10
 """Samples of a log, and readings of a column, below which nothing can be said."""
+
+MOST_COLUMNS = 1000
+"""Columns of a log: a header of more is no header."""
+FREE_TEXT = ("run", "why", "rig")
+"""Keys of notes that name or say something in any words, such as a run that is called `validate`."""
 
 
 class Sheet(NamedTuple):
@@ -59,26 +64,27 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
         LogError: Where the file cannot be read, has no header, or a note or the header is malformed.
     """
     lines = read_text(path, LogError).rstrip().split("\n")
-    notes: dict[str, str] = {}
+    notes: dict[str, list[str]] = {}
     for number, line in enumerate(lines, start=1):
         if line.startswith("#"):
             _note(f"{path}:{number}", line, notes)
         elif line.strip():
-            return _header(path, number, line, notes, lines[number:])
+            whole = {key: "; ".join(values) for key, values in notes.items()}
+            return _header(path, number, line, whole, lines[number:])
     raise LogError(f"{path}: holds no header and no samples; the first row has to be `time_s,voltage_V,…`")
 
 
-def _note(where: str, line: str, notes: dict[str, str]) -> None:
+def _note(where: str, line: str, notes: dict[str, list[str]]) -> None:
     """Puts the note of a line into `notes`; a key given twice keeps both values."""
     key, colon, value = (part.strip() for part in line[1:].partition(":"))
     if not colon and key.lower().startswith("role"):
         raise LogError(f"{where}: `{line}` is no note; write `# role: validate` or `# role: train`")
     if not colon and key.lower().startswith("add ") and "." in key:
         raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
-    if value.lower() in ("validate", "train") and key.lower() != "role":
+    if value.lower() in ("validate", "train") and key.lower() not in ("role", *FREE_TEXT):
         raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
     if colon:
-        notes[key.lower()] = f"{notes[key.lower()]}; {value}" if key.lower() in notes else value
+        notes.setdefault(key.lower(), []).append(value)
 
 
 def _header(path: str | os.PathLike[str], number: int, line: str, notes: dict[str, str], rows: list[str]) -> Sheet:
@@ -92,6 +98,8 @@ def _header(path: str | os.PathLike[str], number: int, line: str, notes: dict[st
             None,
             f"the columns are separated by {other}; separate them by commas, and decimals by a point (0.01, not 0,01)",
         )
+    if len(sheet.names) > MOST_COLUMNS:
+        raise sheet.error(None, f"{len(sheet.names)} columns; a log has {MOST_COLUMNS} at most, `time_s,voltage_V,…`")
     if all(is_number(cell) for cell in sheet.names):
         raise sheet.error(None, "no header; the first row has to name the columns, `time_s,voltage_V,…`")
     return sheet
@@ -155,6 +163,26 @@ def is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def check_size(sheet: Sheet, name: str, values: np.ndarray, unit: str, factor: float = 1.0) -> None:
+    """Checks that no value of a column is larger than that quantity is on any rig.
+
+    Args:
+        sheet: The log file as text.
+        name: Name of the column.
+        values: The column (n,) [as in the file]; NaN is passed over.
+        unit: SI unit of the quantity, a key of `kinds.RANGES`.
+        factor: What the values are multiplied with to be in that unit.
+
+    Raises:
+        LogError: With the first line in which the value is too large.
+    """
+    most = RANGES[unit].most
+    if len(bad := np.flatnonzero(np.abs(values) * factor > most)):
+        row = int(bad[0])
+        said = f"`{name}` is {values[row]:.6g}" + ("" if factor == 1.0 else f", {values[row] * factor:.4g} {unit}")
+        raise sheet.error(row, f"{said}; {RANGES[unit].quantity} lies between {-most:g} and {most:g} {unit}")
 
 
 def check_finite(sheet: Sheet, name: str, values: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, printable
 from rwjax.text_files import write_text
 
 
@@ -17,13 +17,32 @@ def write_log(
     Args:
         path: The file; one that is there is replaced.
         columns: Columns (n,) by name, in the units of their names; NaN becomes an empty cell.
-        notes: Notes above the header by key.
+        notes: Notes above the header by key, each on one line.
 
     Raises:
-        LogError: Where the file cannot be written.
-        ValueError: Where the columns differ in length.
+        LogError: Where the file cannot be written, and where a number is infinite: nothing is written then.
+        ValueError: Where the columns differ in length, and for a name of a column or a key of a note that does not read back.
     """
-    head = [f"# {key}: {value}" for key, value in (notes or {}).items()]
+    for name in columns:
+        _check_word(name, ",")
+    for name, column in columns.items():
+        if np.isinf(np.asarray(column, float)).any():
+            raise LogError(f"{path}: not written, since `{name}` is not finite: check the rig's numbers")
+    head = [_note(key, value) for key, value in (notes or {}).items()]
     cells = [["" if x != x else repr(x) for x in np.asarray(column).tolist()] for column in columns.values()]
     rows = [",".join(row) for row in zip(*cells, strict=True)]
     write_text(path, "\n".join([*head, ",".join(columns), *rows, ""]), LogError)
+
+
+def _note(key: str, value: str) -> str:
+    """The one line of a note; what is not printed in its value, a line break above all, stands there as its escape."""
+    _check_word(key, ":")
+    return f"# {key}: {printable(value)}".rstrip()
+
+
+def _check_word(word: str, separator: str) -> None:
+    """`ValueError` for a name of a column or a key that the reader would take for something else."""
+    if not word or not word.isprintable() or separator in word or word != word.strip() or word.startswith("#"):
+        raise ValueError(
+            f"{word!r}: a column's name and a note's key are printed, without {separator!r}, # and blanks around"
+        )

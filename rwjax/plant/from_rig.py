@@ -72,7 +72,15 @@ def bounds_of(rig: Rig, structure: Structure) -> np.ndarray:
         found[name] = (min(low, rig.numbers.get(name, low)), np.inf)
     for effect in structure.effects:
         found |= {f"{effect}.{name}": p.bounds for name, p in parameters(BY_NAME[effect]).items()}
-    return np.array([rig.bounds.get(name, found[name]) for name in structure.names])
+    return np.array([_narrowed(name, found[name], rig.bounds) for name in structure.names])
+
+
+def _narrowed(name: str, physical: tuple[float, float], given: dict[str, tuple[float, float]]) -> tuple[float, float]:
+    """Bounds of a number narrowed by those of the rig file; a viscous friction may be negative where the file says so."""
+    low, high = given.get(name, physical)
+    if name.endswith(".friction.viscous"):
+        return low, high
+    return max(low, physical[0]), min(high, physical[1])
 
 
 def rig_with(rig: Rig, structure: Structure, theta: np.ndarray, standard_error: dict[str, float]) -> Rig:

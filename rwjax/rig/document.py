@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rwjax.errors import RigError, nearest
-from rwjax.kinds import KEYS, KINDS, SIGNS
+from rwjax.errors import RigError, nearest, no_name
+from rwjax.kinds import KEYS, KINDS, SIGNS, beyond
 
 
 def leaves(document: dict[str, Any]) -> dict[str, Any]:
@@ -20,11 +20,12 @@ def leaves(document: dict[str, Any]) -> dict[str, Any]:
     Raises:
         RigError: Where a name is given twice, once quoted and once by its section.
     """
-    pairs = list(_pairs(document))
-    for i, (key, _) in enumerate(pairs):
-        if key in (earlier for earlier, _ in pairs[:i]):
+    found: dict[str, Any] = {}
+    for key, value in _pairs(document):
+        if key in found:
             raise RigError(f"`{key}` is given twice; give it once")
-    return dict(pairs)
+        found[key] = value
+    return found
 
 
 def _pairs(table: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -75,33 +76,51 @@ def check_keys(leaves: dict[str, Any], kind: str) -> None:
             raise RigError(f"`{key}` does not belong to a `{kind}` rig; take it out, or set kind = {right}")
 
 
-def number(key: str, value: Any, sign: str = "any", finite: bool = True) -> float:
+def shown(value: Any) -> str:
+    """A value of the file as messages show it.
+
+    Args:
+        value: What the file holds.
+
+    Returns:
+        The value as text.
+    """
+    try:
+        return repr(value)
+    except ValueError:  # Python writes no whole number of more than some thousand digits
+        return "a number of thousands of digits"
+
+
+def number(key: str, value: Any, sign: str = "any", unit: str = "", finite: bool = True) -> float:
     """A value of the file as a number.
 
     Args:
         key: Its name in messages.
         value: What the file holds.
         sign: What sign it has to have, a key of `kinds.SIGNS`.
+        unit: Unit in whose range (`kinds.RANGES`) it has to lie; "" for no range.
         finite: Whether it has to be finite.
 
     Returns:
         The number [SI, as in the file]; whole numbers beyond 1e300 become infinite.
 
     Raises:
-        RigError: For anything but a number of this sign.
+        RigError: For anything but a number of this sign in this range.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise RigError(f"`{key}` is {value!r}; it has to be a number, such as 0.0182")
+        raise RigError(f"`{key}` is {shown(value)}; it has to be a number, such as 0.0182")
     found = float(value) if abs(value) < 1e300 or isinstance(value, float) else math.inf
     if math.isnan(found) or (finite and math.isinf(found)):
         raise RigError(f"`{key}` is {found}; it has to be a finite number")
     if not SIGNS[sign](found):
         raise RigError(f"`{key}` is {found!r}; it has to be {sign}")
+    if unit and (limits := beyond(found, unit, sign)):
+        raise RigError(f"`{key}` is {found!r}; {limits}")
     return found
 
 
 def text(leaves: dict[str, Any], key: str, default: str) -> str:
-    """A text of the file.
+    """A text of the file, which stands on one line and names something.
 
     Args:
         leaves: Values by dotted name.
@@ -112,9 +131,11 @@ def text(leaves: dict[str, Any], key: str, default: str) -> str:
         The text.
 
     Raises:
-        RigError: Where the value is no text.
+        RigError: Where the value is no text, holds a character that is not printed, or is too long for a name.
     """
     value = leaves.get(key, default)
     if not isinstance(value, str):
-        raise RigError(f'`{key}` is {value!r}; it has to be a text in quotes, "{value}"')
+        raise RigError(f'`{key}` is {shown(value)}; it has to be a text in quotes, "{shown(value)}"')
+    if wrong := no_name(value):
+        raise RigError(f"`{key}` {wrong}")
     return value

@@ -6,8 +6,13 @@ from typing import Any, NamedTuple
 
 from rwjax.errors import RigError, nearest
 from rwjax.kinds import COEFFICIENTS, KEYS, NUMBERS, POLYNOMIAL
-from rwjax.rig.document import number
-from rwjax.rig.effect_section import effect_parameters
+from rwjax.rig.document import number, shown
+from rwjax.rig.effect_section import effect_parameters, rig_value
+
+BEST_KNOWN = 1e-6
+"""Least standard deviation of a prior over the size of its number [1]: beside a better one no logs count."""
+LEAST_KNOWN = 1e-12
+"""Size that a number counts as having where it is smaller, in its own SI unit; its inverse is the largest standard deviation."""
 
 
 class FitTables(NamedTuple):
@@ -64,7 +69,9 @@ def fit_section(leaves: dict[str, Any], tables: FitTables, values: dict[str, flo
         free=free,
         per_run=_per_run(leaves, free, values, kind),
         bounds=bounds,
-        prior={name: _prior(name, pair, free, bounds.get(name, anything)) for name, pair in tables.prior.items()},
+        prior={
+            name: _prior(name, pair, free, values, bounds.get(name, anything)) for name, pair in tables.prior.items()
+        },
         standard_error={
             name: _standard_error(name, value, values, kind) for name, value in tables.standard_error.items()
         },
@@ -75,7 +82,7 @@ def _names(leaves: dict[str, Any], key: str, values: dict[str, float], kind: str
     """The names of numbers that `key` lists, the polynomial written out as its four coefficients."""
     given = leaves.get(key, [])
     if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        raise RigError(f'`{key}` is {given!r}; it has to be a list of names, such as ["axis.inertia"]')
+        raise RigError(f'`{key}` is {shown(given)}; it has to be a list of names, such as ["axis.inertia"]')
     held: dict[str, tuple[str, ...]] = {name: (name,) for name in values}
     if COEFFICIENTS[0] in values:
         held[POLYNOMIAL] = COEFFICIENTS
@@ -112,7 +119,7 @@ def _bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[f
     _check_held(name, values, "fit.bounds", kind)
     key = f"fit.bounds.{name}"
     if not isinstance(pair, list) or len(pair) != 2:
-        raise RigError(f"`{key}` is {pair!r}; it has to be [lowest, highest]")
+        raise RigError(f"`{key}` is {shown(pair)}; it has to be [lowest, highest]")
     low, high = (number(key, value, finite=False) for value in pair)
     if not low < high:
         raise RigError(f"`{key}` is [{low!r}, {high!r}]; the first has to be below the second")
@@ -121,19 +128,28 @@ def _bound(name: str, pair: Any, values: dict[str, float], kind: str) -> tuple[f
     return low, high
 
 
-def _prior(name: str, pair: Any, free: tuple[str, ...], bounds: tuple[float, float]) -> tuple[float, float]:
+def _prior(
+    name: str, pair: Any, free: tuple[str, ...], values: dict[str, float], bounds: tuple[float, float]
+) -> tuple[float, float]:
     """Mean and standard deviation [SI] of what is known of a free number from elsewhere than the logs."""
     key = f"fit.prior.{name}"
     if name not in free:
         raise RigError(f"`{key}` is of no use, since `{name}` is not estimated; name it in `fit.free`, or take it out")
     if not isinstance(pair, list) or len(pair) != 2:
-        raise RigError(f"`{key}` is {pair!r}; it has to be [mean, standard deviation]")
-    mean = number(key, pair[0], NUMBERS[name].sign if name in NUMBERS else "any")
+        raise RigError(f"`{key}` is {shown(pair)}; it has to be [mean, standard deviation]")
+    mean = rig_value(name, pair[0], key)
     if not bounds[0] <= mean <= bounds[1]:
         raise RigError(
             f"`{key}` has the mean {mean!r}, outside the number's `fit.bounds` [{bounds[0]!r}, {bounds[1]!r}]"
         )
-    return mean, number(key, pair[1], "positive")
+    deviation = number(key, pair[1], "positive")
+    least, most = BEST_KNOWN * max(abs(mean), abs(values[name]), LEAST_KNOWN), 1.0 / LEAST_KNOWN
+    if not least <= deviation <= most:
+        raise RigError(
+            f"`{key}` has the standard deviation {deviation!r}; it lies between {least:g} and {most:g} (SI); a number that is "
+            "known better is not estimated: take it out of `fit.free`"
+        )
+    return mean, deviation
 
 
 def _standard_error(name: str, value: Any, values: dict[str, float], kind: str) -> float:

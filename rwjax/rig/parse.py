@@ -5,8 +5,8 @@ from itertools import product
 from typing import Any
 
 from rwjax.errors import RigError
-from rwjax.kinds import COEFFICIENTS, ENCODERS, KINDS, NUMBERS, POLYNOMIAL, THESIS_CHOICES
-from rwjax.rig.document import number
+from rwjax.kinds import COEFFICIENTS, ENCODERS, FASTEST_GROWTH, KINDS, NUMBERS, POLYNOMIAL, THESIS_CHOICES
+from rwjax.rig.document import number, shown
 from rwjax.rig.model import Pwm
 
 _TOGETHER = (
@@ -31,7 +31,7 @@ def kind(leaves: dict[str, Any]) -> str:
     """
     found = leaves.pop("kind", None)
     if found not in KINDS:
-        said = "no `kind`" if found is None else f"`kind` is {found!r}"
+        said = "no `kind`" if found is None else f"`kind` is {shown(found)}"
         raise RigError(f'{said}; write kind = "wheel", "platform", "reaction" or "two_axis"')
     return found
 
@@ -57,9 +57,9 @@ def numbers(leaves: dict[str, Any], kind: str) -> dict[str, float]:
             )
         coefficients = leaves[POLYNOMIAL]
         if not isinstance(coefficients, list) or len(coefficients) != len(COEFFICIENTS):
-            raise RigError(f"`{POLYNOMIAL}` is {coefficients!r}; it has to be the four numbers [b3, b2, b1, b0]")
+            raise RigError(f"`{POLYNOMIAL}` is {shown(coefficients)}; it has to be the four numbers [b3, b2, b1, b0]")
         given |= dict(zip(COEFFICIENTS, coefficients, strict=True))
-    checked = {name: number(name, value, NUMBERS[name].sign) for name, value in given.items()}
+    checked = {name: number(name, value, NUMBERS[name].sign, NUMBERS[name].unit) for name, value in given.items()}
     _check_together(checked, kind)
     return checked
 
@@ -75,8 +75,20 @@ def _check_together(numbers: dict[str, float], kind: str) -> None:
         name, other = f"{axis}.{key}", f"{axis}.{needed}"
         if name in numbers and other not in numbers:
             raise RigError(f"`{name}` means nothing without `{other}`; give both, or neither")
+    _check_growth(numbers)
     if kind == "two_axis":
         _check_inertia(numbers)
+
+
+def _check_growth(numbers: dict[str, float]) -> None:
+    """`RigError` where friction falls with speed so steeply that every motion grows as no rig's does."""
+    for axis, key in product(("axis", "yaw", "pitch"), ("viscous", "b2")):
+        name, inertia = f"{axis}.friction.{key}", numbers.get(f"{axis}.inertia", math.inf)
+        if (growth := -numbers.get(name, 0.0) / inertia) > FASTEST_GROWTH:
+            raise RigError(
+                f"`{name}` is {numbers[name]!r}: a motion of this axis would grow by a factor of e every {1.0 / growth:.2g} s; "
+                f"friction that falls with speed lies above -{FASTEST_GROWTH:g} times the inertia, here {-FASTEST_GROWTH * inertia:.4g}"
+            )
 
 
 def _check_inertia(numbers: dict[str, float]) -> None:
@@ -109,8 +121,8 @@ def pwm(leaves: dict[str, Any]) -> Pwm | None:
         return None
     if missing := next((key for key in Pwm._fields if key not in given), None):
         raise RigError(f"`drive.pwm` has no `{missing}`; write pwm = {{ neutral_us = 1500, volts_per_us = 0.02 }}")
-    signs = {"neutral_us": "positive", "volts_per_us": "different from zero"}
-    return Pwm(**{key: number(f"drive.pwm.{key}", value, signs[key]) for key, value in given.items()})
+    known = {"neutral_us": ("positive", "us"), "volts_per_us": ("different from zero", "V/us")}
+    return Pwm(**{key: number(f"drive.pwm.{key}", value, *known[key]) for key, value in given.items()})
 
 
 def counts_per_rev(leaves: dict[str, Any]) -> dict[str, float]:
@@ -123,10 +135,10 @@ def counts_per_rev(leaves: dict[str, Any]) -> dict[str, float]:
         Counted edges per turn [1] by what the encoder sits on ("axis", "wheel"), where given.
 
     Raises:
-        RigError: For anything but a positive number.
+        RigError: For anything but a positive number of the range that encoders have.
     """
     keys = {f"{section}.counts_per_rev": who for section, (who, _) in ENCODERS.items()}
-    return {who: number(key, leaves[key], "positive") for key, who in keys.items() if key in leaves}
+    return {who: number(key, leaves[key], "positive", "counts") for key, who in keys.items() if key in leaves}
 
 
 def columns(leaves: dict[str, Any]) -> dict[str, str]:
@@ -145,5 +157,5 @@ def columns(leaves: dict[str, Any]) -> dict[str, str]:
     for key, value in given.items():
         if value not in THESIS_CHOICES[key]:
             right = " or ".join(f'"{column}"' for column in THESIS_CHOICES[key])
-            raise RigError(f"`columns.{key}` is {value!r}; it has to be {right}, a column of the thesis layout")
+            raise RigError(f"`columns.{key}` is {shown(value)}; it has to be {right}, a column of the thesis layout")
     return given

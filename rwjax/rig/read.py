@@ -2,17 +2,16 @@
 
 import os
 import re
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rwjax.errors import RigError
+from rwjax.errors import RigError, printable
 from rwjax.rig import document, parse
 from rwjax.rig.effect_section import effects
 from rwjax.rig.fit_section import FitTables, fit_section
 from rwjax.rig.model import Rig, with_one_axis
-from rwjax.text_files import read_text
+from rwjax.text_files import parse_toml, read_text
 
 
 def read_rig(path: str | os.PathLike[str]) -> Rig:
@@ -63,20 +62,19 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
         RigError: With file, key, what is wrong and what would be right.
     """
     try:
-        return _rig(tomllib.loads(text), Path(path).stem)
+        return _rig(parse_toml(text), printable(Path(path).stem))
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
         line = re.search(r"at line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else f"{path}"
-        remedy = _remedy(
-            text.splitlines()[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path
-        )
+        remedy = _remedy(text.split("\n")[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path)
         raise RigError(f"{where}: not valid TOML: {error}; {remedy}") from None
 
 
 def _remedy(line: str, path: str | os.PathLike[str]) -> str:
     """What would be right instead of a line that is no TOML."""
+    line = line[:200]  # a number ends before, and the patterns take long on digits without end
     if Path(path).suffix.lower() == ".csv":
         return "the rig file comes first, then the logs"
     if re.search(r"=\s*[-+]?\d+,\d", line):

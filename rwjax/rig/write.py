@@ -5,9 +5,11 @@ from typing import Any
 
 import tomlkit
 
+from rwjax.errors import RigError
 from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, encoder_section
 from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.model import Rig
+from rwjax.rig.read import parse_rig
 
 _ORDER = (
     "kind",
@@ -34,7 +36,21 @@ def write_rig(rig: Rig) -> str:
 
     Returns:
         TOML text, from which `parse_rig` makes an equal rig.
+
+    Raises:
+        RigError: Where the reader would refuse it: a number of the rig is not finite, or lies outside its range or bounds.
     """
+    text = _text(rig)
+    try:
+        parse_rig(text)
+    except RigError as error:
+        what = str(error).removeprefix("rig.toml: ")
+        raise RigError(f"rig `{rig.name}` cannot be written, since no rig file may say so: {what}") from None
+    return text
+
+
+def _text(rig: Rig) -> str:
+    """A rig as the text of a rig file, whatever its numbers are."""
     document = tomlkit.document()
     for path, value, comment in sorted(_entries(rig), key=lambda entry: _ORDER.index(entry[0][0])):
         table: Any = document

@@ -36,6 +36,28 @@ MALFORMED = [
     ([HEADER + ",yaw_rad", *ROWS], "`yaw_counts` and `yaw_rad` are the same reading; keep one of them"),
     ([HEADER + ",voltage_V", *ROWS], "`voltage_V` and `voltage_V` are the same reading"),
     (changed(3, "0.02,1,1"), ":5: `time_s` is 0.02 after 0.02; time has to increase from row to row"),
+    (changed(11, "1e308,1,1"), ":13: `time_s` is 1e+308; a clock shows 1e+10 s at most (1.8e+09 since 1970): seconds?"),
+    (
+        [HEADER, *(f"{k}e-300,0,{k}" for k in range(12))],
+        ":3: `time_s` is 1e-300 s after the row before; samples lie 1e-07 s apart at least",
+    ),
+    (
+        [HEADER, *(f"{k}e-7,0,{k}" for k in range(0, 36, 3))],
+        ":1: `time_s` has a sample every 3e-07 s; a rig needs one ",
+    ),
+    (
+        changed(11, "1e6,1,1"),
+        ":13: `time_s` is 1e+06 s after the row before, and nothing is known of 600 s without a sample: split the log there",
+    ),
+    (
+        [HEADER, *(f"{k},0,{k}" for k in (*range(60), *range(600, 30_000, 590)))],
+        "the run takes 29510 s; a log has 25000 s at most: split it into several",
+    ),
+    (
+        [HEADER + ",supply_V", *(row + f",{12 * (k != 4)}" for k, row in enumerate(ROWS))],
+        ":6: `supply_V` is 0; a supply gives more than 0 V: leave the rows or the column out",
+    ),
+    ([HEADER + ",supply_V", *(row + ",-12" for row in ROWS)], ":2: `supply_V` is -12; a supply gives more than 0 V"),
     (
         [THESIS_HEADER, *THESIS_ROWS],
         ':1: the thesis layout needs [columns] position = "pos1" or "pos2" in the rig',
@@ -89,6 +111,18 @@ def test_pulses_of_the_thesis_need_a_map_to_volts(refused) -> None:
 def test_milliseconds_are_noticed(log):
     with pytest.raises(LogError, match="a sample every 10 s; a rig needs one every 2 s at least"):
         log([HEADER, *(f"{10 * k},{k % 3},{7 * k}" for k in range(12))])
+
+
+@pytest.mark.parametrize("start", [0.0, 1.7e9, -5.0])
+def test_a_clock_may_begin_at_any_time(log, start: float) -> None:
+    """At 1.7e9 s, seconds since 1970, it still resolves a thousandth of a sample."""
+    run = log([HEADER, *(f"{start + k / 1000!r},{k % 3},{k}" for k in range(12))])
+    assert run.time - run.origin == pytest.approx(np.arange(12) / 1000, abs=1e-6)
+
+
+def test_a_pulse_that_gives_more_volts_than_any_drive_is_refused(refused) -> None:
+    lines = [THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;1e300;5"]
+    refused(lines, "run.csv:14: `pwm_1` is 1e+300, 2e+298 V by `drive.pwm`; no drive gives as much", WHEEL)
 
 
 WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)

@@ -25,6 +25,27 @@ def test_the_role_says_whether_a_log_is_held_out(log, note: str, validate: bool)
     assert log([note, HEADER, *ROWS]).validate == validate
 
 
+def test_a_run_may_be_called_by_the_word_of_a_role(log) -> None:
+    assert log(["# run: validate", "# why: train", HEADER, *ROWS]).notes == {"run": "validate", "why": "train"}
+
+
+@pytest.mark.parametrize("sign", ["\u2028", "\x0b", "\x0c", "\x1c", "\x85"])
+def test_only_a_line_break_ends_a_note(log, sign: str) -> None:
+    run = log([f"# why: a{sign}# role: validate{sign}role: validate", HEADER, *ROWS])
+    assert not run.validate and run.notes == {"why": f"a{sign}# role: validate{sign}role: validate"}
+
+
+def test_an_effect_s_number_keeps_its_range_with_what_was_added(log) -> None:
+    rig = parse_rig(
+        'kind = "platform"\ndrive.gain = 1\naxis.inertia = 1\nencoder.counts_per_rev = 256\n'
+        '[effects."axis.coulomb"]\nM_c = 0.1'
+    )
+    with pytest.raises(
+        LogError, match=re.escape("makes `axis.coulomb.M_c` -0.1 from 0.1; it has to be zero or positive")
+    ):
+        log(["# add axis.coulomb.M_c: -0.2", HEADER, *ROWS], rig)
+
+
 def test_columns_that_a_note_says_to_ignore_are_not_looked_at(log):
     more = [f"{HEADER},temperature_C,state", *(f"{row},21.5,warm" for row in ROWS)]
     read, plain = log(["# ignore: temperature_C, state", *more]), log([HEADER, *ROWS])
@@ -51,6 +72,10 @@ def test_what_a_run_had_more_is_read_by_name(log):
     ("note", "message"),
     [
         ("# add axis.inertia: -2", "makes `axis.inertia` -1 from 1"),
+        (
+            "# add axis.inertia: 1e300",
+            "makes `axis.inertia` 1e+300 from 1; an inertia lies between 1e-12 and 1e+12 kg m2",
+        ),
         ("# add axis.intertia: 1", "the rig file has no `axis.intertia`; the nearest is `axis.inertia`"),
         ("# add inertia: 0.01 kg m2", "the rig file has no `inertia`; the nearest is `axis.inertia`"),
         ("# add axis.inertia: much", "has to be one number, such as `# add axis.inertia: 0.012`"),

@@ -9,7 +9,7 @@ import pytest
 from rwjax.errors import LogError
 from rwjax.logs.read import read_log, read_logs
 from rwjax.logs.write import write_log
-from tests.logs.texts import HEADER, PLATFORM, ROWS, changed
+from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, changed
 from tests.two_axes import two_axis
 
 two = "time_s,voltage_V"
@@ -80,13 +80,27 @@ def test_linear_axis_and_no_outputs(log):
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ("0.03,0,1e15", "`yaw_counts` is 1e+15; no rig gives more than"),
-        ("0.03,0,-1e300", "no rig gives more than 1e+12"),
+        ("0.03,0,1e15", ":5: `yaw_counts` is 1e+15, 2.454e+13 rad; an angle lies between -1e+09 and 1e+09 rad"),
+        ("0.03,0,-1e300", ":5: `yaw_counts` is -1e+300, -2.454e+298 rad; an angle lies between"),
+        ("0.03,1e300,0", ":5: `voltage_V` is 1e+300; a voltage lies between -1e+06 and 1e+06 V"),
     ],
 )
 def test_a_reading_beyond_all_rigs_is_refused(log, row, message):
     with pytest.raises(LogError, match=re.escape(message)):
         log(changed(3, row))
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("yaw_rad", "2e9", "`yaw_rad` is 2e+09; an angle lies between -1e+09 and 1e+09 rad"),
+        ("yaw_rad_s", "-2e6", "`yaw_rad_s` is -2e+06; a rate lies between -1e+06 and 1e+06 rad/s"),
+        ("current_A", "1e7", "`current_A` is 1e+07; a current lies between -1e+06 and 1e+06 A"),
+    ],
+)
+def test_a_reading_is_no_larger_than_its_unit_allows(refused, column: str, value: str, message: str) -> None:
+    lines = [f"time_s,voltage_V,{column}", *(f"{k / 100},1,{value if k == 7 else 0.1 * k}" for k in range(12))]
+    refused(lines, ":9: " + message, REACTION)
 
 
 def test_unreadable_files(tmp_path):
@@ -105,6 +119,17 @@ def test_several_logs(tmp_path):
     assert [log.name for log in read_logs(paths, PLATFORM)] == [str(paths[0]), "c.csv", str(paths[2])]
     with pytest.raises(LogError, match="c.csv: named 2 times; name each log once"):
         read_logs([tmp_path / "c.csv", tmp_path / "a/../c.csv"], PLATFORM)
+
+
+def test_names_of_files_are_printed_and_stay_different(tmp_path) -> None:
+    names = ["a\x1b[31m.csv", "a\udcff.csv", r"a\udcff.csv", "b\nc.csv"]
+    for name in names:
+        (tmp_path / name).write_text("\n".join([HEADER, *ROWS]))
+    found = [log.name for log in read_logs([tmp_path / name for name in names], PLATFORM)]
+    assert found[0] == r"a\x1b[31m.csv" and found[3] == r"b\nc.csv"
+    assert found[1:3] == [rf"{tmp_path}/a\udcff.csv", rf"{tmp_path}/a\udcff.csv (2)"]
+    with pytest.raises(LogError, match=r"none\\udcff.csv: cannot be read: No such file"):
+        read_log(tmp_path / "none\udcff.csv", PLATFORM)
 
 
 def test_outliers_are_left_out_and_their_times_kept(log) -> None:

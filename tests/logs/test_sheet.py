@@ -23,6 +23,7 @@ MALFORMED = [
     ),
     ([HEADER.replace(",", "\t"), *ROWS], ":1: the columns are separated by tabs; separate them by commas"),
     (["# role validate", HEADER, *ROWS], ":1: `# role validate` is no note; write `# role: validate`"),
+    ([",".join(f"c{k}" for k in range(1001)), *ROWS], ":1: 1001 columns; a log has 1000 at most, `time_s,voltage_V,…`"),
     (changed(3, "0.03,1"), ":5: 2 cells; the header names 3 columns"),
     (changed(3, ""), ":5: 1 cells; the header names 3 columns"),
     (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
@@ -102,3 +103,16 @@ def test_a_row_of_the_thesis_that_cannot_be_read_is_named(refused, lines, messag
 def test_a_note_that_is_written_otherwise_is_refused(log, note, message) -> None:
     with pytest.raises(LogError, match=re.escape(message)):
         log([note, HEADER, *ROWS])
+
+
+def test_a_line_of_megabytes_makes_a_short_message(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join([HEADER, *ROWS, "0.3,1," + 1_000_000 * "1" + "x"]))
+    with pytest.raises(LogError, match=":14: `yaw_counts` is '1111") as error:
+        numbers(read_sheet(path), HEADER.split(","))
+    assert len(str(error.value)) < 2000
+
+
+def test_notes_of_one_key_are_joined(tmp_path) -> None:
+    (tmp_path / "run.csv").write_text("\n".join(["# a: 1", "# A: 2", "# a: 3", HEADER, *ROWS]))
+    assert read_sheet(tmp_path / "run.csv").notes == {"a": "1; 2; 3"}

@@ -5,17 +5,17 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, printable
 from rwjax.logs.read import read_log
 from rwjax.logs.write import write_log
 from tests.logs.texts import PLATFORM
 
 
 @given(
-    readings=st.lists(st.floats(-1e12, 1e12) | st.just(math.nan), min_size=10, max_size=30).filter(
+    readings=st.lists(st.floats(-1e9, 1e9) | st.just(math.nan), min_size=10, max_size=30).filter(
         lambda x: np.isfinite(x).sum() >= 10
     )
 )
@@ -47,3 +47,39 @@ def test_the_file_is_notes_header_and_rows(tmp_path) -> None:
     columns = {"time_s": np.array([0.0, 0.1]), "yaw_counts": np.array([3, -4]), "yaw_rad_s": np.array([np.nan, 1e-9])}
     write_log(tmp_path / "run.csv", columns, {"rig": "testbed"})
     assert (tmp_path / "run.csv").read_text() == "# rig: testbed\ntime_s,yaw_counts,yaw_rad_s\n0.0,3,\n0.1,-4,1e-09\n"
+
+
+@given(
+    notes=st.dictionaries(
+        st.sampled_from(("run", "why", "rig")),
+        st.text(max_size=20)
+        | st.sampled_from(["validate", "x\nrole: validate", "x\r# add axis.inertia: 9", "a\u2028b: c"]),
+    )
+)
+@settings(max_examples=30, deadline=None)
+def test_a_note_stays_one_note_whatever_it_says(tmp_path_factory, notes: dict[str, str]) -> None:
+    path = tmp_path_factory.mktemp("log") / "run.csv"
+    write_log(path, {"time_s": 0.1 * np.arange(10), "voltage_V": np.zeros(10), "yaw_rad": np.zeros(10)}, notes)
+    run = read_log(path, PLATFORM)
+    assert run.notes == {key: printable(value).strip() for key, value in notes.items()}
+    assert not run.validate and run.added == {}
+
+
+@pytest.mark.parametrize("key", ["a:b", "a\nrole", "", " a", "#", "\x1b"])
+def test_a_key_that_would_read_back_as_another_is_refused(tmp_path, key: str) -> None:
+    with pytest.raises(ValueError, match="a note's key"):
+        write_log(tmp_path / "run.csv", {"time_s": np.arange(3)}, {key: "x"})
+    assert not (tmp_path / "run.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["a,b", "a\nb", "", "yaw_rad ", "#yaw_rad"])
+def test_a_column_that_would_read_back_as_another_is_refused(tmp_path, name: str) -> None:
+    with pytest.raises(ValueError, match="a column's name"):
+        write_log(tmp_path / "run.csv", {"time_s": np.arange(3), name: np.arange(3)})
+    assert not (tmp_path / "run.csv").exists()
+
+
+def test_what_is_not_finite_is_not_written(tmp_path) -> None:
+    with pytest.raises(LogError, match="run.csv: not written, since `yaw_rad` is not finite"):
+        write_log(tmp_path / "run.csv", {"time_s": np.arange(3), "yaw_rad": np.array([0.0, np.inf, np.nan])})
+    assert not (tmp_path / "run.csv").exists()

@@ -1,5 +1,7 @@
 """Between the rig file and the plant."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,3 +46,13 @@ def test_bounds_are_physical_and_narrowed_by_the_rig_file() -> None:
     assert bounds["axis.friction.viscous"] == [0.0, np.inf]
     assert bounds["axis.friction.coulomb"] == [0.01, 0.2]
     assert bounds["drive.gain"] == [-np.inf, np.inf]
+
+
+def test_bounds_of_the_file_leave_no_range_that_a_rig_file_may_not_hold() -> None:
+    """Else a fit would end at a number that cannot be written."""
+    rig = platform('viscous = 0.02\n[effects."drive.delay"]\ntau = 0.1\n')
+    wide = {"axis.inertia": (-1.0, 2.0), "drive.delay.tau": (-1.0, 3.0), "axis.friction.viscous": (-0.1, 1.0)}
+    rig = replace(rig, bounds=wide)
+    bounds = dict(zip(structure_of(rig).names, bounds_of(rig, structure_of(rig)).tolist(), strict=True))
+    assert bounds["axis.inertia"][0] > 0.0 and bounds["axis.inertia"][1] == 2.0
+    assert bounds["drive.delay.tau"] == [0.0, 0.5] and bounds["axis.friction.viscous"] == [-0.1, 1.0]

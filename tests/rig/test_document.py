@@ -1,6 +1,7 @@
 """Values of a rig file by their dotted names: found, taken, checked, and refused in which words."""
 
 import math
+import time
 
 import pytest
 
@@ -34,6 +35,16 @@ MALFORMED = [
     (PLATFORM.replace("0.228", "1" + 400 * "0"), "`axis.inertia` is inf; it has to be a finite number"),
     (PLATFORM.replace("0.228", "-0.228"), "`axis.inertia` is -0.228; it has to be positive"),
     (FRICTION + "polynomial = [1, 2, 'x', 4]", "`axis.friction.b1` is 'x'; it has to be a number"),
+    (PLATFORM.replace("0.228", "1e-300"), "`axis.inertia` is 1e-300; an inertia lies between 1e-12 and 1e+12 kg m2"),
+    (PLATFORM.replace("0.228", "0x" + 5000 * "f"), "`axis.inertia` is inf; it has to be a finite number"),
+    (PLATFORM.replace("0.228", f"[0x{5000 * 'f'}]"), "`axis.inertia` is a number of thousands of digits; it has to be"),
+    (FRICTION + "coulomb = 1e-40", "`axis.friction.coulomb` is 1e-40; a torque is 0, or at least 1e-30 N m in size"),
+    (
+        r'name = "a\nb"' + "\n" + PLATFORM,
+        r"`name` holds `\n`, which is not printed; write it in letters, digits, signs",
+    ),
+    (r'name = "\u001b[31m"' + "\n" + PLATFORM, r"`name` holds `\x1b`, which is not printed"),
+    (f'name = "{256 * "x"}"\n' + PLATFORM, "`name` has 256 characters; 255 at most"),
     (PLATFORM + "[fit]\nfre = []", "unknown key `fit.fre`; the nearest valid one is `fit.free`"),
     (PLATFORM + "[fit]\nbounds = 3", "`fit.bounds` is not a table; write it as a section `[fit.bounds]`"),
     (PLATFORM + "friction.viscuos = 1", "the nearest valid one is `axis.friction.viscous`"),
@@ -92,3 +103,11 @@ def test_a_text_has_a_default() -> None:
 
 def test_line_breaks_in_a_key_stay_on_the_line() -> None:
     is_refused(WHEEL + r'"a\nb" = 1', r"unknown key `wheel.a\nb`")
+
+
+def test_many_keys_take_as_long_for_each_as_few() -> None:
+    """50 000 keys took minutes where each was compared with all before it."""
+    document = {"axis": {f"k{i}": i for i in range(50_000)}}
+    begin = time.process_time()
+    assert len(leaves(document)) == 50_000
+    assert time.process_time() - begin < 10.0

@@ -35,6 +35,22 @@ MALFORMED = [
     ),
     (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = 3", "`fit.prior.axis.inertia` is 3; it has to be [mean, stand"),
     (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = [1, 0]", "`fit.prior.axis.inertia` is 0.0; it has to be positive"),
+    (
+        PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = [1, 1e-308]",
+        "`fit.prior.axis.inertia` has the standard deviation 1e-308; it lies between 1e-06 and 1e+12 (SI); a number that is "
+        "known better is not estimated: take it out of `fit.free`",
+    ),
+    (PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = [1, 1e300]", "has the standard deviation 1e+300; it lies between"),
+    (
+        PLATFORM + FIT + "[fit.prior]\n'axis.inertia' = [1e300, 1]",
+        "`fit.prior.axis.inertia` is 1e+300; an inertia lies",
+    ),
+    (PLATFORM + FIT + f"[fit.prior]\n'axis.inertia' = [1, 1{400 * '0'}]", "`fit.prior.axis.inertia` is inf; it has to"),
+    (
+        PLATFORM + "[effects.'drive.delay']\ntau = 0.1\n[fit]\nfree = ['drive.delay.tau']\n"
+        "[fit.prior]\n'drive.delay.tau' = [-1, 0.1]",
+        "`fit.prior.drive.delay.tau` is -1.0; it has to be zero or positive",
+    ),
     (PLATFORM + FIT + "[fit.prior]\n'drive.gain' = [1, 1]", "is of no use, since `drive.gain` is not estimated"),
     (PLATFORM + FIT + "per_run = ['drive.gain']", "`fit.per_run` names `drive.gain`, which is not estimated"),
     (PLATFORM + FIT + "per_run = 'drive.gain'", "`fit.per_run` is 'drive.gain'; it has to be a list of names"),

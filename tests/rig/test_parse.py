@@ -29,6 +29,35 @@ MALFORMED = [
     (PLATFORM.replace("-0.428", "0"), "`drive.gain` is 0.0; it has to be different from zero"),
     (WHEEL.replace("0.83", "0"), "`motor.resistance` is 0.0; it has to be positive"),
     (PLATFORM + "[encoder]\ncounts_per_rev = 0", "`encoder.counts_per_rev` is 0.0; it has to be positive"),
+    (
+        PLATFORM + "[encoder]\ncounts_per_rev = 1e300",
+        "`encoder.counts_per_rev` is 1e+300; the resolution of an encoder lies between 1 and 1e+09 counts",
+    ),
+    (PLATFORM + "[encoder]\ncounts_per_rev = 1e-300", "`encoder.counts_per_rev` is 1e-300; the resolution of"),
+    (PLATFORM + f"[encoder]\ncounts_per_rev = 1{400 * '0'}", "`encoder.counts_per_rev` is inf; it has to be a finite"),
+    (
+        PLATFORM.replace("-0.428", "1e300"),
+        "`drive.gain` is 1e+300; a drive's gain lies between 1e-12 and 1e+12 N m/V in",
+    ),
+    (WHEEL.replace("0.83", "1e-200"), "`motor.resistance` is 1e-200; a resistance lies between 1e-12 and 1e+12 ohm"),
+    (
+        FRICTION + "polynomial = [1, 2, 3, 1e200]",
+        "`axis.friction.b0` is 1e+200; a drag with speed cubed lies between -1e+12",
+    ),
+    (
+        WHEEL + "[drive]\npwm = { neutral_us = 1e40, volts_per_us = 1 }",
+        "`drive.pwm.neutral_us` is 1e+40; a pulse width",
+    ),
+    (
+        WHEEL + "[drive]\npwm = { neutral_us = 1500, volts_per_us = 1e-40 }",
+        "a voltage per pulse width lies between 1e-09",
+    ),
+    (
+        PLATFORM.replace("0.228", "0.05") + "friction.viscous = -5",
+        "`axis.friction.viscous` is -5.0: a motion of this axis would grow by a factor of e every 0.01 s; friction that falls "
+        "with speed lies above -10 times the inertia, here -0.5",
+    ),
+    (FRICTION + "polynomial = [0, -5, 0, 0]", "`axis.friction.b2` is -5.0: a motion of this axis would grow"),
     (FRICTION + "coulomb = -1", "`axis.friction.coulomb` is -1.0; it has to be zero or positive"),
     (
         FRICTION + "static = 1",
@@ -97,6 +126,11 @@ TEXT = write_rig(two_axis(GIMBAL + GRAVITY + TILTING))
             "[yaw.friction]\nstatic = 1.0\n[gimbal]",
             "means nothing without `yaw.friction.stribeck_velocity`",
         ),
+        (
+            "[gimbal]",
+            "[pitch.friction]\nviscous = -1\n[gimbal]",
+            "`pitch.friction.viscous` is -1.0: a motion of this axis",
+        ),
         ("wheel_1.gyroscopic", "wheel_1.gyroscope", 'the nearest is [effects."wheel_1.gyroscopic"]'),
         ("wheel_1.gyroscopic", "axis.stribeck", "no effect `axis.stribeck` for a `two_axis` rig"),
         ("[gimbal]", "[yaw]\ngravity.torque = 1.0\n[gimbal]", "not valid TOML"),
@@ -129,3 +163,17 @@ def test_the_inertia_of_two_axes_has_to_be_positive_definite(product: float) -> 
     else:
         with pytest.raises(RigError, match="at a pitch of -.* deg the rig would have no positive inertia"):
             parse.numbers(given, "two_axis")
+
+
+def test_friction_that_falls_as_on_rigs_is_read() -> None:
+    """The thesis's polynomial falls by 0.052 N m s/rad; twice the axis's inertia in 1 s is what Stribeck friction has."""
+    for friction in ("viscous = -0.456", "polynomial = [0.1, -5.2e-2, 2e-2, -7e-4]"):
+        assert parse_rig(FRICTION + friction).numbers["axis.inertia"] == 0.228
+
+
+def test_ranges_leave_room_for_the_smallest_and_the_largest_rigs() -> None:
+    """A reaction wheel of a nanosatellite, and a ship of 200 000 t that turns by its rudder."""
+    small = WHEEL.replace("1.24e-4", "1e-9").replace("0.0182", "1e-4").replace("0.83", "20")
+    assert parse_rig(small).numbers["wheel.inertia"] == 1e-9
+    ship = PLATFORM.replace("0.228", "5e11").replace("-0.428", "1e8") + "friction.viscous = 1e10"
+    assert parse_rig(ship).numbers["drive.gain"] == 1e8

@@ -62,6 +62,13 @@ MALFORMED = [
     ("[axis]\ninertia = 0,06", "decimals take a point (0.06), thousands nothing (4096)"),
     ("[axis]\ninertia = 0.06 kg m2", "a unit does not stand in the file, all numbers are in SI (0.06 # kg m2)"),
     ("[axis]\ninertia = 6e-2kg", "a unit does not stand in the file"),
+    (
+        "# " + 10_000 * "x" + "\n",
+        "rig.toml:1: not valid TOML: 10002 characters on one line, 10000 at most (at line 1);",
+    ),
+    (250_001 * "\n", "rig.toml: not valid TOML: 250001 characters, and such a file has 250000 at most;"),
+    ("a = " + 5000 * "[", "rig.toml: not valid TOML: "),
+    ("# \x85\u2028\n[axis]\ninertia = 0,06", "decimals take a point (0.06), thousands nothing (4096)"),
     ("[axis]\ninertia = 1e-3 2", "write `key = value` under `[section]` headers"),
     ("[axis]\ninertia = 1e-3\ninertia = 1e-3", "write `key = value` under `[section]` headers"),
 ]
@@ -92,6 +99,14 @@ def test_a_rig_without_a_name_has_that_of_its_file() -> None:
         parse_rig(WHEEL, "rigs/flywheel.toml").name == "flywheel"
         and parse_rig('name = "mine"\n' + WHEEL).name == "mine"
     )
+
+
+def test_a_rig_without_a_name_has_that_of_its_file_with_escapes(tmp_path) -> None:
+    path = tmp_path / "a\nb\x1b\udcff.toml"
+    path.write_text(WHEEL)
+    assert read_rig(path).name == r"a\nb\x1b\udcff"
+    with pytest.raises(RigError, match=r"a\\nb\\x1b\\udcff.toml: unknown key `wheel.x`"):
+        parse_rig(WHEEL + "x = 1", path)
 
 
 def test_what_knows_one_axis_refuses_two(tmp_path) -> None:

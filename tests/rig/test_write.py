@@ -1,12 +1,15 @@
 """Rig files written: what is written reads back equal."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.kinds import COEFFICIENTS, ENCODERS, KINDS, NUMBERS
+from rwjax.errors import RigError
+from rwjax.kinds import COEFFICIENTS, ENCODERS, KINDS, NUMBERS, RANGES
 from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.model import Pwm, Rig
 from rwjax.rig.read import parse_rig, read_rig
@@ -16,8 +19,19 @@ from tests.rig.texts import PLATFORM
 DATA = Path(__file__).parents[2] / "data" / "two_axis"
 
 
-positive = st.floats(1e-12, 1e12)
+PARAMETERS = {f"{e}.{p}": known for e, given in effect_parameters().items() for p, known in given.items()}
+NAMES = st.text(st.characters().filter(str.isprintable), max_size=8) | st.sampled_from(
+    ['"]', "\\", 3 * '"', 3 * "'", "[/]", "#", "= 1", 255 * "é", r"a b\nc"]
+)
 COLUMNS = st.fixed_dictionaries({}, optional={"position": st.just("pos1"), "pulse": st.just("pwm_2")})
+
+
+def sizes(name: str) -> st.SearchStrategy[float]:
+    """Positive values that a number of a rig may have."""
+    unit, (low, high) = (
+        (NUMBERS[name].unit, (0.0, math.inf)) if name in NUMBERS else (PARAMETERS[name].unit, PARAMETERS[name].bounds)
+    )
+    return st.floats(max(RANGES[unit].least, low), min(RANGES[unit].most, high))
 
 
 @st.composite
@@ -29,19 +43,20 @@ def rigs(draw: st.DrawFn) -> Rig:
     absent = {n for n in names if n.endswith((".static", ".stribeck_velocity", ".gravity.angle"))}
     absent |= set(COEFFICIENTS if draw(st.booleans()) else [n for n in names if "friction.v" in n or "coul" in n])
     chosen = [n for n in names if n in required or n in COEFFICIENTS or draw(st.booleans())]
-    numbers = {name: draw(positive) for name in chosen if name not in absent}
+    numbers = {name: draw(sizes(name)) for name in chosen if name not in absent}
     known = {e: p for e, p in effect_parameters().items() if e.startswith("drive_1." if two else "drive.") and p}
     effects = draw(st.lists(st.sampled_from(sorted(known)), unique=True, max_size=2))
     encoders = [who for who, kinds in ENCODERS.values() if kind in kinds]
     rig = Rig(
         kind=kind,
-        name=draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=8)),
+        name=draw(NAMES),
         numbers=numbers,
-        effects={effect: {p: draw(positive) for p in known[effect]} for effect in effects},
-        counts_per_rev={who: draw(positive) for who in encoders if draw(st.booleans())},
-        pwm=None if two else draw(st.none() | st.builds(Pwm, positive, positive)),
+        effects={effect: {p: draw(sizes(f"{effect}.{p}")) for p in known[effect]} for effect in effects},
+        counts_per_rev={who: draw(st.floats(1.0, 1e9)) for who in encoders if draw(st.booleans())},
+        pwm=None if two else draw(st.none() | st.builds(Pwm, st.floats(1e-3, 1e6), st.floats(-1e6, -1e-9))),
         columns={} if two else draw(COLUMNS),
     )
+    spread = draw(st.floats(1e-5, 0.9))
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))
     errors = {name: draw(st.floats(0.0)) for name in free}
     return replace(
@@ -50,7 +65,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         standard_error=errors,
         bounds={name: (-1.0, 1e13) for name in free[:1]},
         per_run=tuple(free[:2]),
-        prior={name: (draw(positive), draw(positive)) for name in free[1:3]},
+        prior={name: (rig.values[name], spread * rig.values[name]) for name in free[1:3] if rig.values[name] > 1.0},
     )
 
 
@@ -78,3 +93,19 @@ def test_numbers_stand_in_their_sections_with_units() -> None:
     text = write_rig(parse_rig(PLATFORM + "friction.coulomb = 0.01\n[fit]\nfree = ['axis.inertia']\n"))
     assert text.index("[drive]") < text.index("[axis]") < text.index("[axis.friction]") < text.index("[fit]")
     assert "inertia = 0.228 # I, kg m2\n" in text and "coulomb = 0.01 # M_c, N m\n" in text
+
+
+WRONG = [
+    ({"axis.inertia": math.nan}, "`axis.inertia` is nan; it has to be a finite number"),
+    ({"axis.inertia": 1e300}, "`axis.inertia` is 1e+300; an inertia lies between 1e-12 and 1e+12 kg m2"),
+    ({"drive.gain": 0.0}, "`drive.gain` is 0.0; it has to be different from zero"),
+    ({"axis.inertia": 0.5}, "`axis.inertia` is 0.5, outside its `fit.bounds` [0.1, 0.4]; widen them"),
+]
+
+
+@pytest.mark.parametrize(("values", "said"), WRONG, ids=[said for _, said in WRONG])
+def test_a_rig_that_the_reader_refuses_is_not_written(values: dict[str, float], said: str) -> None:
+    rig = replace(parse_rig(PLATFORM, "mine.toml"), bounds={"axis.inertia": (0.1, 0.4)})
+    with pytest.raises(RigError) as error:
+        write_rig(rig.with_values(values))
+    assert str(error.value) == f"rig `mine` cannot be written, since no rig file may say so: {said}"
