@@ -173,7 +173,7 @@ def check_size(sheet: Sheet, name: str, values: np.ndarray, unit: str, factor: f
         name: Name of the column.
         values: The column (n,) [as in the file]; NaN is passed over.
         unit: SI unit of the quantity, a key of `kinds.RANGES`.
-        factor: What the values are multiplied with to be in that unit.
+        factor: What the values are multiplied with to be in that unit [1, or the unit of a count].
 
     Raises:
         LogError: With the first line in which the value is too large.
