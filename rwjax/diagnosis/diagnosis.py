@@ -22,6 +22,7 @@ from rwjax.diagnosis.uninformative import diverged_numbers, part_of, why_uninfor
 from rwjax.diagnosis.verdict import Verdict, judge, stands_out
 from rwjax.diagnosis.waterfall import Rung, rung
 from rwjax.diagnosis.worst_windows import worst_windows
+from rwjax.fitting.ran_away import runaway_words, without_runaways
 from rwjax.fitting.uncertainty import uncertainty
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.held_out import folds
@@ -143,6 +144,7 @@ def diagnose(
     alternatives_waterfall = tuple(judged.rung(other, first.numbers) for other in others)
     rival_fits = [fits(e) for e in rivals[1:]]
     base, limits = fits(NOTHING), fits.settings.remarks
+    corrected = corrected_rig(rig, outcome.named, found, spread)
     return Diagnosis(
         rig=rig,
         logs=layout.logs,
@@ -160,8 +162,11 @@ def diagnose(
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=remarks(rig, layout.logs, layout.train, base, [found, *rival_fits], spread, outcome.diverged, limits),
-        corrected=corrected_rig(rig, outcome.named, found, spread),
+        remarks=(
+            *remarks(rig, layout.logs, layout.train, base, [found, *rival_fits], spread, outcome.diverged, limits),
+            *runaway_words(rig, corrected),
+        ),
+        corrected=without_runaways(rig, corrected),
         before=before,
         after=outcome.after,
         settings=fits.settings,

@@ -11,6 +11,7 @@ from rwjax.fitting.initial_guess import starts_at_rest
 from rwjax.fitting.questions.likeness import ALIKE, GIVEN, Question, Run, likeness, motion, names_of
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
+from rwjax.logs.noise import noise_level
 
 UNITS = {
     "_rad": (("degrees", 180.0 / np.pi),),
@@ -30,6 +31,11 @@ COUNTS_MISSED = 20.0
 """Counts by which a reading that stands still should have moved for a question [1]."""
 LEAST_MOTION = {"_rad": 0.02, "_rad_s": 0.2, "_A": 0.1}
 """The same for readings in SI [rad, rad/s, A]."""
+
+NOISE_WIDTH = 10.0
+"""Width of readings, in standard deviations of their noise, within which they stand still [1]."""
+BEYOND_NOISE = 5.0
+"""Simulated motion, in widths of the readings that stand still, for a question [1]."""
 
 
 def about_readings(runs: Sequence[Run]) -> list[Question]:
@@ -103,10 +109,11 @@ def about_still_readings(runs: Sequence[Run]) -> list[Question]:
         if not np.ptp(log.command, axis=0).any():
             continue
         for name, values in log.outputs.items():
-            count = log.resolution.get(name, 0.0)
+            seen, count = values[np.isfinite(values)], log.resolution.get(name, 0.0)
+            width = float(np.ptp(seen))
             least = COUNTS_MISSED * count or next(size for end, size in LEAST_MOTION.items() if name.endswith(end))
             moves = float(np.max(np.abs(motion(log, name, simulated[name])), initial=0.0))
-            if np.ptp(values[np.isfinite(values)]) <= count and moves > least:
+            if width <= max(count, NOISE_WIDTH * noise_level(seen)) and moves > max(least, BEYOND_NOISE * width):
                 still.setdefault(name, []).append(log)
     return [
         Question(

@@ -56,6 +56,8 @@ def test_a_reading_that_stands_still_while_the_command_moves_is_asked_about() ->
     still = record(TIME, COMMAND, {"yaw_rad": np.full(len(TIME), 0.3)})
     (question,) = about_readings([Run(still, {"yaw_rad": YAW})])
     assert question.startswith("test.csv: yaw_rad stays the same")
+    noisy = record(TIME, COMMAND, {"yaw_rad": 0.01 * np.random.default_rng(5).normal(size=len(TIME))})
+    assert len(about_readings([Run(noisy, {"yaw_rad": YAW})])) == 1
     stuck = {"yaw_rad": 1e-3 * YAW}
     assert about_readings([Run(still, stuck)]) == []  # the simulated rig hardly moves either
     assert about_readings([Run(replace(still, command=np.full(len(TIME), 2.0)), {"yaw_rad": YAW})]) == []

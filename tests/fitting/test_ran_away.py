@@ -1,0 +1,55 @@
+"""Estimates that ran away: far off and unsure, and only those."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.fitting.fit import fit
+from rwjax.fitting.ran_away import ran_away, runaway_words, without_runaways
+from rwjax.rig.model import Rig
+from tests.diagnosis.simulated import COMMAND, TIME
+from tests.systems import platform, record, run, wheel
+
+RIG = platform("viscous = 0.02\ncoulomb = 0.0", '"axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"')
+
+
+def fitted(name: str, value: float, error: float) -> Rig:
+    errors = {name: error} if np.isfinite(error) else {}
+    return replace(RIG.with_values({name: value}), standard_error=errors)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "away"),
+    [
+        ("axis.friction.viscous", 1.5e8, 5e15, True),
+        ("axis.friction.viscous", 1.5e8, np.inf, True),
+        ("axis.friction.viscous", -1.5e8, 5e15, True),
+        ("axis.friction.coulomb", 1e4, 1e5, True),
+        ("axis.friction.viscous", np.inf, np.inf, True),
+        ("axis.inertia", 150.0, 1.0, False),
+        ("axis.inertia", 90.0, 1e9, False),
+        ("axis.friction.coulomb", 0.0, np.inf, False),
+    ],
+)
+def test_far_and_unsure_is_away(name: str, value: float, error: float, away: bool) -> None:
+    found = fitted(name, value, error)
+    assert ran_away(RIG, found) == ((name,) if away else ())
+    assert len(runaway_words(RIG, found)) == away
+
+
+def test_a_rig_without_them_has_the_numbers_of_its_file() -> None:
+    found = fitted("axis.friction.viscous", 1.5e8, 5e15)
+    assert without_runaways(RIG, found).numbers == RIG.numbers
+    assert without_runaways(RIG, found).standard_error == {}
+    sure = fitted("axis.inertia", 0.2, 0.01)
+    assert without_runaways(RIG, sure) == sure
+
+
+def test_the_numbers_of_a_wheel_that_is_held_run_away_and_those_of_one_that_turns_do_not() -> None:
+    rig, noise = wheel(), np.random.default_rng(2).normal(0.0, 1e-3, len(TIME))
+    held = fit(rig, [record(TIME, COMMAND, {"wheel_rad_s": noise})])
+    assert ran_away(rig, held.rig) == ("wheel.inertia", "motor.friction")
+    asked = record(TIME, COMMAND, {"wheel_rad_s": TIME})
+    turns = fit(rig, [record(TIME, COMMAND, run(rig, asked, {}))])
+    assert ran_away(rig, turns.rig) == ()
