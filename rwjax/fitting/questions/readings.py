@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rwjax.fitting.initial_guess import starts_at_rest
-from rwjax.fitting.questions.likeness import ALIKE, GIVEN, Question, Run, likeness, motion, names_of
+from rwjax.fitting.questions.likeness import ALIKE, GIVEN, Likeness, Question, Run, likeness, motion, names_of
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_level
@@ -23,6 +23,8 @@ COUNTED = 180.0 / np.pi
 """Ratio of an angle in degrees to one in rad; a still larger one may be in counts [1]."""
 EDGES = 4.0
 """Edges that an encoder counts for each of its lines [1]."""
+ALIKE_EDGES, ABOUT_EDGES = 0.97, 1.4
+"""Correlation, and factor by which the rig file's numbers may be wrong besides, for a question about edges [1]."""
 MILLI = 1e-3
 """Ratio of measured to simulated motion where a command is given in thousandths of its unit [1]."""
 ABOUT = 1.6
@@ -71,32 +73,49 @@ def about_units(runs: Sequence[Run]) -> list[Question]:
         if abs(alike) > ALIKE:
             if times < 0.0:
                 found.append(Question(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"))
-            found += _about_size(name, abs(times), counted=any(run.log.resolution.get(name) for run in runs))
+            found += _about_unit(name, abs(times))
+        if any(run.log.resolution.get(name) for run in runs):
+            found += _about_edges(name, compared)
     if small and all(small):
         found.append(Question(f"all readings are a thousandth of {GIVEN}: is the command in mV? Divide it by 1000"))
     return found
 
 
-def _about_size(name: str, times: float, *, counted: bool) -> list[Question]:
-    """Questions about an output that moves so many times as far as simulated; `counted`: by an encoder."""
+def _about_unit(name: str, times: float) -> list[Question]:
+    """Questions about an output that moves so many times as far as simulated."""
     found = []
     size = f"{name} is {times:.3g} times {GIVEN}"
     units = next((units for end, units in UNITS.items() if name.endswith(end)), ())
     for unit, many in units:
         if 1.0 / ABOUT < times / many < ABOUT:
             found.append(Question(f"{size}: are the readings in {unit}? Divide them by {many:.5g}"))
-    if counted:
-        for many, do in ((EDGES, "times 4"), (1.0 / EDGES, "divided by 4")):
-            if 1.0 / ABOUT < times / many < ABOUT:
-                found.append(Question(f"{size}: a line has 4 edges; should its encoder's counts_per_rev be {do}?"))
     if is_angle(name) and times > ABOUT * COUNTED:
         turn, column = f"about {2.0 * np.pi * times:.2g} to a turn", name.removesuffix("_rad") + "_counts"
         found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))
     return found
 
 
+def _about_edges(name: str, compared: Sequence[Likeness]) -> list[Question]:
+    """Questions about an encoder's edges, of a counted output that moves about 4 times as far as simulated, or a quarter.
+
+    Dry friction that the rig file lacks leaves a quarter of a motion as well, but not of every run alike, nor in its shape.
+    """
+    for many, do in ((EDGES, "times 4"), (1.0 / EDGES, "divided by 4")):
+        alike = [
+            one.correlation > ALIKE_EDGES and 1.0 / ABOUT_EDGES < one.times / many < ABOUT_EDGES for one in compared
+        ]
+        if alike and all(alike):
+            times = float(np.median([one.times for one in compared]))
+            size = f"{name} is {times:.3g} times {GIVEN}"
+            return [Question(f"{size}: a line has 4 edges; should its encoder's counts_per_rev be {do}?")]
+    return []
+
+
 def about_still_readings(runs: Sequence[Run]) -> list[Question]:
     """Questions about readings that stay the same while the command moves and should move them far.
+
+    Dry friction holds a rig in some runs. So either the reading stands still in every run, or it lacks even the noise that it
+    has in others.
 
     Args:
         runs: Logs with their free runs.
@@ -104,21 +123,47 @@ def about_still_readings(runs: Sequence[Run]) -> list[Question]:
     Returns:
         The questions, one for each output.
     """
-    still: dict[str, list[Log]] = {}
-    for log, simulated in runs:
-        if not np.ptp(log.command, axis=0).any():
-            continue
-        for name, values in log.outputs.items():
-            seen, count = values[np.isfinite(values)], log.resolution.get(name, 0.0)
-            width = float(np.ptp(seen))
-            least = COUNTS_MISSED * count or next(size for end, size in LEAST_MOTION.items() if name.endswith(end))
-            moves = float(np.max(np.abs(motion(log, name, simulated[name])), initial=0.0))
-            if width <= max(count, NOISE_WIDTH * noise_level(seen)) and moves > max(least, BEYOND_NOISE * width):
-                still.setdefault(name, []).append(log)
-    return [
-        Question(
-            f"{names_of(logs)}: {name} stays the same while the command changes and should move it far: is the sensor connected, or "
-            "was the rig held?"
-        )
-        for name, logs in still.items()
-    ]
+    found = []
+    for name in dict.fromkeys(name for run in runs for name in run.log.outputs):
+        commanded = [run for run in runs if name in run.log.outputs and np.ptp(run.log.command, axis=0).any()]
+        dead = all(_stands_still(run.log, name) for run in commanded)
+        noisy = any(_width(run.log, name) > 0.0 for run in commanded)
+        asked = [
+            run.log
+            for run in commanded
+            if (dead or (noisy and _is_constant(run.log, name))) and _should_move(run, name)
+        ]
+        if asked:
+            found.append(
+                Question(
+                    f"{names_of(asked)}: {name} stays the same while the command changes and should move it far: is the sensor "
+                    "connected, or was the rig held?"
+                )
+            )
+    return found
+
+
+def _is_constant(log: Log, name: str) -> bool:
+    """Whether readings in SI, of which no two are equal in a live sensor, are all equal."""
+    return log.resolution.get(name, 0.0) == 0.0 and _width(log, name) == 0.0
+
+
+def _width(log: Log, name: str) -> float:
+    """Range of an output's readings [SI]."""
+    values = log.outputs[name]
+    return float(np.ptp(values[np.isfinite(values)]))
+
+
+def _stands_still(log: Log, name: str) -> bool:
+    """Whether readings stay within a count or within their noise."""
+    values = log.outputs[name]
+    noise = noise_level(values[np.isfinite(values)])
+    return _width(log, name) <= max(log.resolution.get(name, 0.0), NOISE_WIDTH * noise)
+
+
+def _should_move(run: Run, name: str) -> bool:
+    """Whether the simulated output moves far beyond a count and beyond the width of the readings."""
+    count = run.log.resolution.get(name, 0.0)
+    least = COUNTS_MISSED * count or next(size for end, size in LEAST_MOTION.items() if name.endswith(end))
+    moves = float(np.max(np.abs(motion(run.log, name, run.simulated[name])), initial=0.0))
+    return moves > max(least, BEYOND_NOISE * _width(run.log, name))

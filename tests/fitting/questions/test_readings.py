@@ -63,3 +63,19 @@ def test_a_reading_that_stands_still_while_the_command_moves_is_asked_about() ->
     assert about_readings([Run(replace(still, command=np.full(len(TIME), 2.0)), {"yaw_rad": YAW})]) == []
     within_a_count = replace(counted(1.0), outputs={"yaw_rad": np.where(TIME < 1.0, 0.0, 2.0 * np.pi / 1000.0)})
     assert len(about_readings([Run(within_a_count, {"yaw_rad": YAW})])) == 1
+
+
+def test_a_rig_that_sticks_in_one_run_is_not_asked_about_and_a_dead_sensor_is() -> None:
+    noise = 1e-3 * np.random.default_rng(5).normal(size=len(TIME))
+    moves = Run(record(TIME, COMMAND, {"yaw_rad": YAW + noise}), {"yaw_rad": YAW})
+    sticks = Run(record(TIME, COMMAND, {"yaw_rad": 0.3 + noise}), {"yaw_rad": YAW})
+    dead = Run(record(TIME, COMMAND, {"yaw_rad": np.full(len(TIME), 0.3)}), {"yaw_rad": YAW})
+    counts = Run(replace(dead.log, resolution={"yaw_rad": 1e-3}), {"yaw_rad": YAW})
+    assert about_readings([moves, sticks]) == []
+    assert about_readings([moves, counts]) == []  # a counter at rest is as constant as a dead one
+    assert len(about_readings([moves, dead])) == len(about_readings([sticks])) == 1
+
+
+def test_dry_friction_that_leaves_a_quarter_of_some_motions_is_no_question_of_edges() -> None:
+    runs = [Run(counted(factor), {"yaw_rad": YAW}) for factor in (0.17, 0.27, 0.5)]
+    assert about_readings(runs) == []
