@@ -1,8 +1,9 @@
 """Why does the model of a reaction-wheel testbed differ from the rig? Fit, compare, diagnose, with JAX.
 
-`read_rig` and `read_logs` read the files. `fit`, `predict`, `compare` and `diagnose` work on a rig and its logs. `region`, `tune` and
-`sweep` choose gains. `simulate` runs the model. Each name is imported when it is first used. JAX comes with the first that
-computes, and is set to float64 then; a program that uses JAX of its own before that imports `rwjax.setup_jax` first.
+`read_rig` and `read_logs` read the files, and `questions` asks whether they belong together. `fit`, `predict`, `compare` and `diagnose`
+work on a rig and its logs. `region`, `tune` and `sweep` choose gains. `simulate` runs the model. Each name is imported when it is first
+used. JAX comes with the first that computes, and is set to float64 then; a program that uses JAX of its own before that imports
+`rwjax.setup_jax` first.
 """
 
 from importlib import import_module
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from .logs.write import write_log as write_log
     from .logs.held_out import Fold as Fold
     from .logs.held_out import folds as folds
+    from .fitting.questions.ask import questions as questions
     from .fitting.fit import fit as fit
     from .fitting.predict import predict as predict
     from .methods.comparison import compare as compare
@@ -42,6 +44,7 @@ _HOME = {
     "logs.read": ("read_log", "read_logs"),
     "logs.write": ("write_log",),
     "logs.held_out": ("Fold", "folds"),
+    "fitting.questions.ask": ("questions",),
     "fitting.fit": ("fit",),
     "fitting.predict": ("predict",),
     "methods.comparison": ("compare",),

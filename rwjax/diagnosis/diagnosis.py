@@ -22,8 +22,9 @@ from rwjax.diagnosis.uninformative import diverged_numbers, part_of, why_uninfor
 from rwjax.diagnosis.verdict import Verdict, judge, stands_out
 from rwjax.diagnosis.waterfall import Rung, rung
 from rwjax.diagnosis.worst_windows import worst_windows
+from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.ran_away import runaway_words, without_runaways
-from rwjax.fitting.uncertainty import uncertainty
+from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
@@ -142,9 +143,9 @@ def diagnose(
     others = [e for e in dict.fromkeys(e for rival in rivals for e in _growing(rival)) if e not in steps]
     waterfall = (first, *(judged.rung(step, first.numbers) for step in steps))
     alternatives_waterfall = tuple(judged.rung(other, first.numbers) for other in others)
-    rival_fits = [fits(e) for e in rivals[1:]]
-    base, limits = fits(NOTHING), fits.settings.remarks
-    corrected = corrected_rig(rig, outcome.named, found, spread)
+    shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
+    corrected, away = _corrected(rig, outcome.named, found, spread)
+    told = remarks(rig, layout.logs, layout.train, fits(NOTHING), shown, spread, outcome.diverged, limits)
     return Diagnosis(
         rig=rig,
         logs=layout.logs,
@@ -162,17 +163,20 @@ def diagnose(
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(
-            *remarks(rig, layout.logs, layout.train, base, [found, *rival_fits], spread, outcome.diverged, limits),
-            *runaway_words(rig, corrected),
-        ),
-        corrected=without_runaways(rig, corrected),
+        remarks=(*told, *away),
+        corrected=corrected,
         before=before,
         after=outcome.after,
         settings=fits.settings,
         fitted=found,
         spread=spread,
     )
+
+
+def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> tuple[Rig, list[str]]:
+    """The corrected rig, in which numbers that ran away are those of the rig as it is, and a sentence on each of them."""
+    corrected = corrected_rig(rig, named, found, spread)
+    return without_runaways(rig, corrected), runaway_words(rig, corrected)
 
 
 def _which(fits: ModelFits, layout: _Layout, strategy: Strategy) -> tuple[HeldOut, str, Choice]:
