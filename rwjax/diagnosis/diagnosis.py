@@ -134,15 +134,12 @@ def diagnose(
     judged = _Judged(fits, layout, before, signal)
     outcome = _how_far(judged, choice)
     rivals = _rivals(outcome, choice, fits.settings.report.most_rivals)
-    first, steps = judged.rung(NOTHING), _growing(outcome.named)
-    ranking = _ranking(judged, choice)
+    first, ranking = judged.rung(NOTHING), _ranking(judged, choice)
     found = fits(outcome.named)
     spread = uncertainty(found)
     proposed = _next(fits, outcome, choice)
     where = _where(fits, choice, outcome)
-    others = [e for e in dict.fromkeys(e for rival in rivals for e in _growing(rival)) if e not in steps]
-    waterfall = (first, *(judged.rung(step, first.numbers) for step in steps))
-    alternatives_waterfall = tuple(judged.rung(other, first.numbers) for other in others)
+    waterfall, alternatives_waterfall = _waterfalls(judged, first, outcome.named, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
     corrected, away = _corrected(rig, outcome.named, found, spread)
     told = remarks(rig, layout.logs, layout.train, fits(NOTHING), shown, spread, outcome.diverged, limits)
@@ -236,6 +233,16 @@ def _rivals(outcome: _Outcome, choice: Choice, most: int) -> list[Hypothesis]:
 def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:
     """A hypothesis's first name, its first two, and so on."""
     return [Hypothesis(hypothesis.names[: k + 1]) for k in range(len(hypothesis.names))]
+
+
+def _waterfalls(
+    judged: _Judged, first: Rung, named: Hypothesis, rivals: Sequence[Hypothesis]
+) -> tuple[tuple[Rung, ...], tuple[Rung, ...]]:
+    """The rig as it is and the named effects one after the other, and the steps of the rivals that are not among them."""
+    steps = _growing(named)
+    others = [e for e in dict.fromkeys(e for rival in rivals for e in _growing(rival)) if e not in steps]
+    named_steps = (first, *(judged.rung(step, first.numbers) for step in steps))
+    return named_steps, tuple(judged.rung(other, first.numbers) for other in others)
 
 
 def _ranking(judged: _Judged, choice: Choice) -> tuple[Ranked, ...]:
