@@ -7,8 +7,8 @@ used. JAX comes with the first that computes, and is set to float64 then; a prog
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # `typing` takes longer to import than all that comes before the command hears Ctrl-C
 if TYPE_CHECKING:
     from .errors import InputError as InputError
     from .errors import LogError as LogError
@@ -59,7 +59,7 @@ _HOME = {
 __all__ = ["__version__", *(name for names in _HOME.values() for name in names)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     module = next((module for module, names in _HOME.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module `rwjax` has no attribute `{name}`")

@@ -4,6 +4,7 @@ Nothing of `rwjax` is imported here: the option `--jaxtyping-packages` checks on
 """
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -45,3 +46,11 @@ def _folder(variable: str, name: str, words: str) -> Path:
         # reason: logs that others published may not be committed, and without them these tests have nothing to say
         pytest.skip(f"{words} not found: set {variable}")
     return folder
+
+
+@pytest.fixture
+def hears_ctrl_c() -> Iterator[None]:
+    """Lets what a test begins hear Ctrl-C, which it inherits to ignore where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

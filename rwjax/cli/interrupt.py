@@ -1,40 +1,70 @@
-"""Ctrl-C while the program starts: one line and no traceback, also from within the import of a library.
+"""Ctrl-C in the command: one line and no traceback, wherever it comes.
 
-The room imports it before anything else.
+Within the import of a library it ends the process at once. Raised there, a `KeyboardInterrupt` comes out as the library's own
+error, is swallowed, or crashes what is being set up. Anywhere else it is a `KeyboardInterrupt`, which lets the commands tidy up.
+
+The room imports this module before anything else.
 """
 
 import os
 import signal
 import sys
-from types import FrameType
+from contextlib import suppress
+from types import FrameType, TracebackType
 
 STATUS = 130
 """Status of a program that Ctrl-C ended."""
+SHOW_CURSOR = b"\x1b[?25h"
+"""What a terminal is told whose cursor a live view may have hidden."""
 
 
-def leave(number: int = signal.SIGINT, frame: FrameType | None = None) -> None:
-    """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them.
-
-    Args:
-        number: of the signal, as a signal's handler gets it.
-        frame: of the program, as a signal's handler gets it.
-    """
-    print("rwjax: interrupted", file=sys.stderr)
-    sys.stdout.flush()
-    sys.stderr.flush()
+def leave() -> None:
+    """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them."""
+    with suppress(Exception):  # closed, full, or being written to where the program was interrupted
+        sys.stdout.flush()
+        sys.stderr.flush()
+    with suppress(OSError):
+        os.write(2, (SHOW_CURSOR if os.isatty(2) else b"") + b"rwjax: interrupted\n")
     os._exit(STATUS)
 
 
-def while_starting() -> None:
-    """Ctrl-C ends the process, if that is the command `rwjax` or `python -m rwjax` and no program that imports the library."""
+def heard(number: int, frame: FrameType | None) -> None:
+    """Handles Ctrl-C.
+
+    Args:
+        number: of the signal.
+        frame: of the program, where it was interrupted.
+
+    Raises:
+        KeyboardInterrupt: unless a library is being imported.
+    """
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            leave()
+        frame = frame.f_back
+    raise KeyboardInterrupt
+
+
+def begin() -> None:
+    """Handles Ctrl-C from here on, if this is the command `rwjax` or `python -m rwjax` and no program that imports the library."""
     if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, leave)
+        signal.signal(signal.SIGINT, heard)
+        sys.excepthook = _uncaught
+        sys.unraisablehook = _unraisable
 
 
-def started() -> None:
-    """From here on Ctrl-C is a `KeyboardInterrupt` again."""
-    if signal.getsignal(signal.SIGINT) is leave:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+def _uncaught(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:
+    """Also before and after `main`."""
+    if issubclass(kind, KeyboardInterrupt):
+        leave()
+    sys.__excepthook__(kind, error, where)
+
+
+def _unraisable(lost: "sys.UnraisableHookArgs") -> None:
+    """Also where Python would go on, such as in what the garbage collector calls."""
+    if issubclass(lost.exc_type, KeyboardInterrupt):
+        leave()
+    sys.__unraisablehook__(lost)
 
 
 def _is_command() -> bool:
@@ -44,4 +74,4 @@ def _is_command() -> bool:
     return os.path.splitext(os.path.basename(program))[0] == "rwjax" and program in sys.orig_argv
 
 
-while_starting()
+begin()

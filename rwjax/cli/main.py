@@ -67,7 +67,6 @@ def main() -> None:
         SystemExit: always; status 2, after one line on stderr, for input that cannot be used.
     """
     try:
-        interrupt.started()
         status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
         if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C
             raise KeyboardInterrupt

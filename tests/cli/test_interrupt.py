@@ -1,27 +1,39 @@
-"""Ctrl-C while the program starts."""
+"""Ctrl-C while the program starts, and later."""
 
+import importlib
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from rwjax.cli import interrupt
 from tests.cli.shell import DEMO, ROOT
+
+INTERRUPTED = "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(9)\n"
+SWALLOWED = f"try:\n    exec({INTERRUPTED!r})\nexcept BaseException:\n    pass\n"
+MODULE, SCRIPT = ("-m", "rwjax"), (str(Path(sys.executable).with_name("rwjax")),)
+REGION = ["region", DEMO / "rig.toml"]
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
-@pytest.mark.parametrize("program", [("-m", "rwjax"), (str(Path(sys.executable).with_name("rwjax")),)])
 @pytest.mark.parametrize(
-    ("library", "arguments"), [("typer", ["--version"]), ("jax", ["region", DEMO / "rig.toml"])], ids=["typer", "jax"]
+    ("program", "library", "content", "arguments"),
+    [
+        (MODULE, "typer", INTERRUPTED, ["--version"]),
+        (SCRIPT, "typer", INTERRUPTED, ["--version"]),
+        (MODULE, "jax", INTERRUPTED, REGION),
+        (SCRIPT, "jax", SWALLOWED, REGION),
+    ],
+    ids=("typer", "typer, script", "jax", "jax, which goes on"),
 )
 def test_ctrl_c_while_the_program_starts_is_one_line(
-    tmp_path: Path, program: tuple[str, ...], library: str, arguments: list[str | Path]
+    tmp_path: Path, program: tuple[str, ...], library: str, content: str, arguments: list[str | Path]
 ) -> None:
     """A library that interrupts its own import, as Ctrl-C does that comes then."""
-    (tmp_path / f"{library}.py").write_text(
-        "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(9)\n"
-    )
+    (tmp_path / f"{library}.py").write_text(content)
     paths = {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
     done = subprocess.run(
         [sys.executable, *program, *map(str, arguments)],
@@ -31,6 +43,41 @@ def test_ctrl_c_while_the_program_starts_is_one_line(
         check=False,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
+
+
+class Ended(Exception):
+    """The end of the process."""
+
+
+@pytest.fixture
+def left(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Statuses with which the process would have ended at once."""
+    found: list[int] = []
+
+    def end(status: int) -> None:
+        found.append(status)
+        raise Ended
+
+    monkeypatch.setattr(os, "_exit", end)
+    return found
+
+
+def test_ctrl_c_outside_an_import_lets_the_program_tidy_up(left: list[int]) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        interrupt.heard(signal.SIGINT, None)
+    assert left == []
+
+
+def test_ctrl_c_within_an_import_ends_the_process(
+    left: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "slow_library.py").write_text(
+        "import sys\nfrom rwjax.cli import interrupt\ninterrupt.heard(2, sys._getframe())\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(Ended):
+        importlib.import_module("slow_library")
+    assert left == [130] and capfd.readouterr().err == "rwjax: interrupted\n"
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
