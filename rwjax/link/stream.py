@@ -16,6 +16,8 @@ from rwjax.link.messages import Hello, Message, Sample, message, reset_causes, u
 MOST_LOST = 10
 """Samples in a row that may be lost within one stretch, 0.1 s, where the pulses before and after are the same. Where they
 differ the command between them is unknown, and the gap ends the stretch."""
+MOST_LATE = 10
+"""Ticks by which a sample may be older than the one before it and is passed over; one that is older yet is of another start."""
 WRAP = 2**32
 """At which a board's counters begin again."""
 COUNTERS = {
@@ -120,7 +122,7 @@ def stretches(data: bytes) -> tuple[list[Stretch], int]:
                 found += _stretch(hello, group)
                 group = []
             hello = one
-        elif isinstance(one, Sample):
+        elif isinstance(one, Sample) and not (group and _late(group[-1], one)):
             if group and not _joined(group[-1], one):
                 found += _stretch(hello, group)
                 group = []
@@ -136,6 +138,11 @@ def _messages(data: bytes) -> tuple[list[Message | None], int]:
     decoder.damaged = 0
     found += [message(frame) for frame in decoder.feed(data[first:])]
     return found, decoder.damaged
+
+
+def _late(last: Sample, said: Sample) -> bool:
+    """Whether a sample is an earlier one that the line repeats or has delayed."""
+    return (last.tick - said.tick) % WRAP <= MOST_LATE
 
 
 def _joined(last: Sample, said: Sample) -> bool:

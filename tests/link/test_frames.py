@@ -1,5 +1,7 @@
 """Frames on the host's side; `tests/firmware/test_frame.py` holds them against the firmware's."""
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -45,3 +47,19 @@ def test_damage_costs_one_frame_and_is_counted() -> None:
     decoder = Decoder()
     found = [f for piece in (one[:4], one[4:] + two[:3], b"\0" + three + b"\0\0") for f in decoder.feed(piece)]
     assert [f.seq for f in found] == [0, 2] and decoder.damaged == 1
+
+
+def test_a_frame_that_comes_twice_is_given_once() -> None:
+    one, two = Frame(1, 7, b"body"), Frame(1, 7, b"other")
+    decoder = Decoder()
+    sent = [encode(one), encode(one), b"damage\0", encode(one), encode(two), encode(one)]
+    assert [frame for piece in sent for frame in decoder.feed(piece)] == [one, two, one]
+    assert decoder.damaged == 1
+
+
+@given(data=st.binary(max_size=500), cuts=st.lists(st.integers(0, 500), max_size=5))
+def test_what_comes_out_does_not_depend_on_the_pieces(data: bytes, cuts: list[int]) -> None:
+    at = [0, *sorted(cuts), len(data)]
+    pieces, whole = Decoder(), Decoder()
+    found = [frame for begin, end in pairwise(at) for frame in pieces.feed(data[begin:end])]
+    assert found == list(whole.feed(data)) and pieces.damaged == whole.damaged
