@@ -49,6 +49,10 @@ class Serial(SerialBase):
         if self.in_waiting:
             self._waiting.clear()
 
+    def clock(self) -> float:
+        """Simulated seconds, by which a session's waits end too."""
+        return self.bench.avr.cycle / F_CPU
+
     def read(self, size: int = 1) -> bytes:
         end = None if self.timeout is None else self.bench.avr.cycle + round(self.timeout * F_CPU)
         while self.in_waiting < size and (end is None or self.bench.avr.cycle < end):

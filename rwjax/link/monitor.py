@@ -4,7 +4,9 @@ import math
 from collections import deque
 
 from rich.table import Table
+from rich.text import Text
 
+from rwjax.errors import printable
 from rwjax.link import messages
 from rwjax.link.channels import channels
 from rwjax.link.messages import Sample
@@ -103,7 +105,7 @@ def table(view: View) -> Table:
     Returns:
         A table of names and values.
     """
-    drawn = Table(show_header=False, title=view.rig.name)
+    drawn = Table(show_header=False, title=Text(printable(view.rig.name)))
     sample = view.latest
     if sample is None:
         drawn.add_row("waiting for the board", "")

@@ -4,16 +4,21 @@ from collections.abc import Callable
 
 from rwjax.link import messages
 from rwjax.link.channels import channels, pwm_of
+from rwjax.link.messages import Sample
 from rwjax.link.port import LinkError
 from rwjax.link.session import Session, faults
 from rwjax.planning.envelope import ONE_WAY_SHARE, PULSES_US, check_neutral
-from rwjax.planning.experiment import TICK_HZ, Experiment
+from rwjax.planning.experiment import REST_S, TICK_HZ, Experiment
 from rwjax.rig.model import Rig
 
 SHORTEST_PERIOD, LONGEST_PERIOD = 4, 2**16
 """A period has at least so many ticks, and fewer than so many, which its 16 bits hold."""
 LONGEST_RUN = 360_000
 """Ticks of the longest experiment: an hour."""
+REST_TICKS = round(REST_S * TICK_HZ)
+"""Ticks of rest with which the board begins every experiment."""
+MARGIN_TICKS = 100
+"""Ticks by which the board may be late to begin, and to end."""
 ROUNDING_US = 1e-6
 """By which rounding may carry a pulse [us] beyond its limit."""
 
@@ -102,20 +107,26 @@ def play(experiment: Experiment, rig: Rig, clear: bool = False) -> Callable[[Ses
             session.command(messages.CLEAR, done=lambda sample: sample.state != messages.FAULT)
         session.arm()
         session.command(messages.PLAY, *values, done=lambda sample: bool(sample.playing))
-        _wait_for_the_end(session)
+        _wait_for_the_end(session, REST_TICKS + values[-1])
         session.disarm()
 
     return act
 
 
-def _wait_for_the_end(session: Session) -> None:
-    """Returns when the board has played to the end; `LinkError` where it stops before."""
-    begun = False
-    while True:
-        for sample in session.samples():
-            if sample.state != messages.ARMED:
-                why = faults(sample) if sample.faults else f"it is {messages.STATES[sample.state]}"
-                raise LinkError(f"the board has stopped the experiment: {why}")
-            if begun and not sample.playing:
-                return
-            begun = begun or bool(sample.playing)
+def _wait_for_the_end(session: Session, ticks: int) -> None:
+    """Returns when the board has played so many ticks; `LinkError` where it stops before or is not seen to begin or end."""
+    begun, waited = False, 0
+    for message in session.coming(ticks + MARGIN_TICKS):
+        if not isinstance(message, Sample):
+            continue
+        if message.state != messages.ARMED:
+            why = faults(message) if message.faults else f"it is {messages.STATES[message.state]}"
+            raise LinkError(f"the board has stopped the experiment: {why}")
+        if begun and not message.playing:
+            return
+        begun, waited = begun or bool(message.playing), waited + 1
+        if not begun and waited >= MARGIN_TICKS:
+            break
+    if begun:
+        raise LinkError(f"the board does not end an experiment of {ticks / TICK_HZ:g} s in time")
+    raise LinkError("the board does not begin the experiment")

@@ -2,6 +2,8 @@
 
 import errno
 import os
+import time
+from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from rwjax.errors import InputError
@@ -9,6 +11,8 @@ from rwjax.errors import InputError
 BAUD = 250_000
 READ_S = 0.1
 """How long a read waits for a byte [s], the port's timeout."""
+WRITE_S = 1.0
+"""How long a write may take [s]: a line that takes nothing is dead."""
 
 
 @runtime_checkable
@@ -64,6 +68,31 @@ class Port(Protocol):
         ...
 
 
+@runtime_checkable
+class Timed(Protocol):
+    """A port with a time of its own, such as that of a simulated board."""
+
+    def clock(self) -> float:
+        """The port's time.
+
+        Returns:
+            Time since any moment [s].
+        """
+        ...
+
+
+def clock_of(port: Port) -> Callable[[], float]:
+    """The clock by which a port's timeouts pass.
+
+    Args:
+        port: The port.
+
+    Returns:
+        The port's own clock where it has one, else the wall's.
+    """
+    return port.clock if isinstance(port, Timed) else time.monotonic
+
+
 class LinkError(InputError):
     """The board, the port or the disk does not do what a recording needs."""
 
@@ -83,7 +112,7 @@ def open_port(url: str) -> Port:
     import serial  # of an extra, which only the line itself needs
 
     try:
-        return serial.serial_for_url(url, baudrate=BAUD, exclusive=True)
+        return serial.serial_for_url(url, baudrate=BAUD, exclusive=True, write_timeout=WRITE_S)
     except (serial.SerialException, ValueError) as error:
         if getattr(error, "errno", None) == errno.EWOULDBLOCK:
             raise LinkError(f"{url}: another program talks to this port; end it first") from None
@@ -100,4 +129,4 @@ def reason(error: Exception) -> str:
         The operating system's words where it gives any, else pyserial's.
     """
     number = getattr(error, "errno", None)
-    return os.strerror(number) if number else str(error).splitlines()[0]
+    return os.strerror(number) if number else (str(error) or type(error).__name__).splitlines()[0]

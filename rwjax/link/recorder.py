@@ -4,13 +4,13 @@ import math
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from rwjax.errors import InputError
+from rwjax.errors import InputError, printable
 from rwjax.link.channels import check_board, pwm_of
 from rwjax.link.messages import Sample
 from rwjax.link.port import LinkError, open_port
@@ -79,17 +79,25 @@ class Recorded:
     failure: Exception | KeyboardInterrupt | None
 
 
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Meanwhile Ctrl-C does nothing, so that whoever presses it twice gets the log too. It always reaches the main thread."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+class _CtrlC:
+    """Meanwhile Ctrl-C, which always reaches the main thread, is only noted: whatever it meets is not left half-done."""
+
+    def __init__(self) -> None:
+        self.pressed = False
+        in_main_thread = threading.current_thread() is threading.main_thread()
+        self._heard = in_main_thread and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+
+    def __enter__(self) -> "_CtrlC":
+        if self._heard:
+            self._before = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._heard:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _note(self, *_: object) -> None:
+        self.pressed = True
 
 
 def check_new(output: Path) -> None:
@@ -132,37 +140,39 @@ def record(
     """
     pwm_of(rig)
     check_new(output)
-    failure, begun, found = None, False, {}
-    with closing(open_port(url)) as port, closing(Raw(output.with_suffix(".raw"))) as raw:
-        session = Session(port, raw.write, watch)
-        try:
-            started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
-            beside = raw.path.with_suffix(".notes")
-            write_text(beside, _lines(notes | started), LinkError)
-            check_board(session.greet(), rig)
-            found = ready(session)
-            write_text(beside, _lines(notes | started | found), LinkError)
-            begun = True
-            act(session)
-        except (Exception, KeyboardInterrupt) as error:  # whatever it is: raised by the caller, after the log
-            failure = error
-        finally:
-            with _uninterrupted():
+    with closing(open_port(url)) as port, _CtrlC() as ctrl_c:
+        failure, begun, found = None, False, {}
+        with closing(Raw(output.with_suffix(".raw"))) as raw:
+            session = Session(port, raw.write, watch, lambda: ctrl_c.pressed)
+            try:
+                started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
+                beside = raw.path.with_suffix(".notes")
+                write_text(beside, _lines(notes | started), LinkError)
+                check_board(session.greet(), rig)
+                found = ready(session)
+                write_text(beside, _lines(notes | started | found), LinkError)
+                begun = True
+                act(session)
+            except (Exception, KeyboardInterrupt) as error:  # whatever it is: raised by the caller, after the log
+                failure = error
+            finally:
                 session.leave()
-    if failure and not begun:
-        raw.path.unlink()
-        raw.path.with_suffix(".notes").unlink(missing_ok=True)
-        raise failure
-    with _uninterrupted():
+        if failure and not begun:
+            raw.path.unlink()
+            raw.path.with_suffix(".notes").unlink(missing_ok=True)
+            raise failure
         try:
             logs, remarks = write_logs(raw.path, rig, output)
         except InputError as error:
             logs, remarks = [], [str(error)]
+        if ctrl_c.pressed:  # also of one that came too late for the session: nobody wants the next run
+            failure = failure or KeyboardInterrupt()
     return Recorded(logs, [*found.values(), *remarks], failure)
 
 
 def _lines(notes: dict[str, str]) -> str:
-    return "".join(f"{key}: {value}\n" for key, value in notes.items())
+    """A note a line, whatever its key and its value hold."""
+    return "".join(f"{printable(key)}: {printable(value)}\n" for key, value in notes.items())
 
 
 def listen(seconds: float | None) -> Callable[[Session], None]:
@@ -174,11 +184,16 @@ def listen(seconds: float | None) -> Callable[[Session], None]:
     Returns:
         A function that takes samples for so long.
     """
-    left = math.inf if seconds is None else TICK_HZ * seconds
 
     def act(session: Session) -> None:
-        nonlocal left
-        while left > 0:
-            left -= len(session.samples())
+        if seconds is None:
+            while True:
+                session.samples()
+        wanted = math.ceil(TICK_HZ * seconds)
+        came = sum(isinstance(message, Sample) for message in session.coming(wanted))
+        if came < wanted:
+            raise LinkError(
+                f"only {came} of the {wanted} samples of {seconds:g} s have come in more than twice that time"
+            )
 
     return act

@@ -26,11 +26,10 @@ def settle(session: Session, encoders: tuple[int, ...] = (0, 1)) -> Sample | Non
         The sample then; None where one of them still counts after `LONGEST_WAIT`.
     """
     latest: deque[Sample] = deque(maxlen=STILL_TICKS)
-    left = LONGEST_WAIT
-    while left > 0:
-        found = session.samples()
-        left -= len(found)
-        latest.extend(found)
+    for message in session.coming(LONGEST_WAIT):
+        if not isinstance(message, Sample):
+            continue
+        latest.append(message)
         if len(latest) == STILL_TICKS and all(
             max(counts) - min(counts) <= DITHER
             for counts in ([(s.count_1, s.count_2)[k] for s in latest] for k in encoders)

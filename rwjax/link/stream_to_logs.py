@@ -66,13 +66,15 @@ def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]
         The logs that were written, and remarks on what was lost or left out.
 
     Raises:
-        LogError: Where the stream cannot be read or one of the logs is there already; then none is written.
+        LogError: Where the stream cannot be read, has no time, or one of the logs is there already; then none is written.
         RigError: Where the board was set up for another rig; then none is written.
     """
     pwm_of(rig)
     notes = read_notes(raw.with_suffix(".notes"))
     all_found, damaged = read_stream(raw)
     hellos = dict.fromkeys(s.hello for s in all_found if s.hello)
+    if any(hello.tick_hz == 0 for hello in hellos):
+        raise LogError(f"{raw}: the board says that it ticks 0 times a second; is this its stream, and undamaged?")
     remarks = list(dict.fromkeys(remark for hello in hellos for remark in check_board(hello, rig)))
     found, left_out = _worth_a_log(all_found, "experiment" in notes)
     remarks += left_out
@@ -139,5 +141,5 @@ def read_notes(path: Path) -> dict[str, str]:
     """
     if not path.exists():
         return {}
-    pairs = (line.partition(":") for line in read_text(path, LogError).splitlines() if ":" in line)
+    pairs = (line.partition(":") for line in read_text(path, LogError).split("\n") if ":" in line)
     return {key.strip(): value.strip() for key, _, value in pairs}

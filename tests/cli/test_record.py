@@ -10,6 +10,7 @@ from rwjax.link import recorder
 from tests.command import refuses
 from tests.command import rwjax as within
 from tests.link.ports import Scripted, stream
+from tests.link.stubborn import Stubborn
 
 
 def test_a_recording_without_a_log_is_no_success(
@@ -27,6 +28,28 @@ def test_a_recording_without_a_log_is_no_success(
     assert capsys.readouterr().err.endswith(
         "holds no stretch of samples for a log; 2 stretches of under 10 samples are left out\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("acks_every", "said"),
+    [
+        (None, "scripted: the board is silent for 1 s; is it on?"),
+        (1, "scripted: the board answers and has sent no sample"),
+    ],
+    ids=("greets", "acknowledges"),
+)
+def test_a_board_that_only_greets_or_only_acknowledges_is_one_line_and_status_2(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    acks_every: int | None,
+    said: str,
+) -> None:
+    monkeypatch.setattr(recorder, "open_port", lambda _: Stubborn(samples_every=None, acks_every=acks_every))
+    assert within(monkeypatch, "record", RIG, "port", "-o", tmp_path / "run.csv", "--seconds", 1) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"rwjax: {said}") and error.count("\n") == 1
+    assert error.endswith(f"; {tmp_path / 'run.raw'} holds all that came\n")
 
 
 class Interrupted(Scripted):

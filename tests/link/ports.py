@@ -56,7 +56,7 @@ class Scripted(SerialBase):
 
     def __init__(self, pieces: list[bytes], end: str = "silence") -> None:
         super().__init__()
-        self.pieces, self.end, self.written = list(pieces), end, b""
+        self.pieces, self.end, self.written, self.now = list(pieces), end, b"", 0.0
         self._port = "scripted"
         self.is_open = True
 
@@ -75,6 +75,10 @@ class Scripted(SerialBase):
             raise OSError(errno.EIO, "Input/output error")
         return len(self.pieces[0]) if self.pieces else 0
 
+    def clock(self) -> float:
+        """Seconds that have passed in reads which brought nothing."""
+        return self.now
+
     def read(self, size: int = 1) -> bytes:
         if self.pieces:
             piece = self.pieces.pop(0)
@@ -83,6 +87,7 @@ class Scripted(SerialBase):
             return piece[:size]
         if self.end == "unplugged":
             raise SerialException("device reports readiness to read but returned no data (device disconnected?)")
+        self.now += self.timeout or 0.0
         return b""
 
     def write(self, data: bytes) -> int:

@@ -1,5 +1,7 @@
 """The live view: its numbers, and that it draws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rich.console import Console
@@ -38,3 +40,8 @@ def test_it_shows_state_faults_battery_and_losses() -> None:
     assert "3 frames here" in drawn(view) and "disarmed" in drawn(view) and "12.00 V" in drawn(view)
     view(session, SAMPLE._replace(state=messages.FAULT, faults=6, missed=17))
     assert "fault: over the speed limit, battery low" in drawn(view) and "17" in drawn(view)
+
+
+def test_a_rig_may_have_any_name() -> None:
+    """`[/]` closes markup that nobody opened, and a terminal obeys what comes after an escape."""
+    assert "[/] [red]\\x1b[2J\\n" in drawn(View(replace(RIG, name="[/] [red]\x1b[2J\n")))

@@ -16,6 +16,7 @@ from rwjax.link.session import Session
 from rwjax.planning.experiment import Experiment
 from rwjax.rig.read import read_rig
 from tests.link.ports import HELLO, SAMPLE, Scripted, wire
+from tests.link.stubborn import Stubborn
 
 
 @pytest.mark.parametrize(
@@ -111,3 +112,34 @@ def test_a_latched_fault_is_cleared_where_that_is_asked() -> None:
     assert messages.CLEAR in [frame.type for frame in Decoder().feed(port.written)]
     with pytest.raises(LinkError, match="fault: silence of the host; `rwjax run-experiment --clear` clears it"):
         play(SQUARE, read_rig(RIG))(Session(Scripted([wire(HELLO, 0), wire(fault, 1)])))
+
+
+@pytest.mark.parametrize("samples_every", (1, 3))
+@pytest.mark.parametrize(
+    ("does_not", "said"),
+    [
+        ("arm", "the board does not arm"),
+        ("begin", "the board does not begin the experiment"),
+        ("end", "the board does not end an experiment of 2.6 s in time"),
+    ],
+)
+def test_an_experiment_that_is_not_seen_to_begin_or_to_end_is_given_up(
+    does_not: str, said: str, samples_every: int
+) -> None:
+    port = Stubborn(does_not, samples_every=samples_every)
+    with pytest.raises(LinkError, match=said):
+        play(SQUARE, read_rig(RIG))(Session(port))
+    assert port.now < 12.0
+
+
+def test_a_board_that_is_not_seen_to_end_and_hears_no_disarm_gets_no_more_heartbeats() -> None:
+    port = Stubborn("end", "disarm")
+    session = Session(port)
+    with pytest.raises(LinkError):
+        play(SQUARE, read_rig(RIG))(session)
+    session.leave()
+    left = port.now
+    assert port.state == messages.ARMED and port.heard[-1][1] == messages.DISARM
+    while port.now < left + 1.0:
+        session.read()
+    assert port.heard[-1][0] <= left and port.state == messages.FAULT  # neutral pulses

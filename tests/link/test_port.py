@@ -2,12 +2,17 @@
 
 import errno
 import os
+import time
+import tty
 from contextlib import closing
 
 import pytest
 import serial
 
-from rwjax.link.port import LinkError, open_port, reason
+from rwjax.link import port
+from rwjax.link.port import LinkError, clock_of, open_port, reason
+from rwjax.link.session import Session
+from tests.link.ports import Scripted
 
 
 def test_a_port_belongs_to_one_program() -> None:
@@ -30,3 +35,24 @@ def test_a_port_that_is_not_there() -> None:
 def test_the_reason_is_the_systems_where_it_gives_one() -> None:
     assert reason(OSError(errno.EIO, "whatever pyserial makes of it")) == "Input/output error"
     assert reason(serial.SerialException("device disconnected?\nmore")) == "device disconnected?"
+    assert reason(serial.SerialException()) == "SerialException"
+
+
+def test_a_line_that_takes_nothing_is_dead(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terminal takes some kilobytes that nobody reads, and then lets the writer wait."""
+    monkeypatch.setattr(port, "WRITE_S", 0.05)
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    with closing(open_port(os.ttyname(slave))) as line:
+        session = Session(line)
+        with pytest.raises(LinkError, match="the port is gone"):
+            for _ in range(10_000):
+                session.send(1)
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_port_may_have_a_time_of_its_own() -> None:
+    simulated = Scripted([])
+    simulated.now = 7.0
+    assert clock_of(simulated)() == 7.0 and clock_of(serial.serial_for_url("loop://")) is time.monotonic

@@ -6,6 +6,7 @@ import resource
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,7 @@ from rwjax.rig.model import Rig
 from rwjax.rig.read import read_rig
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, Scripted, stream, wire
+from tests.link.stubborn import Stubborn
 
 SQUARE = Experiment("square", 2.0, 0.0, 1.0, 2.0)
 
@@ -261,23 +263,88 @@ def test_whatever_ends_a_recording_comes_after_its_log(scripted, tmp_path: Path)
     assert len(read_log(done.logs[0], read_rig(RIG)).time) == 51
 
 
-def test_a_second_ctrl_c_does_not_cost_the_log(scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_while_the_log_is_written_costs_nothing_and_ends_a_plan(
+    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     def impatient(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
+        signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
         return write_logs(raw, rig, output)
 
-    def interrupted(session: Session, sample: messages.Sample) -> None:
-        if sample.tick == 50:
-            raise KeyboardInterrupt
-
     monkeypatch.setattr(recorder, "write_logs", impatient)
-    heard = signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background it is ignored from the start
     scripted(Scripted(stream(range(99))))
-    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None), interrupted)
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(0.5))
     assert isinstance(done.failure, KeyboardInterrupt) and done.logs == [tmp_path / "run.csv"]
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)  # heard again
-    signal.signal(signal.SIGINT, heard)
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize("step", ("read", "write", "flush", "close"))
+@pytest.mark.parametrize("when", (0.05, 1.5, 3.0))
+def test_ctrl_c_at_any_step_leaves_the_board_disarmed_and_a_log_or_nothing(
+    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, step: str, when: float
+) -> None:
+    """It comes at the end of the step, where an exception would lose what the step has returned."""
+    port = scripted(Stubborn("end"))
+    real = getattr(port, step)
+
+    def interrupted(*given: object) -> object:
+        got = real(*given)
+        if port.now >= when or step in ("flush", "close"):
+            signal.raise_signal(signal.SIGINT)
+        return got
+
+    monkeypatch.setattr(port, step, interrupted)
+    try:
+        done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, play(SQUARE, read_rig(RIG)))
+    except KeyboardInterrupt:
+        assert step == "close" or not list(tmp_path.iterdir())
+        done = None
+    assert port.heard[-1][1] == messages.DISARM and port.state == messages.DISARMED
+    if done and port.tick > 20:
+        assert len(read_log(done.logs[0], read_rig(RIG)).time) > 0
+
+
+@pytest.mark.parametrize(
+    ("port", "said"),
+    [
+        (Stubborn(samples_every=None), "scripted: the board is silent for 1 s; is it on?"),
+        (Stubborn(samples_every=None, acks_every=1), "scripted: the board answers and has sent no sample for 1 s"),
+        (Stubborn(samples_every=90), "only 3 of the 100 samples of 1 s have come in more than twice that time"),
+    ],
+    ids=("greets", "acknowledges", "slow"),
+)
+def test_a_board_that_sends_no_samples_ends_the_recording(scripted, tmp_path: Path, port: Stubborn, said: str) -> None:
+    scripted(port)
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
+    assert str(done.failure) == said and done.logs == [] and port.now < 5.0
+    assert port.heard[-1][1] == messages.DISARM and (tmp_path / "run.raw").stat().st_size > 0
+
+
+def test_listening_without_an_end_ends_with_the_samples(scripted, tmp_path: Path) -> None:
+    port = scripted(Stubborn(acks_every=7))
+
+    def falls_silent(session: Session, sample: messages.Sample) -> None:
+        if sample.tick == 3000:
+            port.every["samples"] = None
+
+    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None), falls_silent)
+    assert str(done.failure) == "scripted: the board answers and has sent no sample for 1 s"
+    assert len(read_log(done.logs[0], read_rig(RIG)).time) == 3000
+
+
+def test_a_note_stays_one_note_whatever_it_holds(scripted, tmp_path: Path) -> None:
+    scripted(Scripted(stream(range(200))))
+    sly = {"why": "because\nrole: validate\nadd axis.inertia: 9", "run\nrole: validate #": "a\u2028role: validate\x85b"}
+    rig = replace(read_rig(RIG), name="x\rrole: validate\x1b[2J")
+    done = record("port", rig, tmp_path / "run.csv", sly, listen(1.0))
+    notes = read_log(done.logs[0], rig)
+    assert not notes.validate and not notes.notes.keys() & {"role", "add axis.inertia"}
+    lines = (tmp_path / "run.notes").read_text().splitlines()
+    assert len(lines) == 4 and lines[0] == r"why: because\nrole: validate\nadd axis.inertia: 9"
+    assert lines[3] == r"rig: x\rrole: validate\x1b[2J"
 
 
 def test_a_board_that_starts_anew_is_not_armed_again(scripted, tmp_path: Path) -> None:

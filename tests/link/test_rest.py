@@ -5,6 +5,7 @@ import pytest
 from rwjax.link import rest
 from rwjax.link.session import Session
 from tests.link.ports import HELLO, SAMPLE, Scripted, resting, stream, wire
+from tests.link.stubborn import Stubborn
 
 
 def test_a_run_waits_until_nothing_has_counted_for_a_second() -> None:
@@ -37,3 +38,10 @@ def test_the_position_waits_for_the_axis_alone_and_is_lost_where_that_does_not_r
     position = rest.AxisPosition(0, 0.001)
     assert position.look(Session(Scripted([wire(HELLO, 0), *turning])))  # the wheel coasts
     assert not rest.AxisPosition(1, 0.001).look(Session(Scripted([wire(HELLO, 0), *turning * 40])))
+
+
+def test_the_wait_for_rest_ends_by_the_clock_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rest, "LONGEST_WAIT", 500)
+    port = Stubborn(samples_every=40)
+    assert rest.settle(Session(port)) is None
+    assert port.now == pytest.approx(11.0, abs=0.5)  # twice 5 s, and one more

@@ -1,5 +1,8 @@
 """The session: against a board in simavr, and against what a line may do to it."""
 
+import threading
+import time
+
 import pytest
 import serial
 
@@ -13,6 +16,7 @@ from rwjax.link.port import LinkError
 from rwjax.link.session import Session, faults
 from tests.boards import need_simavr
 from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire
+from tests.link.stubborn import Stubborn
 
 
 @pytest.fixture
@@ -189,3 +193,107 @@ def test_answers_of_a_newer_firmware_are_passed_over() -> None:
 def test_another_tick_is_refused() -> None:
     with pytest.raises(LinkError, match="the firmware ticks at 200 Hz, this rwjax at 100 Hz"):
         Session(Scripted([wire(HELLO._replace(tick_hz=200), 0)])).greet()
+
+
+@pytest.mark.parametrize("acks_every", (1, 9, 99))
+def test_a_board_that_answers_and_sends_no_samples_ends_the_session(acks_every: int) -> None:
+    port = Stubborn(samples_every=None, acks_every=acks_every)
+    session = Session(port)
+    session.greet()
+    with pytest.raises(LinkError, match="scripted: the board answers and has sent no sample for 1 s"):
+        session.samples()
+    assert port.now < 2.5
+
+
+@pytest.mark.parametrize("acks_every", (1, 30, None))
+def test_a_board_that_answers_everything_but_who_it_is_is_no_board(acks_every: int | None) -> None:
+    port = Stubborn("greet", samples_every=None, acks_every=acks_every)
+    with pytest.raises(LinkError, match="no board of the testbed answers"):
+        Session(port).greet()
+    assert 2.0 < port.now < 15.0  # a bootloader takes up to 2 s
+
+
+@pytest.mark.parametrize("samples_every", (1, 30, 90))
+def test_a_command_that_nothing_answers_ends_though_samples_come_slowly(samples_every: int) -> None:
+    port = Stubborn("acknowledge", samples_every=samples_every)
+    session = Session(port)
+    session.greet()
+    with pytest.raises(LinkError, match="the board does not answer a command"):
+        session.command(messages.PULSE, 3000, 3000)
+    assert 3.9 < port.now < 12.0
+    assert [kind for _, kind in port.heard] == [messages.ASK, messages.PULSE, messages.PULSE]
+
+
+@pytest.mark.parametrize("samples_every", (1, 30))
+def test_a_board_that_takes_the_command_and_is_never_armed_is_given_up(samples_every: int) -> None:
+    port = Stubborn("arm", samples_every=samples_every)
+    session = Session(port)
+    with pytest.raises(LinkError, match="the board does not arm"):
+        session.arm()
+    assert port.now < 12.0 and messages.HEARTBEAT not in [kind for _, kind in port.heard]
+
+
+def test_a_wait_is_counted_in_samples_and_ended_by_the_clock() -> None:
+    """At full rate so many samples as ticks; a board at a tenth of it gets twice the time and a second."""
+    for every, count in ((1, 500), (10, 110)):
+        port = Stubborn(samples_every=every)
+        session = Session(port)
+        session.greet()
+        start = port.now
+        samples = [m for m in session.coming(500) if isinstance(m, messages.Sample)]
+        assert len(samples) == pytest.approx(count, abs=2)
+        assert port.now - start == pytest.approx(0.01 * every * count, abs=0.2)
+
+
+def test_a_host_that_was_suspended_does_not_blame_the_board() -> None:
+    port = Stubborn()
+    session = Session(port)
+    session.greet()
+    for _ in session.coming(50):
+        port.now += 100.0 if port.tick == 20 else 0.0
+    assert port.tick >= 50 and session.samples()
+
+
+def test_a_frame_that_comes_twice_is_counted_and_passed_on_once() -> None:
+    seen = []
+    pieces = stream([0, 1, 2, 2, 2, 3, 5])
+    session = Session(
+        Scripted([piece for piece in pieces for _ in range(2)]), watch=lambda _, sample: seen.append(sample)
+    )
+    session.greet()
+    while session.samples()[-1].tick != 5:
+        pass
+    assert session.lost == 1 and [sample.tick for sample in seen] == [0, 1, 2, 3, 5]
+
+
+def test_frames_that_come_late_are_not_counted_as_lost_ones() -> None:
+    pieces = stream(range(10))
+    session = Session(Scripted([*pieces[:4], pieces[5], pieces[4], *pieces[3:]]))
+    session.greet()
+    while session.samples()[-1].tick != 9:
+        pass
+    assert session.lost == 1  # of the two that change places
+
+
+def test_the_session_ends_at_the_next_read_where_it_is_told_to() -> None:
+    told = []
+    session = Session(Stubborn(), watch=lambda _, sample: told.append(sample), stop=lambda: len(told) == 7)
+    session.greet()
+    with pytest.raises(KeyboardInterrupt):
+        while True:
+            session.samples()
+    assert len(told) == 7
+
+
+def test_a_line_that_takes_nothing_does_not_keep_the_host(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the other end of a USB line has died, the system waits for ever to have its bytes taken."""
+    released = threading.Event()
+    monkeypatch.setattr("rwjax.link.session.FLUSH_S", 0.02)
+    port = Stubborn()
+    monkeypatch.setattr(port, "flush", released.wait)
+    session = Session(port)
+    session.greet()
+    before = time.monotonic()
+    session.leave()
+    assert time.monotonic() - before < 5.0 and port.heard[-1][1] == messages.DISARM
+    released.set()

@@ -128,3 +128,22 @@ def test_several_logs_are_numbered_and_notes_may_be_absent(tmp_path: Path) -> No
     assert read_notes(tmp_path / "run.notes") == {}
     (tmp_path / "run.notes").write_text("why: because: of it\nno colon\n")
     assert read_notes(tmp_path / "run.notes") == {"why": "because: of it"}
+
+
+def test_a_line_of_the_notes_is_one_note(tmp_path: Path) -> None:
+    """Other line breaks than those of text files are within a note."""
+    (tmp_path / "run.notes").write_bytes(
+        "why: a\x0b add axis.inertia: 9\x85role: validate\u2028run: b\r\nrun: c\n".encode()
+    )
+    assert read_notes(tmp_path / "run.notes") == {
+        "why": "a\x0b add axis.inertia: 9\x85role: validate\u2028run: b",
+        "run": "c",
+    }
+
+
+def test_a_board_that_does_not_tick_is_refused(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream(range(50), LIKE_RIG._replace(tick_hz=0))))
+    with pytest.raises(LogError, match=r"run.raw: the board says that it ticks 0 times a second"):
+        write_logs(raw, RIG, tmp_path / "run.csv")
+    assert list(tmp_path.iterdir()) == [raw]
