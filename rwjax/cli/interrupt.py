@@ -14,17 +14,20 @@ from types import FrameType, TracebackType
 
 STATUS = 130
 """Status of a program that Ctrl-C ended."""
-SHOW_CURSOR = b"\x1b[?25h"
+SHOW_CURSOR = "\x1b[?25h"
 """What a terminal is told whose cursor a live view may have hidden."""
 
 
 def leave() -> None:
     """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them."""
+    said = (SHOW_CURSOR if os.isatty(2) else "") + "rwjax: interrupted"
     with suppress(Exception):  # closed, full, or being written to where the program was interrupted
         sys.stdout.flush()
-        sys.stderr.flush()
-    with suppress(OSError):
-        os.write(2, (SHOW_CURSOR if os.isatty(2) else b"") + b"rwjax: interrupted\n")
+    try:
+        print(said, file=sys.stderr, flush=True)
+    except Exception:
+        with suppress(OSError):
+            os.write(2, f"{said}\n".encode())
     os._exit(STATUS)
 
 
