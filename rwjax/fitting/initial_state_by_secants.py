@@ -48,7 +48,8 @@ def moved_starts(problem: Problem, start: np.ndarray) -> MovedStarts:
 
 def _least_squares(columns: np.ndarray, residual: np.ndarray, damping: float) -> np.ndarray:
     """Change of the unknowns that minimises a residual; 0 where it does not depend on one or is not finite."""
-    scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
+    with np.errstate(over="ignore"):
+        scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
     if not (np.all(np.isfinite(scale)) and np.all(np.isfinite(residual))):
         return np.zeros(len(scale))
     rows = np.concatenate([columns / scale, np.sqrt(damping) * np.eye(len(scale))])

@@ -117,7 +117,8 @@ def repeatability(logs: tuple[Log, ...]) -> dict[str, list[tuple[int, np.ndarray
         logs: The logs.
 
     Returns:
-        For each output, pairs of a log's number and the variance `(time,)` [SI²] at its times.
+        For each output, pairs of a log's number and the variance `(time,)` [SI²] at its times, NaN where only one run
+        has a reading.
     """
     groups: dict[tuple, list[int]] = {}
     for k, log in enumerate(logs):
@@ -130,9 +131,14 @@ def repeatability(logs: tuple[Log, ...]) -> dict[str, list[tuple[int, np.ndarray
             continue
         for name in set.intersection(*(set(logs[k].outputs) for k in members)):
             runs = np.stack([logs[k].outputs[name] for k in members])
+            read = np.isfinite(runs)
+            if not (all_read := np.flatnonzero(read.all(axis=0))).size:
+                continue
             if is_angle(name):
-                runs = runs - runs[:, :1]  # the angle at which a run begins is free
-            variance = np.nanvar(runs, axis=0, ddof=1)
+                runs = runs - runs[:, all_read[:1]]  # the angle at which a run begins is free
+            several = read.sum(axis=0) > 1
+            variance = np.full(len(several), np.nan)
+            variance[several] = np.nanvar(runs[:, several], axis=0, ddof=1)
             for k in members:
                 found.setdefault(name, []).append((k, variance))
     return found

@@ -11,10 +11,10 @@ from binascii import crc_hqx
 from collections.abc import Iterator
 from typing import NamedTuple
 
-LONGEST = 55
-"""Bytes of the longest frame on the line, the zero included."""
 MAX_BODY = 48
 """Bytes of the longest body."""
+LONGEST = MAX_BODY + 7
+"""Bytes of the longest frame on the line, the zero included."""
 
 
 class Frame(NamedTuple):
@@ -83,7 +83,7 @@ def decode(wire: bytes) -> Frame | None:
         The frame, None where it is damaged.
     """
     plain = _cobs_decode(wire) if len(wire) < LONGEST else None
-    if plain is None or not 5 <= len(plain) <= MAX_BODY + 5 or crc(plain[:-2]) != int.from_bytes(plain[-2:], "little"):
+    if plain is None or len(plain) < 5 or crc(plain[:-2]) != int.from_bytes(plain[-2:], "little"):
         return None
     return Frame(plain[0], int.from_bytes(plain[1:3], "little"), plain[3:-2])
 

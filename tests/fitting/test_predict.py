@@ -40,6 +40,16 @@ def test_gravity_acts_on_an_angle_that_was_not_logged() -> None:
     assert found == pytest.approx(y, abs=1e-4)
 
 
+def test_what_was_logged_is_predicted_and_everything_where_nothing_was() -> None:
+    some = {"current_A": np.zeros_like(TIME), "yaw_rad": np.zeros_like(TIME)}
+    assert {*predict(reaction(), record(TIME, PUSH, some))} == {*some}
+    every = predict(reaction(), record(TIME, PUSH, {}))
+    assert {*every} == {"yaw_rad", "yaw_rad_s", "wheel_rad", "wheel_rad_s", "current_A"}
+    y = run(reaction(), record(TIME, PUSH, dict.fromkeys(every, np.zeros_like(TIME))), {})
+    for name, value in every.items():
+        assert value == pytest.approx(y[name], abs=1e-12), name
+
+
 def test_a_free_run_prints_its_length_and_the_range_of_each_output() -> None:
     rig = platform()
     found = predict(rig, record(TIME, PUSH, {}))

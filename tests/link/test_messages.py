@@ -13,6 +13,19 @@ def test_a_slow_supply_at_power_on_is_no_brown_out(cause: int, said: bool) -> No
     assert messages.unwanted_reset(HELLO._replace(reset_cause=cause)) == said
 
 
+@pytest.mark.parametrize(("bit", "said"), [*enumerate(("power-on", "the reset line", "a brown-out", "the watchdog"))])
+def test_the_bits_of_a_start_are_those_of_the_processor(bit: int, said: str) -> None:
+    """PORF, EXTRF, BORF and WDRF of MCUSR (data sheet of the ATmega328P)."""
+    assert reset_causes(HELLO._replace(reset_cause=1 << bit)) == said
+
+
+def test_every_state_and_every_fault_has_a_number_of_its_own() -> None:
+    numbers = {name.lower(): getattr(messages, name) for name in ("DISARMED", "ARMING", "ARMED", "FAULT")}
+    assert numbers == {name: k for k, name in enumerate(messages.STATES)}
+    assert [*messages.FAULTS] == [1 << k for k in range(len({*messages.FAULTS.values()}))]
+    assert messages.RESULTS[0] == "done" and messages.RESULTS[messages.NOT_NOW] == "not in this state"
+
+
 def test_the_causes_of_a_start_are_told_in_words() -> None:
     assert reset_causes(HELLO._replace(reset_cause=9)) == "power-on, the watchdog"
     assert reset_causes(HELLO._replace(reset_cause=0)) == "unknown"

@@ -1,11 +1,81 @@
 """The command as it acts: delays, and what was commanded before the log."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.simulation.batch import Batch, by_sample
+from rwjax.simulation.commands import commands
+from rwjax.simulation.layout import lay_out
+from rwjax.simulation.windows import plant_of_run, side_by_side
 from tests.systems import platform, record, run
+from tests.two_axes import two_axis
 
 TIME = np.arange(201) * 0.01
+
+
+def acting(rig, log: Log, effects: dict[str, dict[str, float]]) -> tuple[Batch, np.ndarray, np.ndarray]:
+    """The log laid out, the voltage over every step `(s, …)` and at every sample `(n, …)` [V]."""
+    structure = structure_of(rig).with_effects(*effects)
+    theta = theta_of(rig, structure)
+    for effect, given in effects.items():
+        for name, value in given.items():
+            theta[structure.names.index(f"{effect}.{name}")] = value
+    batch = lay_out(structure, [log], [dict.fromkeys(log.outputs, 1.0)])
+
+    @jax.jit
+    def all_logs(theta):
+        return side_by_side(lambda run: commands(plant_of_run(structure, theta, run), run), batch)
+
+    steps, seen = all_logs(jnp.asarray(theta))
+    return batch, np.asarray(steps)[0], by_sample(batch, 0, np.asarray(seen)[0], len(log.time))
+
+
+def mean(t: np.ndarray, u: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Mean of a command that is held between its samples, the first before them and the last after them."""
+    edges = np.concatenate([[-1e3], t[1:], [1e3]])
+    overlap = np.minimum(end[:, None], edges[1:]) - np.maximum(begin[:, None], edges[:-1])
+    return np.maximum(overlap, 0.0) @ u / (end - begin)
+
+
+@pytest.mark.parametrize("late", [{}, {"drive.delay": {"tau": 0.0437}}], ids=["at once", "late"])
+@pytest.mark.parametrize("overlap", [{}, {"sensor.delay": {"tau": 0.1}}], ids=["", "windows overlap"])
+@pytest.mark.parametrize("cut", [0, 50])
+def test_steps_and_readings_see_the_mean_of_the_held_command(late: dict, overlap: dict, cut: int) -> None:
+    rng = np.random.default_rng(2)
+    t = np.cumsum(rng.choice([0.0021, 0.01, 0.0173, 0.05], 150))
+    u = rng.normal(size=len(t))
+    log = record(t, u, {"yaw_rad_s": np.zeros_like(t)}).cut(cut, len(t))
+    batch, steps, seen = acting(platform(), log, late | overlap)
+    h, tau = batch.h[0], late.get("drive.delay", {}).get("tau", 0.0)
+    grid = log.time[0] + h * np.arange(len(steps) + 1) - tau
+    assert len(steps) == len(batch.step_index) * batch.windows + len(batch.overlap_index)
+    assert steps == pytest.approx(mean(t, u, grid[:-1], grid[1:]), abs=1e-9)
+    at = log.time - tau
+    assert seen == pytest.approx(mean(t, u, at, at + min(h, np.diff(log.time).min())), abs=1e-9)
+
+
+@pytest.mark.parametrize("pace", [1.0, 0.9])
+def test_a_lag_runs_in_the_time_of_the_rig_and_no_reading_jumps(pace: float) -> None:
+    u = np.where(TIME >= 0.05, 1.0, 0.0)
+    log = record(TIME, u, {"yaw_rad_s": np.zeros_like(TIME)})
+    effects = {"drive.lag": {"T": 0.04, "q": 0.0}, "sensor.clock": {"e": 1.0 - pace}}
+    batch, steps, seen = acting(platform(), log, effects)
+    assert batch.h[0] == pytest.approx(0.005)
+    edges = np.maximum(pace * (0.005 * np.arange(len(steps) + 1) - 0.05), 0.0)
+    area = edges - 0.04 * (1.0 - np.exp(-edges / 0.04))  # of 1 - exp(-t/T)
+    assert steps == pytest.approx(np.diff(area) / (0.005 * pace), abs=1e-9)
+    assert np.array_equal(seen, steps[2 * np.arange(len(TIME))])  # the step after each sample
+
+
+def test_each_axis_has_its_own_command() -> None:
+    u = np.stack([np.sin(9.0 * TIME), np.cos(7.0 * TIME)], axis=1)
+    _, steps, seen = acting(two_axis(), record(TIME, u, {"yaw_rad_s": np.zeros_like(TIME)}), {})
+    assert np.allclose(seen, u, atol=1e-12)
+    assert np.allclose(steps[: 2 * len(TIME)], np.repeat(u, 2, axis=0), atol=1e-9)
 
 
 def test_a_delay_of_whole_samples_shifts_the_command() -> None:

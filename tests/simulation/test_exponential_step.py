@@ -1,5 +1,8 @@
 """The time step: exact where the plant is linear, exact stick, second order in between."""
 
+from pathlib import Path
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -7,6 +10,7 @@ from scipy.linalg import expm
 
 from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.model import Rig
 from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from tests.systems import platform, reaction, record, run, wheel
 
@@ -72,6 +76,59 @@ def test_without_inductance_the_current_follows_the_voltage() -> None:
     assert np.max(np.abs(y["current_A"] - (u - K * np.array(exact)) / R)) < 1e-9 * 3.0 / R
 
 
+def test_a_torque_that_changes_within_a_step_is_of_second_order() -> None:
+    s, c, omega = 0.02, 0.05, 7.0
+    exact = (s * (1.0 - np.cos(omega * TIME)) + c * np.sin(omega * TIME)) / (omega * 0.1)
+    log = record(TIME, np.zeros_like(TIME), {"yaw_rad_s": np.zeros_like(TIME)})
+    effect = {"axis.periodic_torque": {"s": s, "c": c, "omega": omega, "p": 0.0, "q": 0.0}}
+    for refine in (1, 4):
+        w = run(platform("viscous = 0.0"), log, {}, effects=effect, refine=refine)["yaw_rad_s"]
+        h = 0.005 / refine  # the trapezoidal rule: h^2 / 12 times the change of the slope of the torque
+        assert np.max(np.abs(w - exact)) < 1.1 * h**2 / 12.0 * omega * 2.0 * np.hypot(s, c) / 0.1
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("w0", [0.003, -0.003, 0.0])
+def test_an_axis_that_is_to_slide_one_way_slides_whatever_its_rate(direction: float, w0: float) -> None:
+    """Its friction is then a constant torque: the linear plant with one more input, solved exactly."""
+    rig, u, h = reaction("viscous = 0.0026\ncoulomb = 0.004"), 2.0, 0.01
+    plant, states = plant_of_rig(rig)
+    x = dict.fromkeys(states, 0.0) | {"psi": 0.4, "w": w0, "Omega": 30.0, "i": 0.2}
+    A = np.zeros((len(states) + 1,) * 2)  # the last entry is 1
+    K, R, L, b, J, I, b_I = 0.0182, 0.83, 0.0641, 4.07e-6, 1.24e-4, 0.0495, 0.0026
+    for rate, terms in {
+        "psi": {"w": 1.0},
+        "w": {"i": -K / I, "Omega": b / I, "w": -b_I / I, "": -0.004 * direction / I},
+        "theta": {"Omega": 1.0},
+        "Omega": {"i": K / J, "Omega": -b / J},
+        "i": {"Omega": -K / L, "i": -R / L, "": u / L},
+    }.items():
+        for name, factor in terms.items():
+            if rate in states and (not name or name in states):
+                A[states.index(rate), states.index(name) if name else -1] = factor
+    exact = (expm(A * h) @ [*x.values(), 1.0])[:-1]
+    zero, prepared = jnp.zeros(()), EXPONENTIAL_STEP.prepare(plant, jnp.asarray(h))
+    start = tuple(jnp.asarray(v) for v in x.values())
+    found = EXPONENTIAL_STEP.slide(plant, prepared, zero, start, jnp.asarray(u), jnp.asarray(h), jnp.asarray(direction))
+    assert np.array(found) == pytest.approx(exact, rel=1e-11, abs=1e-14)
+
+
+def test_programs_of_the_step_are_kept_on_disk(tmp_path: Path) -> None:
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    try:
+        run(platform("viscous = 0.02"), record(TIME[:7], np.zeros(7)), {})
+        assert [*tmp_path.glob("traced-*")]
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+
+
+def plant_of_rig(rig: Rig):
+    """A rig's plant and the names of its states."""
+    structure = structure_of(rig)
+    return plant_of(structure, jnp.asarray(theta_of(rig, structure))), structure.states
+
+
 def test_stick_slip_converges_with_second_order() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.09\nstribeck_velocity = 0.2")
     t = TIME[:801]
@@ -101,8 +158,7 @@ def test_dry_friction_of_the_wheel_keeps_angular_momentum() -> None:
 @pytest.mark.parametrize("h", [1e-4, 0.01], ids=["1e-4 s", "1e-2 s"])
 @pytest.mark.parametrize("inductance", [0.0641, 0.83 * 20e-6], ids=["L/R 77 ms", "L/R 20 us"])
 def test_the_exponential_functions_are_those_of_scipy(inductance: float, h: float) -> None:
-    rig = wheel(inductance)
-    plant = plant_of(structure_of(rig), jnp.asarray(theta_of(rig, structure_of(rig))))
+    plant, _ = plant_of_rig(wheel(inductance))
     p = EXPONENTIAL_STEP.prepare(plant, jnp.asarray(h))
     A, n = np.asarray(p.A), len(p.A)
     augmented = np.zeros((3 * n, 3 * n))  # exp of [[A, 1, 0], [0, 0, 1], [0, 0, 0]] h holds E, h phi1, h^2 phi2

@@ -1,10 +1,57 @@
 """Readings between the grid points of the time steps."""
 
+import jax.numpy as jnp
 import numpy as np
+import pytest
 
+from rwjax.plant.assemble import plant_of
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.one_axis import OneAxis
+from rwjax.plant.plant import Plant
+from rwjax.simulation.reading import Slots, readings
 from tests.systems import platform, record, run, wheel
 
 TIME = np.arange(201) * 0.01
+
+
+class Shown(OneAxis):
+    """A platform whose readings are all that a reading may depend on."""
+
+    def outputs(self, t, x, u, seen=None):
+        """Time, voltage, angle and rate now and at the moment that is seen."""
+        return t, u, *x, *(seen or x)
+
+
+def shown(age: float | None) -> Plant:
+    """The platform, with an encoder that is late or is not."""
+    structure = structure_of(platform()).with_effects(*(["sensor.delay"] if age is not None else []))
+    plant = plant_of(structure, jnp.asarray([*theta_of(platform(), structure)[: len(structure.names) - 1], age or 0.0]))
+    return Shown(plant.structure, plant.numbers, plant.effects)
+
+
+H, BEGIN = 0.1, 3.0  # s
+RATE = np.random.default_rng(4).normal(size=9)  # rad/s, at the grid points; it runs straight between them
+ANGLE = 0.7 + np.append(0.0, np.cumsum(0.5 * H * (RATE[1:] + RATE[:-1])))
+
+
+def moved(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angle and rate a time after the window's beginning [s]; before it the angle went on at its first rate."""
+    k = np.clip(np.floor(t / H + 1e-9).astype(int), 0, len(RATE) - 2)
+    late, slope = np.maximum(t - k * H, 0.0), (RATE[k + 1] - RATE[k]) / H
+    return ANGLE[k] + RATE[k] * late + 0.5 * slope * late**2 + RATE[0] * np.minimum(t, 0.0), RATE[k] + slope * late
+
+
+@pytest.mark.parametrize("age", [None, 0.0, 0.037, 0.2, 0.33])
+def test_readings_show_time_command_and_the_motion_of_their_own_moment(age: float | None) -> None:
+    step = np.array([0, 0, 1, 2, 2, 3, 5, 7, 7])
+    part = np.array([0.0, 0.3, 0.0, 0.1, 0.95, 0.5, 0.77, 0.0, 0.6])
+    u = np.linspace(-1.0, 1.0, len(step))
+    states = jnp.asarray(ANGLE), jnp.asarray(RATE)
+    slots = Slots(jnp.asarray(u), jnp.asarray(step), jnp.asarray(part))
+    found = np.asarray(readings(shown(age), jnp.asarray(H), jnp.asarray(BEGIN), states, slots))
+    t = H * (step + part)
+    exact = np.stack([BEGIN + t, u, *moved(t), *moved(t - (age or 0.0))], axis=1)
+    assert found == pytest.approx(exact, abs=1e-12)
 
 
 def test_irregular_samples_see_the_motion_of_regular_ones() -> None:
