@@ -19,6 +19,36 @@ def test_counts_name_an_encoder_of_their_kind() -> None:
             assert any(on == column.encoder and kind in kinds for on, kinds in ENCODERS.values()), (name, kind)
 
 
+MEASURED = {
+    "wheel": "wheel_counts wheel_rad_s current_A",
+    "platform": "yaw_counts yaw_rad position_m yaw_rad_s",
+    "reaction": "yaw_counts yaw_rad yaw_rad_s wheel_counts wheel_rad_s current_A",
+    "two_axis": "yaw_counts yaw_rad yaw_rad_s pitch_counts pitch_rad pitch_rad_s "
+    "wheel_1_counts wheel_1_rad_s current_1_A wheel_2_counts wheel_2_rad_s current_2_A",
+}
+"""What the logs of a kind may hold besides time and input, as docs/files.md says."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_has_the_columns_of_its_bodies(kind: str) -> None:
+    assert {name for name, column in COLUMNS.items() if kind in column.kinds} == {*MEASURED[kind].split()}
+
+
+def test_counts_become_the_angle_of_what_the_encoder_sits_on() -> None:
+    parts = {"yaw_counts": "axis"}
+    for name, column in COLUMNS.items():
+        if name.endswith("_counts"):
+            part = name.removesuffix("_counts")
+            assert (column.output, column.encoder) == (f"{part}_rad", parts.get(name, part))
+        else:
+            assert column.output == ("yaw_rad" if name == "position_m" else name)
+
+
+def test_inputs_are_time_commands_and_supply() -> None:
+    assert {*INPUTS} == {"time_s", "supply_V"} | {name for kind in KINDS for name in commands_of(kind)}
+    assert commands_of("platform") == ("voltage_V",) and commands_of("two_axis") == ("voltage_1_V", "voltage_2_V")
+
+
 def test_no_column_is_an_input_and_every_output_has_a_unit() -> None:
     assert not {*COLUMNS} & {*INPUTS}
     assert {unit_of(column.output) for column in COLUMNS.values()} == {"rad", "rad/s", "A"}

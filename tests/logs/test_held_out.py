@@ -61,6 +61,12 @@ def test_logs_that_cannot_be_split(logs, message):
     assert message in str(error.value)
 
 
+@pytest.mark.parametrize("n", [30, 31, 32])
+def test_the_shortest_log_that_can_be_split_keeps_enough_for_both(n: int) -> None:
+    _, (fold,) = folds([log("a.csv", n=n)])
+    assert (len(fold.train[0].time), len(fold.test[0].time)) == (n - 10, 10)
+
+
 def test_a_signal_that_stops_early_cannot_be_judged():
     run = log("a.csv")
     run.outputs["yaw_rad"][30:] = np.nan

@@ -40,6 +40,44 @@ def test_a_cut_keeps_what_came_before_it() -> None:
     np.testing.assert_array_equal(with_earlier(part.earlier[1], part.command), run().command[:50])
 
 
+@pytest.mark.parametrize(("first", "last"), [(0, 100), (0, 40), (7, 40), (99, 100), (-30, 100), (7, -1), (0, 1000)])
+def test_a_stretch_holds_what_a_slice_holds(first: int, last: int) -> None:
+    whole = replace(run(), supply=np.linspace(12.0, 11.0, 100), left_out={"yaw_rad": 0.01 * np.arange(100)})
+    part, stretch = whole.cut(first, last), slice(first, last)
+    pairs = [(part.time, whole.time), (part.command, whole.command), (part.supply, whole.supply)]
+    pairs += [(part.outputs[name], y) for name, y in whole.outputs.items()]
+    for cut, kept in pairs:
+        np.testing.assert_array_equal(cut, kept[stretch])
+    np.testing.assert_allclose(part.left_out["yaw_rad"], whole.time[stretch])  # both ends belong to it
+    before = whole.time < part.time[0]
+    np.testing.assert_array_equal(part.earlier[0], whole.time[before])
+    np.testing.assert_array_equal(part.earlier[1], whole.command[before])
+    assert (part.notes, part.validate, part.origin, part.added) == (whole.notes, True, 0.0, {})
+
+
+def test_the_name_of_a_stretch_says_where_it_begins_and_ends() -> None:
+    whole = run()
+    assert [whole.cut(a, b).name for a, b in ((0, 100), (0, 51), (50, 100), (50, 81), (1, 100))] == [
+        "run.csv",
+        "run.csv[…0.5 s]",
+        "run.csv[0.5 s…]",
+        "run.csv[0.5 s…0.8 s]",
+        "run.csv[0.0 s…]",
+    ]
+
+
+def test_a_log_of_few_samples_and_one_that_counts_for_a_fit_print_too() -> None:
+    one = replace(run().cut(0, 1), validate=False, notes={})
+    assert str(one).splitlines()[0] == "log `run.csv[…0.0 s]`: 0 s, 1 samples"
+    two = replace(run().cut(98, 100), validate=False, notes={})
+    assert str(two).splitlines() == [
+        "log `run.csv[1.0 s…]`: 0.01 s, 2 samples at 100 Hz",
+        "  command: 6 to 6 V",
+        "  yaw_rad: 0.98 to 0.99 rad",
+        "  current_A: -1.98 to -1.96 A",
+    ]
+
+
 def test_commands_of_two_axes_are_joined_too() -> None:
     two = np.arange(12.0).reshape(6, 2)
     np.testing.assert_array_equal(with_earlier(two[:2], two[2:]), two)
