@@ -26,6 +26,18 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
+def printable_lines(text: str) -> str:
+    """A text whose lines are printable, each for itself.
+
+    Args:
+        text: Any text.
+
+    Returns:
+        The text with as many lines.
+    """
+    return "\n".join(map(printable, text.split("\n")))
+
+
 def one_line(text: str) -> str:
     """A text on one line that is printable and no longer than `LONGEST_LINE`; of a longer one begin and end stay.
 

@@ -1,12 +1,19 @@
-"""Text files read and written whole, with errors that name the file and the remedy."""
+"""Files read and written whole, with errors that name the file and the remedy."""
 
 import os
+import re
+import secrets
+import stat
 import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from rwjax.errors import InputError
 
+LONGEST_STEM = 40
+"""Characters of a file's name that the name of its temporary one repeats, so that this is no longer than a name may be."""
 MOST_TOML, LONGEST_TOML_LINE = 250_000, 10_000
 """Characters of a TOML file and of one of its lines: files made by hand or by rwjax are far shorter, and a key of thousands of parts
 takes minutes to read."""
@@ -57,33 +64,140 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def write_text(path: str | os.PathLike[str], text: str, error: type[InputError]) -> None:
-    """Writes a UTF-8 file whole or not at all.
-
-    The text goes to a temporary file beside the target, which is then renamed. What is no plain file
-    (such as `/dev/stdout`) is written to and never replaced.
+    r"""Writes a UTF-8 file whole or not at all, as `write_files` does.
 
     Args:
         path: The file; a link is followed.
-        text: Its whole content.
+        text: Its whole content. What UTF-8 has no code for, from a file's name that is none, stands as `\udcff`.
         error: Class of the error to raise.
 
     Raises:
         InputError: As `error`, where the file cannot be written.
     """
+    write_files({os.fspath(path): text.encode("utf-8", "backslashreplace")}, error)
+
+
+def write_files(contents: Mapping[str, bytes], error: type[InputError]) -> None:
+    """Writes files that belong together: each whole or not at all, and none unless there is room for all.
+
+    Every content goes to a temporary file beside its target, and these are renamed when all are complete. So a full disk, an
+    error or the end of the process leaves a file as it was or as it should be; for a loss of power that is up to the file
+    system. A file that is there keeps its permissions. What is no plain file (such as `/dev/stdout`) is written to and
+    never replaced.
+
+    Args:
+        contents: Bytes of each file by its path; a link is followed.
+        error: Class of the error to raise.
+
+    Raises:
+        InputError: As `error`, where a file cannot be written.
+    """
+    staged: dict[Path, tuple[str, Path]] = {}
+    try:
+        for path, content in contents.items():
+            with _named(path, error):
+                target = _file(path, error)
+                if target.exists() and not target.is_file():
+                    target.write_bytes(content)
+                    continue
+                temporary = beside(target)
+                staged[temporary] = path, target
+                _stage(temporary, target, content)
+        for temporary, (path, target) in staged.items():
+            with _named(path, error):
+                temporary.replace(target)
+    finally:
+        for temporary in staged:
+            temporary.unlink(missing_ok=True)
+
+
+def check_writable(path: str | os.PathLike[str], error: type[InputError]) -> None:
+    """Checks that a file can be written, before the work for it begins.
+
+    Args:
+        path: The file.
+        error: Class of the error to raise.
+
+    Raises:
+        InputError: As `error`, with what `write_files` would say.
+    """
+    with _named(path, error):
+        target = _file(path, error)
+        if not target.exists() or target.is_file():
+            trial = beside(target)
+            try:
+                _stage(trial, target, b"")
+            finally:
+                trial.unlink(missing_ok=True)
+
+
+def beside(target: Path) -> Path:
+    """A new name for what is to take a target's place, in the same folder. Files that a killed process left there are removed.
+
+    Args:
+        target: Path of the file or the folder.
+
+    Returns:
+        The path, at which there is nothing.
+    """
+    for left in left_over(target):
+        with suppress(OSError):  # a folder, or somebody else's
+            left.unlink()
+    return target.with_name(f".{target.name[:LONGEST_STEM]}.{os.getpid()}.{secrets.token_hex(4)}.new")
+
+
+def left_over(target: Path) -> Iterator[Path]:
+    """What processes that were killed have left beside a target.
+
+    Args:
+        target: Path of the file or the folder.
+
+    Yields:
+        Paths that `beside` gave to processes that are no more.
+    """
+    name = re.compile(rf"\.{re.escape(target.name[:LONGEST_STEM])}\.(\d{{1,9}})\.[0-9a-f]{{8}}\.(new|old)")
+    found = []
+    with suppress(PermissionError), os.scandir(target.parent) as entries:  # a folder may be writable and not readable
+        found = [(Path(entry.path), match) for entry in entries if (match := name.fullmatch(entry.name))]
+    yield from (path for path, match in found if not _runs(int(match[1])))
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # somebody else's
+        return True
+    return True
+
+
+def _file(path: str | os.PathLike[str], error: type[InputError]) -> Path:
+    """Where a path leads. Raises `InputError` for a folder."""
     target = Path(os.path.realpath(path))
     if target.is_dir():
         raise error(f"{path}: is a folder; give the path of a file")
+    return target
+
+
+def _stage(temporary: Path, target: Path, content: bytes) -> None:
+    """Writes a file anew, with the permissions of its target if that is there, else those of any new file."""
+    new = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    with open(new, "wb") as file:
+        file.write(content)
+    if target.exists():
+        with suppress(OSError):  # a file system without permissions
+            os.chmod(temporary, stat.S_IMODE(target.stat().st_mode))
+
+
+@contextmanager
+def _named(path: str | os.PathLike[str], error: type[InputError]) -> Iterator[None]:
+    """Raises what the system says as the caller's error, with the file and the remedy."""
     try:
-        if target.exists() and not target.is_file():
-            target.write_text(text, encoding="utf-8")
-            return
-        temporary = target.with_name(f".{target.name}.{os.getpid()}")
-        try:
-            temporary.write_text(text, encoding="utf-8")
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        yield
     except FileNotFoundError:
-        raise error(f"{path}: cannot be written: there is no folder {target.parent}; make it first") from None
+        raise error(
+            f"{path}: cannot be written: there is no folder {Path(path).absolute().parent}; make it first"
+        ) from None
     except OSError as bad:
         raise error(f"{path}: cannot be written: {bad.strerror}; give a path in a writable folder") from None

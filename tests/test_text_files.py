@@ -1,12 +1,16 @@
-"""Text files: read as plain lines, written whole or not at all."""
+"""Files: texts read as plain lines, all written whole or not at all."""
 
 import os
+import resource
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from rwjax.errors import InputError, LogError, RigError
-from rwjax.text_files import parse_toml, read_text, write_text
+from rwjax.text_files import check_writable, parse_toml, read_text, write_files, write_text
 
 
 @pytest.mark.parametrize("data", [b"a\nb\n", b"a\r\nb\r\n", b"a\rb\r", b"\xef\xbb\xbfa\nb\n"])
@@ -76,3 +80,76 @@ def test_a_folder_is_no_file_and_a_missing_one_is_named(tmp_path: Path) -> None:
 def test_what_is_no_plain_file_is_written_to_and_not_replaced() -> None:
     write_text("/dev/null", "x", InputError)
     assert Path("/dev/null").is_char_device()
+
+
+def test_files_that_belong_together_are_written_all_or_none(tmp_path: Path) -> None:
+    (tmp_path / "table").write_text("old")
+    (tmp_path / "figure").mkdir()
+    with pytest.raises(InputError, match="figure: is a folder; give the path of a file"):
+        write_files({f"{tmp_path}/table": b"new", f"{tmp_path}/figure": b"new"}, InputError)
+    assert (tmp_path / "table").read_text() == "old" and sorted(os.listdir(tmp_path)) == ["figure", "table"]
+    (tmp_path / "figure").rmdir()
+    write_files({f"{tmp_path}/table": b"new", f"{tmp_path}/figure": b"\x89PNG"}, InputError)
+    assert (tmp_path / "table").read_bytes() == b"new" and (tmp_path / "figure").read_bytes() == b"\x89PNG"
+
+
+def test_a_disk_that_is_full_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "x").write_text("old")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))  # the system refuses to write more
+    try:
+        with pytest.raises(InputError, match="x: cannot be written: File too large; give a path in a writable folder"):
+            write_text(tmp_path / "x", "new" * 1000, InputError)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (tmp_path / "x").read_text() == "old" and os.listdir(tmp_path) == ["x"]
+
+
+def test_permissions_are_those_of_the_old_file_or_of_any_new_one(tmp_path: Path) -> None:
+    (tmp_path / "old").write_text("")
+    (tmp_path / "old").chmod(0o604)
+    before = os.umask(0o027)
+    try:
+        for name in ("old", "new"):
+            write_text(tmp_path / name, "x", InputError)
+    finally:
+        os.umask(before)
+    assert [(tmp_path / name).stat().st_mode & 0o777 for name in ("old", "new")] == [0o604, 0o640]
+
+
+def test_writers_of_one_file_do_not_disturb_each_other(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(8) as threads:
+        written = [
+            threads.submit(write_text, tmp_path / "x", str(k) * 1000, InputError) for k in range(10) for _ in "ab"
+        ]
+    assert [one.exception() for one in written] == [None] * 20
+    assert len(set((tmp_path / "x").read_text())) == 1 and os.listdir(tmp_path) == ["x"]
+
+
+def test_a_name_may_be_long_and_need_not_be_text(tmp_path: Path) -> None:
+    for name in ("n" * 255, os.fsdecode(b"run\xff.csv"), "ψ" * 127):
+        write_text(tmp_path / name, name, InputError)
+    assert len(os.listdir(tmp_path)) == 3
+    assert (tmp_path / os.fsdecode(b"run\xff.csv")).read_text("utf-8") == r"run\udcff.csv"
+    with pytest.raises(
+        InputError, match="nnn: cannot be written: File name too long; give a path in a writable folder"
+    ):
+        write_text(tmp_path / ("n" * 256), "x", InputError)
+
+
+def test_what_a_killed_writer_left_is_removed(tmp_path: Path) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    for process in (gone.pid, os.getpid()):
+        (tmp_path / f".x.{process}.0123abcd.new").write_text("torn")
+    write_text(tmp_path / "x", "whole", InputError)
+    assert sorted(os.listdir(tmp_path)) == [f".x.{os.getpid()}.0123abcd.new", "x"]
+
+
+def test_whether_a_file_can_be_written_is_told_before(tmp_path: Path) -> None:
+    check_writable(tmp_path / "new", InputError)
+    check_writable("/dev/null", InputError)
+    assert os.listdir(tmp_path) == []
+    for path, said in (("", "is a folder"), ("a/b", "there is no folder .*/a; make it first")):
+        with pytest.raises(InputError, match=said):
+            check_writable(tmp_path / path, InputError)

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from rwjax.cli.terminal import say
+
 if TYPE_CHECKING:
     from rwjax.cache_folder import Program
 
@@ -17,16 +19,16 @@ def cache(action: Action = None) -> None:
 
     folder = place()
     if folder is None:
-        print(f"no programs are kept: there is no home folder, or {VARIABLE} is empty; it may name a folder")
+        say(f"no programs are kept: there is no home folder, or {VARIABLE} is empty; it may name a folder")
         return
     if action:
         removed = clear(folder)
-        print(f"{folder}: removed {_amount(removed)}")
+        say(f"{folder}: removed {_amount(removed)}")
         return
-    print(f"{folder}: {_amount(programs(folder))}, of at most {MOST_BYTES / 1e6:.0f} MB")
+    say(f"{folder}: {_amount(programs(folder))}, of at most {MOST_BYTES / 1e6:.0f} MB")
     weak = weak_point(folder) if folder.is_dir() else None
     if weak:
-        print(f"not used, since {weak}")
+        say(f"not used, since {weak}")
 
 
 def _amount(found: "Iterable[Program]") -> str:

@@ -1,13 +1,15 @@
 """The command `compare`: every identification method on the same logs."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file, results
+from rwjax.cli.answer import json_text
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
+from rwjax.cli.result_folder import ResultFolder
+from rwjax.cli.terminal import document, say
 from rwjax.errors import InputError
 
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
@@ -24,17 +26,31 @@ def compare(
     from rwjax.errors import RigError
     from rwjax.logs.read import read_logs
     from rwjax.methods.comparison import compare as run
-    from rwjax.report.comparison import table, write_figure
+    from rwjax.report.comparison import write_figure
     from rwjax.rig.read import read_one_axis_rig
     from rwjax.text_files import write_text
 
     rig = read_one_axis_rig(rig_file)
     logs = read_logs(log_files, rig)
-    with results(output) as folder, progress(quiet) as show:
+    target = ResultFolder(output, _clear, (rig_file, *log_files))
+    target.check()
+    with progress(quiet) as show:
         with of_file(rig_file, RigError):
             result = run(rig, logs, show)
-        answer, text = json.dumps(result.json(), indent=1, allow_nan=False), table(result)
-        write_text(folder / "comparison.json", answer + "\n", InputError)
-        write_text(folder / "comparison.txt", text, InputError)
-        figure = write_figure(result, folder / "comparison.png")
-    print(answer if as_json else text + f"figure: {figure}")
+        if all(row.rig is None for row in result.rows):
+            raise InputError(f"{rig_file}: no method can be used on these logs; {'; '.join(result.rows[0].notes)}")
+        answer = json_text(result.json(), indent=1)
+        with target.renewed() as folder:
+            write_text(folder / "comparison.json", answer + "\n", InputError)
+            write_text(folder / "comparison.txt", f"{result}\n", InputError)
+            write_figure(result, folder / "comparison.png")
+    if as_json:
+        document(answer + "\n")
+    else:
+        say(f"{result}\nfigure: {output / 'comparison.png'}")
+
+
+def _clear(folder: Path) -> None:
+    """Removes an earlier comparison."""
+    for ending in ("json", "txt", "png"):
+        (folder / f"comparison.{ending}").unlink(missing_ok=True)

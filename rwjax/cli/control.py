@@ -1,14 +1,14 @@
 """What the commands for control share: options, what is read off them, and how tables, figures and notes are given back."""
 
-import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import axis, finite, keep_input, of_file, positive
+from rwjax.cli.answer import json_text
+from rwjax.cli.options import axis, check_file, finite, of_file, positive
+from rwjax.cli.terminal import document, tell
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -145,8 +145,34 @@ def own_delay(rig: "Rig") -> list[str]:
     ]
 
 
+def check_table(output: Path | None, *inputs: Path | None) -> None:
+    """Checks the path of a table, and that of the figure beside it, before the work for them begins.
+
+    Args:
+        output: the table's path; stdout without it.
+        inputs: files that are read, which are not written over; None for one that the user did not give.
+
+    Raises:
+        InputError: a file cannot be written, or is one of the inputs.
+    """
+    if output is None:
+        return
+    if output.suffix.lower() == ".png":
+        raise InputError(
+            f"-o {output}: is the table's path, the figure is written beside it; take one that ends with .csv"
+        )
+    read = [path for path in inputs if path is not None]
+    check_file(output, *read)
+    if _has_figure(output):
+        check_file(output.with_suffix(".png"), *read)
+
+
+def _has_figure(output: Path) -> bool:
+    """Whether a figure is written beside a table: a device, such as /dev/null, gets the table alone."""
+    return output.is_file() or not output.exists()
+
+
 def write_results(
-    inputs: tuple[Path, ...],
     output: Path | None,
     table: str,
     figure: "Callable[[], Figure]",
@@ -156,7 +182,6 @@ def write_results(
     """Writes a table, and the figure beside it, to files; or prints the table or the answer.
 
     Args:
-        inputs: files that were read, which are not written over.
         output: the table's path; stdout without it. A device, such as /dev/null, gets the table alone.
         table: the table as text.
         figure: draws the figure.
@@ -167,27 +192,22 @@ def write_results(
         A line on what was written, or nothing.
 
     Raises:
-        InputError: a file cannot be written, or is one of the inputs.
+        InputError: a file cannot be written, or the answer holds a number that is not finite.
     """
-    from rwjax.report.png import write_png
-    from rwjax.text_files import write_text
+    from rwjax.report.png import png_of
+    from rwjax.text_files import write_files
 
-    written = []
+    text, written = json_text(answer), []
     if output is not None:
-        if output.suffix.lower() == ".png":
-            raise InputError(
-                f"-o {output}: is the table's path, the figure is written beside it; take one that ends with .csv"
-            )
-        keep_input(output, *inputs)
-        write_text(output, table, InputError)
-        if output.is_file():
-            keep_input(output.with_suffix(".png"), *inputs)
-            write_png(figure(), output.with_suffix(".png"))
-            written.append(f"written to {output}, the figure to {output.with_suffix('.png')}")
+        contents, image = {str(output): table.encode()}, output.with_suffix(".png")
+        if _has_figure(output):
+            contents[str(image)] = png_of(figure())
+            written.append(f"written to {output}, the figure to {image}")
+        write_files(contents, InputError)
     if as_json:
-        print(json.dumps(answer, allow_nan=False))
+        document(text + "\n")
     elif output is None:
-        print(table, end="")
+        document(table)
     return written
 
 
@@ -207,7 +227,7 @@ def finite_json(values: "np.ndarray") -> list | float | None:
     return found.tolist()
 
 
-def say(quiet: bool, *lines: str) -> None:
+def remark(quiet: bool, *lines: str) -> None:
     """Prints notes on stderr.
 
     Args:
@@ -215,4 +235,4 @@ def say(quiet: bool, *lines: str) -> None:
         lines: the notes.
     """
     if not quiet:
-        print("\n".join(lines), file=sys.stderr)
+        tell(*lines)

@@ -1,12 +1,12 @@
 """The command `decode`: logs from the raw stream of a recording."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rwjax.cli.recording import RigFile, check_output
+from rwjax.cli.terminal import note, say
 from rwjax.errors import InputError
 
 RawFile = Annotated[Path, typer.Argument(metavar="RAW", help="raw stream of a recording (.raw)", show_default=False)]
@@ -26,6 +26,5 @@ def decode(rig_file: RigFile, raw: RawFile, output: Output = None) -> None:
     if not logs:
         why = "; ".join(remarks) or "is this a raw stream of the testbed's board?"
         raise InputError(f"{raw}: holds no stretch of samples for a log; {why}")
-    print(*logs, sep="\n")
-    for remark in remarks:
-        print(f"note: {remark}", file=sys.stderr)
+    say("\n".join(map(str, logs)))
+    note(*remarks)

@@ -1,13 +1,16 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
-import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, results
+from rwjax.cli.answer import json_text
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile
 from rwjax.cli.progress import progress
+from rwjax.cli.result_folder import ResultFolder
+from rwjax.cli.terminal import document, say
 from rwjax.errors import InputError
 
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
@@ -31,18 +34,38 @@ def diagnose(
 
     rig = read_rig(rig_file)
     logs = read_logs(log_files, rig)
-    with results(output) as folder, progress(quiet) as show:
+    target = ResultFolder(output, _clear, (rig_file, *log_files))
+    target.check()
+    with progress(quiet) as show:
         result = run(rig, logs, progress=show)
         show("writing the report")
-        answer = json.dumps(result.json(), indent=1, allow_nan=False)
-        write_text(folder / "diagnosis.json", answer + "\n", InputError)
-        write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
-        report = write_report(result, folder)
-        plan = write_next(folder, result.proposal)
+        answer = json_text(result.json(), indent=1)
+        with target.renewed() as folder:
+            write_text(folder / "diagnosis.json", answer + "\n", InputError)
+            write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
+            report = write_report(result, folder)
+            plan = write_next(folder, result.proposal)
+            written = {
+                name: output / path.relative_to(folder)
+                for name, path in (("plan of the next experiment", plan), ("report", report))
+                if path is not None
+            }
     if as_json:
-        print(answer)
-        return
-    print(result)
-    if plan is not None:
-        print(f"  plan of the next experiment: {plan}")
-    print(f"  report: {report}")
+        document(answer + "\n")
+    else:
+        say("\n".join([str(result), *(f"  {name}: {path}" for name, path in written.items())]))
+
+
+def _clear(folder: Path) -> None:
+    """Removes an earlier diagnosis, with the plan of its next experiment."""
+    from rwjax.planning.files import clear_plan
+    from rwjax.report.html import FIGURES, REPORT
+
+    for name in ("diagnosis.json", "corrected.toml", REPORT, *(f"{figure}.png" for figure in FIGURES)):
+        (folder / name).unlink(missing_ok=True)
+    plan = folder / "next"
+    if plan.is_symlink():
+        plan.unlink()
+    clear_plan(plan)
+    with suppress(OSError):  # it holds something else, or there is none
+        plan.rmdir()

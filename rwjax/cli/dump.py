@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rwjax.cli.control import Output, Volts, say, write_results
+from rwjax.cli.control import Output, Volts, check_table, remark, write_results
 from rwjax.cli.manoeuvre import Amps, delay_note, limits_of
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file
 
@@ -33,6 +33,7 @@ def dump(
     from rwjax.rig.read import read_one_axis_rig
 
     finite(spin=spin, margin=margin)
+    check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, math.inf)
     with of_file(rig_file):
         found = run(rig, spin * RATE, limits, margin)
@@ -47,11 +48,11 @@ def dump(
         **{name: value.tolist() for name, value in columns.items()},
     }
     figure = partial(draw_courses, {f"from {spin:g} 1/min": found.best}, "the wheel stops, the axis does not move")
-    written = write_results((rig_file,), output, csv(columns), figure, answer, as_json)
+    written = write_results(output, csv(columns), figure, answer, as_json)
     bound = (
         f"with a share of {margin:g} of the breakaway torque no command does it in less than {found.bound:.3f} s; "
         if found.bound
         else ""
     )
     line = f"{found.time:.3f} s; {bound}the axis moves by {moved:.2g}°"
-    say(quiet, line, *delay_note(found.delay), *written)
+    remark(quiet, line, *delay_note(found.delay), *written)

@@ -1,7 +1,5 @@
 """The command `fit`: estimates the free numbers of a rig file from logs."""
 
-import json
-import sys
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from functools import partial
@@ -10,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, keep_input, of_file
+from rwjax.cli.answer import json_text
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, check_file, of_file
 from rwjax.cli.progress import progress
+from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,23 +55,23 @@ def fit(
 
     read, identify = _chosen(method, bootstrap)
     if output is not None:
-        keep_input(output, rig_file, *log_files)
+        check_file(output, rig_file, *log_files)
     with progress(quiet) as show:
         rig = read(rig_file)
         logs = read_logs(log_files, rig)
         show("fitting")
         with of_file(rig_file, RigError):
             result = identify(rig, logs)
-    text = write_rig(result.rig)
+    answer, text = json_text(result.json(), indent=1), write_rig(result.rig)
     if output is not None:
         write_text(output, text, InputError)
     if as_json:
-        print(json.dumps(result.json(), indent=1))
+        document(answer + "\n")
     elif output is None:
-        print(text, end="")
+        document(text)
     else:
-        _print_estimates(result)
-        print(f"fitted to {', '.join(log.name for log in logs if not log.validate)}; written to {output}")
+        fitted = ", ".join(log.name for log in logs if not log.validate)
+        say("\n".join([*_estimates(result), f"fitted to {fitted}; written to {output}"]))
     _print_notes(result, output)
 
 
@@ -94,21 +94,22 @@ def _chosen(
     return read_rig, partial(estimate, bootstrap=bootstrap)
 
 
-def _print_estimates(result: "RigFit | Identified") -> None:
+def _estimates(result: "RigFit | Identified") -> list[str]:
+    from rwjax.fitting.intervals import interval_words
+
+    lines = []
     for name in result.rig.free:
         error = result.rig.standard_error.get(name)
         spread = "" if error is None else f" ± {error:.2g}"
         if name in result.interval:
-            spread += " (95 %: {:.6g} to {:.6g})".format(*result.interval[name])
-        print(f"{name} = {result.rig.values[name]:.6g}{spread}")
-    for line in result.of_runs():
-        print(line)
+            spread += f" ({interval_words(*result.interval[name])})"
+        lines.append(f"{name} = {result.rig.values[name]:.6g}{spread}")
+    return lines + result.of_runs()
 
 
 def _print_notes(result: "RigFit | Identified", output: Path | None) -> None:
     from rwjax.fitting.questions.likeness import Question
 
-    for note in result.notes:
-        print(f"note: {note}", file=sys.stderr)
-    if output is not None and any(isinstance(note, Question) for note in result.notes):
-        print(f"note: {output} is written even so; its numbers are those of the readings as they are", file=sys.stderr)
+    note(*result.notes)
+    if output is not None and any(isinstance(text, Question) for text in result.notes):
+        note(f"{output} is written even so; its numbers are those of the readings as they are")

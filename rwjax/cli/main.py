@@ -7,7 +7,7 @@ import typer
 from typer.exceptions import Abort, TyperException
 
 from rwjax import __version__
-from rwjax.cli import interrupt
+from rwjax.cli import interrupt, terminal
 from rwjax.cli.cache import cache
 from rwjax.cli.compare import compare
 from rwjax.cli.decode import decode
@@ -24,7 +24,7 @@ from rwjax.cli.size import size
 from rwjax.cli.slew import slew
 from rwjax.cli.sweep import sweep
 from rwjax.cli.tune import tune
-from rwjax.errors import InputError
+from rwjax.errors import InputError, one_line
 
 app = typer.Typer(
     add_completion=False,
@@ -36,7 +36,7 @@ app = typer.Typer(
 
 def _say_version(wanted: bool) -> bool:
     if wanted:
-        print(f"rwjax {__version__}")
+        terminal.say(f"rwjax {__version__}")
         raise typer.Exit
     return wanted
 
@@ -66,18 +66,20 @@ def main() -> None:
     Raises:
         SystemExit: always; status 2, after one line on stderr, for input that cannot be used.
     """
+    terminal.begin()
     try:
         status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
         if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C
             raise KeyboardInterrupt
+        terminal.end()
         sys.exit(status)
     except InputError as error:
-        print(f"rwjax: {error}", file=sys.stderr)
+        terminal.tell(f"rwjax: {error}")
         sys.exit(2)
     except TyperException as error:  # arguments that do not fit the command
         what = " ".join(error.format_message().split())
         if what:
-            print(f"rwjax: {what} (`rwjax COMMAND --help` lists what is right)", file=sys.stderr)
+            terminal.tell(f"rwjax: {one_line(what)} (`rwjax COMMAND --help` lists what is right)")
         sys.exit(error.exit_code)
     except (KeyboardInterrupt, Abort):
         interrupt.leave()

@@ -43,7 +43,7 @@ def of_file(path: Path, kind: type[InputError] = InputError) -> Iterator[None]:
 
 @contextmanager
 def results(path: Path) -> Iterator[Path]:
-    """The folder of the results, made before the work begins; gone again if there are none.
+    """A folder of logs, each of which is written for itself; made before the work begins, gone again if there are none.
 
     Args:
         path: the folder that the user wants.
@@ -108,6 +108,22 @@ def keep_input(output: Path, *inputs: Path) -> None:
     """
     if output.exists() and any(output.samefile(path) for path in inputs if path.exists()):
         raise InputError(f"{output}: is the input; give another path with -o")
+
+
+def check_file(output: Path, *inputs: Path) -> None:
+    """Checks an output before the work for it begins: it can be written, and does not replace an input.
+
+    Args:
+        output: file that is to be written.
+        inputs: files that are read.
+
+    Raises:
+        InputError: it is one of them, or cannot be written.
+    """
+    from rwjax.text_files import check_writable
+
+    check_writable(output, InputError)
+    keep_input(output, *inputs)
 
 
 def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":

@@ -1,14 +1,15 @@
 """The command `plan`: which runs tell most about a rig, as large as its limits allow."""
 
-import json
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive, results
+from rwjax.cli.answer import json_text
+from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive
+from rwjax.cli.result_folder import ResultFolder
+from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,33 +53,34 @@ def plan(
     """Plan the runs that tell most effects of RIG apart, within its limits; writes plan.toml and a CSV for each."""
     from rwjax.planning.campaign import recommend
     from rwjax.planning.envelope import envelope
-    from rwjax.planning.files import Plan, as_document, replaced, write_plan
+    from rwjax.planning.files import Plan, as_document, clear_plan, replaced, write_plan
     from rwjax.report.plan import table
     from rwjax.rig.read import read_one_axis_rig
 
     angle = None if travel is None else _angle(travel)
     limits = _limits(volts=volts, amps=amps, rpm=rpm, rate=rate, travel=angle)
     rig = read_one_axis_rig(rig_file)
+    target = ResultFolder(output, clear_plan, (rig_file,))
+    target.check()
     with of_file(rig_file):
         within = envelope(rig, volts, limits)
         runs, remarks = recommend(rig, within)
     found = Plan(rig.name, within.known, runs)
-    with results(output) as folder:
-        lost = replaced(folder, found.rig)
-        written = write_plan(folder, found)
+    answer, lost = json_text(as_document(found), indent=1), replaced(output, found.rig)
+    with target.renewed() as folder:
+        written = output / write_plan(folder, found).name
     if as_json:
-        print(json.dumps(as_document(found), indent=1))
+        document(answer + "\n")
     else:
-        print(table(found))
-        print(
-            f"{len(runs)} run{'s' * (len(runs) != 1)}, {found.seconds / 60.0:.1f} min without the waits between them; written to {written}"
+        say(
+            f"{table(found)}\n{len(runs)} run{'s' * (len(runs) != 1)}, {found.seconds / 60.0:.1f} min without the waits between them; "
+            f"written to {written}"
         )
     if quiet:
         return
     replaces = [] if lost is None else [f"this replaces {lost}"]
     by_hand = f"worth a run by hand: {BY_HAND[rig.kind]}"
-    for note in (*replaces, *_unlimited(within), *_turns(travel, angle), *remarks, by_hand):
-        print(f"note: {note}", file=sys.stderr)
+    note(*replaces, *_unlimited(within), *_turns(travel, angle), *remarks, by_hand)
 
 
 def _limits(**options: float | None) -> dict[str, float]:

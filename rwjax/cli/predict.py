@@ -1,15 +1,15 @@
 """The command `predict`: the free run of a rig under a log's input."""
 
-import json
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import Json, Quiet, RigFile, keep_input
+from rwjax.cli.answer import check_finite, json_text
+from rwjax.cli.options import Json, Quiet, RigFile, check_file
 from rwjax.cli.progress import progress
+from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,6 +38,8 @@ def predict(
     from rwjax.rig.read import read_rig
     from rwjax.text_files import write_text
 
+    if output is not None:
+        check_file(output, rig_file, log_file)
     rig = read_rig(rig_file)
     log = read_log(log_file, rig, outputs_required=False)
     with progress(quiet) as show:
@@ -47,20 +49,17 @@ def predict(
         raise InputError(
             f"{rig_file}: the simulation of {log_file} leaves the range of numbers; check the rig's numbers and units"
         )
-    text = _csv(columns)
+    text, errors = _csv(columns), _errors(log, columns)
     if output is not None:
-        keep_input(output, rig_file, log_file)
         write_text(output, text, InputError)
     if as_json:
         values = {name: list(map(float, v)) for name, v in columns.items()}
-        print(json.dumps({"schema": "rwjax.prediction/1", **values}))
+        document(json_text({"schema": "rwjax.prediction/1", **values}) + "\n")
     elif output is None:
-        print(text, end="")
+        document(text)
     else:
-        _print_errors(log, columns)
-        print(f"written to {output}")
-    for question in about_readings([Run(log, columns)]):
-        print(f"note: {question}", file=sys.stderr)
+        say("\n".join([*errors, f"written to {output}"]))
+    note(*about_readings([Run(log, columns)]))
 
 
 def _csv(columns: "Mapping[str, np.ndarray]") -> str:
@@ -70,12 +69,17 @@ def _csv(columns: "Mapping[str, np.ndarray]") -> str:
     return "\n".join([",".join(columns), *lines, ""])
 
 
-def _print_errors(log: "Log", columns: "Mapping[str, np.ndarray]") -> None:
+def _errors(log: "Log", columns: "Mapping[str, np.ndarray]") -> list[str]:
+    """A line on the error of each output. Raises `InputError` where that leaves the range of numbers."""
     import numpy as np
 
     from rwjax.logs.columns import unit_of
 
+    lines = []
     for name, measured in log.outputs.items():
-        error = float(np.sqrt(np.nanmean((measured - columns[name]) ** 2)))
-        size, unit = float(np.sqrt(np.nanmean(measured**2))), unit_of(name)
-        print(f"{name}: RMS error {error:.4g} {unit} of a signal of RMS {size:.4g} {unit}")
+        with np.errstate(over="ignore"):
+            error = float(np.sqrt(np.nanmean((measured - columns[name]) ** 2)))
+            size, unit = float(np.sqrt(np.nanmean(measured**2))), unit_of(name)
+        check_finite({f"RMS error of {name}": error, f"RMS of {name}": size})
+        lines.append(f"{name}: RMS error {error:.4g} {unit} of a signal of RMS {size:.4g} {unit}")
+    return lines

@@ -1,6 +1,5 @@
 """What the commands that talk to a board share: their arguments, the live view, and a recording's end."""
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rwjax.cli.terminal import note, say
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -112,9 +112,8 @@ def record_task(
     with live_view(rig, quiet) as watch:
         done = run(port, rig, output, notes, task.act, watch, task.ready)
     for path in done.logs:
-        print(path)
-    for remark in done.remarks:
-        print(f"note: {remark}", file=sys.stderr)
+        say(str(path))
+    note(*done.remarks)
     raw = output.with_suffix(".raw")
     if isinstance(done.failure, InputError):
         raise InputError(

@@ -14,10 +14,11 @@ from rwjax.cli.control import (
     Output,
     Plants,
     Sigma,
+    check_table,
     finite_json,
     own_delay,
     pairs,
-    say,
+    remark,
     timing_of,
     with_fit,
     write_results,
@@ -79,6 +80,7 @@ def region(
     finite(sigma=sigma, angle=angle, damping=damping)
     if not 0.0 <= damping < 1.0:
         raise InputError(f"--damping {damping:g}: has to lie between 0 and below 1")
+    check_table(output, rig_file, fit)
     rig = read_one_axis_rig(rig_file)
     gains = pairs(kp=kp, kd=kd)
     rig, estimate, fit_notes = with_fit(rig_file, rig, fit)
@@ -87,11 +89,10 @@ def region(
         found = region_of(rig, criterion, *gains)
         distances = found.margins() if margins else {}
         beside = _beside(found, without, estimate, plants)
-    inputs = (rig_file,) if fit is None else (rig_file, fit)
     table, answer = csv(region_columns(found, beside | distances)), _answer(found, period, beside, distances)
-    written = write_results(inputs, output, table, lambda: draw_region(found, beside), answer, as_json)
+    written = write_results(output, table, lambda: draw_region(found, beside), answer, as_json)
     notes = _notes(found, beside, distances, plants)
-    say(quiet, *fit_notes, *notes, *_left_out(rig, found), *written)
+    remark(quiet, *fit_notes, *notes, *_left_out(rig, found), *written)
 
 
 def _criterion(

@@ -1,6 +1,5 @@
 """The command `run-experiment`: the board plays an experiment or a plan, and what it sends is recorded."""
 
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +8,7 @@ import typer
 
 from rwjax.cli.options import finite, of_file, results
 from rwjax.cli.recording import Port, Quiet, RigFile, check_output, needs_pyserial, record_task, role_note
+from rwjax.cli.terminal import tell
 from rwjax.errors import InputError
 
 LOGS = Path("logs")
@@ -102,10 +102,7 @@ def _play_plan(
     check_plan(port, wanted, rig)
     if (travel := wanted.limits.get("yaw_rad")) is not None:
         followed = "" if "axis" in rig.counts_per_rev else ", and no encoder of the axis tells whether it keeps to it"
-        print(
-            f"the axis has to stand in the middle of its travel of {rad_and_degrees(travel)} either way now{followed}",
-            file=sys.stderr,
-        )
+        tell(f"the axis has to stand in the middle of its travel of {rad_and_degrees(travel)} either way now{followed}")
     with results(output) as folder:
         for run, task in zip(wanted.runs, tasks, strict=True):
             if stopped := record_task(rig, port, folder / f"{run.name}.csv", run.notes, task, quiet):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.control import Output, Rpm, Volts, finite_json, pairs, say, write_results
+from rwjax.cli.control import Output, Rpm, Volts, check_table, finite_json, pairs, remark, write_results
 from rwjax.cli.manoeuvre import Amps, Degrees, limits_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, positive
 from rwjax.errors import InputError
@@ -48,6 +48,7 @@ def size(
     from rwjax.report.table import csv
     from rwjax.rig.read import read_one_axis_rig
 
+    check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, rpm)
     finite(angle=angle, seconds=seconds, density=density)
     positive(density=density, seconds=seconds)
@@ -64,9 +65,9 @@ def size(
         **{name: v.tolist() if name == "limit" else finite_json(v) for name, v in columns.items()},
     }
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
-    written = write_results((rig_file,), output, csv(columns), figure, answer, as_json)
+    written = write_results(output, csv(columns), figure, answer, as_json)
     delay = [f"the drive's delay of {found.delay:g} s is in these times"] if found.delay else []
-    say(quiet, *_notes(ring, found, seconds), *written, *delay)
+    remark(quiet, *_notes(ring, found, seconds), *written, *delay)
 
 
 def _sizes(radius: str, thickness: str, inner: float) -> "tuple[np.ndarray, np.ndarray]":

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.control import Output, Rpm, Volts, say, write_results
+from rwjax.cli.control import Output, Rpm, Volts, check_table, remark, write_results
 from rwjax.cli.manoeuvre import Amps, Degrees, delay_note, limits_of
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file
 
@@ -34,6 +34,7 @@ def slew(
     from rwjax.rig.read import read_one_axis_rig
 
     finite(angle=angle, spin=spin)
+    check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, rpm)
     with of_file(rig_file):
         found = run(rig, math.radians(angle), limits, spin * RATE)
@@ -48,8 +49,8 @@ def slew(
     }
     courses = {"fastest on the plant": found.best, "ideal on-off law": found.followed}
     figure = partial(draw_courses, courses, f"{angle:g}° slew")
-    written = write_results((rig_file,), output, csv(columns), figure, answer, as_json)
-    say(quiet, *_notes(found, angle), *delay_note(found.delay), *written)
+    written = write_results(output, csv(columns), figure, answer, as_json)
+    remark(quiet, *_notes(found, angle), *delay_note(found.delay), *written)
 
 
 def _notes(found: "Slew", angle: float) -> list[str]:

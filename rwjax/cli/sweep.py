@@ -14,10 +14,11 @@ from rwjax.cli.control import (
     Rpm,
     Smooth,
     Volts,
+    check_table,
     finite_json,
     own_delay,
     pairs,
-    say,
+    remark,
     write_results,
 )
 from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
@@ -53,6 +54,7 @@ def sweep(
     from rwjax.report.table import csv
     from rwjax.rig.read import read_one_axis_rig
 
+    check_table(output, rig_file)
     rig = read_one_axis_rig(rig_file)
     rows, cols = pairs(kp=kp, kd=kd)
     controller, timing = controller_of(rig, ki, volts, rpm, period, late, smooth)
@@ -64,9 +66,9 @@ def sweep(
     answer = {"schema": "rwjax.sweep/1", "kp": rows.tolist(), "kd": cols.tolist(), **maps}
     figure = partial(draw_maps, rows, cols, found, f"responses to {step:g}°, limit {volts:g} V")
     table = csv(response_columns(rows, cols, found))
-    written = write_results((rig_file,), output, table, figure, answer, as_json)
+    written = write_results(output, table, figure, answer, as_json)
     notes = _notes(swept, {"kp": kp, "kd": kd})
-    say(quiet, *notes, *own_delay(rig), *written)
+    remark(quiet, *notes, *own_delay(rig), *written)
 
 
 def _notes(swept: "GainSweep", given: dict[str, str]) -> list[str]:

@@ -1,11 +1,11 @@
 """The command `tune`: gains of the largest worst-case margin, then tuned through the nonlinear closed loop."""
 
-import json
 import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rwjax.cli.answer import json_text
 from rwjax.cli.control import (
     FitFile,
     Late,
@@ -16,11 +16,12 @@ from rwjax.cli.control import (
     Volts,
     finite_json,
     own_delay,
-    say,
+    remark,
     with_fit,
 )
 from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, span
+from rwjax.cli.terminal import document, say
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,14 +79,13 @@ def tune(
             thetas=draw_plants(rig, estimate, plants) if estimate is not None else None,
         )
     laws = {"robust": _shown(design.robust), "tuned": _shown(design.tuned)}
+    answer = json_text({"schema": "rwjax.tune/1", "plants": design.plants, **_stable(design), **laws})
     if as_json:
-        answer = {"schema": "rwjax.tune/1", "plants": design.plants, **_stable(design), **laws}
-        print(json.dumps(answer, allow_nan=False))
+        document(answer + "\n")
         return
-    for name, found in laws.items():
-        print(_line(name, found))
+    say("\n".join(_line(name, found) for name, found in laws.items()))
     about = _about(design.plants, sigma, step, bool(ki), bool(fit))
-    say(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
+    remark(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
 
 
 def _stable(design: "GainDesign") -> dict[str, float]:
@@ -115,8 +115,9 @@ def _shown(design: "DesignedController") -> dict:
     import numpy as np
 
     gains = {key: float(getattr(design.controller, key)) for key in ("kp", "ki", "kd")}
-    seen = {key: finite_json(np.asarray(value)) for key, value in design.response._asdict().items()}
-    return {**gains, **seen, "modulus": design.robustness.modulus}
+    seen = {key: float(value) for key, value in design.response._asdict().items()}
+    never = {"settling": finite_json(np.asarray(design.response.settling))}
+    return {**gains, **seen, **never, "modulus": design.robustness.modulus}
 
 
 def _line(name: str, found: dict) -> str:

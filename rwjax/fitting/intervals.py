@@ -49,10 +49,25 @@ def intervals(fitted: Fit, errors: Uncertainty, draws: int) -> tuple[Intervals, 
         elif not np.isfinite(error) or not _parabolic(fitted, low, high, k):
             unit = error if np.isfinite(error) else FIRST_STEP * moves.size[k]
             low, high = found[name] = interval(fitted, int(moves.index[k]), float(errors.inflation[k]), float(unit))
-            notes.append(
-                f"{name}: 95 % from {low:.3g} to {high:.3g} by its profile, since a standard error says little"
-            )
+            notes.append(f"{name}: {interval_words(low, high, 3)} by its profile, since a standard error says little")
     return found, notes
+
+
+def interval_words(low: float, high: float, digits: int = 6) -> str:
+    """A 95 % interval in words.
+
+    Args:
+        low: Lower end [any unit].
+        high: Upper end [same unit]; an end that is not finite is open.
+        digits: Significant digits of the ends.
+
+    Returns:
+        Such as `95 %: 0.1 to 0.2`.
+    """
+    ends = [f"{end:.{digits}g}" if np.isfinite(end) else "" for end in (low, high)]
+    if all(ends):
+        return f"95 %: {ends[0]} to {ends[1]}"
+    return f"95 %: above {ends[0]}" if ends[0] else f"95 %: below {ends[1]}" if ends[1] else "95 %: any value"
 
 
 def _normal(fitted: Fit, error: float, k: int) -> tuple[float, float]:

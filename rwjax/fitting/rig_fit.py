@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.effects.library import unit_of_number
-from rwjax.fitting.intervals import Intervals
+from rwjax.fitting.intervals import Intervals, interval_words
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.logs.columns import unit_of
@@ -56,7 +56,7 @@ class RigFit:
         """
         value = self.fit.numbers()
         ends = {name: self.interval[name] for name in self.fit.free if name not in self.rig.free}
-        return [f"{name} = {value[name]:.6g} (95 %: {low:.6g} to {high:.6g})" for name, (low, high) in ends.items()]
+        return [f"{name} = {value[name]:.6g} ({interval_words(*both)})" for name, both in ends.items()]
 
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`.
@@ -88,4 +88,4 @@ def _row(name: str, value: float, error: float, ends: tuple[float, float] | None
     """Name, value, standard error with unit, and interval of a number, as text."""
     unit = unit_of_number(name.partition(" ")[0])
     spread = (f"± {error:.2g}" if np.isfinite(error) else "(no standard error)") + (f" {unit}" if unit else "")
-    return name, f"{value:.6g}", spread, "95 %: {:.6g} to {:.6g}".format(*ends) if ends else ""
+    return name, f"{value:.6g}", spread, interval_words(*ends) if ends else ""

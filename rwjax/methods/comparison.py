@@ -10,6 +10,7 @@ import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from rwjax.errors import InputError
 from rwjax.fitting.fit import to_fit
@@ -78,13 +79,14 @@ class Row:
             free: Estimated numbers of the table.
 
         Returns:
-            One entry for each, dashes where the method could not be used.
+            One entry for each, dashes where the method could not be used or its model is not stable.
         """
         if self.rig is None:
             return ["–"] * (len(signals) + len(free))
         values, error = self.rig.values, self.rig.standard_error
         estimates = [f"{values[name]:.5g}" + (f" ± {error[name]:.2g}" if name in error else "") for name in free]
-        return [*(f"{self.rms[name]:.4g}" for name in signals), *estimates]
+        errors = [self.rms[name] for name in signals]
+        return [*(f"{error:.4g}" if np.isfinite(error) else "–" for error in errors), *estimates]
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,9 @@ class Comparison:
         signals, free = list(self.floor), self.rig.free
         sheet = Table(box=box.SIMPLE, pad_edge=False)
         for head in ("method", *(f"{name} [{unit_of(name)}]" for name in signals), *free, "time [s]", "needs"):
-            sheet.add_column(head, no_wrap=head != "needs", justify="left" if head in ("method", "needs") else "right")
+            sheet.add_column(
+                Text(head), no_wrap=head != "needs", justify="left" if head in ("method", "needs") else "right"
+            )
         for row in self.rows:
             sheet.add_row(row.method.name, *row.cells(signals, free), f"{row.seconds:.1f}", row.method.needs)
         sheet.add_row("(floor)", *(f"{self.floor[name]:.4g}" for name in signals), *[""] * (len(free) + 2))

@@ -129,7 +129,7 @@ def write_plan(folder: Path, plan: Plan) -> Path:
     Raises:
         InputError: Where a file cannot be written.
     """
-    _clear(folder)
+    clear_plan(folder)
     for run in plan.runs:
         time, volts = run.experiment.command()
         write_log(folder / f"{run.name}.csv", {"time_s": time, "voltage_V": volts}, run.notes)
@@ -142,8 +142,12 @@ def write_plan(folder: Path, plan: Plan) -> Path:
     return folder / FILE
 
 
-def _clear(folder: Path) -> None:
-    """Removes an earlier plan from a folder, with its runs, which might be played for those of the next one."""
+def clear_plan(folder: Path) -> None:
+    """Removes an earlier plan from a folder, with its runs, which might be played for those of the next one.
+
+    Args:
+        folder: The folder; it may hold no plan.
+    """
     if (folder / FILE).exists():
         with suppress(InputError):  # what cannot be read names no runs
             for run in read_plan(folder).runs:
@@ -168,7 +172,7 @@ def write_next(folder: Path, plan: Plan | None) -> Path | None:
     """
     target = folder / "next"
     if plan is None:
-        _clear(target)
+        clear_plan(target)
         return None
     target.mkdir(exist_ok=True)
     return write_plan(target, plan)

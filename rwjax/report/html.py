@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,11 +16,17 @@ from matplotlib.figure import Figure
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT, where_words
 from rwjax.effects.library import unit_of_number
-from rwjax.errors import InputError
+from rwjax.errors import InputError, printable_lines
 from rwjax.report import plots
+from rwjax.report.png import write_png
+from rwjax.report.style import any_letters
 from rwjax.rig.write import write_rig
 from rwjax.text_files import write_text
 
+REPORT = "report.html"
+"""Name of the page."""
+FIGURES = ("runs", "waterfall", "missing", "shares", "ranking")
+"""Names of all figures that a diagnosis may have; each is a PNG file, too."""
 Plot = Callable[[Diagnosis, Axes], Axes]
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -52,10 +59,10 @@ def figures_of(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
 
 def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str:
     """SVG text of a plot, saved as PNG besides."""
-    with rc_context(STYLE):
+    with rc_context(STYLE), any_letters():
         figure = Figure(figsize=size, layout="constrained")
         plot(d, figure.subplots())
-        figure.savefig(png, dpi=130)
+        write_png(figure, png)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None})
     svg = text.getvalue()
@@ -98,6 +105,11 @@ def signed(value: float) -> str:
     return f"{value:+.1f}" if math.isfinite(value) else "–"
 
 
+def _shown(value: Any) -> Any:
+    """What the page shows of a value: no control characters, which HTML has none of."""
+    return printable_lines(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
 def write_report(d: Diagnosis, folder: Path) -> Path:
     """Writes `report.html` and its figures as PNG.
 
@@ -115,6 +127,7 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("rwjax", "report"),
         autoescape=jinja2.select_autoescape(["j2"], default=True),
+        finalize=_shown,
     )
     environment.filters |= {
         "short": short,
@@ -126,6 +139,6 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     page = environment.get_template("report.html.j2").render(
         d=d, sentence=d.sentence, figures=drawn, unit=UNIT, corrected=write_rig(d.corrected)
     )
-    path = folder / "report.html"
+    path = folder / REPORT
     write_text(path, page, InputError)
     return path

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT, spoken
-from rwjax.report.style import AFTER, AXIS_LABEL, BEFORE, FLOOR, MEASURED
+from rwjax.report.style import AFTER, AXIS_LABEL, BEFORE, FLOOR, MEASURED, drawn_name
 
 MOST_POINTS = 4000  # samples drawn of a missing torque
 BINS, FEWEST_IN_A_BIN = 24, 10
@@ -33,7 +33,14 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
             label = "with the effects" if first else None
             ax.plot(t, d.after.error[number][d.signal], color=AFTER, lw=0.9, label=label)
         ax.axvline(begin, color="#dddddd", lw=0.8, zorder=0)
-        ax.text(begin, 1.0, f" {d.logs[number].name}", transform=ax.get_xaxis_transform(), va="bottom", fontsize=7)
+        ax.text(
+            begin,
+            1.0,
+            f" {drawn_name(d.logs[number].name)}",
+            transform=ax.get_xaxis_transform(),
+            va="bottom",
+            fontsize=7,
+        )
         begin = float(t[-1]) + 0.5
     ax.set_xlabel("time of the held-out runs, one after the other [s]")
     ax.set_ylabel(f"measured − predicted {AXIS_LABEL[d.signal]}")

@@ -6,12 +6,29 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from rwjax.errors import InputError
+from rwjax.report.style import any_letters
+from rwjax.text_files import write_files
 
 DOTS_PER_INCH = 130
 
 
+def png_of(figure: Figure) -> bytes:
+    """A figure as the content of a file.
+
+    Args:
+        figure: what is drawn.
+
+    Returns:
+        The bytes.
+    """
+    buffer = io.BytesIO()
+    with any_letters():
+        figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH)
+    return buffer.getvalue()
+
+
 def write_png(figure: Figure, path: Path) -> Path:
-    """Writes a figure into a file.
+    """Writes a figure into a file, whole or not at all.
 
     Args:
         figure: what is written.
@@ -23,10 +40,5 @@ def write_png(figure: Figure, path: Path) -> Path:
     Raises:
         InputError: the file cannot be written.
     """
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH)
-    try:
-        path.write_bytes(buffer.getvalue())
-    except OSError as bad:
-        raise InputError(f"{path}: cannot be written: {bad.strerror}; give a path in a writable folder") from None
+    write_files({str(path): png_of(figure)}, InputError)
     return path

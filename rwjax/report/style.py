@@ -1,6 +1,14 @@
-"""Colours and axis labels, the same in every figure."""
+"""Colours, labels and names, the same in every figure."""
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rwjax.errors import printable
 from rwjax.kinds import half_column
+
+LONGEST_NAME = 40
+"""Characters of a name that a figure has room for."""
 
 MEASURED, BEFORE, AFTER, FLOOR = "#222222", "#c1440e", "#1b6ca8", "#8a8a8a"
 """Colours of a measurement, of the model before and after effects are added, and of the noise floor."""
@@ -30,3 +38,30 @@ AXIS_LABEL |= {
     },
 }
 """Label of every output by its column of the log, and of every coordinate of a missing torque by its name."""
+
+
+def drawn_name(name: str) -> str:
+    r"""A name from a file as a figure shows it: on one line, not too long, a `$` no beginning of a formula.
+
+    Args:
+        name: the name.
+
+    Returns:
+        Text for matplotlib.
+    """
+    text = printable(name)
+    text = text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 1]}…"
+    return text.replace("$", r"\$")
+
+
+@contextmanager
+def any_letters() -> Iterator[None]:
+    """Letters that the figures' font lacks are drawn as boxes, without a warning for each.
+
+    Yields:
+        Nothing.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+        warnings.filterwarnings("ignore", "Matplotlib currently does not support .* natively", UserWarning)
+        yield

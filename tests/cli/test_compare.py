@@ -1,15 +1,22 @@
 """`rwjax compare`, as a user calls it; the comparison itself is tested where it is made."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
 from rwjax.errors import RigError
 from tests.cli.shell import LOGS, Shell
+from tests.systems import platform
 
 
 class Result:
     """A comparison, of which the command takes only this."""
+
+    rows = (SimpleNamespace(rig=platform(), notes=()),)
+
+    def __str__(self) -> str:
+        return "a table"
 
     def json(self) -> dict:
         return {"schema": "rwjax.comparison/1"}
@@ -18,7 +25,6 @@ class Result:
 @pytest.fixture
 def compared(shell: Shell) -> Shell:
     shell.patch.setattr("rwjax.methods.comparison.compare", lambda rig, logs, progress: Result())
-    shell.patch.setattr("rwjax.report.comparison.table", lambda result: "a table\n")
     shell.patch.setattr("rwjax.report.comparison.write_figure", lambda result, path: path)
     return shell
 

@@ -5,6 +5,7 @@ import pytest
 
 from rwjax.fitting.bootstrap import bootstrap
 from rwjax.fitting.fit import fit
+from rwjax.fitting.intervals import interval_words
 from rwjax.fitting.profile import interval
 from tests.fitting.logs import ALL, FREE, log_of
 from tests.systems import platform
@@ -29,3 +30,8 @@ def test_numbers_that_only_scale_together_have_no_interval() -> None:
     rig = platform(free=ALL)
     found = fit(rig, [log_of(rig, noise=1e-3)])
     assert {ends[1] for ends in found.interval.values()} == {np.inf}
+
+
+def test_an_open_end_is_said_in_words() -> None:
+    said = [interval_words(*ends, 3) for ends in ((1.0, 2.0), (1.0, np.inf), (-np.inf, 2.0), (np.nan, np.nan))]
+    assert said == ["95 %: 1 to 2", "95 %: above 1", "95 %: below 2", "95 %: any value"]

@@ -1,11 +1,13 @@
 """All methods on the same logs."""
 
 import json
+import math
+from dataclasses import replace
 
 import pytest
 
-from rwjax.methods.comparison import METHODS, compare
-from rwjax.report.comparison import table, write_figure
+from rwjax.methods.comparison import METHODS, Comparison, Row, compare
+from rwjax.report.comparison import write_figure
 from tests.methods.logs import FREE, axis_log
 from tests.systems import platform
 
@@ -23,6 +25,25 @@ def test_the_comparison_judges_all_methods_on_the_same_held_out_run(tmp_path) ->
     assert rms["end-to-end"] < rms["weak form"] < rms["equation error"]
     assert found.floor["yaw_rad"] == pytest.approx(3e-4, rel=0.1)
     assert json.loads(json.dumps(found.json(), allow_nan=False))["schema"] == "rwjax.comparison/1"
-    assert f"{found}\n" == table(found)
     assert all(f" {method.name} " in str(found) for method in METHODS)
     assert write_figure(found, tmp_path / "c.png").stat().st_size > 10_000
+
+
+def test_the_table_has_a_row_for_each_method_and_one_for_the_floor() -> None:
+    rig = platform()
+    rows = (
+        Row(METHODS[0], replace(rig, standard_error={"axis.inertia": 0.00123}), {"yaw_rad": 0.0125}, 1.26, ("a note",)),
+        Row(METHODS[1], rig, {"yaw_rad": math.inf}, 0.04, ()),
+        Row(METHODS[2], None, {}, 0.0, ("cannot be used",)),
+    )
+    head, *lines = str(Comparison(rig, rows, {"yaw_rad": 0.01}, "marked")).splitlines()
+    assert head == "free-run RMS on held-out data (marked); numbers from all logs that may be fitted"
+    names, *rows = [" ".join(line.split()) for line in lines if line.strip(" ─")]
+    assert names == "method yaw_rad [rad] axis.inertia time [s] needs"
+    assert rows[:4] == [
+        "end-to-end 0.0125 0.1 ± 0.0012 1.3 any logs",
+        "finite differences – 0.1 0.0 a start near the optimum",
+        "prediction error – – 0.0 a noise model; regular sampling",
+        "(floor) 0.01",
+    ]
+    assert rows[4:] == ["end-to-end: a note", "prediction error: cannot be used"]

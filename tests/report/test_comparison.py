@@ -1,4 +1,4 @@
-"""The comparison of methods as a table and a figure."""
+"""The comparison of methods as a figure."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_hex
 
 from rwjax.methods.comparison import METHODS, Comparison, Row
-from rwjax.report.comparison import draw_comparison, table, write_figure
+from rwjax.report.comparison import draw_comparison, write_figure
 from rwjax.report.style import AFTER, FLOOR
 from tests.systems import platform
 
@@ -22,20 +22,6 @@ def comparison() -> Comparison:
         Row(METHODS[2], None, {}, 0.0, ("cannot be used",)),
     )
     return Comparison(rig, rows, {"yaw_rad": 0.01}, "marked")
-
-
-def test_the_table_has_a_row_for_each_method_and_one_for_the_floor(comparison: Comparison) -> None:
-    head, *lines = table(comparison).splitlines()
-    assert head == "free-run RMS on held-out data (marked); numbers from all logs that may be fitted"
-    names, *rows = [" ".join(line.split()) for line in lines if line.strip(" ─")]
-    assert [word for word in names.split() if "[" not in word] == ["method", "yaw_rad", "axis.inertia", "time", "needs"]
-    assert rows[:4] == [
-        "end-to-end 0.0125 0.1 ± 0.0012 1.3 any logs",
-        "finite differences 0.5 0.1 0.0 a start near the optimum",
-        "prediction error – – 0.0 a noise model; regular sampling",
-        "(floor) 0.01",
-    ]
-    assert rows[4:] == ["end-to-end: a note", "prediction error: cannot be used"]
 
 
 def test_the_figure_has_a_bar_for_each_method_that_could_be_used(comparison: Comparison) -> None:

@@ -1,0 +1,99 @@
+"""What the commands print: lines without control characters, whatever a name holds, and documents as the bytes of a file."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from io import TextIOWrapper
+from typing import TextIO
+
+from rwjax.errors import InputError, printable_lines
+
+
+def begin() -> None:
+    """From here on a character that stdout or stderr has no code for stands as its escape."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # neither closed nor a program's own
+            stream.reconfigure(errors="backslashreplace")
+
+
+def say(text: str) -> None:
+    """Prints lines of a result on stdout.
+
+    Args:
+        text: the lines, with names from files as they are.
+
+    Raises:
+        InputError: stdout cannot be written.
+    """
+    with _to_stdout():
+        print(printable_lines(text), file=sys.stdout)
+
+
+def document(text: str) -> None:
+    """Prints a file's text on stdout: the bytes that the file would have, on a terminal its lines.
+
+    Args:
+        text: the whole text.
+
+    Raises:
+        InputError: stdout cannot be written.
+    """
+    if sys.stdout is None or sys.stdout.isatty():
+        say(text.removesuffix("\n"))
+        return
+    with _to_stdout():
+        sys.stdout.flush()
+        sys.stdout.buffer.write(text.encode("utf-8", "backslashreplace"))
+
+
+def tell(*lines: str) -> None:
+    """Prints lines about a result, or instead of one, on stderr. Where that cannot be written, they are lost.
+
+    Args:
+        lines: the lines, with names from files as they are.
+    """
+    if (stream := sys.stderr) is not None:
+        try:
+            for line in lines:
+                print(printable_lines(line), file=stream)
+        except OSError:
+            _forget(stream)
+
+
+def note(*notes: object) -> None:
+    """Prints notes on stderr.
+
+    Args:
+        notes: a line each, without the word `note`.
+    """
+    tell(*(f"note: {text}" for text in notes))
+
+
+def end() -> None:
+    """Writes what waits to be written on stdout.
+
+    Raises:
+        InputError: stdout cannot be written.
+    """
+    if sys.stdout is not None:
+        with _to_stdout():
+            sys.stdout.flush()
+
+
+def _forget(stream: TextIO) -> None:
+    """Lets go what waits to be written on a stream that cannot be written; the program's end would try it again."""
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+@contextmanager
+def _to_stdout() -> Iterator[None]:
+    """Raises `InputError` where stdout cannot be written. Where nobody reads it any more, the program ends, with status 1."""
+    try:
+        yield
+    except OSError as bad:
+        _forget(sys.stdout)
+        if isinstance(bad, BrokenPipeError):
+            sys.exit(1)
+        raise InputError(f"stdout: cannot be written: {bad.strerror}; write to another place") from None
