@@ -155,7 +155,7 @@ def left_over(target: Path) -> Iterator[Path]:
     Yields:
         Paths that `beside` gave to processes that are no more.
     """
-    name = re.compile(rf"\.{re.escape(target.name[:LONGEST_STEM])}\.(\d{{1,9}})\.[0-9a-f]{{8}}\.(new|old)")
+    name = re.compile(rf"\.{re.escape(target.name[:LONGEST_STEM])}\.(\d{{1,9}})\.[0-9a-f]+\.(new|old)")
     found = []
     with suppress(PermissionError), os.scandir(target.parent) as entries:  # a folder may be writable and not readable
         found = [(Path(entry.path), match) for entry in entries if (match := name.fullmatch(entry.name))]

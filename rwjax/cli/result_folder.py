@@ -76,9 +76,8 @@ class ResultFolder:
             self._check_place(target)
             made = [folder for folder in target.parents if not folder.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
-            _settle_left_over(target)
-            new = beside(target)
-            new.mkdir()
+            self._settle_left_over(target)
+            new = _made_beside(target)
             yield target, new
         except OSError as bad:
             raise InputError(
@@ -106,6 +105,19 @@ class ResultFolder:
             raise InputError(f"{self.path}: cannot be written: Permission denied; give a writable folder with -o")
         if any(True for _ in islice(_files(target), MOST_FILES, None)):
             raise InputError(f"{self.path}: holds more than {MOST_FILES} files besides results; {own}")
+
+    def _settle_left_over(self, target: Path) -> None:
+        """Puts a folder back that a killed process has moved aside, takes over what came into one, and removes the rest."""
+        for left in left_over(target):
+            with suppress(OSError):
+                if left.suffix == ".old" and not target.exists():
+                    left.rename(target)
+                elif left.suffix == ".new" and left.name.split(".")[-2] == _number(left):  # never exchanged
+                    _remove(left)
+                else:
+                    old = left.rename(beside(target).with_suffix(".old"))  # by one process alone
+                    self._carry_over(old, target, {})
+                    _remove(old)
 
     def _copy(self, target: Path, new: Path) -> dict[str, int]:
         """Links what the folder holds, but no earlier result, into the new one; the number of each file by its name."""
@@ -197,14 +209,15 @@ def _remove(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def _settle_left_over(target: Path) -> None:
-    """Puts a folder back that a killed process has moved aside, and removes what others have left."""
-    for left in left_over(target):
-        if left.suffix == ".old" and not target.exists():
-            with suppress(OSError):
-                left.rename(target)
-        else:
-            _remove(left)
+def _made_beside(target: Path) -> Path:
+    """A new folder. Its name holds its own number, until it is exchanged: then the folder of that name has another one."""
+    new = beside(target)
+    new.mkdir()
+    return new.rename(new.with_name(".".join([*new.name.split(".")[:-2], _number(new), "new"])))
+
+
+def _number(folder: Path) -> str:
+    return f"{folder.stat().st_ino:x}"
 
 
 def _exchange(new: Path, target: Path) -> bool:

@@ -198,7 +198,9 @@ def test_what_a_killed_process_left_is_settled(out: Path) -> None:
     gone.wait()
     write(out, "1")
     out.rename(out.with_name(f".out.{gone.pid}.0123abcd.old"))  # killed between the two steps of a slow exchange
-    (out.with_name(f".out.{gone.pid}.0123abcd.new") / "own").mkdir(parents=True)
+    (left := out.with_name(f".out.{gone.pid}.0123abcd.new")).mkdir()
+    (left / "torn").write_text("of a folder that was not complete")
+    left.rename(out.with_name(f".out.{gone.pid}.{left.stat().st_ino:x}.new"))
     (out.with_name(f".out.{os.getpid()}.0123abcd.new")).mkdir()  # of a process that runs
     ResultFolder(out, clear, ()).check()
     assert holds(out) == {"a.json": "1", "b.png": "1"}
@@ -247,6 +249,8 @@ def test_of_two_writers_the_last_one_wins_whole_and_no_file_of_the_users_is_lost
     for writer in writers:
         ended(writer)
     assert whole(out)
+    ResultFolder(out, clear, ()).check()  # takes over what a killed writer did not
+    assert os.listdir(out.parent) == ["out"]
     assert {name: text for name, text in holds(out).items() if name not in NAMES} == {
         f"{k}.csv": str(k) for k in range(1, number + 1)
     }
