@@ -1,11 +1,11 @@
-# make demo | test | test-all | firmware-test | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | test-all | firmware-test | wheel | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test test-all firmware-test lint bench lock clean python
+.PHONY: demo test test-all firmware-test wheel lint bench lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -26,6 +26,10 @@ firmware-test: $(READY)
 	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 tests/firmware tests/link \
 		tests/planning/test_experiment.py $(ARGS)
 
+# The package as a user gets it: built, and tried with every Python from 3.11 to 3.14 that is here.
+wheel: $(READY)
+	@.ci/wheel
+
 lint: $(READY)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
@@ -40,11 +44,11 @@ bench: .venv/.bench
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
 	@touch $@
 
-# The locked versions, then the package itself as it lies here, with nothing else resolved or fetched.
+# The locked files, by their hashes, then the package itself as it lies here, with nothing else resolved or fetched.
 $(READY): requirements.lock pyproject.toml | python
 	@echo "setting up .venv (1.3 GB; a minute or a few the first time)"
 	@$(PYTHON) -m venv .venv
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements.lock
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
@@ -53,11 +57,11 @@ python:
 	@$(PYTHON) -c 'import sys; v = sys.version_info; v < (3, 11) and sys.exit(f"rwjax needs Python 3.11 or newer; $(PYTHON) is {v[0]}.{v[1]}: try make PYTHON=/path/to/python3.11")'
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "rwjax needs Python's venv module: apt-get install python3-venv" >&2; exit 1; }
 
-# For maintainers: newest versions that pyproject.toml allows, for Python 3.11 on 64-bit Linux.
+# For maintainers: newest versions that pyproject.toml allows, for Python 3.11 on 64-bit Linux; they have wheels up to 3.14.
 lock: | python
 	@$(PYTHON) -m venv build/lock
 	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --extra dev --extra experiments --extra link --extra rigid \
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra link --extra rigid \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
 
