@@ -91,8 +91,6 @@ def decode(wire: bytes) -> Frame | None:
 class Decoder:
     """Frames out of a stream of bytes that comes in pieces of any length.
 
-    A frame that comes twice in a row, number and body, is given once: its sender counts, and the line has repeated it.
-
     Attributes:
         damaged: How many frames could not be read so far.
     """
@@ -100,7 +98,6 @@ class Decoder:
     def __init__(self) -> None:
         self.damaged = 0
         self._rest = b""
-        self._last: Frame | None = None
 
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Takes the next piece of the stream.
@@ -115,8 +112,7 @@ class Decoder:
         self._rest = rest[: LONGEST + 1]  # of bytes too many for a frame, enough for `decode` to refuse them
         for wire in whole:
             frame = decode(wire)
-            if frame is not None and frame != self._last:
-                self._last = frame
+            if frame is not None:
                 yield frame
-            elif frame is None and wire:
+            elif wire:
                 self.damaged += 1

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from threading import Thread
 
 from rwjax.link import messages
-from rwjax.link.frames import Decoder
+from rwjax.link.frames import Decoder, Frame
 from rwjax.link.messages import Ack, Hello, Message, Sample
 from rwjax.link.port import READ_S, LinkError, Port, clock_of, reason
 from rwjax.planning.experiment import TICK_HZ
@@ -70,7 +70,8 @@ class Session:
         self._byte_at = self._sample_at = 0.0  # by `_time`
         self._foreign_bytes = 0  # in a row
         self._armed_here = False
-        self._last_received: int | None = None  # number of the last frame that came
+        self._last_frame: Frame | None = None
+        self._last_received: int | None = None  # number of the latest frame that came
         self._last_sent = 0
         self._since_heartbeat = 0
 
@@ -107,6 +108,9 @@ class Session:
         self._keep(data)
         found = []
         for frame in self._decoder.feed(data):
+            if frame == self._last_frame:
+                continue  # its sender counts: the line has repeated it
+            self._last_frame = frame
             self._count_lost(frame.seq)
             if (message := messages.message(frame)) is not None:
                 self._foreign_bytes = 0

@@ -1,7 +1,8 @@
 """Recorders killed with -9 at random moments: `python -m tests.link.killed [N]`; 50 without an argument.
 
-A feeder writes a board's samples to a pseudo terminal, one every 2 ms; a recorder takes them. After the kill every byte
-that was sent is on disk or still in the terminal, except for what one read had just brought. Prints how many kills lost that.
+A feeder writes a board's samples to a pseudo terminal, one every 2 ms; a recorder takes as many as it was told and makes its log.
+After the kill every byte that was sent is on disk or still in the terminal, except for what one read had just brought. Log and
+notes are whole or not there. Prints how many kills lost what a read had brought.
 """
 
 import os
@@ -13,15 +14,14 @@ import time
 import tty
 from pathlib import Path
 
-import serial
-
-from rwjax.link.port import LinkError
-from rwjax.link.recorder import Raw
-from rwjax.link.session import Session
+from rwjax.link.recorder import listen, record
 from rwjax.link.stream import stretches
-from tests.link.ports import stream
+from rwjax.link.stream_to_logs import read_notes, write_logs
+from tests.link.ports import RIG, stream
 
 MOST_IN_HAND = 256  # bytes, of one read
+MOST_S = 0.6  # until the last kill: 100 samples, their log, and some more
+NOTES = {"role": "train", "why": "to be killed"}
 
 
 def killed_once(folder: Path, after: float) -> tuple[int, int]:
@@ -31,16 +31,13 @@ def killed_once(folder: Path, after: float) -> tuple[int, int]:
     raw = folder / f"{after:.6f}.raw"
     if (child := os.fork()) == 0:
         try:
-            session = Session(serial.Serial(os.ttyname(slave), 250_000), Raw(raw).write)
-            session.greet()
-            while True:
-                session.samples()
-        except LinkError:
-            os._exit(1)
+            record(os.ttyname(slave), RIG, raw.with_suffix(".csv"), NOTES, listen(1.0))
+        finally:
+            os._exit(0)
     sent, pieces = b"", iter(stream(range(100_000)))
     while not raw.exists():
         time.sleep(0.001)
-    end = time.monotonic() + 0.05 + after
+    end = time.monotonic() + after
     while time.monotonic() < end:
         piece = next(pieces)
         os.write(master, piece)
@@ -65,16 +62,32 @@ def killed_once(folder: Path, after: float) -> tuple[int, int]:
         raise SystemExit(
             f"after {after} s: {whole} frames on disk, {[len(s.tick) for s in found]} read, {damaged} damaged"
         )
+    check_beside(raw, after)
     return max(whole, 0), lost
+
+
+def check_beside(raw: Path, after: float) -> None:
+    """Log and notes beside a raw stream: whole, or not there."""
+    log, notes = raw.with_suffix(".csv"), raw.with_suffix(".notes")
+    if notes.exists() and ({*read_notes(notes)} != {*NOTES, "date", "rig"} or not notes.read_bytes().endswith(b"\n")):
+        raise SystemExit(f"after {after} s the notes are torn: {notes.read_text()!r}")
+    if log.exists():
+        (again,), _ = write_logs(raw, RIG, raw.with_name("again.csv"))
+        if again.read_bytes() != log.read_bytes():
+            raise SystemExit(f"after {after} s the log is torn")
+        again.unlink()
 
 
 def main(arguments: list[str]) -> None:
     """Kills, checks, prints; status 1 and what was wrong where a byte is missing."""
     times, rng = int(arguments[0]) if arguments else 50, random.Random(9)
     with tempfile.TemporaryDirectory() as folder:
-        found = [killed_once(Path(folder), rng.uniform(0.0, 1.0)) for _ in range(times)]
+        found = [killed_once(Path(folder), rng.uniform(0.0, MOST_S)) for _ in range(times)]
+        logs = len(list(Path(folder).glob("*.csv")))
     lost = sum(n > 0 for _, n in found)
-    print(f"{times} recorders killed: {sum(n for n, _ in found)} samples on disk, every one whole; ", end="")
+    print(
+        f"{times} recorders killed: {sum(n for n, _ in found)} samples on disk, every one whole, {logs} logs; ", end=""
+    )
     print(f"{lost} lost what a read had just brought, {sum(n for _, n in found)} bytes in all")
 
 

@@ -64,14 +64,6 @@ def test_damage_costs_one_frame_and_is_counted() -> None:
     assert [f.seq for f in found] == [0, 2] and decoder.damaged == 1
 
 
-def test_a_frame_that_comes_twice_is_given_once() -> None:
-    one, two = Frame(1, 7, b"body"), Frame(1, 7, b"other")
-    decoder = Decoder()
-    sent = [encode(one), encode(one), b"damage\0", encode(one), encode(two), encode(one)]
-    assert [frame for piece in sent for frame in decoder.feed(piece)] == [one, two, one]
-    assert decoder.damaged == 1
-
-
 @given(data=st.binary(max_size=500), cuts=st.lists(st.integers(0, 500), max_size=5))
 def test_what_comes_out_does_not_depend_on_the_pieces(data: bytes, cuts: list[int]) -> None:
     at = [0, *sorted(cuts), len(data)]

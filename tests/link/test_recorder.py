@@ -307,6 +307,23 @@ def test_ctrl_c_at_any_step_leaves_the_board_disarmed_and_a_log_or_nothing(
         assert len(read_log(done.logs[0], read_rig(RIG)).time) > 0
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_as_the_files_are_begun_leaves_none(scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    real = os.open
+
+    def interrupted(path: Path, *given: int) -> int:
+        opened = real(path, *given)
+        if str(path).endswith(".raw"):
+            signal.raise_signal(signal.SIGINT)
+        return opened
+
+    monkeypatch.setattr(recorder.os, "open", interrupted)
+    scripted(Stubborn())
+    with pytest.raises(KeyboardInterrupt):
+        record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("port", "said"),
     [
