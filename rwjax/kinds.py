@@ -138,11 +138,12 @@ RANGES = {
 """Ranges by unit. On a linear axis m, kg and N stand for rad, kg m2 and N m, and the same numbers bound them."""
 OTHER = Range("a number", 1e-12, 1e12)
 """Range of a unit that is not among `RANGES`, of an effect from outside the library."""
-SMALLEST = 1e-30
-"""Least size of a number that may be 0, where it is not 0: what is smaller means 0, and quotients by it leave the range of floats."""
-FASTEST_GROWTH = 10.0
-"""Fastest growth of a motion by friction that falls with speed, -b/I [1/s]: by a factor of e in 0.1 s. Stribeck friction that falls as
-steeply as on the demo's rig reaches 4 1/s."""
+FASTEST_DECAY, FASTEST_GROWTH = 1e6, 10.0
+"""Fastest decay of a motion or a current, and fastest growth of a motion by friction that falls with speed, -b/I [1/s].
+
+A time step of 5 ms is exact for decays a little faster than the one. The other is a factor of e in 0.1 s; Stribeck friction that
+falls as steeply as on the demo's rig reaches 4 1/s.
+"""
 
 
 def beyond(value: float, unit: str, sign: str = "any") -> str:
@@ -157,17 +158,11 @@ def beyond(value: float, unit: str, sign: str = "any") -> str:
         The range in words, "" where the number lies in it.
     """
     quantity, least, most = RANGES.get(unit, OTHER)
-    unit = "" if unit == "1" else f" {unit}"
-    zero = SIGNS[sign](0.0)
-    if (SMALLEST if zero else least) <= abs(value) <= most or (zero and value == 0.0):
-        return ""
-    if abs(value) > most and zero:
-        low = "0" if sign == "zero or positive" else f"{-most:g}"
-        return f"{quantity} lies between {low} and {most:g}{unit}"
-    if zero:
-        return f"{quantity} is 0, or at least {SMALLEST:g}{unit} in size"
-    size = "" if sign == "positive" else " in size"
-    return f"{quantity} lies between {least:g} and {most:g}{unit}{size}"
+    size, unit = "" if sign == "positive" else " in size", "" if unit == "1" else f" {unit}"
+    if not SIGNS[sign](0.0):
+        return "" if least <= abs(value) <= most else f"{quantity} lies between {least:g} and {most:g}{unit}{size}"
+    low = "0" if sign == "zero or positive" else f"{-most:g}"
+    return "" if abs(value) <= most else f"{quantity} lies between {low} and {most:g}{unit}"
 
 
 class Number(NamedTuple):

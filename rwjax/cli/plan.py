@@ -11,6 +11,7 @@ from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, posit
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+from rwjax.kinds import beyond
 
 if TYPE_CHECKING:
     from rwjax.planning.envelope import Envelope
@@ -88,13 +89,17 @@ def _limits(**options: float | None) -> dict[str, float]:
     given = {name: value for name, value in options.items() if value is not None}
     finite(**given)
     positive(**given)
-    columns = {
-        "amps": ("current_A", 1.0),
-        "rpm": ("wheel_rad_s", RATE),
-        "rate": ("yaw_rad_s", 1.0),
-        "travel": ("yaw_rad", 1.0),
+    known = {
+        "volts": ("voltage_V", "V", 1.0),
+        "amps": ("current_A", "A", 1.0),
+        "rpm": ("wheel_rad_s", "rad/s", RATE),
+        "rate": ("yaw_rad_s", "rad/s", 1.0),
+        "travel": ("yaw_rad", "rad", 1.0),
     }
-    return {column: given[name] * factor for name, (column, factor) in columns.items() if name in given}
+    for name, value in given.items():
+        if limits := beyond(value * known[name][2], known[name][1], "positive"):
+            raise InputError(f"--{name} {value:g}: {limits}")
+    return {known[name][0]: value * known[name][2] for name, value in given.items() if name != "volts"}
 
 
 def _unlimited(within: "Envelope") -> list[str]:

@@ -1,7 +1,12 @@
 """Free run of a rig on a log, as `rwjax predict` writes it."""
 
+import numpy as np
+
+from rwjax.errors import RigError
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
+from rwjax.kinds import RANGES
+from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -19,9 +24,19 @@ def predict(rig: Rig, log: Log) -> Trajectory:
 
     Returns:
         Each measured output `(time,)` [SI] at the log's times.
+
+    Raises:
+        RigError: Where the run goes further than any rig, or is not finite.
     """
     structure = structure_of(rig)
     problem = pose(structure, (log,))
     outputs = predict_logs(problem, theta_of(rig, structure), with_floor=False)[0].outputs
     wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
+    for name in wanted:
+        most = RANGES[unit_of(name)].most
+        if len(bad := np.flatnonzero(~(np.abs(outputs[name]) <= most))):
+            raise RigError(
+                f"rig `{rig.name}`: its free run on {log.name} goes beyond {most:g} {unit_of(name)} of {name} "
+                f"{log.time[bad[0]] - log.time[0]:.4g} s after the start, as no rig does; check the rig's numbers"
+            )
     return Trajectory(log.name, log.time, {name: outputs[name] for name in wanted})

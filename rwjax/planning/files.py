@@ -1,8 +1,7 @@
 """A plan as files: `plan.toml` with its runs, and beside it the command of each run as CSV, which any driver can play."""
 
-import math
 import re
-import tomllib
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -11,10 +10,12 @@ from typing import Any
 
 import tomlkit
 
-from rwjax.errors import InputError, nearest
+from rwjax.errors import LONGEST_NAME, InputError, RigError, nearest, no_name
+from rwjax.kinds import RANGES
 from rwjax.logs.write import write_log
-from rwjax.planning.experiment import SHAPES, TICK_HZ, Experiment
-from rwjax.text_files import read_text, write_text
+from rwjax.planning.experiment import SHAPES, Experiment
+from rwjax.rig.document import number, shown
+from rwjax.text_files import parse_toml, read_text, write_text
 
 SCHEMA, FILE = "rwjax.plan/1", "plan.toml"
 """First line of a plan's file, and the file's name."""
@@ -26,8 +27,10 @@ ROLES = ("train", "validate")
 """What a log is for: to fit, or to judge what was fitted."""
 NUMBERS = {"amplitude_V": "amplitude", "offset_V": "offset", "period_s": "period", "length_s": "length"}
 """Keys of a run that are numbers of its experiment."""
-LEAST_TICKS = 4
-"""Shortest period and length of an experiment, in ticks of the board."""
+SHORTEST_S, LONGEST_S = 0.04, 3600.0
+"""Shortest and longest period and length of an experiment [s]: four ticks of the board, and the longest run that it plays."""
+MOST_V, MOST = RANGES["V"].most, RANGES["rad"].most
+"""Largest size of a command [V], and of a limit, a peak or an angle [SI]."""
 KEYS = ("name", "kind", *NUMBERS, "role", "why", "tells_apart", "reaches", "way_rad")
 
 
@@ -218,7 +221,7 @@ def read_plan(path: Path) -> Plan:
     path = path / FILE if path.is_dir() else path
     text = read_text(path, InputError)
     try:
-        return _plan(tomllib.loads(text))
+        return _plan(parse_toml(text))
     except _Wrong as error:
         raise InputError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
@@ -236,42 +239,50 @@ def _plan(document: dict[str, Any]) -> Plan:
     rig, limits, runs = document.get("rig"), document.get("limits", {}), document.get("runs")
     if not isinstance(rig, str):
         raise _Wrong('no `rig`; write rig = "the name in the rig file"')
+    _text(rig, "`rig`")
     if not isinstance(limits, dict):
         raise _Wrong("`limits` has to be a table `[limits]`")
     if not isinstance(runs, list) or not runs or not all(isinstance(run, dict) for run in runs):
         raise _Wrong("holds no runs; write each under a header [[runs]]")
     found = tuple(_run(run, f"run {number + 1}") for number, run in enumerate(runs))
-    names = [run.name for run in found]
-    if twice := next((name for name in names if names.count(name) > 1), None):
+    if twice := next((name for name, count in Counter(run.name for run in found).items() if count > 1), None):
         raise _Wrong(f"two runs are called `{twice}`; each needs a name of its own")
-    return Plan(rig, {name: _number(value, "limits", name) for name, value in limits.items()}, found)
+    for name in limits:
+        _text(name, "a name in `limits`")
+    return Plan(rig, {name: _size(value, "limits", name) for name, value in limits.items()}, found)
 
 
 def _run(given: dict[str, Any], which: str) -> Run:
     """The run that a table of a document holds; `which` names it in messages."""
     name = given.get("name")
-    if not isinstance(name, str) or not re.fullmatch(r"[\w-]+", name):
-        raise _Wrong(f'{which}: `name` is {name!r}; its log gets this name: letters, digits, "_" and "-"')
+    if not isinstance(name, str) or not re.fullmatch(rf"[\w-]{{1,{LONGEST_NAME}}}", name):
+        said = f'its log gets this name: letters, digits, "_" and "-", {LONGEST_NAME} at most'
+        raise _Wrong(f"{which}: `name` is {shown(name)}; {said}")
     which = f"run `{name}`"
     if unknown := next((key for key in given if key not in KEYS), None):
         raise _Wrong(f"{which}: unknown key `{unknown}`; the nearest valid one is `{nearest(unknown, KEYS)}`")
     for key, valid in (("kind", tuple(SHAPES)), ("role", ROLES)):
         if (value := given.get(key, "train" if key == "role" else None)) not in valid:
-            raise _Wrong(f"{which}: `{key}` is {value!r}; it has to be one of {', '.join(valid)}")
+            raise _Wrong(f"{which}: `{key}` is {shown(value)}; it has to be one of {', '.join(valid)}")
     given = {"offset_V": 0.0, "role": "train", "why": "", "tells_apart": [], "reaches": {}} | given
     numbers = {field: _number(given.get(key), which, key) for key, field in NUMBERS.items()}
+    for key in ("amplitude_V", "offset_V"):
+        _size(given[key], which, key, MOST_V, "V")
     for key in ("period_s", "length_s"):
-        if round(TICK_HZ * numbers[NUMBERS[key]]) < LEAST_TICKS:
-            raise _Wrong(f"{which}: `{key}` is {given[key]}; it has to be 0.04 s at least")
+        if not SHORTEST_S - 0.005 <= numbers[NUMBERS[key]] <= LONGEST_S:  # the board rounds to its ticks
+            raise _Wrong(f"{which}: `{key}` is {given[key]}; it lies between {SHORTEST_S:g} and {LONGEST_S:g} s")
     if not isinstance(given["reaches"], dict) or not isinstance(given["tells_apart"], list):
         raise _Wrong(f"{which}: `reaches` has to be a table and `tells_apart` a list")
     return Run(
         name,
         Experiment(given["kind"], **numbers),
         given["role"],
-        str(given["why"]),
-        tuple(map(str, given["tells_apart"])),
-        {y: _number(value, which, f"reaches.{y}") for y, value in given["reaches"].items()},
+        _text(given["why"], f"{which}: `why`"),
+        tuple(_text(each, f"{which}: a name in `tells_apart`") for each in given["tells_apart"]),
+        {
+            _text(y, f"{which}: a name in `reaches`"): _size(v, which, f"reaches.{y}")
+            for y, v in given["reaches"].items()
+        },
         _angle_range(given.get("way_rad"), which),
     )
 
@@ -281,14 +292,34 @@ def _angle_range(given: Any, which: str) -> tuple[float, float] | None:
     if given is None:
         return None
     if not isinstance(given, list) or len(given) != 2:
-        raise _Wrong(f"{which}: `way_rad` is {given!r}; it has to be two numbers, the lowest angle and the highest")
-    low, high = (_number(value, which, "way_rad") for value in given)
+        raise _Wrong(
+            f"{which}: `way_rad` is {shown(given)}; it has to be two numbers, the lowest angle and the highest"
+        )
+    low, high = (_size(value, which, "way_rad") for value in given)
     return low, high
 
 
 def _number(value: Any, which: str, key: str) -> float:
     """A finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        said = "is missing" if value is None else f"is {value!r}"
-        raise _Wrong(f"{which}: `{key}` {said}; it has to be a finite number")
-    return float(value)
+    if value is None:
+        raise _Wrong(f"{which}: `{key}` is missing; it has to be a finite number")
+    try:
+        return number(key, value)
+    except RigError as error:
+        raise _Wrong(f"{which}: {error}") from None
+
+
+def _size(value: Any, which: str, key: str, most: float = MOST, unit: str = "(SI)") -> float:
+    """A number no larger than any rig's."""
+    if abs(found := _number(value, which, key)) > most:
+        raise _Wrong(f"{which}: `{key}` is {found!r}; it lies between {-most:g} and {most:g} {unit}")
+    return found
+
+
+def _text(value: Any, what: str) -> str:
+    """A text that is printed, and that stands in notes of logs."""
+    if not isinstance(value, str):
+        raise _Wrong(f"{what} is {shown(value)}; it has to be a text in quotes")
+    if wrong := no_name(value):
+        raise _Wrong(f"{what} {wrong}")
+    return value

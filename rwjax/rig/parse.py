@@ -5,7 +5,16 @@ from itertools import product
 from typing import Any
 
 from rwjax.errors import RigError
-from rwjax.kinds import COEFFICIENTS, ENCODERS, FASTEST_GROWTH, KINDS, NUMBERS, POLYNOMIAL, THESIS_CHOICES
+from rwjax.kinds import (
+    COEFFICIENTS,
+    ENCODERS,
+    FASTEST_DECAY,
+    FASTEST_GROWTH,
+    KINDS,
+    NUMBERS,
+    POLYNOMIAL,
+    THESIS_CHOICES,
+)
 from rwjax.rig.document import number, shown
 from rwjax.rig.model import Pwm
 
@@ -76,19 +85,43 @@ def _check_together(numbers: dict[str, float], kind: str) -> None:
         if name in numbers and other not in numbers:
             raise RigError(f"`{name}` means nothing without `{other}`; give both, or neither")
     _check_growth(numbers)
+    _check_decay(numbers)
     if kind == "two_axis":
         _check_inertia(numbers)
 
 
 def _check_growth(numbers: dict[str, float]) -> None:
     """`RigError` where friction falls with speed so steeply that every motion grows as no rig's does."""
-    for axis, key in product(("axis", "yaw", "pitch"), ("viscous", "b2")):
-        name, inertia = f"{axis}.friction.{key}", numbers.get(f"{axis}.inertia", math.inf)
+    for axis in ("axis", "yaw", "pitch"):
+        name, inertia = f"{axis}.friction.viscous", numbers.get(f"{axis}.inertia", math.inf)
         if (growth := -numbers.get(name, 0.0) / inertia) > FASTEST_GROWTH:
             raise RigError(
                 f"`{name}` is {numbers[name]!r}: a motion of this axis would grow by a factor of e every {1.0 / growth:.2g} s; "
                 f"friction that falls with speed lies above -{FASTEST_GROWTH:g} times the inertia, here {-FASTEST_GROWTH * inertia:.4g}"
             )
+
+
+def _check_decay(numbers: dict[str, float]) -> None:
+    """`RigError` where a current or a motion settles faster than on any rig, and than a time step resolves."""
+    for axis, motor, wheel in (
+        ("axis", "motor", "wheel"),
+        ("yaw", "motor_1", "wheel_1"),
+        ("pitch", "motor_2", "wheel_2"),
+    ):
+        R, L, J = (numbers.get(key, 0.0) for key in (f"{motor}.resistance", f"{motor}.inductance", f"{wheel}.inertia"))
+        K, b = numbers.get(f"{motor}.torque_constant", 0.0), numbers.get(f"{motor}.friction", 0.0)
+        decays = {
+            f"R/L of `{motor}`": (R, L),
+            f"K²/(R J) of `{motor}` and `{wheel}`": (K * K, R * J),
+            f"b/J of `{motor}` and `{wheel}`": (b, J),
+            f"b/I of `{axis}`": (numbers.get(f"{axis}.friction.viscous", 0.0), numbers.get(f"{axis}.inertia", 0.0)),
+        }
+        for what, (over, under) in decays.items():
+            if under > 0.0 and over > FASTEST_DECAY * under:
+                raise RigError(
+                    f"{what} is {over / under:.4g} 1/s; it lies below {FASTEST_DECAY:g} 1/s on any rig: check both"
+                    + (", or leave the inductance out" if under == L else "")
+                )
 
 
 def _check_inertia(numbers: dict[str, float]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rwjax.errors import RigError, printable
+from rwjax.errors import LONGEST_TEXT, RigError, printable
 from rwjax.rig import document, parse
 from rwjax.rig.effect_section import effects
 from rwjax.rig.fit_section import FitTables, fit_section
@@ -62,7 +62,7 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
         RigError: With file, key, what is wrong and what would be right.
     """
     try:
-        return _rig(parse_toml(text), printable(Path(path).stem))
+        return _rig(parse_toml(text), printable(Path(path).stem)[:LONGEST_TEXT])
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:

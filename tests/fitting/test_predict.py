@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rwjax import parse_rig
+from rwjax import RigError, parse_rig
 from rwjax.fitting.predict import predict
 from tests.systems import platform, reaction, record, run
 
@@ -48,6 +48,22 @@ def test_what_was_logged_is_predicted_and_everything_where_nothing_was() -> None
     y = run(reaction(), record(TIME, PUSH, dict.fromkeys(every, np.zeros_like(TIME))), {})
     for name, value in every.items():
         assert value == pytest.approx(y[name], abs=1e-12), name
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        "inertia = 1\naxis.friction.viscous = -9",
+        "inertia = 1e-10",
+        'inertia = 1\neffects."axis.imbalance" = { s = 1e12, c = 1 }',
+    ],
+    ids=["growing", "light", "not finite"],
+)
+def test_a_free_run_that_goes_further_than_any_rig_is_refused(numbers: str) -> None:
+    rig = parse_rig(f'kind = "platform"\nname = "mine"\ndrive.gain = 1\naxis.{numbers}')
+    said = r"^rig `mine`: its free run on test.csv goes beyond 1e\+0[69] rad(/s)? of yaw_rad(_s)? .* s after the start"
+    with pytest.raises(RigError, match=said):
+        predict(rig, record(TIME, np.ones_like(TIME), {}))
 
 
 def test_a_free_run_prints_its_length_and_the_range_of_each_output() -> None:

@@ -38,7 +38,7 @@ MALFORMED = [
     (PLATFORM.replace("0.228", "1e-300"), "`axis.inertia` is 1e-300; an inertia lies between 1e-12 and 1e+12 kg m2"),
     (PLATFORM.replace("0.228", "0x" + 5000 * "f"), "`axis.inertia` is inf; it has to be a finite number"),
     (PLATFORM.replace("0.228", f"[0x{5000 * 'f'}]"), "`axis.inertia` is a number of thousands of digits; it has to be"),
-    (FRICTION + "coulomb = 1e-40", "`axis.friction.coulomb` is 1e-40; a torque is 0, or at least 1e-30 N m in size"),
+    (FRICTION + "coulomb = 1e40", "`axis.friction.coulomb` is 1e+40; a torque lies between 0 and 1e+12 N m"),
     (
         r'name = "a\nb"' + "\n" + PLATFORM,
         r"`name` holds `\n`, which is not printed; write it in letters, digits, signs",

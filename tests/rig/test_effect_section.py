@@ -33,10 +33,6 @@ MALFORMED = [
         '`effects."axis.coulomb".M_c` is 1e+300; a torque lies between 0 and 1e+12 N m',
     ),
     (PLATFORM + f"[effects.'axis.coulomb']\nM_c = 1{400 * '0'}", '`effects."axis.coulomb".M_c` is inf; it has to be a'),
-    (
-        PLATFORM + "[effects.'axis.spring']\nk = 1e-300\nT_0 = 1",
-        '`effects."axis.spring".k` is 1e-300; a stiffness is 0, or at least 1e-30 N m/rad in size',
-    ),
     (PLATFORM + "[effects]\naxis = 1", "no effect `axis` for a `platform` rig"),
 ]
 

@@ -57,7 +57,16 @@ MALFORMED = [
         "`axis.friction.viscous` is -5.0: a motion of this axis would grow by a factor of e every 0.01 s; friction that falls "
         "with speed lies above -10 times the inertia, here -0.5",
     ),
-    (FRICTION + "polynomial = [0, -5, 0, 0]", "`axis.friction.b2` is -5.0: a motion of this axis would grow"),
+    (
+        WHEEL.replace("0.83\n", "0.83\ninductance = 1e-300\n"),
+        "R/L of `motor` is 8.3e+299 1/s; it lies below 1e+06 1/s on any rig: check both, or leave the inductance out",
+    ),
+    (
+        WHEEL.replace("1.24e-4", "1e-12"),
+        "K²/(R J) of `motor` and `wheel` is 3.991e+08 1/s; it lies below 1e+06 1/s on any",
+    ),
+    (WHEEL.replace("0.83\n", "0.83\nfriction = 1e9\n"), "b/J of `motor` and `wheel` is 8.065e+12 1/s; it lies below"),
+    (FRICTION + "viscous = 1e9", "b/I of `axis` is 4.386e+09 1/s; it lies below 1e+06 1/s on any rig: check both"),
     (FRICTION + "coulomb = -1", "`axis.friction.coulomb` is -1.0; it has to be zero or positive"),
     (
         FRICTION + "static = 1",
