@@ -8,6 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from rwjax.errors import RigError
+from rwjax.kinds import OTHER, RANGES, SMALLEST
+from rwjax.rig.effect_section import effect_parameters, rig_value
 from rwjax.rig.model import Rig
 
 FAR = 1000.0
@@ -17,7 +20,7 @@ UNSURE = 0.1
 
 
 def ran_away(rig: Rig, fitted: Rig) -> tuple[str, ...]:
-    """Free numbers that ran away in a fit.
+    """Free numbers that ran away in a fit, or out of the range that a rig file may hold.
 
     Args:
         rig: The rig as it was.
@@ -33,13 +36,23 @@ def ran_away(rig: Rig, fitted: Rig) -> tuple[str, ...]:
             abs(fitted.values[name]),
             fitted.standard_error.get(name, np.inf),
         )
-        if not value <= FAR * first and not error < UNSURE * value:
+        unsure = not value <= FAR * first and not error < UNSURE * value
+        if unsure or not _may_stand(name, fitted.values[name]):
             found.append(name)
     return tuple(found)
 
 
+def _may_stand(name: str, value: float) -> bool:
+    """Whether a rig file may hold a number."""
+    try:
+        rig_value(name, value)
+    except RigError:
+        return False
+    return True
+
+
 def without_runaways(rig: Rig, fitted: Rig) -> Rig:
-    """A fitted rig in which the numbers that ran away are those of the rig as it was.
+    """A fitted rig in which the numbers that ran away are those of the rig as it was, or where it has none, at their range's end.
 
     Args:
         rig: The rig as it was.
@@ -50,7 +63,19 @@ def without_runaways(rig: Rig, fitted: Rig) -> Rig:
     """
     names = ran_away(rig, fitted)
     kept = {name: error for name, error in fitted.standard_error.items() if name not in names}
-    return replace(fitted.with_values({name: rig.values[name] for name in names}), standard_error=kept)
+    own = {name: _within_range(name, value) for name, value in fitted.values.items() if name not in rig.values}
+    return replace(fitted.with_values(own | {name: rig.values[name] for name in names}), standard_error=kept)
+
+
+def _within_range(name: str, value: float) -> float:
+    """A number of an effect within the range of its unit."""
+    if _may_stand(name, value):
+        return value
+    effect, _, parameter = name.rpartition(".")
+    known = effect_parameters()[effect][parameter]
+    most = RANGES.get(known.unit, OTHER).most
+    low, high = max(known.bounds[0], -most), min(known.bounds[1], most)
+    return min(max(value, low), high) if abs(value) > SMALLEST else 0.0
 
 
 def runaway_words(rig: Rig, fitted: Rig) -> list[str]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rwjax import parse_rig, write_rig
 from rwjax.fitting.fit import fit
 from rwjax.fitting.ran_away import ran_away, runaway_words, without_runaways
 from rwjax.rig.model import Rig
@@ -27,6 +28,7 @@ def fitted(name: str, value: float, error: float) -> Rig:
         ("axis.friction.viscous", -1.5e8, 5e15, True),
         ("axis.friction.coulomb", 1e4, 1e5, True),
         ("axis.friction.viscous", np.inf, np.inf, True),
+        ("axis.inertia", 3.5e17, 3.2e15, True),
         ("axis.inertia", 150.0, 1.0, False),
         ("axis.inertia", 90.0, 1e9, False),
         ("axis.friction.coulomb", 0.0, np.inf, False),
@@ -44,6 +46,11 @@ def test_a_rig_without_them_has_the_numbers_of_its_file() -> None:
     assert without_runaways(RIG, found).standard_error == {}
     sure = fitted("axis.inertia", 0.2, 0.01)
     assert without_runaways(RIG, sure) == sure
+
+
+def test_a_number_of_an_added_effect_stays_in_the_range_of_a_rig_file() -> None:
+    found = replace(RIG, effects={"axis.spring": {"k": 1e40, "T_0": 0.0}})
+    assert parse_rig(write_rig(without_runaways(RIG, found))).effects["axis.spring"]["k"] == 1e12
 
 
 def test_the_numbers_of_a_wheel_that_is_held_run_away_and_those_of_one_that_turns_do_not() -> None:
