@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rwjax.cli.answer import json_text
+from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
@@ -19,6 +20,7 @@ def compare(
     rig_file: RigFile,
     log_files: LogFiles,
     output: Output = Path("comparison"),
+    force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -35,6 +37,8 @@ def compare(
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
     with progress(quiet) as show:
+        show("looking at the logs")
+        ask_first(rig, logs, force)
         with of_file(rig_file, RigError):
             result = run(rig, logs, show)
         if all(row.rig is None for row in result.rows):

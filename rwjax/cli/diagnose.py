@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rwjax.cli.answer import json_text
+from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
@@ -20,6 +21,7 @@ def diagnose(
     rig_file: RigFile,
     log_files: LogFiles,
     output: Output = Path("diagnosis"),
+    force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -37,6 +39,8 @@ def diagnose(
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
     with progress(quiet) as show:
+        show("looking at the logs")
+        ask_first(rig, logs, force)
         result = run(rig, logs, progress=show)
         show("writing the report")
         answer = json_text(result.json(), indent=1)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.answer import json_text
+from rwjax.cli.ask_first import GO_ON, Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, check_file, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
@@ -44,6 +45,7 @@ def fit(
     method: Method = FitMethod.E2E,
     bootstrap: Bootstrap = 0,
     output: Output = None,
+    force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -59,9 +61,13 @@ def fit(
     with progress(quiet) as show:
         rig = read(rig_file)
         logs = read_logs(log_files, rig)
+        show("looking at the logs")
+        ask_first(rig, logs, force)
         show("fitting")
         with of_file(rig_file, RigError):
             result = identify(rig, logs)
+    if not force:
+        _check_runaways(rig, result.rig)
     answer, text = json_text(result.json(), indent=1), write_rig(result.rig)
     if output is not None:
         write_text(output, text, InputError)
@@ -73,6 +79,14 @@ def fit(
         fitted = ", ".join(log.name for log in logs if not log.validate)
         say("\n".join([*_estimates(result), f"fitted to {fitted}; written to {output}"]))
     _print_notes(result, output)
+
+
+def _check_runaways(rig: "Rig", fitted: "Rig") -> None:
+    """Raises `InputError` for estimates that ran away: no rig file is written."""
+    from rwjax.fitting.ran_away import runaway_words
+
+    if found := runaway_words(rig, fitted):
+        raise InputError("; ".join([*found, GO_ON]))
 
 
 def _chosen(

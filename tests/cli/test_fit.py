@@ -33,18 +33,23 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
     for factor, asked in ((-1.0, "is its sign, or that of the command, wrong?"), (180.0 / np.pi, "in degrees?")):
         rows = [f"{t},{u},{factor * float(n) * 2.0 * np.pi / 2048:.6f}" for t, u, n in lines]
         (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))
-        done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+        stopped = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+        (line,) = stopped.stderr.splitlines()
+        assert stopped.returncode == 2 and line.startswith("rwjax: yaw_rad ") and asked in line
+        assert line.endswith("; `--force` goes on even so") and not (tmp_path / "fitted.toml").exists()
+        done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", "--force", cwd=tmp_path)
         first, *others = done.stderr.splitlines()
         assert first.startswith("note: yaw_rad ") and asked in first
         assert others[-1].startswith("note: fitted.toml is written even so") and (tmp_path / "fitted.toml").exists()
         assert not any("Warning" in line for line in others)
         predicted = program("predict", str(DEMO / "rig.toml"), "log.csv", cwd=tmp_path)
         assert predicted.returncode == 0 and predicted.stderr.splitlines() == [first]
+        (tmp_path / "fitted.toml").unlink()
     rows = [
         f"{t},{u},{-float(n) * 2.0 * np.pi / 2048:.6f}" if k % 2 else f"{t},{u}," for k, (t, u, n) in enumerate(lines)
     ]
     (tmp_path / "log.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows, ""]))  # every other reading missing
-    done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", cwd=tmp_path)
+    done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", "--force", cwd=tmp_path)
     assert "is its sign, or that of the command, wrong?" in done.stderr
     assert re.search(r"times their noise, most yaw_rad of log\.csv, by [\d.]+ rad RMS: the model lacks", done.stderr)
     done = program("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", cwd=tmp_path)

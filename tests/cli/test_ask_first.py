@@ -1,0 +1,57 @@
+"""Questions stop a command before its work begins, and leave nothing behind."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax import write_log, write_rig
+from rwjax.diagnosis import diagnosis
+from tests.cli.shell import Shell
+from tests.fitting.questions.runs import LOGS, RIG, TIME
+
+
+@pytest.fixture
+def slow_clock(shell: Shell) -> Shell:
+    """A folder with a rig and two of its logs, whose times are ten times too long."""
+    (shell.folder / "rig.toml").write_text(write_rig(RIG))
+    for log in LOGS[:2]:
+        write_log(log.name, {"time_s": 10.0 * log.time, "voltage_V": log.command, "yaw_rad": log.outputs["yaw_rad"]})
+    return shell
+
+
+@pytest.mark.parametrize("command", ["fit", "diagnose", "compare"])
+def test_a_question_ends_a_command_before_its_work(
+    command: str, slow_clock: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("the search was begun")
+
+    monkeypatch.setattr(diagnosis, "diagnose", never)
+    before = sorted(slow_clock.folder.iterdir())
+    status, out, err = slow_clock(command, "rig.toml", "square.csv", "chirp.csv", "-o", "out", "--quiet")
+    assert (status, out, len(err.splitlines())) == (2, "", 1)
+    assert "is the time in units of 0.1 s? Divide `time_s` by 10" in err and "`--force` goes on even so" in err
+    assert sorted(slow_clock.folder.iterdir()) == before
+
+
+def test_with_force_a_fit_goes_on_and_notes_the_question(shell: Shell) -> None:
+    (shell.folder / "rig.toml").write_text(write_rig(RIG))
+    log = LOGS[0].cut(0, 300)
+    write_log("log.csv", {"time_s": log.time, "voltage_V": -log.command, "yaw_rad": log.outputs["yaw_rad"]})
+    call = ("fit", "rig.toml", "log.csv", "-o", "fitted.toml", "--quiet")
+    assert shell(*call)[0] == 2 and not Path("fitted.toml").exists()
+    status, _, err = shell(*call, "--force")
+    assert status == 0 and "is its sign, or that of the command, wrong?" in err and Path("fitted.toml").exists()
+
+
+def test_an_estimate_that_ran_away_is_written_with_force_alone(shell: Shell) -> None:
+    """The readings are noise in which no motion shows."""
+    (shell.folder / "rig.toml").write_text(write_rig(RIG))
+    noise = 0.3 * np.random.default_rng(2).normal(size=len(TIME))
+    write_log("log.csv", {"time_s": TIME, "voltage_V": LOGS[0].command, "yaw_rad": noise})
+    call = ("fit", "rig.toml", "log.csv", "-o", "fitted.toml", "--quiet")
+    status, out, err = shell(*call)
+    assert (status, out, len(err.splitlines())) == (2, "", 1) and not Path("fitted.toml").exists()
+    assert "axis.inertia ran away from 0.1 to" in err and "`--force` goes on even so" in err
+    assert shell(*call, "--force")[0] == 0 and Path("fitted.toml").exists()
