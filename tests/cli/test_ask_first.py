@@ -35,6 +35,7 @@ def test_a_question_ends_a_command_before_its_work(
     assert sorted(slow_clock.folder.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_with_force_a_fit_goes_on_and_notes_the_question(shell: Shell) -> None:
     (shell.folder / "rig.toml").write_text(write_rig(RIG))
     log = LOGS[0].cut(0, 300)
