@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rwjax.errors import RigError
-from rwjax.kinds import OTHER, RANGES, SMALLEST
+from rwjax.kinds import OTHER, RANGES
 from rwjax.rig.effect_section import effect_parameters, rig_value
 from rwjax.rig.model import Rig
 
@@ -75,7 +75,7 @@ def _within_range(name: str, value: float) -> float:
     known = effect_parameters()[effect][parameter]
     most = RANGES.get(known.unit, OTHER).most
     low, high = max(known.bounds[0], -most), min(known.bounds[1], most)
-    return min(max(value, low), high) if abs(value) > SMALLEST else 0.0
+    return min(max(value, low), high)
 
 
 def runaway_words(rig: Rig, fitted: Rig) -> list[str]:
