@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax.fitting.fit import fit
+from rwjax.logs.noise import noise_level
 from rwjax.logs.outliers import MOST, outliers
 from rwjax.logs.read import read_log
 from rwjax.logs.write import write_log
@@ -73,6 +74,84 @@ def test_a_reading_between_dropouts_is_kept() -> None:
     swing[400:520] = np.nan
     swing[460] = np.sin(2.0 * TIME[460])
     assert not outliers(TIME, swing).any()
+
+
+ZIGZAG = np.where(np.arange(400) % 2 == 0, -1.0, 1.0)  # each reading differs from the last by 2
+WIDTH = 3.0 * 2.0 + 8.0 * noise_level(ZIGZAG)
+
+
+STEPPED = ZIGZAG + 1e5 * (np.arange(400) >= 300)  # a band so wide that only the surroundings speak
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("length", [1, 2, 3])
+@pytest.mark.parametrize("at", [0, 3, 200], ids=str)
+def test_an_outlier_lies_outside_by_three_changes_and_eight_times_the_noise(side: float, length: int, at: int) -> None:
+    margin = WIDTH * (1.0 if at else length + 1.0)  # at an end there are only readings on one side
+    for width, found in ((0.95, []), (1.05, [*range(at, at + length)])):
+        y = STEPPED.copy()
+        y[at : at + length] = side * (1.0 + width * margin)
+        assert np.flatnonzero(outliers(TIME[:400], y)).tolist() == found
+        assert np.array_equal(outliers(TIME[:400], y[::-1]), outliers(TIME[:400], y)[::-1])
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_outliers_near_one_another_lie_outside_the_band_by_its_width_and_eight_times_the_noise(side: float) -> None:
+    margin = 2.0 + 8.0 * noise_level(ZIGZAG)
+    for width, found in ((0.95, []), (1.05, [200, 202, 205])):
+        y = ZIGZAG.copy()
+        y[[200, 202, 205]] = side * (1.0 + width * margin)
+        assert np.flatnonzero(outliers(TIME[:400], y)).tolist() == found
+
+
+def test_four_in_a_row_are_no_outliers() -> None:
+    for length in (3, 4):
+        y = ZIGZAG.copy()
+        y[200 : 200 + length] = 100.0
+        assert outliers(TIME[:400], y).sum() == (3 if length == 3 else 0)
+
+
+@pytest.mark.parametrize(("gap", "found"), [(0.044, True), (0.046, False)])
+def test_readings_are_compared_across_four_missing_ones_at_most(gap: float, found: bool) -> None:
+    time = TIME[:400] + np.where(np.arange(400) > 201, gap - 0.01, 0.0)
+    y = STEPPED.copy()
+    y[200] = 1.2 * (1.0 + WIDTH)
+    assert outliers(time, y).any() == found
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.045, True), (0.055, False)])
+def test_more_than_a_twentieth_are_no_exceptions(share: float, found: bool) -> None:
+    y = ZIGZAG.copy()
+    bad = np.linspace(5, 390, int(share * 400)).astype(int)
+    y[bad] = 1000.0
+    assert np.array_equal(np.flatnonzero(outliers(TIME[:400], y)), bad if found else [])
+
+
+def test_a_leap_is_an_answer_for_fifteen_samples() -> None:
+    for late, found in ((0, False), (15, False), (16, True)):
+        command = np.where(np.arange(400) >= 200, 5.0, 0.0)
+        y = ZIGZAG.copy()
+        y[200 + late] = 100.0
+        for u in (command, np.stack([0.0 * command, command], axis=1)):
+            assert outliers(TIME[:400], y, u).any() == found
+    before = np.where(np.arange(400) == 199, 100.0, ZIGZAG)
+    assert outliers(TIME[:400], before, command).any()
+
+
+def test_the_unit_of_the_readings_says_nothing() -> None:
+    y = np.where(np.arange(400) % 90 == 30, 60.0, ZIGZAG)
+    found = outliers(TIME[:400], y)
+    assert found.sum() == 5 and all(np.array_equal(outliers(TIME[:400], s * y), found) for s in (1e-9, -7.0, 1e9))
+
+
+@pytest.mark.parametrize("n", [8, 9])
+def test_too_few_readings_have_no_surroundings(n: int) -> None:
+    y = np.zeros(20)
+    y[:n] = ZIGZAG[:n]
+    y[4] = 1000.0
+    y[n:] = np.nan
+    found = outliers(TIME[:20], y)
+    assert found.shape == (20,) and not found.any()  # one of nine is more than a twentieth
 
 
 def test_many_are_no_exceptions() -> None:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from rwjax.errors import RigError
@@ -152,26 +153,77 @@ def test_a_mistake_in_a_rig_with_two_axes_is_refused_in_one_line(old: str, new: 
     assert said in str(error.value) and "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("product", [0.9, 1.1])
-def test_the_inertia_of_two_axes_has_to_be_positive_definite(product: float) -> None:
-    """With I_xy alone, the matrix [[I_yaw, I_xy sin], [I_xy sin, I_pitch]] is singular at I_xy² = I_yaw I_pitch."""
-    given = {
-        f"{section}.{key}": 1.0
-        for section, key in (
-            ("wheel_1", "inertia"),
-            ("wheel_2", "inertia"),
-            ("motor_1", "resistance"),
-            ("motor_2", "resistance"),
-            ("motor_1", "torque_constant"),
-            ("motor_2", "torque_constant"),
-        )
-    }
-    given |= {"yaw.inertia": 4.0, "pitch.inertia": 9.0, "gimbal.product_xy": product * math.sqrt(4.0 * 9.0)}
-    if product < 1.0:
+PRODUCTS = ("product_xy", "product_xz", "product_yz")
+TWO = {
+    f"{part}_{k}.{key}": 1.0
+    for k in (1, 2)
+    for part, key in (("wheel", "inertia"), ("motor", "resistance"), ("motor", "torque_constant"))
+} | {"yaw.inertia": 4.0, "pitch.inertia": 9.0}
+"""The numbers that a rig with two axes has to have."""
+
+
+@pytest.mark.parametrize("size", [0.98, 1.02])
+@pytest.mark.parametrize(
+    "gimbal",
+    [
+        {"product_xy": 6.0},  # I_xy² = I_yaw I_pitch, at a right angle
+        {"product_yz": -6.0},  # and at none
+        {"product_xy": 3.6, "product_yz": 4.8},  # together as long as their hypotenuse
+        {"difference": -4.0},  # nothing is left of the yaw inertia at a right angle
+        {"product_xz": 4.0},  # nor at half of one
+        {"difference": 2.1, "product_xz": -5.0},  # at some angle: 4 + 1.05 - hypot(1.05, 4.939)
+    ],
+    ids=lambda gimbal: " ".join(gimbal),
+)
+def test_the_inertia_of_two_axes_has_to_be_positive_definite(gimbal: dict[str, float], size: float) -> None:
+    given = TWO | {f"gimbal.{name}": size * value for name, value in gimbal.items()}
+    if size < 1.0:
         assert parse.numbers(given, "two_axis") == given
     else:
-        with pytest.raises(RigError, match="at a pitch of -.* deg the rig would have no positive inertia"):
+        with pytest.raises(RigError, match="deg the rig would have no positive inertia"):
             parse.numbers(given, "two_axis")
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_inertia_is_that_of_the_turned_body(seed: int) -> None:
+    """The platform's tensor turned by the pitch about y: yaw sees its zz, pitch its yy, and yz couples them."""
+    D, xy, xz, yz = np.random.default_rng(seed).uniform(-1.0, 1.0, 4) * (3.0, 5.0, 3.0, 5.0)
+    body = np.array(
+        [[4.0 + D, -xy, -xz], [-xy, 9.0, -yz], [-xz, -yz, 4.0]]
+    )  # products are integrals of xy dm and so on
+    least = np.inf
+    for pitch in np.radians(np.arange(360.0)):
+        s, c = np.sin(pitch), np.cos(pitch)
+        turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        least = min(least, float(np.linalg.eigvalsh((turn @ body @ turn.T)[1:, 1:])[0]))
+    given = TWO | dict(zip((f"gimbal.{n}" for n in ("difference", *PRODUCTS)), (D, xy, xz, yz), strict=True))
+    if least > 0.0:
+        assert parse.numbers(given, "two_axis") == given
+    else:
+        with pytest.raises(RigError, match="no positive inertia"):
+            parse.numbers(given, "two_axis")
+
+
+@pytest.mark.parametrize("key", ["yaw.friction.viscous", "pitch.friction.viscous"])
+def test_friction_may_fall_by_ten_times_the_inertia_a_second(key: str) -> None:
+    most = 10.0 * TWO[f"{key.partition('.')[0]}.inertia"]
+    assert parse.numbers(TWO | {key: -most}, "two_axis")[key] == -most
+    with pytest.raises(RigError, match=f"`{key}` is .* here -{most:g}"):
+        parse.numbers(TWO | {key: -1.05 * most}, "two_axis")
+
+
+@pytest.mark.parametrize("axis", ["yaw", "pitch"])
+def test_numbers_of_either_axis_mean_something_together_alone(axis: str) -> None:
+    pair = {f"{axis}.friction.static": 0.2, f"{axis}.friction.stribeck_velocity": 0.1}
+    assert parse.numbers(TWO | pair, "two_axis") == TWO | pair
+    for name in pair:
+        with pytest.raises(RigError, match="means nothing without"):
+            parse.numbers(TWO | {name: 0.1}, "two_axis")
+
+
+def test_a_polynomial_stands_beside_other_numbers_of_the_axis() -> None:
+    read = parse_rig(PLATFORM + "gravity.torque = 0.1\nfriction.polynomial = [1, 2, 3, 4]").numbers
+    assert read["axis.gravity.torque"] == 0.1 and [read[name] for name in COEFFICIENTS] == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_friction_that_falls_as_on_rigs_is_read() -> None:

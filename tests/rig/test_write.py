@@ -108,3 +108,26 @@ def test_a_rig_that_the_reader_refuses_is_not_written(values: dict[str, float], 
     with pytest.raises(RigError) as error:
         write_rig(rig.with_values(values))
     assert str(error.value) == f"rig `mine` cannot be written, since no rig file may say so: {said}"
+
+
+def test_the_polynomial_keeps_its_place_among_what_is_free() -> None:
+    rig = parse_rig(PLATFORM + "friction.polynomial = [0.4, -5.2e-2, 2e-2, -7e-4]\n")
+    for free in (
+        ("drive.gain", *COEFFICIENTS, "axis.inertia"),
+        (*COEFFICIENTS, "drive.gain"),
+        ("axis.inertia", *COEFFICIENTS),
+        COEFFICIENTS,
+        (*COEFFICIENTS[1:], "drive.gain"),
+        COEFFICIENTS[::-1],
+    ):
+        text = write_rig(replace(rig, free=free, per_run=free[1:]))
+        back = parse_rig(text)
+        assert (back.free, back.per_run) == (free, free[1:])
+        in_a_row = any(free[k : k + 4] == COEFFICIENTS for k in range(len(free)))
+        assert ('free = ["' in text and "polynomial" in text.partition("free = ")[2].partition("]")[0]) == in_a_row
+
+
+def test_whole_counts_are_written_as_whole_numbers() -> None:
+    rig = parse_rig(PLATFORM + "[encoder]\ncounts_per_rev = 4096\n")
+    assert "counts_per_rev = 4096 #" in write_rig(rig)
+    assert "counts_per_rev = 4096.5 #" in write_rig(replace(rig, counts_per_rev={"axis": 4096.5}))
