@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from rwjax.errors import LogError
+from rwjax.logs.columns import COLUMNS, commands_of
 from rwjax.logs.layouts import read_columns
 from rwjax.logs.read import read_log
-from rwjax.logs.sheet import read_sheet
+from rwjax.logs.sheet import Sheet, read_sheet
 from rwjax.logs.write import write_log
 from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
@@ -123,6 +124,62 @@ def test_a_clock_may_begin_at_any_time(log, start: float) -> None:
 def test_a_pulse_that_gives_more_volts_than_any_drive_is_refused(refused) -> None:
     lines = [THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;1e300;5"]
     refused(lines, "run.csv:14: `pwm_1` is 1e+300, 2e+298 V by `drive.pwm`; no drive gives as much", WHEEL)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "read"),
+    [
+        (2.0 * np.arange(12), True),  # a sample every 2 s at least
+        (2.05 * np.arange(12), False),
+        (1e-6 * np.arange(12), True),  # and every microsecond at most
+        (0.97e-6 * np.arange(12), False),
+        (np.append(1.01e-6 * np.arange(12), 11.11e-6 + 1.01e-7), True),  # two that are nearer, but no nearer than 1e-7 s
+        (np.append(1.01e-6 * np.arange(12), 11.11e-6 + 0.97e-7), False),
+        (np.append(np.arange(12), 611.0), True),  # ten minutes without a sample
+        (np.append(np.arange(12), 612.0), False),
+        (np.append(np.arange(12), np.arange(100.0, 25_001.0, 100.0)), False),  # the middle interval is too long
+        (np.concatenate([np.arange(300.0), np.arange(300.0, 25_001.0, 100.0)]), True),  # seven hours
+        (np.concatenate([np.arange(300.0), np.arange(300.0, 25_201.0, 100.0)]), False),
+        (1e10 - np.arange(12.0)[::-1], True),  # the year 2286
+        (1.05e10 - np.arange(12.0)[::-1], False),
+        (np.append(np.arange(11.0), 10.0), False),
+    ],
+)
+def test_the_time_of_a_run_has_limits(log, seconds: np.ndarray, read: bool) -> None:
+    lines = [HEADER, *(f"{t!r},{k % 3},{k}" for k, t in enumerate(seconds.tolist()))]
+    if read:
+        assert np.array_equal(log(lines).time, seconds)
+    else:
+        with pytest.raises(LogError, match="time_s|the run takes"):
+            log(lines)
+
+
+def test_a_supply_may_be_weak_but_not_off(log, refused) -> None:
+    header, rows = HEADER + ",supply_V", [f"{row},0.001" for row in ROWS]
+    assert np.all(log([header, *rows]).supply == 0.001)
+    refused([header, *rows[:-1], ROWS[-1] + ",0"], f":{len(ROWS) + 1}: `supply_V` is 0; a supply gives")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("yaw_RPM", "rates are in rad/s (1/min times π/30). Else write"), ("x", "")]
+)
+def test_a_rate_in_turns_a_minute_is_known(refused, name: str, said: str) -> None:
+    lines = [f"{HEADER},{name}", *(f"{row},1" for row in ROWS)]
+    refused(lines, f"unknown column `{name}`; {said or 'write `# ignore: x` above'}")
+
+
+def test_every_column_of_a_kind_may_stand_in_a_log_and_those_of_others_may_not() -> None:
+    for rig in (WHEEL, PLATFORM, REACTION, WHOLE):
+        commands = commands_of(rig.kind)
+        for name, column in COLUMNS.items():
+            names = ["time_s", *commands, "supply_V", name]
+            rows = [",".join([f"{k / 100}", *(["1"] * (len(names) - 1))]) for k in range(12)]
+            sheet = Sheet("run.csv", {}, 1, names, ",", rows)
+            if rig.kind in column.kinds:
+                assert [*read_columns(sheet, rig)] == names
+            else:
+                with pytest.raises(LogError, match=f"a `{rig.kind}` rig has no `{name}`"):
+                    read_columns(sheet, rig)
 
 
 WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,22 @@ def test_missing_readings_are_nan(log):
     run = log(lines)
     assert np.isnan(run.outputs["yaw_rad"][12:]).all() and np.array_equal(run.outputs["yaw_rad"][:12], np.arange(12))
     assert run.resolution == {"yaw_rad": 0.0} and run.supply is not None and (run.supply == 12.0).all()
+
+
+def test_all_that_a_file_says_is_in_the_log(log) -> None:
+    header = "supply_V,current_A,voltage_V,wheel_rad_s,wheel_counts,yaw_rad,time_s"
+    rows = [f"{12 - k / 8},{0.1 * k},{k % 3},{2 * k},{3 * k},{0.5 * k},{7 + k / 4}" for k in range(10)]
+    rig = replace(REACTION, counts_per_rev={"wheel": 100.0})
+    run = log(["# role: validate", "# add axis.inertia: 0.5", "# who: me", header, *rows], rig)
+    k = np.arange(10)
+    assert np.array_equal(run.time, 7 + k / 4) and run.origin == 7.0 and np.array_equal(run.command, k % 3)
+    expected = {"yaw_rad": 0.5 * k, "wheel_rad": 3 * k * math.tau / 100, "wheel_rad_s": 2 * k, "current_A": 0.1 * k}
+    assert {*run.outputs} == {*expected} == {*run.resolution}
+    for name, value in expected.items():
+        assert run.outputs[name] == pytest.approx(value, rel=1e-15)
+        assert run.resolution[name] == (math.tau / 100 if name == "wheel_rad" else 0.0)
+    assert run.added == {"axis.inertia": 0.5} and run.validate and run.notes["who"] == "me"
+    assert run.supply is not None and np.array_equal(run.supply, 12 - k / 8) and run.left_out == {}
 
 
 def test_linear_axis_and_no_outputs(log):

@@ -65,6 +65,28 @@ def test_both_ways_of_reading_rows_give_the_same_numbers(tmp_path) -> None:
     assert np.array_equal(np.delete(a, 5, axis=1), np.delete(b, 5, axis=1)) and a[0, 3] == 3 * math.pi
 
 
+def test_ten_samples_are_enough_and_a_thousand_columns_not_too_many(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join([",".join(f"c{k}" for k in range(1000)), *[",".join(["1"] * 1000)] * 10]))
+    (found,) = numbers(read_sheet(path), ["c999"])
+    assert np.array_equal(found, np.ones(10))
+
+
+@pytest.mark.parametrize(("row", "comma"), [("0.03,1,2,3", True), ("0.03,1", False)])
+def test_a_row_of_too_many_cells_may_hold_decimal_commas(log, row: str, comma: bool) -> None:
+    with pytest.raises(LogError) as error:
+        log(changed(3, row))
+    assert ("decimals have a point" in str(error.value)) == comma
+
+
+def test_a_blank_cell_is_missing_and_a_wrong_one_is_named(tmp_path, refused) -> None:
+    path = tmp_path / "blank.csv"
+    path.write_text("\n".join([HEADER, *ROWS[:11], "0.11, ,"]))
+    volts, counts = numbers(read_sheet(path), ["voltage_V", "yaw_counts"])
+    assert np.flatnonzero(np.isnan(volts)).tolist() == np.flatnonzero(np.isnan(counts)).tolist() == [11]
+    refused(changed(3, "0.03,,x"), ":5: `yaw_counts` is 'x'; it has to be a number")
+
+
 def test_what_reads_as_a_number() -> None:
     assert all(is_number(text) for text in ("1", " -2.5e3 ", "nan", "inf"))
     assert not any(is_number(text) for text in ("", "1,5", "1O", "much"))

@@ -1,7 +1,5 @@
 """The hardware sections of a rig file: what is read, and what is refused in which words."""
 
-import math
-
 import numpy as np
 import pytest
 
