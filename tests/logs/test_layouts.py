@@ -133,7 +133,10 @@ def test_a_pulse_that_gives_more_volts_than_any_drive_is_refused(refused) -> Non
         (2.05 * np.arange(12), False),
         (1e-6 * np.arange(12), True),  # and every microsecond at most
         (0.97e-6 * np.arange(12), False),
-        (np.append(1.01e-6 * np.arange(12), 11.11e-6 + 1.01e-7), True),  # two that are nearer, but no nearer than 1e-7 s
+        (
+            np.append(1.01e-6 * np.arange(12), 11.11e-6 + 1.01e-7),
+            True,
+        ),  # two that are nearer, but no nearer than 1e-7 s
         (np.append(1.01e-6 * np.arange(12), 11.11e-6 + 0.97e-7), False),
         (np.append(np.arange(12), 611.0), True),  # ten minutes without a sample
         (np.append(np.arange(12), 612.0), False),
