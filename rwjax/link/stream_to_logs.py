@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, printable
 from rwjax.link.channels import channels, check_board, pwm_of
 from rwjax.link.stream import Stretch, read_stream
 from rwjax.logs.sheet import FEWEST
@@ -25,7 +25,8 @@ def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
         rig: The rig that hung on the board.
 
     Returns:
-        Columns (n,) by name, in the units of their names; time counts from the first sample, in the board's ticks.
+        Columns (n,) by name, in the units of their names; time counts from the first sample, in the board's ticks. There
+        is no `supply_V` where the battery ever reads 0, as it does on a board that is fed over USB alone.
 
     Raises:
         RigError: Where the rig file says nothing about pulses or counts.
@@ -36,7 +37,7 @@ def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
         "time_s": (stretch.tick - stretch.tick[0]) / hertz,
         "voltage_V": np.round((stretch.pulse[:, output] / 2.0 - pwm.neutral_us) * pwm.volts_per_us, 9),
         **{COLUMNS[who]: stretch.count[:, k] for who, k in encoders.items()},
-        "supply_V": stretch.battery / 1000.0,
+        **({"supply_V": stretch.battery / 1000.0} if stretch.battery.all() else {}),
     }
 
 
@@ -104,6 +105,7 @@ def _write(path: Path, stretch: Stretch, rig: Rig, notes: dict[str, str]) -> lis
     """Writes one stretch as a log; remarks on its gaps and on what went wrong on the board."""
     about = notes | {"firmware": f"{stretch.hello.firmware:08x}"} if stretch.hello else notes
     table = columns(stretch, rig)
+    no_supply = [] if "supply_V" in table else [f"{path.name}: the battery reads 0 V, so `supply_V` is left out"]
     gaps = [f"{n} samples before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
     troubles = stretch.troubles()
     said = {"gap": "; ".join(gaps), "board": "; ".join(troubles)}
@@ -111,6 +113,7 @@ def _write(path: Path, stretch: Stretch, rig: Rig, notes: dict[str, str]) -> lis
     return [
         *(f"{path.name}: gap of {gap}" for gap in gaps),
         *(f"{path.name}: the board: {trouble}" for trouble in troubles),
+        *no_supply,
     ]
 
 
@@ -128,7 +131,7 @@ def numbered(output: Path, k: int) -> Path:
 
 
 def read_notes(path: Path) -> dict[str, str]:
-    """The notes beside a raw stream, lines `key: value`.
+    """The notes beside a raw stream, lines `key: value`. Other lines are passed over.
 
     Args:
         path: The file (`.notes`), which need not be there.
@@ -141,5 +144,5 @@ def read_notes(path: Path) -> dict[str, str]:
     """
     if not path.exists():
         return {}
-    pairs = (line.partition(":") for line in read_text(path, LogError).split("\n") if ":" in line)
-    return {key.strip(): value.strip() for key, _, value in pairs}
+    pairs = (line.lstrip("# ").partition(":") for line in read_text(path, LogError).split("\n"))
+    return {printable(key.strip()): value.strip() for key, colon, value in pairs if colon and key.strip()}

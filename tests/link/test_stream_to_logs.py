@@ -147,3 +147,22 @@ def test_a_board_that_does_not_tick_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"run.raw: the board says that it ticks 0 times a second"):
         write_logs(raw, RIG, tmp_path / "run.csv")
     assert list(tmp_path.iterdir()) == [raw]
+
+
+def test_notes_that_somebody_has_edited_are_notes_of_the_log(tmp_path: Path) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(stream(range(50), LIKE_RIG)))
+    (tmp_path / "run.notes").write_text("# role: validate\n: nothing\n\n##\x1b[2J: red\nwhy: it: is\n")
+    (path,), _ = write_logs(raw, RIG, tmp_path / "run.csv")
+    notes = read_log(path, RIG).notes
+    assert notes["role"] == "validate" and notes["why"] == "it: is" and notes[r"\x1b[2j"] == "red"
+
+
+def test_a_battery_that_reads_nothing_is_no_supply(tmp_path: Path) -> None:
+    """A board that is fed over USB alone: readers refuse a supply of 0 V."""
+    raw = tmp_path / "run.raw"
+    said = [SAMPLE._replace(tick=k, battery=12_000 if k < 40 else 0) for k in range(50)]
+    raw.write_bytes(b"".join([wire(LIKE_RIG, 0), *(wire(s, k + 1) for k, s in enumerate(said))]))
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert remarks == ["run.csv: the battery reads 0 V, so `supply_V` is left out"]
+    assert read_log(path, RIG).supply is None
