@@ -1,4 +1,4 @@
-"""The tables of effects in `docs/files.md`: `python -m rwjax.effects.table` writes them from the classes."""
+"""The tables of effects and of ranges in `docs/files.md`: `python -m rwjax.effects.table` writes them from the code."""
 
 import re
 import sys
@@ -9,13 +9,15 @@ from pathlib import Path
 from rwjax.effects.effect import Effect
 from rwjax.effects.library import EFFECTS, ON_TWO_AXES
 from rwjax.effects.parameter import Parameter, parameters
-from rwjax.kinds import ONE_AXIS, SUBSYSTEMS
+from rwjax.kinds import ONE_AXIS, RANGES, SUBSYSTEMS
 
 PAGE = Path("docs") / "files.md"
 """The page, from the root of the repository."""
 ONLY_ON_TWO_AXES = tuple(effect for effect in ON_TWO_AXES if effect.__base__ not in EFFECTS)
 REGIONS = {"effects": EFFECTS, "effects of two axes": ONLY_ON_TWO_AXES}
 """Effects of each table by the name between its markers."""
+RANGES_REGION = "ranges"
+"""The name between the markers of the table of ranges."""
 
 
 def table(effects: Iterable[type[Effect]]) -> str:
@@ -31,24 +33,37 @@ def table(effects: Iterable[type[Effect]]) -> str:
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
+def table_of_ranges() -> str:
+    """A Markdown table of the sizes that quantities may have, a row for each unit.
+
+    Returns:
+        The lines of the table.
+    """
+    rows = [("quantity", "unit", "least", "most"), ("---",) * 4]
+    rows += [(known.quantity, unit, f"{known.least:g}", f"{known.most:g}") for unit, known in RANGES.items()]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
 def with_tables(page: str) -> str:
     """The page with its tables written anew.
 
     Args:
-        page: Text with a line `<!-- NAME -->` before and `<!-- /NAME -->` after each of the tables `REGIONS`.
+        page: Text with a line `<!-- NAME -->` before and `<!-- /NAME -->` after each of the tables `REGIONS` and that of
+            the ranges.
 
     Returns:
-        The text with the tables of the library's effects between these lines.
+        The text with the tables of the library between these lines.
 
     Raises:
         ValueError: A marker is missing.
     """
-    for name, effects in REGIONS.items():
+    tables = {name: table(effects) for name, effects in REGIONS.items()} | {RANGES_REGION: table_of_ranges()}
+    for name, lines in tables.items():
         begin, end = f"<!-- {name} -->\n", f"<!-- /{name} -->\n"
         if not page.partition(begin)[2].partition(end)[1]:
             raise ValueError(f"no lines `{begin.strip()}` and `{end.strip()}`; put them around the place of the table")
         before, _, rest = page.partition(begin)
-        page = f"{before}{begin}{table(effects)}{end}{rest.partition(end)[2]}"
+        page = f"{before}{begin}{lines}{end}{rest.partition(end)[2]}"
     return page
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from rwjax.effects.library import BY_NAME, EFFECTS
-from rwjax.effects.table import PAGE, REGIONS, main, table, with_tables
+from rwjax.effects.table import PAGE, RANGES_REGION, REGIONS, main, table, table_of_ranges, with_tables
+from rwjax.kinds import RANGES
 
 ROOT = Path(__file__).parents[2]
 
@@ -31,9 +32,15 @@ def test_a_row_has_its_numbers_with_units_and_what_they_are_if_left_out() -> Non
     assert "`c` N m s²/rad²" in drag
 
 
+def test_every_range_has_its_row() -> None:
+    head, _, *rows = table_of_ranges().splitlines()
+    assert head == "| quantity | unit | least | most |" and len(rows) == len(RANGES)
+    assert "| an inertia | kg m2 | 1e-12 | 1e+12 |" in rows
+
+
 def test_a_page_without_markers_is_refused() -> None:
-    page = "".join(f"<!-- {name} -->\nold\n<!-- /{name} -->\nREST\n" for name in REGIONS)
-    assert "old" not in with_tables(page) and with_tables(page).count("REST") == 2
+    page = "".join(f"<!-- {name} -->\nold\n<!-- /{name} -->\nREST\n" for name in (*REGIONS, RANGES_REGION))
+    assert "\nold\n" not in with_tables(page) and with_tables(page).count("REST") == 3
     with pytest.raises(ValueError, match=r"no lines `<!-- effects -->` and `<!-- /effects -->`"):
         with_tables(page.replace("<!-- effects -->", ""))
 
@@ -44,7 +51,9 @@ def test_the_command_writes_the_page_of_the_current_folder(
     monkeypatch.chdir(tmp_path)
     page = tmp_path / PAGE
     page.parent.mkdir()
-    page.write_text("".join(f"<!-- {name} -->\n<!-- /{name} -->\n" for name in REGIONS), encoding="utf-8")
+    page.write_text(
+        "".join(f"<!-- {name} -->\n<!-- /{name} -->\n" for name in (*REGIONS, RANGES_REGION)), encoding="utf-8"
+    )
     for words in ("written", "as it was"):
         main()
         assert capsys.readouterr().err.rstrip().endswith(words)

@@ -82,7 +82,7 @@ def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
     assert write_next(tmp_path, None) is None and not (tmp_path / "next").exists()
     plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
     written = write_next(tmp_path, plan)
-    assert written == tmp_path / "next" / "plan.toml" and read_plan(tmp_path / "next") == plan
+    assert written is not None and written == tmp_path / "next" / "plan.toml" and read_plan(tmp_path / "next") == plan
     assert write_next(tmp_path, None) is None and not written.exists()
 
 
