@@ -16,6 +16,7 @@ from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
+from rwjax.kinds import RANGES
 from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
@@ -72,7 +73,7 @@ def fit(
         The fitted rig with standard errors, intervals, RMS errors and notes.
 
     Raises:
-        RigError: Nothing is free.
+        RigError: Nothing is free, or the best free run goes further than any rig.
         LogError: No log may be fitted.
     """
     train = to_fit(rig, logs)
@@ -86,6 +87,7 @@ def fit(
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     best = _best_fit(problem, moves, theta, free, prior=bool(rig.prior))
+    _check_run(rig, best)
     found = uncertainty(best)
     notes = [*ask(problem, theta), *found.notes, *(remark for log in train for remark in log.remarks())]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
@@ -126,6 +128,18 @@ def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
         if np.isfinite(error):
             known[name] = error
     return rig_with(rig, structure, values, known)
+
+
+def _check_run(rig: Rig, fitted: Fit) -> None:
+    """`RigError` where the best free run misses the readings by more than any rig moves, or is not finite."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        rms = _rms(fitted)
+    for name, error in rms.items():
+        if not error <= (most := RANGES[unit_of(name)].most):
+            raise RigError(
+                f"rig `{rig.name}`: the best free run misses {name} by {error:.3g} {unit_of(name)}, and no rig goes beyond "
+                f"{most:g}; check the numbers that are not estimated"
+            )
 
 
 def _misfit(fitted: Fit) -> list[str]:

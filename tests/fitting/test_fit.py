@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax import parse_rig
+from rwjax import RigError, parse_rig
 from rwjax.fitting.fit import fit
 from tests.fitting.logs import ALL, FREE, TIME, log_of, red, runs_of
 from tests.systems import platform, record, run
@@ -169,3 +169,10 @@ def test_a_model_that_misses_and_a_prior_that_is_far_off_are_said() -> None:
     assert any("misses the readings" in note and "off.csv" in note for note in fit(truth, [unpowered]).notes)
     notes = fit(replace(truth, prior={"axis.inertia": (0.15, 0.001)}), [log]).notes
     assert any("standard deviations from its prior" in note for note in notes)
+
+
+def test_a_fit_whose_best_run_is_not_finite_is_refused() -> None:
+    rig = platform('viscous = 0.02\n[effects."axis.spring"]\nk = 1e-300\nT_0 = 0.1\nk_3 = 0.1\n')
+    log = record(TIME[:100], np.sign(np.sin(TIME[:100])), {"yaw_rad": np.sin(TIME[:100])})
+    with pytest.raises(RigError, match=r"the best free run misses yaw_rad by nan rad, and no rig goes beyond 1e\+09"):
+        fit(rig, [log])
