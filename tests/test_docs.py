@@ -53,7 +53,8 @@ def test_the_readme_names_only_commands_that_exist() -> None:
 def test_modules_and_files_that_a_page_names_exist(page: Path) -> None:
     text = page.read_text()
     for module in re.findall(r"python -m ([\w.]+)", text):
-        assert (ROOT / f"{module.replace('.', '/')}.py").exists(), module
+        path = ROOT / module.replace(".", "/")
+        assert path.with_suffix(".py").exists() or (path / "__main__.py").exists(), module
     for path in re.findall(r"`((?:rwjax|tests|experiments|firmware|data|docs)/[\w./]+)`", text):
         assert (ROOT / path).exists(), path
     for target in re.findall(r"\]\(([^)#\s]+)", text):

@@ -1,5 +1,6 @@
 """Logs made of a raw stream: its stretches in the columns of a log file, with notes on what was lost."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -144,5 +145,5 @@ def read_notes(path: Path) -> dict[str, str]:
     """
     if not path.exists():
         return {}
-    pairs = (line.lstrip("# ").partition(":") for line in read_text(path, LogError).split("\n"))
+    pairs = (re.sub(r"^[\s#]+", "", line).partition(":") for line in read_text(path, LogError).split("\n"))
     return {printable(key.strip()): value.strip() for key, colon, value in pairs if colon and key.strip()}

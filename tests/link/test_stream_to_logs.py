@@ -152,10 +152,14 @@ def test_a_board_that_does_not_tick_is_refused(tmp_path: Path) -> None:
 def test_notes_that_somebody_has_edited_are_notes_of_the_log(tmp_path: Path) -> None:
     raw = tmp_path / "run.raw"
     raw.write_bytes(b"".join(stream(range(50), LIKE_RIG)))
-    (tmp_path / "run.notes").write_text("# role: validate\n: nothing\n\n##\x1b[2J: red\nwhy: it: is\n")
+    (tmp_path / "run.notes").write_text(
+        "# role: validate\n: nothing\n\t#: nothing\n\t# rig: a\n\n##\x1b[2J: red\nwhy: it: is\n"
+    )
     (path,), _ = write_logs(raw, RIG, tmp_path / "run.csv")
     notes = read_log(path, RIG).notes
-    assert notes["role"] == "validate" and notes["why"] == "it: is" and notes[r"\x1b[2j"] == "red"
+    assert (
+        notes["rig"] == "a" and notes["role"] == "validate" and notes["why"] == "it: is" and notes[r"\x1b[2j"] == "red"
+    )
 
 
 def test_a_battery_that_reads_nothing_is_no_supply(tmp_path: Path) -> None:
