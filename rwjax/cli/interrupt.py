@@ -24,7 +24,8 @@ def leave() -> None:
     with suppress(Exception):  # closed, full, or being written to where the program was interrupted
         sys.stdout.flush()
     try:
-        print(said, file=sys.stderr, flush=True)
+        sys.stderr.write(f"{said}\n")
+        sys.stderr.flush()
     except Exception:
         with suppress(OSError):
             os.write(2, f"{said}\n".encode())
@@ -54,6 +55,12 @@ def begin() -> None:
         signal.signal(signal.SIGINT, heard)
         sys.excepthook = _uncaught
         sys.unraisablehook = _unraisable
+
+
+def end() -> None:
+    """From here on Ctrl-C does nothing: the work is done, and what is left is the end of the process."""
+    if signal.getsignal(signal.SIGINT) is heard:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _uncaught(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:

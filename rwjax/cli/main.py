@@ -72,6 +72,7 @@ def main() -> None:
         if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C
             raise KeyboardInterrupt
         terminal.end()
+        interrupt.end()
         sys.exit(status)
     except InputError as error:
         terminal.tell(f"rwjax: {error}")

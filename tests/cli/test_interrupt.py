@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from rwjax import __version__
 from rwjax.cli import interrupt
 from tests.cli.shell import DEMO, ROOT
 
@@ -43,6 +44,21 @@ def test_ctrl_c_while_the_program_starts_is_one_line(
         check=False,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_after_the_work_is_done_changes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        "import atexit, os, signal\natexit.register(os.kill, os.getpid(), signal.SIGINT)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, *MODULE, "--version"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"rwjax {__version__}\n", "")
 
 
 class Ended(Exception):
