@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.errors import LONGEST_LINE, InputError, LogError, RigError, alike, nearest, one_line, printable
+from rwjax.errors import LONGEST_LINE, InputError, LogError, RigError, alike, nearest, no_name, one_line, printable
 
 
 @pytest.mark.parametrize("error", [InputError, RigError, LogError])
@@ -57,3 +57,17 @@ def test_any_text_is_one_printable_line_that_can_be_encoded(text: str) -> None:
 def test_a_long_line_keeps_its_begin_and_its_end(length: int, letter: str) -> None:
     line = one_line(f"begin{letter * length}end")
     assert len(line) <= LONGEST_LINE + 3 and line.startswith("begin") and line.endswith("end")
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("yaw testbed [/] $\\alpha$ é", ""),
+        (255 * "x", ""),
+        (256 * "x", "has 256 characters; 255 at most"),
+        ("a\nrole: validate", r"holds `\n`, which is not printed; write it in letters, digits, signs and blanks"),
+        ("\u202ea", r"holds `\u202e`, which is not printed; write it in letters, digits, signs and blanks"),
+    ],
+)
+def test_a_name_is_one_line_of_printed_characters(text: str, why: str) -> None:
+    assert no_name(text) == why

@@ -11,11 +11,13 @@ from rwjax.kinds import (
     MOTORED,
     NUMBERS,
     ONE_AXIS,
+    RANGES,
     SETTINGS,
     SIGNS,
     SUBSYSTEMS,
     TURNING,
     TWO_AXIS,
+    beyond,
     encoder_section,
     half_column,
     is_angle,
@@ -88,3 +90,30 @@ def test_an_encoder_has_one_section_in_each_kind() -> None:
 )
 def test_signs(sign: str, allowed: set[float]) -> None:
     assert {value for value in (-1.0, 0.0, 1.0) if SIGNS[sign](value)} == allowed
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "sign", "said"),
+    [
+        (1e-300, "kg m2", "positive", "an inertia lies between 1e-12 and 1e+12 kg m2"),
+        (-1e13, "N m/V", "different from zero", "a drive's gain lies between 1e-12 and 1e+12 N m/V in size"),
+        (1e13, "N m", "zero or positive", "a torque lies between 0 and 1e+12 N m"),
+        (-1e13, "N m", "any", "a torque lies between -1e+12 and 1e+12 N m"),
+        (2e6, "1", "any", "a number without unit lies between -1e+06 and 1e+06"),
+        (1e13, "of its own", "any", "a number lies between -1e+12 and 1e+12 of its own"),
+        (1e-300, "N m", "any", ""),
+        (0.0, "H", "zero or positive", ""),
+        (1e-12, "kg m2", "positive", ""),
+        (1e12, "kg m2", "positive", ""),
+        (-1e-12, "N m/V", "different from zero", ""),
+    ],
+)
+def test_a_number_beyond_the_range_of_its_unit_is_told_the_range(value: float, unit: str, sign: str, said: str) -> None:
+    assert beyond(value, unit, sign) == said
+
+
+def test_every_number_and_every_power_of_its_range_is_finite() -> None:
+    """A product of four of the largest by four inverses of the least stays a float."""
+    assert {n.unit for n in NUMBERS.values()} <= {*RANGES}
+    largest, least = max(r.most for r in RANGES.values()), min(r.least for r in RANGES.values())
+    assert 0.0 < least and largest**4 / least**4 < 1e300

@@ -119,7 +119,7 @@ class Comparison:
         Console(file=out, width=60 + 24 * (len(signals) + len(free))).print(sheet)
         head = f"free-run RMS on held-out data ({self.held_out}); numbers from all logs that may be fitted"
         notes = [f"{row.method.name}: {note}" for row in self.rows for note in row.notes]
-        return "\n".join([head, *(line.rstrip() for line in [*out.getvalue().splitlines(), *notes])])
+        return "\n".join([head, *(line.rstrip() for line in [*out.getvalue().rstrip("\n").split("\n"), *notes])])
 
     def json(self) -> dict:
         """`comparison.json` as plain objects.

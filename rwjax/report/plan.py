@@ -45,7 +45,7 @@ def table(plan: Plan) -> str:
         sheet.add_row(Text(name), volts(e), f"{e.period:g}", f"{e.length:g}", *peaks, Text(runs[0].why))
     out = io.StringIO()
     Console(file=out, width=WIDTH).print(sheet)
-    return "".join(f"{line.rstrip()}\n" for line in out.getvalue().splitlines() if line.strip())
+    return "".join(f"{line.rstrip()}\n" for line in out.getvalue().split("\n") if line.strip())
 
 
 def volts(experiment: Experiment) -> str:
