@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.control import Output, Rpm, Volts, check_table, finite_json, pairs, remark, write_results
+from rwjax.cli.control import Output, Rpm, Volts, check_table, pairs, remark, write_results
 from rwjax.cli.manoeuvre import Amps, Degrees, limits_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, positive
 from rwjax.errors import InputError
@@ -62,7 +62,10 @@ def size(
         "needs": {"momentum_N_m_s": found.needs_momentum, "torque_N_m": found.needs_torque},
         "torque_N_m": found.torque,
         "delay_s": found.delay,
-        **{name: v.tolist() if name == "limit" else finite_json(v) for name, v in columns.items()},
+        **{name: v.tolist() for name, v in columns.items()},
+        "time_s": [
+            None if time == math.inf else time for time in columns["time_s"].tolist()
+        ],  # the angle is not reached
     }
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
     written = write_results(output, csv(columns), figure, answer, as_json)

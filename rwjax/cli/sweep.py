@@ -23,6 +23,7 @@ from rwjax.cli.control import (
 )
 from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
 from rwjax.cli.options import Json, Quiet, RigFile, of_file
+from rwjax.errors import InputError
 
 if TYPE_CHECKING:
     from rwjax.control.sweep import GainSweep
@@ -62,6 +63,8 @@ def sweep(
     with of_file(rig_file):
         swept = run(rig, rows, cols, controller=controller, step=reference, timing=timing)
     found = swept.response
+    if not np.isfinite(found.error).any():
+        raise InputError(f"{rig_file}: every response leaves the range of numbers; check the rig's numbers and units")
     maps = {name: finite_json(np.asarray(getattr(found, field))) for name, (field, _, _) in MAPS.items()}
     answer = {"schema": "rwjax.sweep/1", "kp": rows.tolist(), "kd": cols.tolist(), **maps}
     figure = partial(draw_maps, rows, cols, found, f"responses to {step:g}°, limit {volts:g} V")

@@ -52,7 +52,7 @@ class Gap:
         after: RMS error with the named effects [SI].
         floor: RMS error that noise and unknown first states leave of a right rig [SI].
         closed: share of the gap above the floor that is closed [1], None where `before` is not above the floor.
-        ci95: 95 % interval of that share [1].
+        ci95: 95 % interval of that share [1], None where resampling gives none.
     """
 
     before: float
@@ -153,8 +153,11 @@ def gap(before: HeldOut, after: HeldOut, name: str, limits: GapSettings) -> Gap:
     drawn = np.random.default_rng(0).integers(0, len(count), (limits.resamples, len(count)))
     rb, ra, rf = np.sqrt(total[:, drawn].sum(axis=-1) / count[drawn].sum(axis=-1))
     with np.errstate(all="ignore"):
-        values = np.where(rb > rf, (rb - ra) / (rb - rf), np.nan)
-    low, high = np.nanpercentile(values, [2.5, 97.5])
+        values = ((rb - ra) / (rb - rf))[rb > rf]
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return Gap(b, a, f, closed, None)
+    low, high = np.percentile(values, [2.5, 97.5])
     return Gap(b, a, f, closed, (float(low), float(high)))
 
 

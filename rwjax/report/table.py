@@ -9,7 +9,7 @@ def csv(columns: Mapping[str, np.ndarray | Sequence]) -> str:
     """A table with one line for each entry of the columns, ten significant digits.
 
     Args:
-        columns: values by the column's name, all of one length; numbers or text.
+        columns: values by the column's name, all of one length; numbers or text. NaN, where there is none, is an empty cell.
 
     Returns:
         The text of a CSV file, names first.
@@ -22,4 +22,4 @@ def csv(columns: Mapping[str, np.ndarray | Sequence]) -> str:
 
 
 def _cell(value: object) -> str:
-    return value if isinstance(value, str) else f"{value:.10g}"
+    return value if isinstance(value, str) else "" if value != value else f"{value:.10g}"

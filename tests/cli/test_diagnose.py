@@ -1,12 +1,20 @@
 """`rwjax diagnose`, as a user calls it."""
 
 import json
+import os
+import resource
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rwjax import read_rig
-from tests.cli.shell import DEMO, LOGS, program
+from rwjax.planning.experiment import Experiment
+from rwjax.planning.files import Plan, Run
+from rwjax.report.plots import plot_ranking, plot_runs
+from tests.cli.shell import DEMO, LOGS, Shell, program
+from tests.report.diagnosed import diagnosed
 
 
 def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path) -> None:
@@ -41,3 +49,101 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
         "http://purl.org", ""
     ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")
     assert page.index("The rig lacks Stribeck friction") < page.index("<svg")
+
+
+PLAN = Plan("rig", {}, (Run("square", Experiment("square", 1.0, 0.0, 2.0, 4.0), "train", "", (), {}),))
+ALWAYS = {"diagnosis.json", "corrected.toml", "report.html"}
+
+
+@pytest.fixture
+def quick(shell: Shell) -> Shell:
+    """The command with a diagnosis made by hand."""
+    shutil.copy(LOGS[0], shell.folder / "run.csv")
+    shell.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, progress: diagnosed(proposal=PLAN))
+    shell.patch.setattr("rwjax.report.html.figures_of", lambda d: {"ranking": (plot_ranking, (3.0, 1.0))})
+    return shell
+
+
+def begins_no_search(shell: Shell) -> None:
+    def search(*given: object, **named: object) -> None:
+        raise AssertionError("begun")
+
+    shell.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", search)
+
+
+def files(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_diagnosis_replaces_the_earlier_one_and_nothing_else(quick: Shell) -> None:
+    code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    assert (code, err) == (0, "") and out.endswith(
+        "  plan of the next experiment: out/next/plan.toml\n  report: out/report.html\n"
+    )
+    assert files(quick.folder / "out") == ALWAYS | {"ranking.png", "next/plan.toml", "next/square.csv"}
+    for name in ("notes.txt", "next/notes.txt"):
+        (quick.folder / "out" / name).write_text("mine")
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, progress: diagnosed(verdict="none"))
+    quick.patch.setattr("rwjax.report.html.figures_of", lambda d: {"runs": (plot_runs, (3.0, 1.0))})
+    assert quick("diagnose", "rig.toml", "run.csv", "-o", "out", "--json")[0] == 0
+    assert files(quick.folder / "out") == ALWAYS | {"runs.png", "notes.txt", "next/notes.txt"}
+
+
+def test_an_input_that_a_diagnosis_would_replace_is_spared_before_the_search(quick: Shell) -> None:
+    assert quick("diagnose", "rig.toml", "run.csv", "-o", "out")[0] == 0
+    shutil.copy(LOGS[0], quick.folder / "out" / "next" / "square.csv")  # a log in the place of the plan's command
+    shutil.copy("rig.toml", quick.folder / "out" / "corrected.toml")
+    (quick.folder / "link.toml").symlink_to("out/corrected.toml")
+    before = {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")}
+    begins_no_search(quick)
+    for rig, log in (("out/corrected.toml", "run.csv"), ("link.toml", "run.csv"), ("rig.toml", "out/next/square.csv")):
+        code, out, err = quick("diagnose", rig, log, "-o", "out")
+        which = log if rig == "rig.toml" else rig
+        said = f"rwjax: {which}: is an input, and the results would replace it; give another folder with -o\n"
+        assert (code, out, err) == (2, "", said)
+    assert {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")} == before
+
+
+def test_inputs_beside_the_results_are_read_and_stay(quick: Shell) -> None:
+    (quick.folder / "run").mkdir()
+    shutil.copy("rig.toml", "run/rig.toml")
+    shutil.copy("run.csv", "run/run.csv")
+    for _ in range(2):
+        assert quick("diagnose", "run/rig.toml", "run/run.csv", "-o", "run")[0] == 0
+    assert (quick.folder / "run" / "run.csv").read_bytes() == (quick.folder / "run.csv").read_bytes()
+    assert files(quick.folder / "run") > ALWAYS | {"rig.toml", "run.csv", "next/square.csv"}
+
+
+def test_a_full_disk_leaves_the_earlier_diagnosis(quick: Shell) -> None:
+    assert quick("diagnose", "rig.toml", "run.csv", "-o", "out")[0] == 0
+    before = {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")}
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, limit[1]))  # room for the texts, not for the figures
+    try:
+        code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    said = "rwjax: out/ranking.png: cannot be written: File too large; give a path in a writable folder\n"
+    assert (code, out, err) == (2, "", said)
+    assert {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")} == before
+    assert not [name for name in os.listdir(quick.folder) if name.startswith(".")]
+
+
+def test_a_folder_that_cannot_be_replaced_is_refused_before_the_search(quick: Shell) -> None:
+    begins_no_search(quick)
+    for output in ("", ".", "rig.toml", "rig.toml/out", "n" * 300, "/proc"):
+        code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", output)
+        assert (code, out, err.count("\n")) == (2, "", 1) and err.startswith(f"rwjax: {output or '.'}: "), err
+    assert files(quick.folder) == {"rig.toml", "fit.json", "run.csv"}
+
+
+def test_a_logs_name_that_is_no_text_ends_no_command(quick: Shell) -> None:
+    name = os.fsdecode(b"run\xff\x1b[31m.csv")
+    shutil.copy("run.csv", name)
+    logs = tuple(replace(log, name=name) for log in diagnosed().logs)
+    found = diagnosed(logs=logs, windows=((name, 0.0, 1.0, 0.5),), remarks=(name,))
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, given, progress: found)
+    code, out, err = quick("diagnose", "rig.toml", name, "-o", "out")
+    assert (code, err) == (0, "") and r"note: run\udcff\x1b[31m.csv" in out and out.count("\x1b") == 0
+    answer = json.loads((quick.folder / "out" / "diagnosis.json").read_bytes().decode("utf-8"))
+    assert answer["remarks"][0].encode("utf-8") and answer["remarks"][0].startswith(r"run\udcff")

@@ -36,6 +36,17 @@ def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    "arguments", [("\x1b[31m",), ("fit", "--\x1b[31m\n" + "n" * 5000), ("plan", "--volts", "\udcff\x07", "x")]
+)
+def test_what_is_typed_wrong_is_said_in_one_printable_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...]
+) -> None:
+    assert within(monkeypatch, *arguments) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("rwjax: ") and said.count("\n") == 1 and len(said) < 2000 and said[:-1].isprintable()
+
+
 def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:
     code = """
 from rwjax.cli import main

@@ -46,7 +46,7 @@ def test_region_refuses_in_one_line(tmp_path: Path, arguments: tuple[str, ...], 
 def test_region_stands_beside_what_an_effect_and_a_fit_leave_of_it(shell: Shell) -> None:
     code, out, err = shell("region", "rig.toml", "--without", "axis.stribeck", "--fit", "fit.json", "--plants", "50")
     assert code == 0, err
-    found = {name: np.array(values, float) for name, values in table(out).items()}
+    found = {name: np.array([value or "nan" for value in values], float) for name, values in table(out).items()}
     assert list(found) == ["kp", "kd", "stable", "without_axis.stribeck", "share_of_plants"]
     assert np.sum(found["without_axis.stribeck"] > found["stable"]) > 5  # falling friction costs gains
     share, stable = found["share_of_plants"], found["stable"] == 1.0
@@ -77,7 +77,7 @@ def test_region_knows_damping_sampling_and_margins(shell: Shell) -> None:
     def of(*more: str, rig: str = "rig.toml") -> tuple[dict[str, np.ndarray], str]:
         code, out, err = shell("region", rig, *grid, *more)
         assert code == 0, err
-        return {name: np.array(values, float) for name, values in table(out).items()}, err
+        return {name: np.array([value or "nan" for value in values], float) for name, values in table(out).items()}, err
 
     plain, damped = of()[0], of("--damping", "0.5")
     assert 0 < damped[0]["stable"].sum() < plain["stable"].sum() and "with a damping ratio of 0.5 or more" in damped[1]
@@ -102,7 +102,7 @@ def test_region_knows_damping_sampling_and_margins(shell: Shell) -> None:
 def test_a_loop_that_is_not_stable_has_no_margins(shell: Shell, more: tuple[str, ...]) -> None:
     code, out, err = shell("region", "rig.toml", "--kp", "0:0:1", "--kd", "0:0:1", "--sigma=-3", "--margins", *more)
     assert code == 0 and table(out)["stable"] == ["1"] and "margin" not in err and "--" not in err, err
-    assert ("exp(3 h)" if more else "left of 3 1/s") in err and np.isnan(float(table(out)["modulus"][0]))
+    assert ("exp(3 h)" if more else "left of 3 1/s") in err and table(out)["modulus"] == [""]
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,11 @@ def test_a_gap_of_no_size_has_no_closure() -> None:
     assert found == Gap(found.floor, found.floor, found.floor, None, None) and found.floor == pytest.approx(0.1)
 
 
+def test_a_closure_that_no_resampling_gives_has_no_interval() -> None:
+    found = gap(errors(np.full(100, np.inf), 10), errors(np.ones(100), 10), "yaw_rad", GapSettings())
+    assert found.ci95 is None
+
+
 def test_the_headline_is_the_output_furthest_above_its_floor() -> None:
     gaps = {"yaw_rad": Gap(2.0, 2.0, 1.0, 0.0, None), "current_A": Gap(0.3, 0.3, 0.1, 0.0, None)}
     assert headline(gaps) == "current_A"

@@ -1,14 +1,32 @@
 """The report's page: it holds the sentence and the figures, and escapes what comes from files."""
 
 import math
+import os
+import re
+import resource
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree import ElementTree
 
 import matplotlib
 import pytest
 
 from rwjax.errors import InputError
 from rwjax.report.html import figures_of, percent, short, signed, write_report
+from rwjax.report.plots import plot_runs
 from tests.report.diagnosed import MARK, diagnosed
+
+NAMES = (
+    r"a$\foo$.csv",
+    "a$$.csv",
+    "日本.csv",
+    os.fsdecode(b"run\xff.csv"),
+    "</text></svg><script>&\"'\x1b[31m\x00\u202e\n.csv",
+    "n" * 250,
+)
+"""What a file may be called."""
 
 
 def test_numbers_are_short_and_missing_ones_dashes() -> None:
@@ -35,6 +53,62 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) 
     assert "a remark &lt;b&gt;&amp;" in page and "a &lt;b&gt;&amp;.csv" in page
     assert "<td>yaw_rad (headline)</td><td>0.5</td><td>0.11</td><td>0.1</td><td>rad</td>" in page
     assert "90.0 % to 99.0 %" in page and matplotlib.get_backend() == backend
+
+
+class Tags(HTMLParser):
+    """Counts the tags of a page."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.count: Counter[str] = Counter()
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.count[tag] += 1
+
+
+def only_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page of one figure, that with the logs' names, takes a fifth of the time."""
+    monkeypatch.setattr("rwjax.report.html.figures_of", lambda d: {"runs": (plot_runs, (6.0, 2.0))})
+
+
+def test_names_from_files_are_text_in_page_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    only_runs(monkeypatch)
+
+    def page_of(*names: str) -> str:
+        plain, every = diagnosed(), " ".join(names)
+        errors = dict.fromkeys(range(len(names)), plain.before.error[0])
+        found = {
+            "rig": replace(plain.rig, name=every),
+            "logs": tuple(replace(plain.logs[0], name=name) for name in names),
+            "before": replace(plain.before, error=errors),
+            "after": replace(plain.after, error=errors),
+            "remarks": names,
+            "held_out": every,
+        }
+        return write_report(diagnosed(**found), tmp_path).read_text()
+
+    page = page_of(*NAMES)  # tests take a warning, such as of a letter that the font lacks, as an error
+    assert Tags(page).count == Tags(page_of(*["run.csv"] * len(NAMES))).count
+    assert not [c for c in page if not c.isprintable() and c != "\n"]
+    (svg,) = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
+    drawn = [text.strip() for text in ElementTree.fromstring(svg).itertext()]
+    begins = (*NAMES[:3], r"run\udcff.csv", "</text></svg><script>&", "n" * 39 + "…")
+    assert all(any(text.startswith(begin) for text in drawn) for begin in begins), drawn
+
+
+def test_an_earlier_page_stays_where_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    only_runs(monkeypatch)
+    write_report(diagnosed(), tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limit[1]))  # the system refuses to write more
+    try:
+        with pytest.raises(InputError, match="runs.png: cannot be written: File too large; give a path"):
+            write_report(diagnosed(), tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_the_same_diagnosis_makes_the_same_page(tmp_path: Path) -> None:
