@@ -1,5 +1,6 @@
 """Float64, loops as one kernel, and the persistent compilation cache; imported before anything that computes with JAX."""
 
+import logging
 import os
 import sys
 import warnings
@@ -37,7 +38,7 @@ def _keep_programs(folder: Path | None) -> None:
     except InputError as error:
         if VARIABLE in os.environ:
             raise InputError(f"{VARIABLE}: {error}") from None
-        print(f"rwjax: note: programs are compiled anew: {error}", file=sys.stderr)
+        logging.getLogger("rwjax").warning("rwjax: note: programs are compiled anew: %s", error)
         usable = False
     jax.config.update("jax_compilation_cache_dir", str(folder) if usable else None)
     if folder and usable and not has_room(folder):
