@@ -14,6 +14,7 @@ import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hypothesis import strategies as st
@@ -155,7 +156,7 @@ def _called(folder: Path, call: Called) -> Outcome:
     if status is None:
         return Outcome("failed", [f"{call.command}: hangs"], outcome.seconds)
     outcome.status = {0: "accepted", 2: "refused"}.get(status, "failed")
-    outcome.faults += [f"{call.command}: {what}" for what in _said(status, out, err, call.terminal)]
+    outcome.faults += [f"{call.command}: {what}" for what in _said(call, status, out, err)]
     outcome.faults += [f"{call.command}: {what}" for what in _left(folder, before, call, status)]
     return outcome
 
@@ -259,13 +260,13 @@ def board(wire: bytes) -> Iterator[Line]:
         os.close(line.slave)
 
 
-NEVER = "settling_s"
-"""Column that says `inf` where the angle never settles (`docs/files.md`)."""
+NEVER = {"sweep": "settling_s", "size": "time_s"}
+"""Columns that say `inf` for what never comes (`docs/files.md`), by command."""
 DRAWN = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
 """What progress and live views draw with."""
 
 
-def _said(status: int, out: bytes, err: bytes, terminal: bool) -> list[str]:
+def _said(call: Called, status: int, out: bytes, err: bytes) -> list[str]:
     """What is wrong with how a command ended, and with what it said."""
     if status not in (0, 2):
         last = [line for line in err.decode("utf-8", "replace").splitlines() if line.strip()][-1:]
@@ -277,19 +278,19 @@ def _said(status: int, out: bytes, err: bytes, terminal: bool) -> list[str]:
         told, error = out.decode(), err.decode()
     except UnicodeDecodeError:
         return [*found, "output that is not UTF-8"]
-    if terminal:
+    if call.terminal:
         error = DRAWN.sub("\n", error)
     if bad := {c for c in told + error if not (c.isprintable() or c in "\n")}:
         found.append(f"output with {', '.join(sorted(map(ascii, bad)))}")
     lines = [line for line in error.split("\n") if line.strip() and not line.startswith("note: ")]
-    if status == 2 and not terminal and (len(lines) != 1 or not lines[0].startswith("rwjax: ")):
+    if status == 2 and not call.terminal and (len(lines) != 1 or not lines[0].startswith("rwjax: ")):
         found.append(f"status 2 after {len(lines)} lines")
     if status == 2 and told:
         found.append("status 2 after a result on stdout")
     if any(len(line) > 2000 for line in lines):
         found.append("a line of 2 kB")
     if status == 0:
-        found += oracle.of_words("result", told)
+        found += oracle.of_words("result", re.sub(",inf,", ",never,", told) if call.command in NEVER else told)
     if re.search(r"\w+Warning\b", error):
         found.append(f"a warning of Python: {_kind(next(x for x in error.splitlines() if 'Warning' in x))}")
     return found
@@ -311,12 +312,13 @@ def _left(folder: Path, before: dict[str, str], call: Called, status: int) -> li
         found.append(f"status 2 and {_kind(new[0])} written")
     if status == 2 and call.command not in ON_PORT and (folder / "out").exists():
         found.append("status 2 and a folder left")
-    return found + [f"{_kind(name)}: {what}" for name in new for what in _unreadable(folder / name)]
+    return found + [f"{_kind(name)}: {what}" for name in new for what in _unreadable(folder / name, call.command)]
 
 
-def _unreadable(path: Path) -> list[str]:
-    """What is wrong with a file that was written."""
-    check = {".toml": _toml, ".csv": _csv, ".json": _json, ".html": _html}.get(path.suffix)
+def _unreadable(path: Path, command: str) -> list[str]:
+    """What is wrong with a file that a command wrote."""
+    checks = {".toml": _toml, ".csv": partial(_csv, never=NEVER.get(command)), ".json": _json, ".html": _html}
+    check = checks.get(path.suffix)
     return check(path) if check else []
 
 
@@ -330,7 +332,7 @@ def _toml(path: Path) -> list[str]:
     return []
 
 
-def _csv(path: Path) -> list[str]:
+def _csv(path: Path, never: str | None) -> list[str]:
     lines = path.read_text(encoding="utf-8").split("\n")
     if lines[-1] or len(lines) < 2:
         return ["not whole"]
@@ -339,7 +341,7 @@ def _csv(path: Path) -> list[str]:
     rows = list(csv.reader(io.StringIO("\n".join(line for line in lines if not line.startswith("#")))))
     if any(len(row) != len(rows[0]) for row in rows):
         return ["rows of several lengths"]
-    cells = [cell.lower() for row in rows[1:] for name, cell in zip(rows[0], row, strict=True) if name != NEVER]
+    cells = [cell.lower() for row in rows[1:] for name, cell in zip(rows[0], row, strict=True) if name != never]
     bad = {"nan", "inf", "-inf"} & {*cells}
     return [f"holds {sorted(bad)[0]}"] if bad else []
 

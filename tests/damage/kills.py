@@ -9,15 +9,18 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from rwjax import parse_rig
 from rwjax.link.stream_to_logs import write_logs
 from tests.damage.commands import SECONDS, board, contents
 from tests.damage.process import start
 from tests.damage.trial import Damaged, Outcome
-from tests.damage.whole import RIGS, STREAM
-from tests.link.ports import RIG as ON_BOARD
+from tests.damage.whole import RIGS
+from tests.link.ports import LIKE_RIG, stream
 
 STILL = "time_s,voltage_V,yaw_counts\n" + "".join(f"{k / 100},0.0,{5 + (k * 7919) % 3}\n" for k in range(60))
 MOVING = "time_s,voltage_V,yaw_counts\n" + "".join(f"{k / 100},{(k // 20) % 2},{k * k // 9}\n" for k in range(60))
+WIRE = b"".join(stream(range(4000), LIKE_RIG))
+"""Forty seconds of a board."""
 COMMANDS = {
     "fit": ("fit", "rig.toml", "run.csv", "-o", "out.toml"),
     "diagnose": ("diagnose", "rig.toml", "run.csv", "run-2.csv", "-o", "out"),
@@ -30,6 +33,9 @@ KINDS = (
     *("fit full", "diagnose full", "record full"),
 )
 """What is done one after the other: commands killed; two at a time, with different rigs; commands on a full disk."""
+
+LEAST = 600
+"""Bytes that a file may have on a full disk: the line that says so has to go somewhere."""
 
 
 class Kills:
@@ -69,7 +75,7 @@ class Kills:
             with tempfile.TemporaryDirectory(dir=self.place) as folder:
                 own = Path(folder) / "own"
                 if command == "record":
-                    faults = self._recorded(own, most_bytes=self.random.randrange(4000) if how else None)
+                    faults = self._recorded(own, most_bytes=self.random.randrange(LEAST, 4000) if how else None)
                 else:
                     shutil.copytree(self.whole[command, "old"], own)
                     faults = {"": self._killed, "two": self._two, "full": self._full}[how](own, command)
@@ -138,7 +144,7 @@ class Kills:
             folder,
             folder.with_name("out"),
             folder.with_name("err"),
-            most_bytes=self.random.choice((0, self.random.randrange(2000), self.random.randrange(largest))),
+            most_bytes=self.random.choice((LEAST, *(self.random.randrange(LEAST, most) for most in (2000, largest)))),
         )
         process.join(SECONDS)
         return [*_refused(process.exitcode, folder.with_name("err")), *self._torn(folder, command), *_strangers(folder)]
@@ -147,7 +153,7 @@ class Kills:
         """A recording killed at any moment, or on a full disk."""
         folder.mkdir()
         (folder / "rig.toml").write_text(RIGS["reaction"])
-        with board(b"".join(STREAM)) as line:
+        with board(WIRE) as line:
             arguments = [line.port if a == "PORT" else a for a in COMMANDS["record"]]
             process = start(arguments, folder, folder.with_name("out"), folder.with_name("err"), most_bytes=most_bytes)
             if most_bytes is None:
@@ -155,17 +161,15 @@ class Kills:
                 process.kill()
             process.join(SECONDS)
         faults = _refused(process.exitcode, folder.with_name("err")) if most_bytes is not None else []
-        raw, log = folder / "run.raw", folder / "run.csv"
-        kept = raw.read_bytes() if raw.exists() else b""
-        if kept not in line.sent:
+        raw = folder / "run.raw"
+        if (raw.read_bytes() if raw.exists() else b"") not in line.sent:
             faults.append("bytes on disk that were not sent in this order")
-        if log.exists():
-            beside = folder / "again"
-            beside.mkdir()
-            shutil.copy(raw, beside / "again.raw")
-            (again,), _ = write_logs(beside / "again.raw", ON_BOARD, beside / "again.csv")
-            if _rows(log) != _rows(again):
-                faults.append("a log that is not whole")
+        if logs := sorted(folder.glob("*.csv")):
+            again = folder / "again"
+            again.mkdir()
+            shutil.copy(raw, again)
+            write_logs(again / raw.name, parse_rig(RIGS["reaction"]), again / "run.csv")
+            faults += [f"{log.name} is not whole" for log in logs if _rows(log) != _rows(again / log.name)]
         return faults
 
 
