@@ -77,6 +77,10 @@ def main() -> None:
     except InputError as error:
         terminal.tell(f"rwjax: {error}")
         sys.exit(2)
+    except OSError as error:  # help on a full disk
+        terminal.forget(sys.stdout)
+        terminal.tell(f"rwjax: the system refuses: {error}; free room, or give other files")
+        sys.exit(2)
     except TyperException as error:  # arguments that do not fit the command
         what = " ".join(error.format_message().split())
         if what:

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
-from typing import TextIO
+from typing import Any
 
 from rwjax.errors import InputError, printable_lines
 
@@ -58,7 +58,7 @@ def tell(*lines: str) -> None:
             for line in lines:
                 print(printable_lines(line), file=stream)
         except OSError:
-            _forget(stream)
+            forget(stream)
 
 
 def note(*notes: object) -> None:
@@ -81,8 +81,12 @@ def end() -> None:
             sys.stdout.flush()
 
 
-def _forget(stream: TextIO) -> None:
-    """Lets go what waits to be written on a stream that cannot be written; the program's end would try it again."""
+def forget(stream: Any) -> None:
+    """Lets go what waits to be written on a stream that cannot be written; the program's end would try it again.
+
+    Args:
+        stream: stdout or stderr.
+    """
     with suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
@@ -93,7 +97,7 @@ def _to_stdout() -> Iterator[None]:
     try:
         yield
     except OSError as bad:
-        _forget(sys.stdout)
+        forget(sys.stdout)
         if isinstance(bad, BrokenPipeError):
             sys.exit(1)
         raise InputError(f"stdout: cannot be written: {bad.strerror}; write to another place") from None

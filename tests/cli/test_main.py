@@ -47,6 +47,19 @@ def test_what_is_typed_wrong_is_said_in_one_printable_line(
     assert said.startswith("rwjax: ") and said.count("\n") == 1 and len(said) < 2000 and said[:-1].isprintable()
 
 
+def test_what_the_system_refuses_is_said_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*given: object, **named: object) -> None:  # as `--help > /dev/full` does
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("rwjax.cli.main.app", full)
+    assert within(monkeypatch, "--help") == 2
+    assert capsys.readouterr().err == (
+        "rwjax: the system refuses: [Errno 28] No space left on device; free room, or give other files\n"
+    )
+
+
 def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:
     code = """
 from rwjax.cli import main
