@@ -2,9 +2,12 @@
 
 import threading
 import time
+from contextlib import suppress
 
 import pytest
 import serial
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware.simavr.avr import F_CPU, Avr, build
 from firmware.simavr.bench import Bench
@@ -15,6 +18,7 @@ from rwjax.link.messages import Ack
 from rwjax.link.port import LinkError
 from rwjax.link.session import Session, faults
 from tests.boards import need_simavr
+from tests.damage.frames import damaged
 from tests.link.ports import HELLO, SAMPLE, Scripted, stream, wire
 from tests.link.stubborn import Stubborn
 
@@ -297,3 +301,21 @@ def test_a_line_that_takes_nothing_does_not_keep_the_host(monkeypatch: pytest.Mo
     session.leave()
     assert time.monotonic() - before < 5.0 and port.heard[-1][1] == messages.DISARM
     released.set()
+
+
+@settings(max_examples=40)
+@given(sent=damaged(stream(range(60))), size=st.integers(1, 400))
+def test_whatever_comes_a_session_ends_and_says_why(sent: bytes, size: int) -> None:
+    """No other error, no wait without an end, and no more lost than numbers can be missing."""
+    port = Scripted([sent[k : k + size] for k in range(0, len(sent), size)])
+    session = Session(port)
+    with suppress(LinkError):
+        session.greet()
+        session.arm()
+        session.command(messages.PULSE, 3000, 3000)
+    with suppress(LinkError):
+        for _ in session.coming(100):
+            pass
+    session.leave()
+    assert port.now < 60.0 and 0 <= session.lost < 2**15 * 80
+    assert [*frames.Decoder().feed(port.written)][-1].type == messages.DISARM
