@@ -14,13 +14,13 @@ from types import FrameType, TracebackType
 
 STATUS = 130
 """Status of a program that Ctrl-C ended."""
-SHOW_CURSOR = "\x1b[?25h"
-"""What a terminal is told whose cursor a live view may have hidden."""
+CLEAR = "\r\x1b[K\x1b[?25h"
+"""What a terminal is told on which a live view may have left a line and hidden the cursor."""
 
 
 def leave() -> None:
     """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them."""
-    said = (SHOW_CURSOR if os.isatty(2) else "") + "rwjax: interrupted"
+    said = (CLEAR if os.isatty(2) else "") + "rwjax: interrupted"
     with suppress(Exception):  # closed, full, or being written to where the program was interrupted
         sys.stdout.flush()
     try:
