@@ -2,9 +2,7 @@
 
 import os
 import re
-import secrets
 import stat
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -55,6 +53,8 @@ def parse_toml(text: str) -> dict[str, Any]:
         ValueError: Where the text is no TOML or too long, with `(at line N` where one line is to blame.
         RecursionError: Where tables or lists stand too deep within one another.
     """
+    import tomllib  # with the first such file: most of the start of a command is imports
+
     if len(text) > MOST_TOML:
         raise ValueError(f"{len(text)} characters, and such a file has {MOST_TOML} at most")
     for number, line in enumerate(text.split("\n"), start=1):
@@ -143,7 +143,7 @@ def beside(target: Path) -> Path:
     for left in left_over(target):
         with suppress(OSError):  # a folder, or somebody else's
             left.unlink()
-    return target.with_name(f".{target.name[:LONGEST_STEM]}.{os.getpid()}.{secrets.token_hex(4)}.new")
+    return target.with_name(f".{target.name[:LONGEST_STEM]}.{os.getpid()}.{os.urandom(4).hex()}.new")
 
 
 def left_over(target: Path) -> Iterator[Path]:

@@ -1,6 +1,5 @@
 """The folder of a command's results, built aside and exchanged whole: at its path there is always the old one or the new one."""
 
-import ctypes
 import errno
 import os
 import shutil
@@ -240,6 +239,8 @@ def _exchange(new: Path, target: Path) -> bool:
 
 def _swap(new: Path, target: Path) -> None:
     """Exchanges two folders: at once where the system can do that, else one after the other."""
+    import ctypes  # with the first exchange: most of the start of a command is imports
+
     system, paths = ctypes.CDLL(None, use_errno=True), (os.fsencode(new), os.fsencode(target))
     if hasattr(system, "renameat2"):
         failed = system.renameat2(HERE, paths[0], HERE, paths[1], SWAP)
