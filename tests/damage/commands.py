@@ -24,7 +24,7 @@ from tests.damage import frames, logs, oracle, toml
 from tests.damage.process import start
 from tests.damage.trial import Damaged, Outcome
 from tests.damage.values import NUMBERS, TEXTS, texts
-from tests.damage.whole import LOGS, PLAN, RIGS, STREAM
+from tests.damage.whole import LOGS, PLAN, RIGS, STILL, STREAM
 
 SECONDS = 900
 """Wall-clock time after which a command hangs."""
@@ -91,6 +91,8 @@ def calls(draw: st.DrawFn) -> Called:
     if draw(st.integers(0, 7)) == 0:
         names["LOG"] = _name(draw(texts())) + ".csv"
     log = LOGS[kind][0]
+    if command == "diagnose":
+        kind, log = "platform", STILL
     whole = {"RIG": RIGS[kind], "LOG": log, "LOG2": log, "FIT": FIT_FILE, "PLAN": PLAN}
     files = {key: text.encode() for key, text in whole.items()} | {"RAW": b"".join(STREAM)}
     used = [key for key in files if key in options]

@@ -14,10 +14,9 @@ from rwjax.link.stream_to_logs import write_logs
 from tests.damage.commands import SECONDS, board, contents
 from tests.damage.process import start
 from tests.damage.trial import Damaged, Outcome
-from tests.damage.whole import RIGS
+from tests.damage.whole import RIGS, STILL
 from tests.link.ports import LIKE_RIG, stream
 
-STILL = "time_s,voltage_V,yaw_counts\n" + "".join(f"{k / 100},0.0,{5 + (k * 7919) % 3}\n" for k in range(60))
 MOVING = "time_s,voltage_V,yaw_counts\n" + "".join(f"{k / 100},{(k // 20) % 2},{k * k // 9}\n" for k in range(60))
 WIRE = b"".join(stream(range(4000), LIKE_RIG))
 """Forty seconds of a board."""

@@ -183,6 +183,8 @@ LOGS = {
     ),
 }
 """Logs of each of `RIGS`."""
+STILL = "time_s,voltage_V,yaw_counts\n" + "".join(f"{k / 100},0.0,{5 + (k * 7919) % 3}\n" for k in range(60))
+"""A log of a platform that stands still, of which a diagnosis takes seconds."""
 PLAN = """schema = "rwjax.plan/1"
 rig = "testbed"
 [limits]
