@@ -8,7 +8,7 @@ import typer
 
 from rwjax.cli.options import finite, of_file, results
 from rwjax.cli.recording import Port, Quiet, RigFile, check_output, needs_pyserial, record_task, role_note
-from rwjax.cli.terminal import tell
+from rwjax.cli.terminal import note
 from rwjax.errors import InputError
 
 LOGS = Path("logs")
@@ -102,7 +102,7 @@ def _play_plan(
     check_plan(port, wanted, rig)
     if (travel := wanted.limits.get("yaw_rad")) is not None:
         followed = "" if "axis" in rig.counts_per_rev else ", and no encoder of the axis tells whether it keeps to it"
-        tell(f"the axis has to stand in the middle of its travel of {rad_and_degrees(travel)} either way now{followed}")
+        note(f"the axis has to stand in the middle of its travel of {rad_and_degrees(travel)} either way now{followed}")
     with results(output) as folder:
         for run, task in zip(wanted.runs, tasks, strict=True):
             if stopped := record_task(rig, port, folder / f"{run.name}.csv", run.notes, task, quiet):

@@ -19,7 +19,7 @@ from rwjax.fitting.problem import pose
 from rwjax.link.frames import Decoder
 from rwjax.link.stream import stretches
 from rwjax.link.stream_to_logs import write_logs
-from rwjax.planning.files import read_plan, write_plan
+from rwjax.planning.files import Run, read_plan, write_plan
 from rwjax.plant.from_rig import structure_of
 from tests.damage import frames, logs, oracle, toml
 from tests.damage.values import texts
@@ -27,7 +27,7 @@ from tests.damage.whole import LOGS, PLAN, RIGS, STREAM
 from tests.link.ports import RIG as ON_BOARD
 
 SLOW_S = 10.0
-"""Time of the processor [s] beyond which an input took too long, the compiling of programs included."""
+"""Time of the processor [s] beyond which an input takes too long. One that does is tried again, with its programs compiled."""
 GIVE_UP_S = 60
 """After which it is given up [s]."""
 GAINS = np.array([1.0, 30.0]), np.array([0.5, 5.0])
@@ -122,6 +122,16 @@ class TooLong(BaseException):
 
 def tried(folder: Path, damaged: Damaged, shares: Shares) -> Outcome:
     """What comes of an input, whose files are put into a folder."""
+    outcome = _tried(folder, damaged, shares)
+    if outcome.seconds > SLOW_S:
+        outcome = _tried(folder, damaged, shares)
+    if outcome.seconds > SLOW_S:
+        outcome.faults.append(f"slow: {damaged.kind}")
+    return outcome
+
+
+def _tried(folder: Path, damaged: Damaged, shares: Shares) -> Outcome:
+    """What comes of an input the first time or the second."""
     outcome, began = Outcome(), time.process_time()
     for name, content in damaged.files.items():
         (folder / name).write_bytes(content)
@@ -138,8 +148,6 @@ def tried(folder: Path, damaged: Damaged, shares: Shares) -> Outcome:
             outcome.faults.append(_traceback(error))
     outcome.faults += sorted({f"warning: {w.category.__name__} {_where(w.filename, w.lineno)}" for w in warned})
     outcome.seconds = time.process_time() - began
-    if outcome.seconds > SLOW_S:
-        outcome.faults.append(f"slow: {damaged.kind}")
     return outcome
 
 
@@ -235,10 +243,15 @@ def _plan(folder: Path, damaged: Damaged, shares: Shares) -> Iterator[str]:
     target = folder / "written"
     target.mkdir(exist_ok=True)
     write_plan(target, plan)
-    if read_plan(target).runs != plan.runs:
+    if [_said(run) for run in read_plan(target).runs] != [_said(run) for run in plan.runs]:
         yield "round trip: a plan written that reads otherwise"
     for run in plan.runs:
         yield from oracle.of_run_file((target / f"{run.name}.csv").read_bytes().decode(), run.role)
+
+
+def _said(run: Run) -> tuple:
+    """What a plan's file says of a run to every digit."""
+    return run.name, run.experiment, run.role, run.why, run.tells_apart
 
 
 def _frames(folder: Path, damaged: Damaged, shares: Shares) -> Iterator[str]:

@@ -119,7 +119,7 @@ def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused
         before, why = error.splitlines()
         assert (
             before
-            == "the axis has to stand in the middle of its travel of 0.31 rad (17.76°; a linear axis: 0.31 m) either way now"
+            == "note: the axis has to stand in the middle of its travel of 0.31 rad (17.76°; a linear axis: 0.31 m) either way now"
         )
         assert status == 2 and why.startswith("rwjax: run `again`: the axis stands -0.")
         assert error.endswith("beyond the 0.31 of the plan; bring it back there and go on with --run again\n")
