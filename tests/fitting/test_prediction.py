@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rwjax.fitting.prediction import Prediction, errors, floor_variance, predict_logs, repeatability
+from rwjax.fitting.batched_runs import together
+from rwjax.fitting.prediction import Prediction, errors, floor_variance, predict_logs, predicted, repeatability
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, record, run
@@ -71,6 +72,30 @@ def test_the_floor_is_noise_and_uncertain_start_in_closed_form() -> None:
             from_start = np.einsum("ta,ab,tb->t", by_start[name], np.linalg.inv(known), by_start[name])
             assert found.floor[name] == pytest.approx(np.sqrt(noise[name] ** 2 + from_start), rel=1e-5)
             assert np.max(np.abs(found.outputs[name] - by_start[name] @ found.start)) < 1e-8
+
+
+def test_without_its_floor_a_prediction_is_the_same_and_takes_one_run() -> None:
+    rig = platform()
+    problem = pose(structure_of(rig), (moving(0), moving(1)))
+    theta, asked = theta_of(rig, problem.structure), []
+
+    def watched(with_floor: bool):
+        steps, y = predicted(problem, theta, [1], with_floor=with_floor), None
+        try:
+            while True:
+                asked.append(steps.send(y))
+                y = yield asked[-1]
+        except StopIteration as end:
+            return end.value
+
+    found = {}
+    for with_floor, runs in ((False, 1), (True, 3)):  # with a floor, one more for each entry of an unknown start
+        ((found[with_floor],),) = together([watched(with_floor)])
+        assert (asked[-1].theta.shape, len(asked[-1].start)) == ((runs, len(theta)), runs)
+        assert asked[-1].logs.tolist() == [1] and asked[-1].windows == problem.batch.windows
+    assert found[False].floor == {} and found[True].floor.keys() == {"yaw_rad"} and found[True].log == 1
+    for name, value in found[False].outputs.items():
+        assert np.allclose(value, found[True].outputs[name], rtol=0.0, atol=1e-12)
 
 
 def test_where_a_run_leaves_the_range_of_numbers_the_floor_is_the_noise() -> None:
