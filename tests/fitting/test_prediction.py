@@ -104,7 +104,10 @@ def test_without_its_floor_a_prediction_is_the_same_and_takes_one_run() -> None:
 
 
 def test_where_a_run_leaves_the_range_of_numbers_the_floor_is_the_noise() -> None:
-    rig, time = platform("viscous = 0.02"), np.arange(300) * 0.005  # so fine that some readings are near the range's end
+    rig, time = (
+        platform("viscous = 0.02"),
+        np.arange(300) * 0.005,
+    )  # so fine that some readings are near the range's end
     y = 0.01 * np.random.default_rng(0).normal(size=len(time)) + time
     problem = pose(structure_of(rig), (record(time, np.zeros_like(time), {"yaw_rad": y}),), {"yaw_rad": 0.5})
     theta = theta_of(rig, problem.structure)

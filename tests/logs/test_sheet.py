@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rwjax.errors import LogError
-from rwjax.logs.sheet import check_finite, is_number, numbers, read_sheet
+from rwjax.logs.sheet import Sheet, check_finite, check_size, is_number, numbers, read_sheet
 from tests.logs.texts import HEADER, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
 
 two = "time_s,voltage_V"
@@ -77,6 +77,15 @@ def test_a_row_of_too_many_cells_may_hold_decimal_commas(log, row: str, comma: b
     with pytest.raises(LogError) as error:
         log(changed(3, row))
     assert ("decimals have a point" in str(error.value)) == comma
+
+
+def test_sizes_count_in_their_unit_up_to_the_largest(tmp_path) -> None:
+    sheet = Sheet(tmp_path / "run.csv", {}, 1, ["voltage_V"], ",", [])
+    check_size(sheet, "voltage_V", np.array([1e6, np.nan, -1e6]), "V")
+    check_size(sheet, "counts", np.array([-2e6, 2e6]), "V", 0.5)
+    for value, factor in ((1.05e6, 1.0), (-1.05e6, 1.0), (2.1e6, 0.5)):
+        with pytest.raises(LogError, match="run.csv:3: `x` is .*; a voltage lies between -1e.06 and 1e.06 V"):
+            check_size(sheet, "x", np.array([0.0, value]), "V", factor)
 
 
 def test_a_blank_cell_is_missing_and_a_wrong_one_is_named(tmp_path, refused) -> None:
