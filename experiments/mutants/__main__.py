@@ -1,9 +1,9 @@
 """Mutants of the modules that read, step and predict: which of a drawn sample do their own tests notice?
 
-`python -m experiments.mutants --count 150 --seed 1` prints the table of docs/results.md; the same seed on the same sources draws the same
-mutants. Each stands in a copy of the checkout; a test that fails, or takes longer than LIMIT, has noticed it. Its own tests are those
-of the file that mirrors the module (`tests/logs/test_read.py` for `rwjax/logs/read.py`). Where these pass, a mutant of `log` or `rig`
-is shown to all tests of its room as well, and counted apart. A survivor that is no mistake at all still counts as one.
+`python -m experiments.mutants --count 150 --seed 2` prints the table of docs/results.md; the same seed on the same sources draws the same
+mutants. Each stands in a copy of the checkout; a test that fails, or takes longer than LIMIT in trial.py, has noticed it. Its own tests
+are those of the file that mirrors the module (`tests/logs/test_read.py` for `rwjax/logs/read.py`). Where these pass, a mutant of `log`
+or `rig` is shown to all tests of its room as well, and counted apart. A survivor that is no mistake at all still counts as one.
 
 The mutants are made here, since the maintained tools do not fit. mutmut 3 puts all mutants of a module into one source and chooses
 at the call, after which traced programs on disk, named by the source, serve all of them; it forks a process in which JAX already has

@@ -121,7 +121,8 @@ def test_a_clock_may_begin_at_any_time(log, start: float) -> None:
     assert run.time - run.origin == pytest.approx(np.arange(12) / 1000, abs=1e-6)
 
 
-def test_a_pulse_that_gives_more_volts_than_any_drive_is_refused(refused) -> None:
+def test_a_pulse_that_gives_more_volts_than_any_drive_is_refused(log, refused) -> None:
+    assert log([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;50001500;5"], WHEEL).command[-1] == 1e6
     lines = [THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;1e300;5"]
     refused(lines, "run.csv:14: `pwm_1` is 1e+300, 2e+298 V by `drive.pwm`; no drive gives as much", WHEEL)
 
