@@ -2,8 +2,8 @@
 
 `python -m experiments.mutants --count 150 --seed 2` prints the table of docs/results.md; the same seed on the same sources draws the same
 mutants. Each stands in a copy of the checkout; a test that fails, or takes longer than LIMIT in trial.py, has noticed it. Its own tests
-are those of the file that mirrors the module (`tests/logs/test_read.py` for `rwjax/logs/read.py`). Where these pass, a mutant of `log`
-or `rig` is shown to all tests of its room as well, and counted apart. A survivor that is no mistake at all still counts as one.
+are those of the file that mirrors the module (`tests/logs/test_read.py` for `rwjax/logs/read.py`), and no others. A survivor that is no
+mistake at all still counts as one.
 
 The mutants are made here, since the maintained tools do not fit. mutmut 3 puts all mutants of a module into one source and chooses
 at the call, after which traced programs on disk, named by the source, serve all of them; it forks a process in which JAX already has
@@ -32,9 +32,6 @@ GROUPS = {
     "frames": ("rwjax/link/frames.py", "rwjax/link/messages.py"),
 }
 """Modules by the name of the group."""
-ROOMS = {"log": "tests/logs", "rig": "tests/rig"}
-"""Tests that a mutant is shown to after those of its own file."""
-OUTCOMES = ("own tests", "room's tests", "survived")
 
 
 def mirrored(path: str) -> str:
@@ -51,15 +48,6 @@ def drawn(group: str, count: int, seed: int) -> list[Mutant]:
     return sorted(random.Random(f"{seed} {group}").sample(every, count))
 
 
-def tried(copy: Copy, group: str, mutant: Mutant) -> str:
-    """Which tests notice a mutant."""
-    if not copy.passes(mutant.path, mutant.source, mirrored(mutant.path)):
-        return "own tests"
-    if group in ROOMS and not copy.passes(mutant.path, mutant.source, ROOMS[group]):
-        return "room's tests"
-    return "survived"
-
-
 def main() -> None:
     """Draws mutants, tries each, and prints how many were noticed."""
     parser = argparse.ArgumentParser(prog="python -m experiments.mutants", description=__doc__)
@@ -69,7 +57,7 @@ def main() -> None:
     asked = parser.parse_args()
     groups, count = asked.group or list(GROUPS), asked.count // len(GROUPS)
     sample = [(group, mutant) for group in groups for mutant in drawn(group, count, asked.seed)]
-    outcomes = {group: Counter() for group in groups}
+    noticed = Counter()
     with TemporaryDirectory() as folder:
         os.environ["JAX_COMPILATION_CACHE_DIR"] = f"{folder}/cache"
         copy = Copy(ROOT, Path(folder))
@@ -78,15 +66,13 @@ def main() -> None:
                 sys.exit(f"{mirrored(path)} fails or finds no test without any change")
         for group, mutant in sample:
             began = time.monotonic()
-            outcome = tried(copy, group, mutant)
-            outcomes[group][outcome] += 1
-            taken = time.monotonic() - began
-            print(f"{outcome:12} {taken:4.0f} s  {mutant.path}:{mutant.line}: {mutant.change}", flush=True)
-    print(f"{'':8}", *(f"{outcome:>12}" for outcome in OUTCOMES), f"{'noticed':>9}")
-    outcomes["all"] = sum(outcomes.values(), Counter())
-    for group, found in outcomes.items():
-        share = 100.0 * (1.0 - found["survived"] / found.total())
-        print(f"{group:8}", *(f"{found[outcome]:12}" for outcome in OUTCOMES), f"{share:7.1f} %")
+            survives = copy.passes(mutant.path, mutant.source, mirrored(mutant.path))
+            noticed[group] += not survives
+            said, taken = "survived" if survives else "noticed", time.monotonic() - began
+            print(f"{said:8} {taken:4.0f} s  {mutant.path}:{mutant.line}: {mutant.change}", flush=True)
+    for group in groups:
+        print(f"{group:8} {noticed[group]:3} of {count}")
+    print(f"all      {noticed.total():3} of {len(sample)}: {100.0 * noticed.total() / len(sample):.1f} %")
 
 
 if __name__ == "__main__":

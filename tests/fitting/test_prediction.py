@@ -140,6 +140,18 @@ def test_the_scatter_of_repeats_is_that_about_their_mean_and_an_angle_begins_any
     assert two["yaw_rad"][0][1] == pytest.approx(0.5 * late**2, abs=1e-9)
 
 
+def test_repeats_that_share_no_reading_of_an_output_still_repeat_in_others() -> None:
+    u, late = np.where(TIME > 0.6, PUSH, 0.0), np.maximum(TIME - 0.6, 0.0)
+    odd = np.arange(len(TIME)) % 2 == 1
+    reads = [
+        {"yaw_rad": np.where(odd == k, 0.0, np.nan), "yaw_rad_s": 0.1 * k * late, "wheel_rad": 0.0 * TIME}
+        for k in (0, 1)
+    ]
+    found = repeatability(tuple(record(TIME, u, read) for read in reads))
+    assert {*found} == {"yaw_rad_s", "wheel_rad"}
+    assert found["yaw_rad_s"][0][1] == pytest.approx(0.005 * late**2)
+
+
 def test_an_error_is_measured_minus_predicted() -> None:
     read = np.where(TIME == 1.0, np.nan, 2.0 * TIME)
     problem = pose(
