@@ -49,14 +49,16 @@ def initial_state_response(
         damping: Levenberg-Marquardt damping [1].
 
     Returns:
-        Change per change of the numbers `(s, k)`, and at fixed numbers `(s,)` [SI].
+        Change per change of the numbers `(s, k)`, and at fixed numbers `(s,)` [SI]; NaN where the normal matrix is not finite.
     """
     Hss = H[np.ix_(s, s)]
+    if not np.isfinite(Hss).all():  # a run that leaves the range of numbers: the step is refused where it is taken
+        return np.full((len(s), len(k)), np.nan), np.full(len(s), np.nan)
     diagonal = np.diag(Hss)
     if not np.any(diagonal):  # no reading depends on these entries: they stay
         return np.zeros((len(s), len(k))), np.zeros(len(s))
     ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
-    with np.errstate(all="ignore"):  # a run that leaves the range of numbers: the step is refused where it is taken
+    with np.errstate(all="ignore"):
         inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
         return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
 

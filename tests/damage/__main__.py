@@ -91,7 +91,12 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.damage", description=__doc__)
     parser.add_argument("--count", type=int, default=2000, help="damaged inputs, within this process")
     parser.add_argument("--commands", type=int, metavar="N", help="instead, whole commands on damaged input")
-    parser.add_argument("--kills", type=int, metavar="N", help="instead, commands killed, two at once, on a full disk")
+    parser.add_argument(
+        "--kills",
+        type=int,
+        metavar="N",
+        help="instead, commands killed, and a fifth as many beside another or on a full disk",
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, metavar="DIR", help="folder for the shortest input of every fault")
     options = parser.parse_args(arguments)

@@ -26,13 +26,10 @@ COMMANDS = {
     "record": ("record", "rig.toml", "PORT", "-o", "run.csv", "--seconds", "0.5"),
 }
 FILES = {"fit": {"run.csv": MOVING}, "diagnose": {"run.csv": STILL, "run-2.csv": STILL}}
-KINDS = (
-    *("fit", "diagnose", "record") * 4,
-    *("fit two", "diagnose two"),
-    *("fit full", "diagnose full", "record full"),
-)
-"""What is done one after the other: commands killed; two at a time, with different rigs; commands on a full disk."""
-
+KILLED = ("fit", "diagnose", "record")
+BESIDE = ("fit two", "fit full", "diagnose two", "diagnose full", "record full")
+"""What is done besides, once for every `EVERY` kills: two at a time, with different rigs; commands on a full disk."""
+EVERY = 5
 LEAST = 600
 """Bytes that a file may have on a full disk: the line that says so has to go somewhere."""
 
@@ -68,20 +65,24 @@ class Kills:
         shutil.rmtree(self.place)
 
     def attempts(self, count: int) -> Iterator[tuple[Damaged, Outcome]]:
-        """So many commands stopped, in turns."""
-        for kind in itertools.islice(itertools.cycle(KINDS), count):
-            command, _, how = kind.partition(" ")
-            with tempfile.TemporaryDirectory(dir=self.place) as folder:
-                own = Path(folder) / "own"
-                if command == "record":
-                    faults = self._recorded(own, most_bytes=self.random.randrange(LEAST, 4000) if how else None)
-                else:
-                    shutil.copytree(self.whole[command, "old"], own)
-                    faults = {"": self._killed, "two": self._two, "full": self._full}[how](own, command)
-            yield (
-                Damaged(kind, {}),
-                Outcome("accepted" if not faults else "failed", [f"{kind}: {what}" for what in faults]),
-            )
+        """So many commands killed, in turns, and a fifth as many that write beside another or on a full disk."""
+        beside = itertools.cycle(BESIDE)
+        for number, killed in enumerate(itertools.islice(itertools.cycle(KILLED), count), start=1):
+            for kind in (killed, next(beside)) if number % EVERY == 0 else (killed,):
+                yield self._attempt(kind)
+
+    def _attempt(self, kind: str) -> tuple[Damaged, Outcome]:
+        """A command stopped, and what is wrong then."""
+        command, _, how = kind.partition(" ")
+        with tempfile.TemporaryDirectory(dir=self.place) as folder:
+            own = Path(folder) / "own"
+            if command == "record":
+                faults = self._recorded(own, most_bytes=self.random.randrange(LEAST, 4000) if how else None)
+            else:
+                shutil.copytree(self.whole[command, "old"], own)
+                faults = {"": self._killed, "two": self._two, "full": self._full}[how](own, command)
+        status = "failed" if faults else "accepted"
+        return Damaged(kind, {}), Outcome(status, [f"{kind}: {what}" for what in faults])
 
     def _lay(self, folder: Path, command: str, name: str) -> None:
         """The input of a command, by which its output is the old or the new one."""

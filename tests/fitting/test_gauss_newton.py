@@ -35,6 +35,12 @@ def test_initial_states_that_no_reading_depends_on_stay() -> None:
     assert not P.any() and not q.any()
 
 
+@pytest.mark.parametrize("size", [np.nan, np.inf])
+def test_initial_states_do_not_respond_to_readings_beyond_all_numbers(size: float) -> None:
+    P, q = linear(np.full((3, 3), size), np.ones(3))
+    assert np.isnan(P).all() and np.isnan(q).all()
+
+
 def test_derivatives_that_are_not_finite_give_no_step() -> None:
     problem, moves, theta = believed_heavier()
     e = least_squares(problem, moves, theta, most_steps=0).evaluation
