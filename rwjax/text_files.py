@@ -12,9 +12,9 @@ from rwjax.errors import InputError
 
 LONGEST_STEM = 40
 """Characters of a file's name that the name of its temporary one repeats, so that this is no longer than a name may be."""
-MOST_TOML, LONGEST_TOML_LINE = 250_000, 10_000
+MOST_TOML, LONGEST_TOML_LINE = 250_000, 4_000
 """Characters of a TOML file and of one of its lines: files made by hand or by rwjax are far shorter, and a key of thousands of parts
-takes minutes to read."""
+takes minutes to read. Python reads no whole number of more than 4300 digits."""
 
 
 def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
@@ -51,7 +51,6 @@ def parse_toml(text: str) -> dict[str, Any]:
 
     Raises:
         ValueError: Where the text is no TOML or too long, with `(at line N` where one line is to blame.
-        RecursionError: Where tables or lists stand too deep within one another.
     """
     import tomllib  # with the first such file: most of the start of a command is imports
 
@@ -60,7 +59,10 @@ def parse_toml(text: str) -> dict[str, Any]:
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > LONGEST_TOML_LINE:
             raise ValueError(f"{len(line)} characters on one line, {LONGEST_TOML_LINE} at most (at line {number})")
-    return tomllib.loads(text)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("tables or lists stand too deep within one another") from None
 
 
 def write_text(path: str | os.PathLike[str], text: str, error: type[InputError]) -> None:

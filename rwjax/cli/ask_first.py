@@ -8,6 +8,7 @@ import typer
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
+    from rwjax.fitting.questions.likeness import Question
     from rwjax.logs.log import Log
     from rwjax.rig.model import Rig
 
@@ -15,20 +16,23 @@ GO_ON = "`--force` goes on even so"
 Force = Annotated[bool, typer.Option("--force", help="go on in spite of questions about the logs")]
 
 
-def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> None:
+def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> "list[Question]":
     """Asks about logs that contradict the rig file as a mistake would make them.
 
     Args:
         rig: the rig.
         logs: the logs.
-        force: whether the user goes on in spite of questions, which then stand in the result.
+        force: whether the user goes on in spite of questions.
+
+    Returns:
+        The questions that the user leaves open, to be noted beside the result.
 
     Raises:
         InputError: there are questions; the message holds them all.
     """
-    if force:
-        return
     from rwjax.fitting.questions.ask import questions
 
-    if found := questions(rig, logs):
+    found = questions(rig, logs)
+    if found and not force:
         raise InputError("; ".join([*found, GO_ON]))
+    return found

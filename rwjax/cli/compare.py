@@ -10,7 +10,7 @@ from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
-from rwjax.cli.terminal import document, say
+from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
@@ -38,7 +38,7 @@ def compare(
     target.check()
     with progress(quiet) as show:
         show("looking at the logs")
-        ask_first(rig, logs, force)
+        asked = ask_first(rig, logs, force)
         with of_file(rig_file, RigError):
             result = run(rig, logs, show)
         if all(row.rig is None for row in result.rows):
@@ -52,6 +52,7 @@ def compare(
         document(answer + "\n")
     else:
         say(f"{result}\nfigure: {output / 'comparison.png'}")
+    note(*asked)
 
 
 def _clear(folder: Path) -> None:

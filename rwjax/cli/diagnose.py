@@ -11,7 +11,7 @@ from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
-from rwjax.cli.terminal import document, say
+from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
@@ -40,7 +40,7 @@ def diagnose(
     target.check()
     with progress(quiet) as show:
         show("looking at the logs")
-        ask_first(rig, logs, force)
+        asked = ask_first(rig, logs, force)
         result = run(rig, logs, progress=show)
         show("writing the report")
         answer = json_text(result.json(), indent=1)
@@ -58,6 +58,7 @@ def diagnose(
         document(answer + "\n")
     else:
         say("\n".join([str(result), *(f"  {name}: {path}" for name, path in written.items())]))
+    note(*asked)
 
 
 def _clear(folder: Path) -> None:

@@ -62,7 +62,7 @@ def fit(
         rig = read(rig_file)
         logs = read_logs(log_files, rig)
         show("looking at the logs")
-        ask_first(rig, logs, force)
+        asked = ask_first(rig, logs, force)
         show("fitting")
         with of_file(rig_file, RigError):
             result = identify(rig, logs)
@@ -78,7 +78,9 @@ def fit(
     else:
         fitted = ", ".join(log.name for log in logs if not log.validate)
         say("\n".join([*_estimates(result), f"fitted to {fitted}; written to {output}"]))
-    _print_notes(result, output)
+    note(*dict.fromkeys([*asked, *result.notes]))
+    if asked and output is not None:
+        note(f"{output} is written even so; its numbers are those of the logs as they are")
 
 
 def _check_runaways(rig: "Rig", fitted: "Rig") -> None:
@@ -119,11 +121,3 @@ def _estimates(result: "RigFit | Identified") -> list[str]:
             spread += f" ({interval_words(*result.interval[name])})"
         lines.append(f"{name} = {result.rig.values[name]:.6g}{spread}")
     return lines + result.of_runs()
-
-
-def _print_notes(result: "RigFit | Identified", output: Path | None) -> None:
-    from rwjax.fitting.questions.likeness import Question
-
-    note(*result.notes)
-    if output is not None and any(isinstance(text, Question) for text in result.notes):
-        note(f"{output} is written even so; its numbers are those of the readings as they are")

@@ -4,6 +4,7 @@ What holds a part at rest looks like a number without end. Such an estimate foll
 file with it simulates nothing.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from rwjax.errors import RigError
 from rwjax.kinds import OTHER, RANGES
 from rwjax.rig.effect_section import effect_parameters, rig_value
 from rwjax.rig.model import Rig
+from rwjax.rig.write import write_rig
 
 FAR = 1000.0
 """Times its first size, or one SI unit where it began at 0, beyond which an estimate is far away [1]."""
@@ -21,6 +23,8 @@ UNSURE = 0.1
 
 def ran_away(rig: Rig, fitted: Rig) -> tuple[str, ...]:
     """Free numbers that ran away in a fit, or out of the range that a rig file may hold.
+
+    Of numbers that lie in their ranges and still make no rig together, all that are free count.
 
     Args:
         rig: The rig as it was.
@@ -39,7 +43,18 @@ def ran_away(rig: Rig, fitted: Rig) -> tuple[str, ...]:
         unsure = not value <= FAR * first and not error < UNSURE * value
         if unsure or not _may_stand(name, fitted.values[name]):
             found.append(name)
+    if not _may_be_written(_without(rig, fitted, found)):  # numbers that no rig has together
+        found = [name for name in fitted.free if name in values]
     return tuple(found)
+
+
+def _may_be_written(rig: Rig) -> bool:
+    """Whether a rig file may hold a rig's numbers."""
+    try:
+        write_rig(rig)
+    except RigError:
+        return False
+    return True
 
 
 def _may_stand(name: str, value: float) -> bool:
@@ -61,7 +76,11 @@ def without_runaways(rig: Rig, fitted: Rig) -> Rig:
     Returns:
         The rig, without standard errors of these numbers.
     """
-    names = ran_away(rig, fitted)
+    return _without(rig, fitted, ran_away(rig, fitted))
+
+
+def _without(rig: Rig, fitted: Rig, names: Sequence[str]) -> Rig:
+    """A fitted rig in which some numbers are those of the rig as it was, and those that it lacked lie in their range."""
     kept = {name: error for name, error in fitted.standard_error.items() if name not in names}
     own = {name: _within_range(name, value) for name, value in fitted.values.items() if name not in rig.values}
     return replace(fitted.with_values(own | {name: rig.values[name] for name in names}), standard_error=kept)

@@ -3,7 +3,7 @@
 import math
 
 from rwjax.errors import LogError, RigError, nearest
-from rwjax.logs.sheet import Sheet, is_number
+from rwjax.logs.sheet import ROLES, Sheet, is_number
 from rwjax.rig.effect_section import rig_value
 from rwjax.rig.model import Rig
 
@@ -21,7 +21,7 @@ def is_validation(sheet: Sheet) -> bool:
         LogError: For a role that is neither `train` nor `validate`.
     """
     role = sheet.notes.get("role", "train")
-    if role not in ("train", "validate"):
+    if role not in ROLES:
         raise LogError(f"{sheet.path}: `# role: {role}` is unknown; it is `train` or `validate`")
     return role == "validate"
 

@@ -15,6 +15,8 @@ FEWEST = 10
 
 MOST_COLUMNS = 1000
 """Columns of a log: a header of more is no header."""
+ROLES = ("train", "validate")
+"""What the note `role` may say: a log is for the fit, or to judge what was fitted."""
 FREE_TEXT = ("run", "why", "rig")
 """Keys of notes that name or say something in any words, such as a run that is called `validate`."""
 
@@ -81,7 +83,7 @@ def _note(where: str, line: str, notes: dict[str, list[str]]) -> None:
         raise LogError(f"{where}: `{line}` is no note; write `# role: validate` or `# role: train`")
     if not colon and key.lower().startswith("add ") and "." in key:
         raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
-    if value.lower() in ("validate", "train") and key.lower() not in ("role", *FREE_TEXT):
+    if value.lower() in ROLES and key.lower() not in ("role", *FREE_TEXT):
         raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
     if colon:
         notes.setdefault(key.lower(), []).append(value)

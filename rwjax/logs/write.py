@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from rwjax.errors import LogError, printable
+from rwjax.logs.sheet import FREE_TEXT, ROLES
 from rwjax.text_files import write_text
 
 
@@ -37,6 +38,10 @@ def write_log(
 def _note(key: str, value: str) -> str:
     """The one line of a note; what is not printed in its value, a line break above all, stands there as its escape."""
     _check_word(key, ":")
+    if value.strip().lower() in ROLES and key.lower() not in ("role", *FREE_TEXT):
+        raise LogError(
+            f"the note `{key}: {value}` reads as a role; write `role: {value.strip().lower()}`, or other words"
+        )
     return f"# {key}: {printable(value)}".rstrip()
 
 

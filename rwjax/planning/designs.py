@@ -21,7 +21,7 @@ class Design:
         offset: Offset of the command over its amplitude [1].
         direction: Sign of the command [1].
         repeats: How often it is played [1].
-        role: What its log is for (`files.ROLES`).
+        role: What its log is for (`logs.sheet.ROLES`).
     """
 
     kind: str

@@ -12,6 +12,7 @@ import tomlkit
 
 from rwjax.errors import LONGEST_NAME, InputError, RigError, nearest, no_name
 from rwjax.kinds import RANGES
+from rwjax.logs.sheet import ROLES
 from rwjax.logs.write import write_log
 from rwjax.planning.experiment import SHAPES, Experiment
 from rwjax.rig.document import number, shown
@@ -23,8 +24,6 @@ HEAD = """\
 # Runs to record, in this order, each from rest: `rwjax run-experiment RIG PORT --plan` plays them on the testbed's board;
 # the CSV of each run beside this file has its command for any other driver. reaches: peaks in a simulation of the rig.
 """
-ROLES = ("train", "validate")
-"""What a log is for: to fit, or to judge what was fitted."""
 NUMBERS = {"amplitude_V": "amplitude", "offset_V": "offset", "period_s": "period", "length_s": "length"}
 """Keys of a run that are numbers of its experiment."""
 SHORTEST_S, LONGEST_S = 0.04, 3600.0
@@ -224,7 +223,7 @@ def read_plan(path: Path) -> Plan:
         return _plan(parse_toml(text))
     except _Wrong as error:
         raise InputError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise InputError(f"{path}: not valid TOML: {error}; `rwjax plan` writes such a file") from None
 
 

@@ -120,7 +120,7 @@ def _check_decay(numbers: dict[str, float]) -> None:
             if under > 0.0 and over > FASTEST_DECAY * under:
                 raise RigError(
                     f"{what} is {over / under:.4g} 1/s; it lies below {FASTEST_DECAY:g} 1/s on any rig: check both"
-                    + (", or leave the inductance out" if under == L else "")
+                    + (", or leave the inductance out" if what.startswith("R/L") else "")
                 )
 
 

@@ -65,7 +65,7 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
         return _rig(parse_toml(text), printable(Path(path).stem)[:LONGEST_TEXT])
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         line = re.search(r"at line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else f"{path}"
         remedy = _remedy(text.split("\n")[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path)

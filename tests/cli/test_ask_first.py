@@ -7,6 +7,8 @@ import pytest
 
 from rwjax import write_log, write_rig
 from rwjax.diagnosis import diagnosis
+from rwjax.fitting import fit
+from rwjax.methods import comparison
 from tests.cli.shell import Shell
 from tests.fitting.questions.runs import LOGS, RIG, TIME
 
@@ -27,7 +29,8 @@ def test_a_question_ends_a_command_before_its_work(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("the search was begun")
 
-    monkeypatch.setattr(diagnosis, "diagnose", never)
+    for module, name in ((fit, "fit"), (comparison, "compare"), (diagnosis, "diagnose")):
+        monkeypatch.setattr(module, name, never)
     before = sorted(slow_clock.folder.iterdir())
     status, out, err = slow_clock(command, "rig.toml", "square.csv", "chirp.csv", "-o", "out", "--quiet")
     assert (status, out, len(err.splitlines())) == (2, "", 1)

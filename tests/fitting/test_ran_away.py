@@ -48,6 +48,12 @@ def test_a_rig_without_them_has_the_numbers_of_its_file() -> None:
     assert without_runaways(RIG, sure) == sure
 
 
+def test_numbers_that_make_no_rig_together_ran_away_together() -> None:
+    found = replace(fitted("axis.inertia", 1e-9, 1e-12), standard_error={"axis.inertia": 1e-12})  # b/I of 2e7 1/s
+    assert ran_away(RIG, found) == RIG.free
+    assert parse_rig(write_rig(without_runaways(RIG, found))).numbers == RIG.numbers
+
+
 def test_a_number_of_an_added_effect_stays_in_the_range_of_a_rig_file() -> None:
     found = replace(RIG, effects={"axis.spring": {"k": 1e40, "T_0": 0.0}})
     assert parse_rig(write_rig(without_runaways(RIG, found))).effects["axis.spring"]["k"] == 1e12

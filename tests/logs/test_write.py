@@ -65,6 +65,14 @@ def test_a_note_stays_one_note_whatever_it_says(tmp_path_factory, notes: dict[st
     assert not run.validate and run.added == {}
 
 
+def test_a_note_that_would_read_back_as_a_role_is_refused(tmp_path) -> None:
+    with pytest.raises(
+        LogError, match="the note `comment: Train` reads as a role; write `role: train`, or other words"
+    ):
+        write_log(tmp_path / "run.csv", {"time_s": np.arange(10)}, {"comment": "Train"})
+    assert not (tmp_path / "run.csv").exists()
+
+
 @pytest.mark.parametrize("key", ["a:b", "a\nrole", "", " a", "#", "\x1b"])
 def test_a_key_that_would_read_back_as_another_is_refused(tmp_path, key: str) -> None:
     with pytest.raises(ValueError, match="a note's key"):
