@@ -53,8 +53,8 @@ $(READY): requirements.lock pyproject.toml | python
 	@touch $@
 
 python:
-	@$(PYTHON) -c '' 2>/dev/null || { echo "rwjax needs Python 3.11 or newer; '$(PYTHON)' does not run: try make PYTHON=/path/to/python3.11" >&2; exit 1; }
-	@$(PYTHON) -c 'import sys; v = sys.version_info; v < (3, 11) and sys.exit(f"rwjax needs Python 3.11 or newer; $(PYTHON) is {v[0]}.{v[1]}: try make PYTHON=/path/to/python3.11")'
+	@$(PYTHON) -c '' 2>/dev/null || { echo "rwjax needs Python 3.11 to 3.14; '$(PYTHON)' does not run: try make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; v = sys.version_info; (3, 11) <= v < (3, 15) or sys.exit(f"rwjax needs Python 3.11 to 3.14; $(PYTHON) is {v[0]}.{v[1]}: try make PYTHON=/path/to/python3.11")'
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "rwjax needs Python's venv module: apt-get install python3-venv" >&2; exit 1; }
 
 # For maintainers: newest versions that pyproject.toml allows, for Python 3.11 on 64-bit Linux; they have wheels up to 3.14.

@@ -78,10 +78,12 @@ def _unraisable(lost: "sys.UnraisableHookArgs") -> None:
 
 
 def _is_command() -> bool:
-    if "-m" in sys.orig_argv:
-        return sys.orig_argv[sys.orig_argv.index("-m") + 1] == "rwjax"
-    program = (sys.argv or [""])[0]  # a process that `multiprocessing` begins takes it over, but was not begun with it
-    return os.path.splitext(os.path.basename(program))[0] == "rwjax" and program in sys.orig_argv
+    program, *given = sys.argv or [
+        ""
+    ]  # a process that `multiprocessing` begins takes it over, but was not begun with it
+    own = sys.orig_argv[: len(sys.orig_argv) - len(given)]  # what Python itself was given, up to the program
+    is_script = own[-1:] == [program] and os.path.splitext(os.path.basename(program))[0] == "rwjax"
+    return is_script or own[-2:] == ["-m", "rwjax"]
 
 
 begin()

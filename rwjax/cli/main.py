@@ -79,7 +79,8 @@ def main() -> None:
         sys.exit(2)
     except OSError as error:  # help on a full disk
         terminal.forget(sys.stdout)
-        terminal.tell(f"rwjax: the system refuses: {error}; free room, or give other files")
+        what = ": ".join(str(part) for part in (error.filename, error.strerror or error) if part is not None)
+        terminal.tell(f"rwjax: the system refuses: {one_line(what)}; free room, or give other files")
         sys.exit(2)
     except TyperException as error:  # arguments that do not fit the command
         what = " ".join(error.format_message().split())

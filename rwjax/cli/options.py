@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.errors import InputError
+from rwjax.kinds import OTHER
 
 if TYPE_CHECKING:
     import numpy as np
@@ -69,7 +70,7 @@ def results(path: Path) -> Iterator[Path]:
 
 
 def finite(**options: float) -> None:
-    """Checks that options are finite numbers.
+    """Checks that options are finite numbers, of no larger size than any quantity has.
 
     Args:
         options: values by the options' names [any unit].
@@ -80,10 +81,12 @@ def finite(**options: float) -> None:
     for name, value in options.items():
         if not math.isfinite(value):
             raise InputError(f"--{name} {value}: has to be a finite number")
+        if abs(value) > OTHER.most:
+            raise InputError(f"--{name} {value:g}: has to lie between {-OTHER.most:g} and {OTHER.most:g}")
 
 
 def positive(**options: float) -> None:
-    """Checks that options are positive.
+    """Checks that options are positive, and of a size that a quantity has; `inf`, no limit, is.
 
     Args:
         options: values by the options' names [any unit].
@@ -94,6 +97,8 @@ def positive(**options: float) -> None:
     for name, value in options.items():
         if not value > 0.0:
             raise InputError(f"--{name} {value:g}: has to be positive")
+        if not (OTHER.least <= value <= OTHER.most or value == math.inf):
+            raise InputError(f"--{name} {value:g}: has to lie between {OTHER.least:g} and {OTHER.most:g}")
 
 
 def keep_input(output: Path, *inputs: Path) -> None:
@@ -138,7 +143,7 @@ def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
         The values [unit of the option], shape `(count,)`.
 
     Raises:
-        InputError: the text is anything else, or the values are too many.
+        InputError: the text is anything else, or the values are too many or too large.
     """
     import numpy as np
 
@@ -150,6 +155,8 @@ def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
         raise wrong from None
     if not (np.isfinite([low, high]).all() and 1 <= count <= MOST_VALUES):
         raise wrong
+    for end in (low, high):
+        finite(**{option.removeprefix("--"): end})
     return np.linspace(low, high, count)
 
 
@@ -164,7 +171,7 @@ def span(option: str, text: str) -> "np.ndarray":
         Both ends [unit of the option], shape `(2,)`.
 
     Raises:
-        InputError: the text is anything else.
+        InputError: the text is anything else, or the range is too large or too small.
     """
     import numpy as np
 
@@ -174,4 +181,5 @@ def span(option: str, text: str) -> "np.ndarray":
         low, high = 0.0, 0.0
     if not 0.0 <= low < high < np.inf:
         raise InputError(f"{option} {text}: has to be FROM:TO, from 0 or more to a larger number, such as 0:100")
+    positive(**{option.removeprefix("--"): high})
     return np.array([low, high])

@@ -5,11 +5,10 @@ from typing import Annotated
 
 import typer
 
-from rwjax.cli.options import finite
 from rwjax.cli.recording import Port, Quiet, RigFile, check_output, needs_pyserial, record_task, role_note
 
 Output = Annotated[Path, typer.Option("-o", metavar="LOG.csv", help="the log; beside it .raw and .notes")]
-Seconds = Annotated[float | None, typer.Option(min=0.1, help="until Ctrl-C without it")]
+Seconds = Annotated[float | None, typer.Option(min=0.1, max=86_400.0, help="until Ctrl-C without it")]
 Role = Annotated[str, typer.Option(help="`validate` keeps the log out of fit and choice")]
 
 
@@ -22,8 +21,6 @@ def record(
     quiet: Quiet = False,
 ) -> None:
     """Record what the board sends, without arming it."""
-    if seconds is not None:
-        finite(seconds=seconds)
     needs_pyserial()
     from rwjax.link.play_plan import Task
     from rwjax.link.recorder import listen

@@ -85,10 +85,15 @@ def forget(stream: Any) -> None:
     """Lets go what waits to be written on a stream that cannot be written; the program's end would try it again.
 
     Args:
-        stream: stdout or stderr.
+        stream: stdout or stderr; None for one that was closed when the program began.
     """
+    if stream is None:
+        return
     with suppress(OSError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        number, nowhere = stream.fileno(), os.open(os.devnull, os.O_WRONLY)
+        if nowhere != number:  # else it was closed meanwhile
+            os.dup2(nowhere, number)
+            os.close(nowhere)
 
 
 @contextmanager

@@ -4,6 +4,7 @@ import math
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
@@ -79,11 +80,18 @@ class Recorded:
     failure: Exception | KeyboardInterrupt | None
 
 
+PATIENCE_S = 2.0
+"""Time [s] after a first Ctrl-C from which another one leaves what does not end by itself, such as a disk that takes nothing."""
+
+
 class _CtrlC:
-    """Meanwhile Ctrl-C, which always reaches the main thread, is only noted: whatever it meets is not left half-done."""
+    """Meanwhile Ctrl-C, which always reaches the main thread, is only noted: whatever it meets is not left half-done.
+
+    One that comes `PATIENCE_S` after the first is a `KeyboardInterrupt`.
+    """
 
     def __init__(self) -> None:
-        self.pressed = False
+        self.pressed, self._since = False, 0.0
         in_main_thread = threading.current_thread() is threading.main_thread()
         self._heard = in_main_thread and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
 
@@ -94,10 +102,14 @@ class _CtrlC:
 
     def __exit__(self, *_: object) -> None:
         if self._heard:
-            signal.signal(signal.SIGINT, self._before)
+            signal.signal(signal.SIGINT, self._before or signal.SIG_DFL)  # None: set by a program that is not Python
 
     def _note(self, *_: object) -> None:
-        self.pressed = True
+        now = time.monotonic()
+        if self.pressed and now - self._since >= PATIENCE_S:
+            raise KeyboardInterrupt
+        if not self.pressed:
+            self.pressed, self._since = True, now
 
 
 def check_new(output: Path) -> None:

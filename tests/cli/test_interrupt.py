@@ -61,6 +61,30 @@ def test_ctrl_c_after_the_work_is_done_changes_nothing(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, f"rwjax {__version__}\n", "")
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize(
+    ("own", "given", "handled"),
+    [
+        ("/bin/rwjax", "-m", True),
+        ("/bin/rwjax", "fit -m x", True),
+        ("-X dev -m rwjax", "fit -m", True),
+        ("-m other", "-m rwjax", False),
+        ("/bin/other", "-m rwjax", False),
+        ("-c pass", "/bin/rwjax", False),
+    ],
+)
+def test_only_what_python_was_given_before_the_program_tells_which_it_is(
+    monkeypatch: pytest.MonkeyPatch, own: str, given: str, handled: bool
+) -> None:
+    program = own if own.startswith("/") else own.split()[-2]
+    monkeypatch.setattr(sys, "orig_argv", ["python", *own.split(), *given.split()])
+    monkeypatch.setattr(sys, "argv", [program, *given.split()])
+    for hook in ("excepthook", "unraisablehook"):
+        monkeypatch.setattr(sys, hook, getattr(sys, hook))
+    interrupt.begin()
+    assert (signal.getsignal(signal.SIGINT) is interrupt.heard) == handled
+
+
 class Ended(Exception):
     """The end of the process."""
 

@@ -50,14 +50,20 @@ def test_what_is_typed_wrong_is_said_in_one_printable_line(
 def test_what_the_system_refuses_is_said_in_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def full(*given: object, **named: object) -> None:  # as `--help > /dev/full` does
-        raise OSError(28, "No space left on device")
+    for error, said in (
+        (OSError(28, "No space left on device"), "No space left on device"),  # as `--help > /dev/full` does
+        (PermissionError(13, "Permission denied", "a\nb.csv"), r"a\nb.csv: Permission denied"),
+        (OSError("timed out"), "timed out"),
+    ):
 
-    monkeypatch.setattr("rwjax.cli.main.app", full)
+        def refused(*given: object, error: OSError = error, **named: object) -> None:
+            raise error
+
+        monkeypatch.setattr("rwjax.cli.main.app", refused)
+        assert within(monkeypatch, "--help") == 2
+        assert capsys.readouterr().err == f"rwjax: the system refuses: {said}; free room, or give other files\n"
+    monkeypatch.setattr(sys, "stdout", None)  # closed when the program began
     assert within(monkeypatch, "--help") == 2
-    assert capsys.readouterr().err == (
-        "rwjax: the system refuses: [Errno 28] No space left on device; free room, or give other files\n"
-    )
 
 
 def test_what_was_printed_before_ctrl_c_arrives_in_a_pipe_too() -> None:

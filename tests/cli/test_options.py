@@ -37,6 +37,24 @@ def test_numbers_are_checked_in_their_order() -> None:
         positive(volts=1.0, rpm=0.0, amps=-1.0)
 
 
+def test_sizes_that_no_quantity_has_are_refused_with_the_range() -> None:
+    finite(volts=-1e12, amps=0.0)
+    positive(volts=1e-12, amps=1e12)
+    assert axis("--kp", "-1e12:1e12:2").tolist() == [-1e12, 1e12]
+    for size in (1e300, -1.1e12):
+        with pytest.raises(InputError, match="^--volts .* has to lie between -1e.12 and 1e.12$"):
+            finite(volts=size)
+    for size in (1e300, 0.9e-12):
+        with pytest.raises(InputError, match="has to lie between 1e-12 and 1e"):
+            positive(volts=size)
+    for text in ("-1.7e308:1.7e308:3", "0:1e13:2"):
+        with pytest.raises(InputError, match="^--kp .* has to lie between -1e.12 and 1e.12$"):
+            axis("--kp", text)
+    for text in ("0:1e308", "0:1e-300"):
+        with pytest.raises(InputError, match="^--kp 1e.30.: has to lie between 1e-12 and 1e.12$"):
+            span("--kp", text)
+
+
 def test_an_input_is_spared_by_whatever_name(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text("")
     (tmp_path / "link.toml").symlink_to(tmp_path / "rig.toml")

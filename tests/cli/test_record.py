@@ -85,7 +85,13 @@ def test_ctrl_c_is_the_usual_end_of_a_recording_that_has_begun(
         ),
         (("record", "RIG", "/dev/ttyNOPE", "-o", "OUT.txt"), "OUT.txt: a log's name ends in .csv"),
         (("record", "RIG", "loop://", "-o", "OUT.csv", "--role", "test"), "--role test: is unknown; it is `train` or"),
-        (("record", "RIG", "loop://", "-o", "OUT.csv", "--seconds", "inf"), "--seconds inf: has to be a finite number"),
+        *(
+            (
+                ("record", "RIG", "loop://", "-o", "OUT.csv", "--seconds", seconds),
+                "Invalid value for '--seconds': Input should be ",
+            )
+            for seconds in ("1e307", "inf", "nan", "86401", "0.09")
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import rwjax.cli
-from rwjax.cli.terminal import document, note, say, tell
+from rwjax.cli.terminal import document, forget, note, say, tell
 from tests.cli.shell import ROOT
 
 NAME = os.fsdecode(b"\x1b[31mrun\x07 \xe2\x80\xae\xff \xc2\xb5.csv")
@@ -66,6 +66,16 @@ def test_a_full_disk_is_said_in_one_line() -> None:
         assert done.returncode == 2
         (line,) = [line for line in done.stderr.decode().splitlines() if not line.startswith("note")]
         assert line == "rwjax: stdout: cannot be written: No space left on device; write to another place"
+
+
+def test_a_stream_is_let_go_without_a_descriptor_more(tmp_path: Path) -> None:
+    forget(None)
+    with (tmp_path / "out").open("w") as stream:
+        stream.write("lost")
+        before = os.listdir("/proc/self/fd")
+        forget(stream)
+        assert os.listdir("/proc/self/fd") == before
+    assert (tmp_path / "out").read_text() == ""
 
 
 def test_closed_streams_and_poor_encodings_end_no_command() -> None:

@@ -281,6 +281,40 @@ def test_ctrl_c_while_the_log_is_written_costs_nothing_and_ends_a_plan(
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_later_ctrl_c_leaves_a_disk_that_takes_nothing(
+    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def blocked(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
+        signal.raise_signal(signal.SIGINT)
+        monkeypatch.setattr(recorder, "PATIENCE_S", 0.0)
+        signal.raise_signal(signal.SIGINT)
+        return write_logs(raw, rig, output)
+
+    monkeypatch.setattr(recorder, "write_logs", blocked)
+    scripted(Scripted(stream(range(99))))
+    with pytest.raises(KeyboardInterrupt):
+        record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(0.5))
+    assert {path.name for path in tmp_path.iterdir()} == {"run.raw", "run.notes"}
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)  # heard again
+
+
+def test_a_handler_that_python_did_not_set_becomes_the_systems(
+    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of such a handler Python says None."""
+    given: list[object] = []
+
+    def foreign(number: int, handler: object) -> None:
+        given.append(handler)
+
+    monkeypatch.setattr(signal, "signal", foreign)
+    scripted(Scripted(stream(range(99))))
+    record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(0.5))
+    assert given[1:] == [signal.SIG_DFL]
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize("step", ("read", "write", "flush", "close"))
 @pytest.mark.parametrize("when", (0.05, 1.5, 3.0))
 def test_ctrl_c_at_any_step_leaves_the_board_disarmed_and_a_log_or_nothing(
