@@ -3,6 +3,8 @@
 import os
 import re
 import stat
+import time
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -12,6 +14,9 @@ from rwjax.errors import InputError
 
 LONGEST_STEM = 40
 """Characters of a file's name that the name of its temporary one repeats, so that this is no longer than a name may be."""
+DEAD_AFTER = 3600.0
+"""How long nothing has changed in a temporary file or folder that is taken for one of a killed process [s]. That its process is not
+seen does not do: it may run in another container, or on another machine that shares the folder."""
 MOST_TOML, LONGEST_TOML_LINE = 250_000, 4_000
 """Characters of a TOML file and of one of its lines: files made by hand or by rwjax are far shorter, and a key of thousands of parts
 takes minutes to read. Python reads no whole number of more than 4300 digits."""
@@ -142,26 +147,35 @@ def beside(target: Path) -> Path:
     Returns:
         The path, at which there is nothing.
     """
-    for left in left_over(target):
+    for left in left_over(target, DEAD_AFTER):
         with suppress(OSError):  # a folder, or somebody else's
             left.unlink()
-    return target.with_name(f".{target.name[:LONGEST_STEM]}.{os.getpid()}.{os.urandom(4).hex()}.new")
+    return target.with_name(f"{_prefix(target)}.{os.getpid()}.{os.urandom(4).hex()}.new")
 
 
-def left_over(target: Path) -> Iterator[Path]:
+def left_over(target: Path, seconds: float) -> Iterator[Path]:
     """What processes that were killed have left beside a target.
 
     Args:
         target: Path of the file or the folder.
+        seconds: How long nothing has changed in it at least [s].
 
     Yields:
-        Paths that `beside` gave to processes that are no more.
+        Paths that `beside` gave to processes that are not seen any more.
     """
-    name = re.compile(rf"\.{re.escape(target.name[:LONGEST_STEM])}\.(\d{{1,9}})\.[0-9a-f]+\.(new|old)")
+    name = re.compile(rf"{re.escape(_prefix(target))}\.(\d{{1,9}})\.[0-9a-f]+\.(new|old)")
     found = []
-    with suppress(PermissionError), os.scandir(target.parent) as entries:  # a folder may be writable and not readable
+    with suppress(OSError), os.scandir(target.parent) as entries:  # a folder may be writable and not readable
         found = [(Path(entry.path), match) for entry in entries if (match := name.fullmatch(entry.name))]
-    yield from (path for path, match in found if not _runs(int(match[1])))
+    for path, match in found:
+        with suppress(FileNotFoundError):  # settled by another process
+            if not _runs(int(match[1])) and time.time() - path.lstat().st_ctime >= seconds:
+                yield path
+
+
+def _prefix(target: Path) -> str:
+    """How the names of a target's temporary files begin: with a part of its name that is never too long, and a sum of all of it."""
+    return f".{target.name[:LONGEST_STEM]}.{zlib.crc32(os.fsencode(target.name)):08x}"
 
 
 def _runs(process: int) -> bool:

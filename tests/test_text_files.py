@@ -3,14 +3,23 @@
 import os
 import resource
 import subprocess
-import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from rwjax.errors import InputError, LogError, RigError
-from rwjax.text_files import check_writable, parse_toml, read_text, write_files, write_text
+from rwjax.text_files import (
+    DEAD_AFTER,
+    beside,
+    check_writable,
+    left_over,
+    parse_toml,
+    read_text,
+    write_files,
+    write_text,
+)
 
 
 @pytest.mark.parametrize("data", [b"a\nb\n", b"a\r\nb\r\n", b"a\rb\r", b"\xef\xbb\xbfa\nb\n"])
@@ -138,13 +147,23 @@ def test_a_name_may_be_long_and_need_not_be_text(tmp_path: Path) -> None:
         write_text(tmp_path / ("n" * 256), "x", InputError)
 
 
-def test_what_a_killed_writer_left_is_removed(tmp_path: Path) -> None:
-    gone = subprocess.Popen([sys.executable, "-c", ""])
+def test_what_a_killed_writer_left_is_removed_once_it_is_old(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = subprocess.Popen(["true"])
     gone.wait()
-    for process in (gone.pid, os.getpid()):
-        (tmp_path / f".x.{process}.0123abcd.new").write_text("torn")
-    write_text(tmp_path / "x", "whole", InputError)
-    assert sorted(os.listdir(tmp_path)) == [f".x.{os.getpid()}.0123abcd.new", "x"]
+    target, longer = tmp_path / ("x" * 50 + "-a"), tmp_path / ("x" * 50 + "-b")
+    mine = beside(target)
+    left, of_another = (
+        path.with_name(path.name.replace(str(os.getpid()), str(gone.pid))) for path in (mine, beside(longer))
+    )
+    for path in (mine, left, of_another):
+        path.write_text("torn")
+    write_text(target, "whole", InputError)  # its process may run on another machine
+    assert set(tmp_path.iterdir()) == {mine, left, of_another, target}
+    assert list(left_over(target, 0.0)) == [left]
+    later = time.time() + DEAD_AFTER + 1.0
+    monkeypatch.setattr(time, "time", lambda: later)
+    write_text(target, "whole", InputError)
+    assert set(tmp_path.iterdir()) == {mine, of_another, target}
 
 
 def test_whether_a_file_can_be_written_is_told_before(tmp_path: Path) -> None:

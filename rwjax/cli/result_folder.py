@@ -1,4 +1,8 @@
-"""The folder of a command's results, built aside and exchanged whole: at its path there is always the old one or the new one."""
+"""The folder of a command's results, built aside and exchanged whole: at its path there is the old one or the new one.
+
+Where the system cannot exchange two folders at once, there is none for the moment between two renames. Who is killed just then
+leaves the old one beside it, and the next command puts that back.
+"""
 
 import errno
 import os
@@ -9,13 +13,16 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
+from rwjax.cli.terminal import note
 from rwjax.errors import InputError
-from rwjax.text_files import beside, left_over
+from rwjax.text_files import DEAD_AFTER, beside, left_over
 
 MOST_FILES = 10_000
 """Files in a folder beyond which it is taken for one that is none of results; each of them is linked into the new folder."""
 HERE, SWAP = -100, 2
 """Of the system's calls that exchange two folders: paths are those of the process; exchange."""
+ROUNDS = 5
+"""How often the old folder is emptied again, because a file came in before it was gone."""
 NO_SWAP = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
 """What a system or a file system says that cannot exchange two folders at once."""
 NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS, errno.EACCES)
@@ -37,11 +44,12 @@ class ResultFolder:
     inputs: tuple[Path, ...]
 
     def check(self) -> None:
-        """Tries all but the exchange, before the work begins.
+        """Settles what killed processes have left, and tries all but the exchange, before the work begins.
 
         Raises:
             InputError: The folder cannot be replaced, or that would replace an input.
         """
+        _settle_left_over(Path(os.path.realpath(self.path)))
         with self._aside() as (target, new):
             self._copy(target, new)
 
@@ -67,7 +75,7 @@ class ResultFolder:
 
     @contextmanager
     def _aside(self) -> Iterator[tuple[Path, Path]]:
-        """The folder's true path, and a new one beside it. That is gone afterwards, as are folders made for nothing."""
+        """The folder's true path, and a new one beside it. That is gone unless exchanged, as are folders made for nothing."""
         made: list[Path] = []
         new = None
         try:
@@ -75,7 +83,6 @@ class ResultFolder:
             self._check_place(target)
             made = [folder for folder in target.parents if not folder.exists()]
             target.parent.mkdir(parents=True, exist_ok=True)
-            self._settle_left_over(target)
             new = _made_beside(target)
             yield target, new
         except OSError as bad:
@@ -84,7 +91,7 @@ class ResultFolder:
             ) from None
         finally:
             if new is not None:
-                _remove(new)
+                _remove_unexchanged(new)
             for folder in made:
                 with suppress(OSError):  # it holds the results
                     folder.rmdir()
@@ -105,32 +112,18 @@ class ResultFolder:
         if any(True for _ in islice(_files(target), MOST_FILES, None)):
             raise InputError(f"{self.path}: holds more than {MOST_FILES} files besides results; {own}")
 
-    def _settle_left_over(self, target: Path) -> None:
-        """Puts a folder back that a killed process has moved aside, takes over what came into one, and removes the rest."""
-        for left in left_over(target):
-            with suppress(OSError):
-                if left.suffix == ".old" and not target.exists():
-                    left.rename(target)
-                elif left.suffix == ".new" and left.name.split(".")[-2] == _number(left):  # never exchanged
-                    _remove(left)
-                else:
-                    old = left.rename(beside(target).with_suffix(".old"))  # by one process alone
-                    self._carry_over(old, target, {})
-                    _remove(old)
-
     def _copy(self, target: Path, new: Path) -> dict[str, int]:
         """Links what the folder holds, but no earlier result, into the new one; the number of each file by its name."""
         while target.exists():
             old = os.open(target, os.O_RDONLY)  # held, so that no other folder gets its number
             try:
                 _link_all(target, new)
-                shutil.copystat(target, new)
+                _copy_rights(target, new)
                 if os.path.samestat(os.fstat(old), os.stat(target)):
                     break
             finally:
                 os.close(old)
-            _remove(new)  # another process has exchanged it meanwhile
-            new.mkdir()
+            _empty(new)  # another process has exchanged it meanwhile
         self.clear(new)
         kept = {name: os.lstat(new / name).st_ino for name in _files(new)}
         self._spare_inputs(target, new, kept)
@@ -149,7 +142,7 @@ class ResultFolder:
     def _carry_over(self, old: Path, target: Path, kept: dict[str, int]) -> None:
         """Empties the old folder; what has come into it since it was copied, except another process's results, is taken over."""
         with suppress(OSError):
-            while old.exists():  # again where a file comes in before the folder is gone
+            for _ in range(ROUNDS):
                 self.clear(old)
                 _unlock(old)
                 for name in list(_files(old)):
@@ -161,11 +154,33 @@ class ResultFolder:
                     else:
                         os.unlink(old / name)
                 for path, _, _ in os.walk(old, topdown=False):
-                    try:
+                    with suppress(OSError):  # a file has come in
                         os.rmdir(path)
-                    except OSError as bad:
-                        if bad.errno not in (errno.ENOTEMPTY, errno.EEXIST):
-                            raise
+                if not old.exists():
+                    return
+        _tell_of(old, target)
+
+
+def _settle_left_over(target: Path) -> None:
+    """Puts a folder back that a killed process has moved aside, and removes the new ones that were not finished.
+
+    A folder that was exchanged is the old one. It stays: only its own command could tell old results in it from what a user has
+    put in during the exchange.
+    """
+    for left in left_over(target, 0.0):
+        if left.suffix == ".old" and not target.exists():
+            with suppress(OSError):
+                left.rename(target)
+    for left in left_over(target, DEAD_AFTER):
+        _remove_unexchanged(left)
+        if left.exists():
+            _tell_of(left, target)
+
+
+def _tell_of(old: Path, target: Path) -> None:
+    note(
+        f"{old} is what {target} was before; what came in while it was replaced may be there alone: look, and remove it"
+    )
 
 
 def _files(folder: Path) -> Iterator[str]:
@@ -183,7 +198,7 @@ def _link_all(folder: Path, copy: Path) -> None:
             if old.is_dir() and not old.is_symlink():
                 new.mkdir()
                 _link_all(old, new)
-                shutil.copystat(old, new)
+                _copy_rights(old, new)
                 continue
             try:
                 os.link(old, new, follow_symlinks=False)
@@ -202,10 +217,29 @@ def _unlock(folder: Path) -> None:
                     os.chmod(inner, 0o700)
 
 
-def _remove(folder: Path) -> None:
-    """Removes a folder as far as possible."""
+def _copy_rights(old: Path, new: Path) -> None:
+    """Gives a folder the group, the permissions and the times of another one."""
+    with suppress(OSError):  # not a group of this user
+        os.chown(new, -1, old.stat().st_gid)
+    shutil.copystat(old, new)
+
+
+def _empty(folder: Path) -> None:
+    """Removes what a folder holds, as far as possible."""
     _unlock(folder)
-    shutil.rmtree(folder, ignore_errors=True)
+    for inner in folder.iterdir():
+        if inner.is_dir() and not inner.is_symlink():
+            shutil.rmtree(inner, ignore_errors=True)
+        else:
+            inner.unlink(missing_ok=True)
+
+
+def _remove_unexchanged(new: Path) -> None:
+    """Removes a folder that nobody has seen at the target's path: its name holds its own number, or it is empty."""
+    with suppress(OSError):
+        if new.name.split(".")[-2] == _number(new):
+            _empty(new)
+        new.rmdir()
 
 
 def _made_beside(target: Path) -> Path:

@@ -7,12 +7,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.errors import InputError
+from rwjax.text_files import DEAD_AFTER, beside
 from tests.cli.shell import ROOT
 
 NAMES = ("a.json", "b.png", "figure.png")
@@ -193,18 +195,98 @@ def test_file_systems_that_can_do_less(
     assert holds(out) == {"a.json": "2", "b.png": "2", "own/log.csv": "mine"} and os.listdir(out.parent) == ["out"]
 
 
-def test_what_a_killed_process_left_is_settled(out: Path) -> None:
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
+@pytest.fixture
+def gone() -> int:
+    """The number of a process that is no more."""
+    process = subprocess.Popen(["true"])
+    process.wait()
+    return process.pid
+
+
+def an_hour_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    later = time.time() + DEAD_AFTER + 1.0
+    monkeypatch.setattr(time, "time", lambda: later)
+
+
+def left(out: Path, process: int, ending: str) -> Path:
+    """A new folder beside the target with the name that a process gives it before the exchange."""
+    folder = beside(out).with_suffix(ending)
+    folder.mkdir()
+    parts = folder.name.split(".")
+    return folder.rename(
+        folder.with_name(".".join([*parts[:-3], str(process), f"{folder.stat().st_ino:x}", parts[-1]]))
+    )
+
+
+def test_what_a_killed_process_left_is_settled(out: Path, gone: int, monkeypatch: pytest.MonkeyPatch) -> None:
     write(out, "1")
-    out.rename(out.with_name(f".out.{gone.pid}.0123abcd.old"))  # killed between the two steps of a slow exchange
-    (left := out.with_name(f".out.{gone.pid}.0123abcd.new")).mkdir()
-    (left / "torn").write_text("of a folder that was not complete")
-    left.rename(out.with_name(f".out.{gone.pid}.{left.stat().st_ino:x}.new"))
-    (out.with_name(f".out.{os.getpid()}.0123abcd.new")).mkdir()  # of a process that runs
+    old = left(out, gone, ".old")
+    old.rmdir()
+    out.rename(old)  # killed between the two steps of a slow exchange
+    unfinished, empty, running = left(out, gone, ".new"), left(out, gone, ".new"), left(out, os.getpid(), ".new")
+    (unfinished / "own").mkdir()
+    (unfinished / "own" / "torn").write_text("of a folder that was not complete")
+    empty = empty.rename(empty.with_name(empty.name.replace(".new", "0.new")))  # before it had its number
     ResultFolder(out, clear, ()).check()
     assert holds(out) == {"a.json": "1", "b.png": "1"}
-    assert sorted(os.listdir(out.parent)) == [f".out.{os.getpid()}.0123abcd.new", "out"]
+    assert set(out.parent.iterdir()) == {out, unfinished, empty, running}  # their process may run on another machine
+    an_hour_later(monkeypatch)
+    ResultFolder(out, clear, ()).check()
+    assert set(out.parent.iterdir()) == {out, running}
+
+
+def test_a_folder_whose_writer_was_killed_after_the_exchange_stays_beside(
+    out: Path, gone: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(out, "1")
+    old = left(out, gone, ".new")
+    old = old.rename(
+        old.with_name(old.name.replace(".new", "0.new"))
+    )  # the number of the folder that is at the target now
+    (old / "plan.toml").write_text("of another command")
+    an_hour_later(monkeypatch)
+    ResultFolder(out, clear, ()).check()
+    write(out, "2")
+    assert holds(out) == {"a.json": "2", "b.png": "2"} and holds(old) == {"plan.toml": "of another command"}
+    assert capsys.readouterr().err == (
+        f"note: {old} is what {out} was before; what came in while it was replaced may be there alone: look, and remove it\n"
+    )
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
+def test_what_cannot_be_taken_over_is_not_removed(
+    out: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    write(out, "1")
+
+    def fail(*_: object) -> None:
+        raise error
+
+    with suppress(KeyboardInterrupt), ResultFolder(out, clear, ()).renewed() as new:
+        (new / "a.json").write_text("2")
+        (out / "log.csv").write_text("late")
+        monkeypatch.setattr(os, "replace", fail)
+    assert holds(out) == {"a.json": "2"} and holds(new) == {"log.csv": "late"}
+
+
+def test_a_folder_that_is_never_empty_is_given_up(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(out, "1")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOTEMPTY, "Directory not empty")
+
+    with ResultFolder(out, clear, ()).renewed() as new:
+        (new / "a.json").write_text("2")
+        monkeypatch.setattr(os, "rmdir", full)
+    assert holds(out) == {"a.json": "2"} and new.exists()
+
+
+def test_a_new_folder_has_the_group_of_the_old_one(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[tuple[int, int]] = []
+    write(out, "1")
+    monkeypatch.setattr(os, "chown", lambda _, user, group: given.append((user, group)))
+    write(out, "2")
+    assert given == [(-1, out.stat().st_gid)]
 
 
 def begun(folder: Path, who: str) -> subprocess.Popen[str]:
@@ -225,22 +307,29 @@ def ended(process: subprocess.Popen[str]) -> None:
     process.communicate()
 
 
-def test_a_result_is_whole_wherever_its_writer_is_killed(out: Path) -> None:
+@pytest.mark.parametrize("rounds", [2, pytest.param(40, marks=pytest.mark.slow)])
+def test_a_result_is_whole_wherever_its_writer_is_killed(
+    out: Path, monkeypatch: pytest.MonkeyPatch, rounds: int
+) -> None:
     out.mkdir()
     (out / "own.csv").write_text("mine")
     moments = random.Random(0)
-    for round_ in range(8):
+    for round_ in range(rounds):
         process = begun(out.parent, str(round_))
         time.sleep(moments.uniform(0.0, 0.02))
         ended(process)
         assert whole(out).startswith(f"{round_} ") and (out / "own.csv").read_text() == "mine"
+    an_hour_later(monkeypatch)
     ResultFolder(out, clear, ()).check()
-    assert os.listdir(out.parent) == ["out"]
+    for beside_it in set(out.parent.iterdir()) - {out}:
+        assert set(holds(beside_it)) <= {*NAMES, "own.csv"}
+        assert beside_it.name.split(".")[-2] != f"{beside_it.stat().st_ino:x}"  # it was exchanged
 
 
-def test_of_two_writers_the_last_one_wins_whole_and_no_file_of_the_users_is_lost(out: Path) -> None:
+@pytest.mark.parametrize("seconds", [0.1, pytest.param(3.0, marks=pytest.mark.slow)])
+def test_of_two_writers_the_last_one_wins_whole_and_no_file_of_the_users_is_lost(out: Path, seconds: float) -> None:
     writers = [begun(out.parent, who) for who in "ab"]
-    number, last = 0, time.monotonic() + 0.7
+    number, last = 0, time.monotonic() + seconds
     while time.monotonic() < last:
         number += 1
         (out / f"{number}.csv").write_text(str(number))
@@ -249,8 +338,6 @@ def test_of_two_writers_the_last_one_wins_whole_and_no_file_of_the_users_is_lost
     for writer in writers:
         ended(writer)
     assert whole(out)
-    ResultFolder(out, clear, ()).check()  # takes over what a killed writer did not
-    assert os.listdir(out.parent) == ["out"]
-    assert {name: text for name, text in holds(out).items() if name not in NAMES} == {
-        f"{k}.csv": str(k) for k in range(1, number + 1)
-    }
+    ResultFolder(out, clear, ()).check()
+    kept = {path.name: path.read_text() for path in out.parent.glob("*/*.csv")}  # in it, or beside it after the kill
+    assert kept == {f"{k}.csv": str(k) for k in range(1, number + 1)}
