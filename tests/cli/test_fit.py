@@ -9,6 +9,7 @@ import pytest
 from tests.cli.shell import DEMO, LOGS, program
 
 
+@pytest.mark.slow
 def test_the_corrected_file_predicts_what_the_diagnosis_claims(tmp_path: Path) -> None:
     rig = (DEMO / "rig.toml").read_text().replace("free = [", 'free = ["axis.stribeck.M_c", "axis.stribeck.M_e", ')
     rig += '\n[effects."axis.stribeck"]\nM_c = 0.4\nM_e = 0.2\nv_s = 0.4\n'

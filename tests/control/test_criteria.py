@@ -16,6 +16,7 @@ from tests.control.delayed_platform import GAIN, INERTIA, RIG, SMOOTH, TIMING, V
 GRID, RATES = np.linspace(0.0, 60.0, 13), np.linspace(0.0, 12.0, 13)
 
 
+@pytest.mark.slow
 def test_a_sampled_region_holds_the_rig_s_delay_and_its_margins() -> None:
     asked = SampledPoles(1.0, TIMING, SMOOTH)
     late = with_delays(0.02, 0.0)

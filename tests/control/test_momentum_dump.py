@@ -35,6 +35,7 @@ def test_a_stop_faster_than_the_bound_moves_the_axis() -> None:
         assert bool(np.any(np.asarray(run.angle) != 0.0)) == moves
 
 
+@pytest.mark.slow
 def test_a_held_load_takes_its_part_of_the_friction() -> None:
     load = 0.006
     loaded = parse_rig(
@@ -54,6 +55,7 @@ def loose(effects: str = "", friction: str = "coulomb = 0.01") -> Rig:
 
 
 @pytest.mark.parametrize(("spin", "margin"), [(200.0, 0.5), (-400.0, 0.5), (100.0, 0.9)])
+@pytest.mark.slow
 def test_little_friction_is_used_as_far_as_commands_held_in_steps_can(spin: float, margin: float) -> None:
     found = dump(loose(friction="viscous = 0.002\ncoulomb = 0.005"), spin, Limits(10.0), margin)
     room = margin * 0.005
@@ -64,12 +66,14 @@ def test_little_friction_is_used_as_far_as_commands_held_in_steps_can(spin: floa
     assert np.all(np.asarray(found.best.angle) == 0.0) and abs(float(found.best.wheel[-1])) < 1e-3 * abs(spin)
 
 
+@pytest.mark.slow
 def test_friction_that_grows_with_the_torque_holds_more_of_it() -> None:
     found = dump(loose('[effects."axis.load_friction"]\nmu = 0.4'), 300.0, Limits(10.0))
     assert found.bound == pytest.approx(J * 300.0 / (0.9 * 0.01 / (1.0 - 0.9 * 0.4)))  # T = 0.9 (0.01 + 0.4 T)
     assert found.bound < found.time < 1.03 * found.bound
 
 
+@pytest.mark.slow
 def test_no_bound_is_claimed_where_the_load_changes() -> None:
     periodic = '[effects."axis.periodic_torque"]\ns = 0.002\nc = 0.0\nomega = 3.0'
     found = dump(loose(periodic), 100.0, Limits(10.0))

@@ -65,6 +65,7 @@ def test_the_nonlinear_loop_has_the_same_delays(delays: tuple[float, float]) -> 
     assert run == pytest.approx(expected, rel=1e-9, abs=1e-10 * np.max(np.abs(expected)))
 
 
+@pytest.mark.slow
 def test_plants_of_many_delays_are_judged_by_their_own() -> None:
     rig = with_delays(0.003, 0.005)
     structure = structure_of(rig)

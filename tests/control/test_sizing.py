@@ -54,6 +54,7 @@ def test_relief_of_the_limit_that_binds_helps(
 
 
 @pytest.mark.parametrize("J", [1.24e-4, 8e-5])
+@pytest.mark.slow
 def test_the_plant_does_it_in_the_time_of_the_budget(J: float) -> None:
     limits, angle = Limits(20.0, 3.0, TOP), np.radians(25.0)
     budget = float(size_wheels(rig(0.01, J), np.array([J]), angle, 5.0, limits).time[0])

@@ -27,6 +27,7 @@ def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> Non
     assert [found.numbers()[f"drive.saturation.{name}"] for name in ("u_m", "n")] == pytest.approx([0.9, 2.0], rel=0.1)
 
 
+@pytest.mark.slow
 def test_exact_derivatives_take_several_and_leave_what_reaches_back_too_far() -> None:
     rig = platform("viscous = 0.02")
     several = [Hypothesis((name,)) for name in ("axis.coulomb", "sensor.delay", "axis.quadratic_drag")]

@@ -33,6 +33,7 @@ def test_the_bisection_reaches_the_wanted_size(kind: str, effect: str, wanted: f
     assert size(again.gap, perfect(found.case, COARSE)) == pytest.approx(found.size, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_size_out_of_reach_is_refused() -> None:
     with pytest.raises(OutOfReach, match="at amplitude 30"):
         sized("wheel", "drive.bias", 1, 1e9)

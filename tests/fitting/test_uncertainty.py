@@ -84,6 +84,7 @@ def test_the_interval_is_as_wide_as_the_scatter_of_estimates() -> None:
         assert 0.65 < claimed / scatter < 1.5, name  # 40 draws know a scatter to 11 %
 
 
+@pytest.mark.slow
 def test_standard_errors_know_that_residuals_are_correlated() -> None:
     truth = platform(free=FREE)
     clean = log_of(truth)

@@ -12,6 +12,7 @@ from tests.methods.logs import FREE, axis_log
 from tests.systems import platform
 
 
+@pytest.mark.slow
 def test_the_comparison_judges_all_methods_on_the_same_held_out_run(tmp_path) -> None:
     truth = platform(free=FREE)
     logs = [axis_log(truth), axis_log(truth, seed=1, validate=True)]

@@ -88,6 +88,7 @@ DRY = "[yaw.friction]\ncoulomb = {}\n[pitch.friction]\ncoulomb = {}\n"
 DRY += '[effects."wheel_1.coulomb"]\nM_c = {}\n[effects."wheel_2.coulomb"]\nM_c = {}\n'
 
 
+@pytest.mark.slow
 def test_bodies_that_push_one_another_stick_exactly() -> None:
     """A torque within every level moves nothing; beyond yaw's, the other bodies stay where they are."""
     rig = two_axis(GIMBAL + GRAVITY + TILTING + DRY.format(0.02, 0.2, 0.03, 0.05))

@@ -31,6 +31,7 @@ print(len(traced), found.rig.values["axis.inertia"])
 """
 
 
+@pytest.mark.slow
 def test_a_second_process_traces_nothing_and_finds_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(tmp_path))
 

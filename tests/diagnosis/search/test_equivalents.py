@@ -23,6 +23,7 @@ def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
 
 
 @pytest.mark.parametrize(("c", "same"), [(-0.1, [("drive.supply_sag",)]), (0.1, [])])
+@pytest.mark.slow
 def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, same: list[tuple[str, ...]]) -> None:
     rig, curved = platform("viscous = 0.02"), Hypothesis(("drive.curvature",))
     fits = fits_of(rig, true_log(rig, **{"drive.curvature": {"c": c}}))

@@ -30,6 +30,7 @@ class Exhaustive(Strategy):
         return Choice(best, ranking=comparison.probabilities(every, comparison.effective(best)))
 
 
+@pytest.mark.slow
 def test_a_strategy_from_outside_names_the_cause() -> None:
     rig = platform("viscous = 0.02")
     found = diagnose(rig, [true_log(rig, **{"axis.bias_torque": {"T": 0.03}})], strategy=Exhaustive())
