@@ -8,7 +8,7 @@ import typer
 
 from rwjax.cli.control import Output, Volts, check_table, remark, write_results
 from rwjax.cli.manoeuvre import Amps, delay_note, limits_of
-from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file
+from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive
 
 Spin = Annotated[float, typer.Option(help="rate of the wheel [1/min]")]
 Margin = Annotated[float, typer.Option(help="share of the breakaway torque to use")]
@@ -33,6 +33,7 @@ def dump(
     from rwjax.rig.read import read_one_axis_rig
 
     finite(spin=spin, margin=margin)
+    positive(margin=margin)
     check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, math.inf)
     with of_file(rig_file):

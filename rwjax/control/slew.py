@@ -22,6 +22,9 @@ FRICTIONLESS = 1e-3
 MOST_FRICTION = 0.9
 """Share of the motor's torque that friction takes at most in the guess."""
 
+DAY_S = 86_400.0
+"""Longest manoeuvre that is looked for [s]."""
+
 
 class Slew(NamedTuple):
     """A slew from rest to rest.
@@ -73,6 +76,8 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     top = usable_rate(rig, limits)
     torque = torque_at(rig, limits, top)
     ideal = on_off(rig.values["axis.inertia"], rig.values["wheel.inertia"], angle, torque, top)
+    if ideal.time > DAY_S:
+        raise InputError(f"angle {angle:g} rad: takes {ideal.time:.3g} s at least; {DAY_S:g} s, a day, at most")
     followed = _followed(rig, ideal, float(np.sign(angle)))
     friction = float(np.max(followed.holds[0]))
     structure, theta, start = steady_state(rig, spin)

@@ -17,6 +17,8 @@ def test_slew_writes_its_course(shell: Shell) -> None:
     [
         (("slew", "--angle", "0"), "rig.toml: angle 0 rad: has to be a number other than 0"),
         (("slew", "--angle", "10", "--amps", "0"), "--amps 0: has to be positive"),
+        (("slew", "--angle", "1e12"), "rig.toml: angle 1.74533e+10 rad: takes "),
+        (("dump", "--spin", "3000", "--margin", "1e-300"), "--margin 1e-300: has to lie between 1e-12 and 1e+12"),
     ],
 )
 def test_bad_input_ends_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:
