@@ -31,10 +31,12 @@ def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) 
     found: dict[Question, list[int]] = {}
     for factor in FACTORS:
         other = in_time(factor) if shares else []
-        right = [k for k, share in shares.items() if 1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share))]
-        shares = {k: share for k, share in shares.items() if k not in right}
-        if right:
-            found[_question(names_of([runs[k].log for k in right]), factor)] = right
+        if not any(1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share)) for k, share in shares.items()):
+            continue
+        # beside a log whose time is plainly another one, so are those that it explains better
+        slow = [k for k, run in enumerate(runs) if explained(other[k]) > explained(run)]
+        shares = {k: share for k, share in shares.items() if k not in slow}
+        found[_question(names_of([runs[k].log for k in slow]), factor)] = slow
     return found
 
 

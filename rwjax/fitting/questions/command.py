@@ -20,6 +20,8 @@ from rwjax.logs.log import Log
 
 FEW_VOLTS = 15.0
 """Command [V] above which whole numbers may be pulses."""
+MOST_COUNTS = 65_535
+"""Largest PWM count [1]."""
 PULSES_US = (400.0, 2600.0)
 """Pulse widths that an ESC or a servo takes [us]."""
 NEUTRAL_US = 1500.0
@@ -71,11 +73,13 @@ def as_pulses(log: Log) -> Pulses | None:
     shortest, longest = PULSES_US
     if shortest <= log.command.min() and log.command.max() <= longest:
         return Pulses(NEUTRAL_US, "us of a pulse", "Subtract the neutral pulse and multiply by volts per us")
-    full = next((n for n in (100, 255, 1023, 4095, 65535) if size.max() <= n), None)
-    if full is None:
+    if size.max() > MOST_COUNTS:
         return None
-    unit = "percent, or in PWM counts" if full == 100 else f"PWM counts of {full}"
-    return Pulses(0.0, unit, f"Multiply it by the supply voltage over {full}")
+    return Pulses(
+        0.0,
+        "percent or in PWM counts",
+        "Multiply it by the supply voltage over the number of full power (100, 255, 1023 …)",
+    )
 
 
 def about_pulses(

@@ -39,6 +39,14 @@ def test_only_the_log_that_is_wrong_is_named() -> None:
     assert question.startswith("chirp.csv: 10 times slower") and logs == [1]
 
 
+def test_a_log_that_another_time_explains_better_is_named_with_one_where_it_is_plain() -> None:
+    runs = wrong(0.1)
+    dull = {name: 0.6 * y for name, y in runs[1].log.outputs.items()}  # as a slow motion hardly tells
+    runs = [runs[0], Run(runs[1].log, dull), runs[2]]
+    ((question, logs),) = about_clock(runs, in_true_time(runs, 0.1)).items()
+    assert question.startswith("square.csv and 2 more: 10 times slower") and logs == [0, 1, 2]
+
+
 def test_right_clocks_are_not_asked_about_and_no_other_time_is_tried() -> None:
     def never(factor: float) -> list[Run]:
         raise AssertionError("simulated in vain")

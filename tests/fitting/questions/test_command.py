@@ -18,10 +18,10 @@ def commanded(log: Log, command: np.ndarray) -> Log:
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        ([-255.0, 0.0, 200.0], "PWM counts of 255"),
-        ([0.0, 60.0], "percent, or in PWM counts"),
+        ([-255.0, 0.0, 200.0], "percent or in PWM counts"),
+        ([0.0, 60.0], "percent or in PWM counts"),
         ([1500.0, 1900.0], "us of a pulse"),
-        ([0.0, 3000.0], "PWM counts of 4095"),
+        ([0.0, 3000.0], "percent or in PWM counts"),
     ],
 )
 def test_whole_numbers_beyond_volts_may_be_pulses(command: list[float], words: str) -> None:
@@ -36,7 +36,10 @@ def test_volts_are_no_pulses(command: list[float]) -> None:
 
 @pytest.mark.parametrize(
     ("per_volt", "neutral", "says"),
-    [(60.0, 0.0, "PWM counts of 255? Multiply it by"), (100.0, 1500.0, "us of a pulse? Subtract the neutral pulse")],
+    [
+        (60.0, 0.0, "PWM counts? Multiply it by the supply voltage over"),
+        (100.0, 1500.0, "us of a pulse? Subtract the neutral pulse"),
+    ],
 )
 def test_pulses_taken_as_volts_are_asked_about(per_volt: float, neutral: float, says: str) -> None:
     logs = [commanded(log, np.round(neutral + per_volt * log.command)) for log in LOGS[:2]]
