@@ -17,6 +17,7 @@ from tests.cli.shell import DEMO, LOGS, Shell, program
 from tests.report.diagnosed import diagnosed
 
 
+@pytest.mark.slow
 def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path) -> None:
     done = program("diagnose", str(DEMO / "rig.toml"), *LOGS, "-o", "out", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -13,6 +13,7 @@ from rwjax.control.transfer import transfer
 from tests.cli.shell import Shell
 
 
+@pytest.mark.slow
 def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
     options = ("--fit", "fit.json", "--plants", "20", "--seconds", "4", "--ki", "5", "--sigma", "2", "--forward", "0.5")
     code, out, err = shell("tune", "rig.toml", *options, "--json")

@@ -17,6 +17,7 @@ from tests.systems import platform
 STEP = StepReference(np.radians(10.0), 2.0)
 
 
+@pytest.mark.slow
 def test_a_design_is_the_most_robust_gains_and_then_tuned_ones() -> None:
     rig, timing = platform(), loop_timing(platform())
     found = tune(rig, friction_share=0.5, step=STEP)

@@ -52,6 +52,7 @@ def test_the_wheel_s_limit_makes_a_hold() -> None:
     assert np.mean(np.abs(found.best.wheel) > 0.99 * TOP) > 0.5 * ideal.hold / ideal.time
 
 
+@pytest.mark.slow
 def test_an_inductance_is_reckoned_with() -> None:
     friction, angle = 0.01, np.radians(20.0)
     found = slew(rig(friction, 0.0641), angle, LIMITS)

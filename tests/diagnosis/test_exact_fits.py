@@ -16,6 +16,7 @@ from tests.systems import platform
 NOTHING = Hypothesis()
 
 
+@pytest.mark.slow
 def test_a_fit_by_exact_derivatives_leaves_a_place_where_whole_runs_end() -> None:
     rig, named = platform("viscous = 0.02"), Hypothesis(("drive.saturation",))
     fits = fits_of(rig, true_log(rig, **{"drive.saturation": {"u_m": 0.9, "n": 2.0}}))

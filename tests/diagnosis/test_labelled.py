@@ -17,7 +17,9 @@ def truth_of(verdict: str) -> dict:
     return json.loads((CASES / verdict / "truth.json").read_text())
 
 
-@pytest.mark.parametrize("verdict", VERDICTS)
+@pytest.mark.parametrize(
+    "verdict", ["none", "effect", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ambiguous", "unknown"))]
+)
 def test_the_verdict_and_the_names_are_those_of_the_label(verdict: str) -> None:
     truth = truth_of(verdict)
     rig = read_rig(CASES / verdict / "rig.toml")

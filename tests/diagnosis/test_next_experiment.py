@@ -62,6 +62,7 @@ def test_where_no_run_separates_them_that_is_said() -> None:
     )
 
 
+@pytest.mark.slow
 def test_where_the_travel_is_limited_the_way_until_the_rig_rests_counts() -> None:
     """An axis that one rival lets coast for minutes goes on into what no log has shown."""
     rig = platform("viscous = 0.0004")  # slows down within 250 s

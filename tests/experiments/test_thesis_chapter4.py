@@ -70,6 +70,7 @@ def test_the_error_that_stays_is_no_more_than_what_friction_holds() -> None:
             )  # half a count
 
 
+@pytest.mark.slow
 def test_momentum_goes_into_the_bearing_and_the_axis_does_not_move() -> None:
     found = dump(yaw_testbed(), TOP, Limits(VOLTS, AMPS))
     assert found.bound == pytest.approx(1.24e-4 * TOP / (0.9 * 0.3757 * INERTIA))

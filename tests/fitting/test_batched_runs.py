@@ -11,6 +11,7 @@ from tests.fitting.moving_runs import alone, several
 from tests.systems import platform, reaction
 
 
+@pytest.mark.slow
 def test_every_search_gets_its_own_runs_however_many_share_a_call() -> None:
     one, other = several(platform()), several(reaction())
     rng = np.random.default_rng(0)

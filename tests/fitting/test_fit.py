@@ -20,6 +20,7 @@ def test_known_numbers_come_back_from_wrong_starts(factor: float) -> None:
         assert found.values[name] == pytest.approx(truth.values[name], rel=1e-5), name
 
 
+@pytest.mark.slow
 def test_a_halved_step_moves_no_number_by_a_tenth_of_its_standard_error() -> None:
     rig = platform(
         "viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.2",

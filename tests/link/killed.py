@@ -20,6 +20,7 @@ from rwjax.link.stream_to_logs import read_notes, write_logs
 from tests.link.ports import RIG, stream
 
 MOST_IN_HAND = 256  # bytes, of one read
+TERMINAL = 4095  # bytes that a terminal holds; it drops what comes then
 MOST_S = 0.6  # until the last kill: 100 samples, their log, and some more
 NOTES = {"role": "train", "why": "to be killed"}
 
@@ -54,7 +55,8 @@ def killed_once(folder: Path, after: float) -> tuple[int, int]:
     os.close(slave)
     kept = raw.read_bytes()
     lost = len(sent) - len(kept) - len(left)
-    if not sent.startswith(kept) or not 0 <= lost <= MOST_IN_HAND:
+    dropped = len(left) >= TERMINAL  # a machine under load lets the recorder wait until the terminal overflows
+    if not sent.startswith(kept) or not (0 <= lost <= MOST_IN_HAND or dropped):
         raise SystemExit(f"after {after} s: {len(kept)} of {len(sent)} bytes on disk, {len(left)} in the terminal")
     found, damaged = stretches(kept)
     whole = kept.count(b"\0") - 1  # frames that end on disk, without HELLO

@@ -13,6 +13,7 @@ def test_known_numbers_of_an_axis_come_back() -> None:
     finds_an_axis(prediction_error, 0.01)
 
 
+@pytest.mark.slow
 def test_known_numbers_of_a_wheel_come_back() -> None:
     finds_a_wheel(prediction_error, 0.01)
 

@@ -103,6 +103,7 @@ def test_bodies_that_push_one_another_stick_exactly() -> None:
     assert np.ptp(found["psi_2"]) == 0.0 and np.ptp(found["theta_2"]) == 0.0
 
 
+@pytest.mark.slow
 def test_dry_friction_on_all_bodies_at_once_is_of_second_order() -> None:
     rig = two_axis(GIMBAL + GRAVITY.replace("0.15", "0.03") + TILTING + DRY.format(0.006, 0.004, 0.003, 0.003), J=1e-3)
     t = 0.04 * np.arange(100)
