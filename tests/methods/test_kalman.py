@@ -1,5 +1,7 @@
 """Prediction error: known numbers come back, delays are refused."""
 
+import pytest
+
 from rwjax.methods.kalman import prediction_error
 from tests.methods.known_numbers import (
     finds_a_wheel,
