@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from rwjax import parse_rig
@@ -178,7 +179,7 @@ def _listing(folder: Path) -> list[str]:
     found = []
     for name in os.listdir(folder):
         found.append(name)
-        if (folder / name).is_dir():
+        with suppress(FileNotFoundError, NotADirectoryError):  # a file, or what a writer removes just now
             found += [f"{name}/{each}" for each in sorted(os.listdir(folder / name))]
     return sorted(found)
 
