@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.answer import check_finite, json_text
-from rwjax.cli.options import Json, Quiet, RigFile, check_file
+from rwjax.cli.options import Json, Quiet, RigFile, check_file, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
@@ -29,8 +29,6 @@ def predict(
     quiet: Quiet = False,
 ) -> None:
     """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the voltage, starts at rest at 0."""
-    import numpy as np
-
     from rwjax.fitting.predict import predict as free_run
     from rwjax.fitting.questions.likeness import Run
     from rwjax.fitting.questions.readings import about_readings
@@ -44,11 +42,8 @@ def predict(
     log = read_log(log_file, rig, outputs_required=False)
     with progress(quiet) as show:
         show("simulating")
-        columns = free_run(rig, log).columns
-    if not all(np.isfinite(v).all() for v in columns.values()):
-        raise InputError(
-            f"{rig_file}: the simulation of {log_file} leaves the range of numbers; check the rig's numbers and units"
-        )
+        with of_file(rig_file):
+            columns = free_run(rig, log).columns
     text, errors = _csv(columns), _errors(log, columns)
     if output is not None:
         write_text(output, text, InputError)

@@ -2,9 +2,6 @@
 
 import math
 import os
-import signal
-import threading
-import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
@@ -13,6 +10,7 @@ from pathlib import Path
 
 from rwjax.errors import InputError, printable
 from rwjax.link.channels import check_board, pwm_of
+from rwjax.link.ctrl_c import CtrlC
 from rwjax.link.messages import Sample
 from rwjax.link.port import LinkError, open_port
 from rwjax.link.session import Session
@@ -80,38 +78,6 @@ class Recorded:
     failure: Exception | KeyboardInterrupt | None
 
 
-PATIENCE_S = 2.0
-"""Time [s] after a first Ctrl-C from which another one leaves what does not end by itself, such as a disk that takes nothing."""
-
-
-class _CtrlC:
-    """Meanwhile Ctrl-C, which always reaches the main thread, is only noted: whatever it meets is not left half-done.
-
-    One that comes `PATIENCE_S` after the first is a `KeyboardInterrupt`.
-    """
-
-    def __init__(self) -> None:
-        self.pressed, self._since = False, 0.0
-        in_main_thread = threading.current_thread() is threading.main_thread()
-        self._heard = in_main_thread and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
-
-    def __enter__(self) -> "_CtrlC":
-        if self._heard:
-            self._before = signal.signal(signal.SIGINT, self._note)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._heard:
-            signal.signal(signal.SIGINT, self._before or signal.SIG_DFL)  # None: set by a program that is not Python
-
-    def _note(self, *_: object) -> None:
-        now = time.monotonic()
-        if self.pressed and now - self._since >= PATIENCE_S:
-            raise KeyboardInterrupt
-        if not self.pressed:
-            self.pressed, self._since = True, now
-
-
 def check_new(output: Path) -> None:
     """Checks that a recording would meet no file of another one.
 
@@ -152,7 +118,7 @@ def record(
     """
     pwm_of(rig)
     check_new(output)
-    with closing(open_port(url)) as port, _CtrlC() as ctrl_c:
+    with closing(open_port(url)) as port, CtrlC() as ctrl_c:
         failure, begun, found = None, False, {}
         with closing(Raw(output.with_suffix(".raw"))) as raw:
             session = Session(port, raw.write, watch, lambda: ctrl_c.pressed)

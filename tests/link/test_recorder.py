@@ -26,7 +26,6 @@ from rwjax.link.port import LinkError
 from rwjax.link.recorder import Raw, listen, record
 from rwjax.link.session import Session
 from rwjax.link.stream import stretches
-from rwjax.link.stream_to_logs import write_logs
 from rwjax.logs.read import read_log
 from rwjax.planning.experiment import Experiment
 from rwjax.rig.model import Rig
@@ -42,17 +41,6 @@ SQUARE = Experiment("square", 2.0, 0.0, 1.0, 2.0)
 def testbed() -> Bench:
     need_simavr()
     return bench(TRUTH)
-
-
-@pytest.fixture
-def scripted(monkeypatch: pytest.MonkeyPatch):
-    """Makes `record` open a scripted port."""
-
-    def use(port: Scripted) -> Scripted:
-        monkeypatch.setattr(recorder, "open_port", lambda _: port)
-        return port
-
-    return use
 
 
 def wheel(volts: np.ndarray, late: float) -> np.ndarray:
@@ -261,101 +249,6 @@ def test_whatever_ends_a_recording_comes_after_its_log(scripted, tmp_path: Path)
     done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(None), broken)
     assert isinstance(done.failure, ZeroDivisionError) and done.logs == [tmp_path / "run.csv"]
     assert len(read_log(done.logs[0], read_rig(RIG)).time) == 51
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_ctrl_c_while_the_log_is_written_costs_nothing_and_ends_a_plan(
-    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    def impatient(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
-        signal.raise_signal(signal.SIGINT)
-        signal.raise_signal(signal.SIGINT)
-        return write_logs(raw, rig, output)
-
-    monkeypatch.setattr(recorder, "write_logs", impatient)
-    scripted(Scripted(stream(range(99))))
-    done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(0.5))
-    assert isinstance(done.failure, KeyboardInterrupt) and done.logs == [tmp_path / "run.csv"]
-    with pytest.raises(KeyboardInterrupt):
-        signal.raise_signal(signal.SIGINT)  # heard again
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_a_later_ctrl_c_leaves_a_disk_that_takes_nothing(
-    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    def blocked(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]]:
-        signal.raise_signal(signal.SIGINT)
-        monkeypatch.setattr(recorder, "PATIENCE_S", 0.0)
-        signal.raise_signal(signal.SIGINT)
-        return write_logs(raw, rig, output)
-
-    monkeypatch.setattr(recorder, "write_logs", blocked)
-    scripted(Scripted(stream(range(99))))
-    with pytest.raises(KeyboardInterrupt):
-        record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(0.5))
-    assert {path.name for path in tmp_path.iterdir()} == {"run.raw", "run.notes"}
-    with pytest.raises(KeyboardInterrupt):
-        signal.raise_signal(signal.SIGINT)  # heard again
-
-
-def test_a_handler_that_python_did_not_set_becomes_the_systems(
-    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """Of such a handler Python says None."""
-    given: list[object] = []
-
-    def foreign(number: int, handler: object) -> None:
-        given.append(handler)
-
-    monkeypatch.setattr(signal, "signal", foreign)
-    scripted(Scripted(stream(range(99))))
-    record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(0.5))
-    assert given[1:] == [signal.SIG_DFL]
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-@pytest.mark.parametrize("step", ("read", "write", "flush", "close"))
-@pytest.mark.parametrize("when", (0.05, 1.5, 3.0))
-def test_ctrl_c_at_any_step_leaves_the_board_disarmed_and_a_log_or_nothing(
-    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, step: str, when: float
-) -> None:
-    """It comes at the end of the step, where an exception would lose what the step has returned."""
-    port = scripted(Stubborn("end"))
-    real = getattr(port, step)
-
-    def interrupted(*given: object) -> object:
-        got = real(*given)
-        if port.now >= when or step in ("flush", "close"):
-            signal.raise_signal(signal.SIGINT)
-        return got
-
-    monkeypatch.setattr(port, step, interrupted)
-    try:
-        done = record("port", read_rig(RIG), tmp_path / "run.csv", {}, play(SQUARE, read_rig(RIG)))
-    except KeyboardInterrupt:
-        assert step == "close" or not list(tmp_path.iterdir())
-        done = None
-    assert port.heard[-1][1] == messages.DISARM and port.state == messages.DISARMED
-    if done and port.tick > 20:
-        assert len(read_log(done.logs[0], read_rig(RIG)).time) > 0
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_ctrl_c_as_the_files_are_begun_leaves_none(scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    real = os.open
-
-    def interrupted(path: Path, *given: int) -> int:
-        opened = real(path, *given)
-        if str(path).endswith(".raw"):
-            signal.raise_signal(signal.SIGINT)
-        return opened
-
-    monkeypatch.setattr(recorder.os, "open", interrupted)
-    scripted(Stubborn())
-    with pytest.raises(KeyboardInterrupt):
-        record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
