@@ -7,12 +7,13 @@ import numpy as np
 
 from experiments.thesis.regenerate import FRICTION
 from experiments.thesis.table import row
-from experiments.thesis.testbed import INERTIA
+from experiments.thesis.testbed import INERTIA, RIG
 from rwjax import Rig, parse_rig
 from rwjax.control.breakaway import breakaway
 from rwjax.control.linear import linearised
 from rwjax.control.open_loop import open_loop
 from rwjax.control.transfer import Transfer, transfer
+from rwjax.kinds import COEFFICIENTS
 from rwjax.plant.from_rig import structure_of, theta_of
 
 TORQUE, RATES = 0.01, (0.0, 1.38, 5.0)  # N m beyond what is fed forward; rad/s
@@ -23,7 +24,7 @@ def axis() -> Rig:
     """Chapter 4's axis alone, driven by a torque: 1 V stands for 1 N m."""
     return parse_rig(
         f'kind = "platform"\nname = "axis of chapter 4"\n[drive]\ngain = 1.0\n[axis]\ninertia = {INERTIA}\n[axis.friction]\n'
-        f"polynomial = {(INERTIA * FRICTION.coef).tolist()}"
+        f"polynomial = {[RIG.numbers[name] for name in COEFFICIENTS]}"
     )
 
 

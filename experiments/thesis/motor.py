@@ -7,13 +7,12 @@ import numpy as np
 from scipy.linalg import expm
 
 from experiments.thesis.table import row, run, save
+from experiments.thesis.testbed import L_CHAPTER_4, J, K, R
 from rwjax import parse_rig
 from rwjax.fitting.predict import predict
 
-K, R, J = 0.0182, 0.83, 1.24e-4  # N m/A, ohm, kg m2: Table 3.1
 SLOPE = 54.39  # rad/s per volt, measured limit speed over voltage (listing A.3)
 CLIP = 3.0  # A, listing A.3
-L_CHAPTER_4 = 0.1  # H, listing A.4
 
 
 def friction_from_limit_speed(slope: float) -> float:

@@ -5,10 +5,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from experiments.thesis.motor import L_CHAPTER_4, SLOPE, J, K, R, friction_from_limit_speed
 from experiments.thesis.regenerate import FRICTION
 from experiments.thesis.table import row, save
-from experiments.thesis.testbed import INERTIA, yaw_testbed
+from experiments.thesis.testbed import INERTIA, L_CHAPTER_4, RIG, J, K, R, yaw_testbed
 from rwjax.control.boundary import boundary, real_boundary
 from rwjax.control.linear import linearised
 from rwjax.control.loop_polynomial import LoopPolynomial, pd_loop, pid_loop
@@ -23,7 +22,7 @@ DAMPINGS, RATES = (0.2, 0.4, 0.6, 0.8), (5.0, 10.0, 15.0)  # of the grid of Fig.
 
 def as_printed(inductance: float = L_CHAPTER_4) -> Transfer:
     """Listing A.4: R b2/(I L) stands in the coefficient of s²; it belongs to s."""
-    b, b2 = friction_from_limit_speed(SLOPE), FRICTION.coef[1]
+    b, b2 = RIG.numbers["motor.friction"], FRICTION.coef[1]
     motor = (R * b + K**2) / (J * inductance)
     den = [1.0, R / inductance + b / J + b2 + b2 * R / inductance, motor + b2 * b / J, b2 * motor]
     return Transfer(np.array([K / (inductance * INERTIA)]), np.array(den), ())

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from experiments.thesis.table import row, save
-from experiments.thesis.testbed import AMPS, TOP, VOLTS, yaw_testbed
+from experiments.thesis.testbed import AMPS, INERTIA, TOP, VOLTS, J, K, yaw_testbed
 from rwjax.control.drive_limits import Limits
 from rwjax.control.on_off import OnOff
 from rwjax.control.slew import slew
@@ -62,17 +62,12 @@ def slews(folder: Path) -> None:
 
 def _bound() -> float:
     """Time over 90 deg at 3 A throughout, of which 10 V leave less near 4000 rpm, the wheel held there in between [s]."""
-    from experiments.thesis.motor import J, K
-    from experiments.thesis.testbed import INERTIA
     from rwjax.control.on_off import on_off
 
     return on_off(INERTIA, J, 0.5 * np.pi, K * AMPS, TOP).time
 
 
 def _ideal(ideal: OnOff) -> plt.Figure:
-    from experiments.thesis.motor import J
-    from experiments.thesis.testbed import INERTIA
-
     t = np.linspace(0.0, ideal.time, 500)
     figure, axes = plt.subplots(2, 1, figsize=(6, 4.6), sharex=True, layout="constrained")
     axes[0].plot(t, ideal.wheel(t) * 60.0 / (2.0 * np.pi))

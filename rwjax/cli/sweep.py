@@ -78,6 +78,10 @@ def _notes(swept: "GainSweep", given: dict[str, str]) -> list[str]:
     """How many pairs settle, which does so first, and whether it lies on the edge of a range that the user gave."""
     settling = swept.response.settling
     notes = [f"{swept.settled} of {settling.size} gain pairs settle within 2 % of the step"]
+    if swept.fastest is None:
+        notes.append(
+            "none settles: where dry friction holds the axis off its angle, --ki helps, else a longer --seconds"
+        )
     if swept.fastest is not None:
         i, j = swept.fastest
         notes.append(f"fastest: kp {swept.kp[i]:g}, kd {swept.kd[j]:g} after {float(settling[i, j]):.3g} s")

@@ -94,8 +94,9 @@ def _stable(design: "GainDesign") -> dict[str, float]:
 
 def _about(plants: int, sigma: float, step: float, integral: bool, fitted: bool) -> str:
     """What the robust and the tuned gains are."""
+    over = f"worst-case margin over {plants} plants" if plants > 1 else "margin on the rig alone"
     return (
-        f"robust: kp and kd of the largest worst-case margin over {plants} plants, every pole left of -{sigma:g} 1/s{' without ki' if integral else ''} "
+        f"robust: kp and kd of the largest {over}, every pole left of -{sigma:g} 1/s{' without ki' if integral else ''} "
         f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fitted else ' as given'}"
     )
 
