@@ -30,9 +30,15 @@ class FitMethod(StrEnum):
 
     E2E = "end-to-end"
     TWO_STAGE = "two-stage"
+    LIMIT_SPEEDS = "limit-speeds"
 
 
-Method = Annotated[FitMethod, typer.Option(help="two-stage: friction from coast-downs, as in the thesis")]
+Method = Annotated[
+    FitMethod,
+    typer.Option(
+        help="as in the thesis: two-stage: friction from coast-downs; limit-speeds: the motor from steady speeds"
+    ),
+]
 Bootstrap = Annotated[
     int, typer.Option(min=0, metavar="N", help="95 % intervals by N refits to resampled stretches (end-to-end)")
 ]
@@ -102,6 +108,13 @@ def _chosen(
         if bootstrap:
             raise InputError("--bootstrap: the two-stage method always makes its own; leave the option out")
         return read_one_axis_rig, two_stage
+    if method is FitMethod.LIMIT_SPEEDS:
+        from rwjax.methods.limit_speeds import limit_speeds
+        from rwjax.rig.read import read_one_axis_rig
+
+        if bootstrap:
+            raise InputError("--bootstrap: the limit-speed method has errors of its own; leave the option out")
+        return read_one_axis_rig, limit_speeds
     from rwjax.fitting.fit import fit as estimate
     from rwjax.rig.read import read_rig
 

@@ -86,6 +86,27 @@ def undelayed(rig: Rig, method: str) -> None:
             raise RigError(f"rig `{rig.name}`: has {name}; the {method} takes {takes}")
 
 
+def within_bounds(rig: Rig, method: str, names: Sequence[str], values: np.ndarray) -> None:
+    """Refuses estimates outside their bounds, for a method that cannot heed these.
+
+    Args:
+        rig: The rig with its bounds.
+        method: The method in words.
+        names: Names of the numbers.
+        values: Their estimates `(k,)` [SI].
+
+    Raises:
+        RigError: An estimate lies outside its bounds.
+    """
+    for name, value in zip(names, values, strict=True):
+        low, high = rig.bounds.get(name, (-np.inf, np.inf))
+        if not low <= value <= high:
+            raise RigError(
+                f"rig `{rig.name}`: `{name}` comes out as {value:.4g}, outside its `fit.bounds` [{low:.4g}, {high:.4g}], which "
+                f"the {method} cannot heed; take them out"
+            )
+
+
 def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.ndarray) -> Rig:
     """The rig with estimates in place.
 

@@ -16,7 +16,7 @@ from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
 from rwjax.logs.log import Log
 from rwjax.methods.coast_down import SHORTEST_S, CoastDown, coast_downs
-from rwjax.methods.identified import Identified, estimated, left_out
+from rwjax.methods.identified import Identified, estimated, left_out, within_bounds
 from rwjax.rig.model import Rig
 
 ORDERS = range(1, 9)
@@ -181,13 +181,7 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
     free, stretches = _usable(rig, train)
     stages = _Stages(rig, free, stretches, order)
     values = stages.estimate(stages.fitted)
-    for name, value in zip(free, values, strict=True):
-        low, high = rig.bounds.get(name, (-np.inf, np.inf))
-        if not low <= value <= high:
-            raise RigError(
-                f"rig `{rig.name}`: `{name}` comes out as {value:.4g}, outside its `fit.bounds` [{low:.4g}, {high:.4g}], which "
-                "the two-stage method cannot heed; take them out"
-            )
+    within_bounds(rig, "two-stage method", free, values)
     errors = stages.standard_errors()
     notes = [*left_out(rig, prior=False)]
     notes += [f"{name} is not estimated by the two-stage method" for name in rig.free if name not in free]
