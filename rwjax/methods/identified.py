@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandDelay, EncoderDelay
@@ -12,6 +13,18 @@ from rwjax.rig.model import Rig
 
 NORMAL_95 = 1.96
 """Standard errors to either end of a 95 % interval [1]."""
+
+
+def student(degrees: float) -> float:
+    """Factor by which a standard error from few readings is too small for a 95 % interval of `NORMAL_95`.
+
+    Args:
+        degrees: Degrees of freedom that it rests on [1].
+
+    Returns:
+        The factor [1], above 1.
+    """
+    return float(stdtrit(degrees, 0.975)) / NORMAL_95
 
 
 @dataclass(frozen=True)

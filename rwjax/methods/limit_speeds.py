@@ -19,7 +19,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import chi2, norm, t
+from scipy.special import chdtri, ndtri
 
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import Clock, CurrentLimit, Encoder, MotorTorque, Supply, WheelDry, WheelTorque, Winding
@@ -27,7 +27,7 @@ from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
 from rwjax.kinds import MOTORED
 from rwjax.logs.log import Log
-from rwjax.methods.identified import NORMAL_95, Identified, estimated, left_out, within_bounds
+from rwjax.methods.identified import NORMAL_95, Identified, estimated, left_out, student, within_bounds
 from rwjax.methods.plateaus import FEWEST, Plateau, plateaus, without_standing
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -62,24 +62,26 @@ class _Steady(NamedTuple):
             [(self.speed - speed) / self.speed_error, ((self.current - current) / self.current_error)[seen]]
         )
 
-    def line(self) -> tuple[float, float, float]:
-        """Shift of the line from the origin [V], its error, and the slope [V s/rad], of the speeds alone."""
-        A = np.stack([self.volts, -np.sign(self.speed)], axis=1) / self.speed_error[:, None]
+    def offsets(self) -> list[tuple[float, float]]:
+        """What the speeds lack at the origin, as voltages with their errors: one against the motion, one either way alike."""
+        columns = [self.volts, -np.sign(self.speed), -np.ones(len(self.volts))]
+        both = len({*np.sign(self.speed)}) == 2 and len(self.volts) > 3
+        A = np.stack(columns if both else columns[:2], axis=1) / self.speed_error[:, None]
         y = self.speed / self.speed_error
         inverse = np.linalg.pinv(A.T @ A)
-        slope, shift = inverse @ (A.T @ y)
-        scale = _widening(y - A @ np.array([slope, shift]), 2)
-        # the shift in volts is a ratio; its error is that of the shift in rad/s, since the slope is known far better
-        return float(shift / slope), float(scale * np.sqrt(inverse[1, 1]) / slope), float(1.0 / slope)
+        found = inverse @ (A.T @ y)
+        errors = _widening(y - A @ found, len(found)) * np.sqrt(np.diag(inverse))
+        # a ratio with the slope, which is known far better
+        return [(float(x / found[0]), float(e / found[0])) for x, e in zip(found[1:], errors[1:], strict=True)]
 
 
 def _widening(residual: np.ndarray, count: int) -> float:
     """Factor on standard errors: 1, or the scatter with Student's factor where noise does not explain it."""
     degrees = len(residual) - count
     square = float(residual @ residual)
-    if degrees < 1 or square <= chi2.ppf(1.0 - RARE, degrees):
+    if degrees < 1 or square <= chdtri(degrees, RARE):
         return 1.0
-    return float(np.sqrt(square / degrees) * t.ppf(0.975, degrees) / NORMAL_95)
+    return float(np.sqrt(square / degrees)) * student(degrees)
 
 
 def limit_speeds(rig: Rig, logs: Sequence[Log]) -> Identified:
@@ -161,15 +163,16 @@ def _moving(rig: Rig, train: Sequence[Log]) -> tuple[list[Plateau], list[str]]:
     found, unsettled = [], []
     for log in train:
         settled, moves = plateaus(log)
-        found += [replace(p, volts=float(plant.act(jnp.asarray(p.volts)))) for p in settled]
+        found += settled
         unsettled += [f"{log.name} at {begin:.4g} s" for begin in moves]
+    acts = {p: float(plant.act(jnp.asarray(p.volts))) for p in found}
     names = ", ".join(log.name for log in train)
     if not found and not unsettled:
         raise LogError(
             f"{names}: no stretch with the same voltage over {FEWEST} readings; the limit-speed method needs such"
         )
-    moving, standing = without_standing(found)
-    moving = [p for p in moving if p.volts * p.speed.value > 0.0]
+    turning, standing = without_standing(found)
+    moving = [replace(p, volts=acts[p]) for p in turning if acts[p] * p.speed.value > 0.0]
     if not moving:
         why = "its speed settles on none" if unsettled else "it stands on all"
         raise LogError(
@@ -178,7 +181,7 @@ def _moving(rig: Rig, train: Sequence[Log]) -> tuple[list[Plateau], list[str]]:
     notes = []
     if unsettled:
         notes.append(f"the speed does not settle, left out: {len(unsettled)} stretches, the first in {unsettled[0]}")
-    if highest := max((abs(p.volts) for p in standing), default=0.0):
+    if highest := max((abs(p.volts) for p in standing if acts[p]), default=0.0):
         notes.append(
             f"the wheel stands at up to {highest:.3g} V, which is left out: dry friction or a dead zone holds it"
         )
@@ -283,21 +286,22 @@ def _of_plateaus(steady: _Steady, scatter: float) -> list[str]:
 
 
 def _shifted(found: Rig, free: Sequence[str], steady: _Steady) -> list[str]:
-    """Whether the line misses the origin, where nothing that is estimated lets it."""
+    """What keeps the line from the origin, where nothing that is estimated does."""
     if {*_dry(found)} & {*free} or len(np.unique(np.round(np.abs(steady.volts), 6))) < 3:
         return []
-    shift, error, _ = steady.line()
     K, R = found.values[TORQUE_CONSTANT], found.values[RESISTANCE]
+    (shift, error), *alike = steady.offsets()
     shift -= R * _level(found, found.values) / K
-    if abs(shift) <= -norm.ppf(0.5 * RARE) * error:
-        return []
-    bent = f"the line through the plateaus misses the origin by {shift:.3g} ± {error:.2g} V"
-    if shift < 0.0:
-        return [f"{bent}: the speed grows less than the voltage, as by air drag; {' and '.join(free)} take it on"]
-    return [
-        f"{bent}: dry friction of the wheel ({shift * K / R:.3g} N m), or a dead zone or offset of the drive, is likely; "
-        f"without it in the rig file {' and '.join(free)} take it on"
-    ]
+    far, words = -ndtri(0.5 * RARE), []
+    if shift > far * error:
+        words.append(
+            f"the wheel lacks {shift:.3g} ± {error:.2g} V against its motion, as by dry friction of {shift * K / R:.3g} N m or a "
+            "dead zone of the drive"
+        )
+    elif shift < -far * error:
+        words.append(f"the speed grows less than the voltage, as by air drag ({shift:.3g} ± {error:.2g} V at 0 rad/s)")
+    words += [f"forward and back differ by an offset of {-x:.3g} ± {e:.2g} V" for x, e in alike if abs(x) > far * e]
+    return [f"{text}; the rig file has no such thing, and it goes into {' and '.join(free)}" for text in words]
 
 
 def _dependence(found: Rig, free: Sequence[str], steady: _Steady) -> list[str]:

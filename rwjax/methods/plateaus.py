@@ -1,7 +1,8 @@
 """Plateaus: the stretches of a log in which the command stays the same and the wheel's speed has settled.
 
-The settled part begins at one and a half times the time after which no change is seen any more. What is left of a decaying
-transient is then small against the noise. A part that still drifts beyond its noise is no plateau.
+The settled part begins two time constants after the last change that is seen. What is left of a decaying transient is then
+small against the noise. The time constant is the transient's area over its height. A part that still drifts beyond its
+noise is no plateau.
 """
 
 from collections.abc import Sequence
@@ -12,10 +13,11 @@ import numpy as np
 from rwjax.fitting.sandwich import meat
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_level, quantisation
+from rwjax.methods.identified import student
 
 BLOCKS = 24
 """Parts of a stretch whose speeds are compared."""
-LAST = 8
+LAST = 6
 """Parts at its end that the others are compared with."""
 FEWEST = 4 * BLOCKS
 """Readings below which a stretch is too short."""
@@ -23,8 +25,14 @@ SAME = 8.0
 """Distance of a command from the first one of its stretch, in units of its noise, up to which it counts as the same [1]."""
 SEEN = 3.0
 """Standard errors from which on a change counts as seen [1]."""
-MARGIN = 1.5
-"""Begin of the settled part over the time from which on no change is seen [1]."""
+NEAR = 2.0
+"""Standard errors up to which a part's speed counts as the last one [1]."""
+SLOW = 20
+"""Part of a stretch over which noise has lost half of its correlation at least."""
+MARGIN = 2.0
+"""Time constants of the change from the time at which it is seen no more to the settled part [1]."""
+MOST_ALIKE = 0.97
+"""Largest correlation of neighbouring readings that counts as noise [1] (Andrews and Monahan)."""
 FINEST, TINY = 1e-6, 1e-12
 """Least noise of a reading over its largest value [1], and of any reading [SI]: digits are no motion."""
 
@@ -109,13 +117,24 @@ def _stretches(command: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _coefficient(t: np.ndarray, y: np.ndarray, order: int, which: int, floor: float) -> tuple[float, float]:
-    """Coefficient of a power of time in a polynomial through readings, and its error where their noise is correlated."""
+    """Coefficient of a power of time in a polynomial through readings, and its error where their noise is correlated.
+
+    The noise is whitened by its first-order correlation before its covariance is taken (Andrews and Monahan, Econometrica
+    60, 1992), and that correlation is freed of its bias (Kendall, Biometrika 41, 1954).
+    """
     scale = t[-1] - t[0]
     A = ((t - t.mean()) / scale)[:, None] ** np.arange(order + 1)
     inverse = np.linalg.inv(A.T @ A)
     fitted = inverse @ (A.T @ y)
-    correlated = inverse @ meat([A[:, None]], [(y - A @ fitted)[:, None]]) @ inverse
-    error = np.sqrt(max(correlated[which, which], inverse[which, which] * floor**2))
+    rest = y - A @ fitted
+    alike = float(rest[1:] @ rest[:-1]) / max(float(rest @ rest), 1e-300)
+    alike = min(max(alike + (1.0 + 3.0 * alike) / len(y), 0.0), MOST_ALIKE)
+    white = (rest[1:] - alike * rest[:-1]) / (1.0 - alike)
+    correlated = inverse @ meat([A[1:, None]], [white[:, None]]) @ inverse
+    worth = max(
+        len(y) * (1.0 - alike) / (1.0 + alike) - order - 1.0, 1.0
+    )  # independent readings beyond the coefficients
+    error = student(worth) * np.sqrt(max(correlated[which, which], inverse[which, which] * floor**2))
     return float(fitted[which] / scale**which), float(error / scale**which)
 
 
@@ -129,15 +148,25 @@ def _settled_from(t: np.ndarray, y: np.ndarray, order: int, floor: float) -> int
     tail = edges[-1 - LAST]
     end, error = _coefficient(t[tail:], y[tail:], order, order, floor)
     # a shorter part by the factor n has a mean with n, and a slope with n^3 times the variance
-    near = np.abs(speeds - end) < SEEN * error * np.sqrt(1.0 + LAST ** (1 + 2 * order))
+    near = np.abs(speeds - end) < NEAR * error * np.sqrt(1.0 + LAST ** (1 + 2 * order))
     calm = np.flatnonzero(near[:-1] & near[1:])
     if not len(calm):
         return None
-    begin = int(MARGIN * edges[calm[0]])
+    seen = np.abs(speeds - end)[: calm[0]]
+    lasts = float(np.sum(seen) / np.max(seen)) if np.any(seen) else 0.0
+    begin = int(edges[calm[0]] + MARGIN * lasts * len(t) / BLOCKS)
     if begin > tail:
         return None
-    drift, error = _coefficient(t[begin:], y[begin:], order + 1, order + 1, floor)
-    return begin if abs(drift) < SEEN * error else None
+    t, y = t[begin:], y[begin:]
+    drift, error = _coefficient(t, y, order + 1, order + 1, floor)
+    return None if abs(drift) > SEEN * error or _creeps(t, y, order, floor) else begin
+
+
+def _creeps(t: np.ndarray, y: np.ndarray, order: int, floor: float) -> bool:
+    """Whether readings wander from a steady motion so slowly that this is motion and no noise."""
+    rest = y - np.polyval(np.polyfit(t - t[0], y, order), t - t[0])
+    lag = len(rest) // SLOW
+    return bool(np.std(rest) > floor) and float(rest[lag:] @ rest[:-lag]) > 0.5 * float(rest @ rest)
 
 
 def _current(log: Log, part: slice) -> Mean | None:
