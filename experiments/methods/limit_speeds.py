@@ -14,6 +14,7 @@ from scipy.signal import lfilter
 from scipy.stats import binomtest
 
 from rwjax import InputError, Log, Rig, parse_rig, read_rig
+from rwjax.methods.identified import Identified
 from rwjax.methods.limit_speeds import limit_speeds
 
 YAW = Path(__file__).parents[2] / "data" / "thesis" / "yaw.toml"
@@ -127,23 +128,22 @@ def held(case: Case, seed: int) -> list[bool] | None:
     return [low <= truth[name] <= high for name, (low, high) in found.interval.items()]
 
 
-def thesis() -> None:
-    """The thesis's own: b from the slope that its motor's steady speeds have."""
+def thesis() -> Identified:
+    """The motor's friction from staircases of the thesis's motor, regenerated and read in counts."""
     rig = read_rig(YAW)
     n = rig.numbers
     motor = Motor(n[K], n["motor.resistance"], n["motor.inductance"], n[B], n["wheel.inertia"])
     rng = np.random.default_rng(0)
     case = Case("thesis", ("wheel_rad",), (B,), "reaction")
-    found = limit_speeds(rig_of(motor, case), [staircase(rng, motor, case, way, 6.0) for way in (1.0, -1.0)])
-    print(
-        f"thesis's motor, regenerated staircases in counts: b {found.rig.values[B]:.4g} ± {found.rig.standard_error[B]:.1g}"
-    )
-    print("  " + "\n  ".join(found.notes))
+    return limit_speeds(rig_of(motor, case), [staircase(rng, motor, case, way, 6.0) for way in (1.0, -1.0)])
 
 
 def main(rigs: int) -> None:
     """Prints the coverage of every case."""
-    thesis()
+    found = thesis()
+    b, error = found.rig.values[B], found.rig.standard_error[B]
+    print(f"thesis's motor, regenerated staircases in counts: b {b:.4g} ± {error:.1g}")
+    print("  " + "\n  ".join(found.notes))
     print(f"{'logged: estimated':45s} {'intervals':>9s} {'hold':>7s}  95 % binomial  refused")
     for case in CASES:
         results = [held(case, seed) for seed in range(rigs)]

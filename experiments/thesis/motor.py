@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.linalg import expm
 
+from experiments.methods.limit_speeds import thesis as limit_speeds
 from experiments.thesis.table import row, run, save
 from experiments.thesis.testbed import L_CHAPTER_4, J, K, R
 from rwjax import parse_rig
@@ -49,6 +50,9 @@ def motor(folder: Path) -> None:
     b = friction_from_limit_speed(SLOPE)
     low, high = critical_inductances(b)
     row("motor friction from limit speeds, b = (K/54.39 - K^2)/R [N m s/rad]", "4.07e-6", f"{b:.3g}")
+    again = limit_speeds().rig.values["motor.friction"]
+    row("… by `rwjax fit --method limit-speeds` from regenerated staircases [N m s/rad]", "4.07e-6", f"{again:.3g}")
+    row("… with a torque constant 1 % larger [N m s/rad]", "", f"{(1.01 * K / SLOPE - (1.01 * K) ** 2) / R:.2g}")
     row("inductance that makes the motor's poles equal, smaller root [H]", "0.0641", f"{low:.4f} (other {high:.0f})")
     row("limit speed per volt K/(R b + K^2) [rad/s/V]", f"{SLOPE}", f"{K / (R * b + K**2):.2f}")
     zeta = damping_ratio(b, L_CHAPTER_4)

@@ -9,10 +9,11 @@ taken as known.
 * Where the current is measured, too, $K$ and $b$ separate.
 
 The estimates are weighted least squares on the mean speeds and currents of plateaus, each with the standard error that its
-correlated noise gives it. Where these scatter about the line by more than that, the scatter counts, with Student's factor.
+correlated noise gives it. Where these scatter about the line by more than that, every plateau counts the same, and the
+errors are by the scatter, with Student's factor.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -62,26 +63,43 @@ class _Steady(NamedTuple):
             [(self.speed - speed) / self.speed_error, ((self.current - current) / self.current_error)[seen]]
         )
 
-    def offsets(self) -> list[tuple[float, float]]:
-        """What the speeds lack at the origin, as voltages with their errors: one against the motion, one either way alike."""
+    def alike(self) -> "_Steady":
+        """The same with one error for all speeds and one for all currents, their root mean square."""
+        seen = np.isfinite(self.current)
+        errors = (
+            np.sqrt(np.mean(self.speed_error**2)),
+            np.sqrt(np.mean(self.current_error[seen] ** 2)) if seen.any() else 1.0,
+        )
+        return self._replace(speed_error=np.full(len(seen), errors[0]), current_error=np.where(seen, errors[1], np.inf))
+
+    def lost(self) -> "_Solved":
+        """Linear least squares of the speeds: slope, and the speed lost against the motion and, both ways alike, forward."""
         columns = [self.volts, -np.sign(self.speed), -np.ones(len(self.volts))]
         both = len({*np.sign(self.speed)}) == 2 and len(self.volts) > 3
         A = np.stack(columns if both else columns[:2], axis=1) / self.speed_error[:, None]
         y = self.speed / self.speed_error
         inverse = np.linalg.pinv(A.T @ A)
         found = inverse @ (A.T @ y)
-        errors = _widening(y - A @ found, len(found)) * np.sqrt(np.diag(inverse))
-        # a ratio with the slope, which is known far better
-        return [(float(x / found[0]), float(e / found[0])) for x, e in zip(found[1:], errors[1:], strict=True)]
+        return _Solved(found, inverse, y - A @ found)
 
 
-def _widening(residual: np.ndarray, count: int) -> float:
-    """Factor on standard errors: 1, or the scatter with Student's factor where noise does not explain it."""
-    degrees = len(residual) - count
-    square = float(residual @ residual)
-    if degrees < 1 or square <= chdtri(degrees, RARE):
-        return 1.0
-    return float(np.sqrt(square / degrees)) * student(degrees)
+class _Solved(NamedTuple):
+    """Least squares: the numbers sought `(k,)`, their covariance `(k, k)`, and what is left in units of errors `(n,)`."""
+
+    found: np.ndarray
+    covariance: np.ndarray
+    left: np.ndarray
+
+
+def _with_errors(solve: Callable[[_Steady], _Solved], steady: _Steady) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Numbers and their errors, and whether the plateaus scatter by more than their noise: then that counts, alike for all."""
+    first = solve(steady)
+    degrees = float(len(first.left) - len(first.found))
+    if degrees < 1.0 or first.left @ first.left <= chdtri(degrees, RARE):
+        return first.found, np.sqrt(np.diag(first.covariance)), False
+    again = solve(steady.alike())
+    size = np.sqrt(again.left @ again.left / degrees) * student(degrees)
+    return again.found, size * np.sqrt(np.diag(again.covariance)), True
 
 
 def limit_speeds(rig: Rig, logs: Sequence[Log]) -> Identified:
@@ -122,7 +140,7 @@ def _dry(rig: Rig) -> list[str]:
 
 def _level(rig: Rig, values: Mapping[str, float]) -> float:
     """Level of the wheel's dry friction [N m]."""
-    return sum(values[name] for name in _dry(rig))
+    return float(sum(values[name] for name in _dry(rig)))
 
 
 def _free(rig: Rig) -> list[str]:
@@ -232,23 +250,24 @@ def _start(rig: Rig, free: Sequence[str], steady: _Steady) -> dict[str, float]:
     return values
 
 
-def _estimate(rig: Rig, free: Sequence[str], steady: _Steady) -> tuple[np.ndarray, np.ndarray, float]:
-    """The free numbers, their errors, and the factor by which scatter widens these."""
+def _estimate(rig: Rig, free: Sequence[str], steady: _Steady) -> tuple[np.ndarray, np.ndarray, bool]:
+    """The free numbers, their errors, and whether the plateaus scatter by more than their noise."""
     start = _start(rig, free, steady)
     K, R = start[TORQUE_CONSTANT], start[RESISTANCE]
     size = {TORQUE_CONSTANT: K, FRICTION: K**2 / R}
     sizes = np.array([size.get(name, K / R * float(np.max(np.abs(steady.volts)))) for name in free])
+    z0 = np.array([start[name] for name in free]) / sizes
 
-    def residuals(z: np.ndarray) -> np.ndarray:
-        values = start | dict(zip(free, z * sizes, strict=True))
-        return steady.residuals(values, _level(rig, values))
+    def solve(of: _Steady) -> _Solved:
+        def residuals(z: np.ndarray) -> np.ndarray:
+            values = start | dict(zip(free, z * sizes, strict=True))
+            return of.residuals(values, _level(rig, values))
 
-    best = least_squares(
-        residuals, np.array([start[name] for name in free]) / sizes, jac="3-point", xtol=1e-12, ftol=1e-12
-    )
-    covariance = np.linalg.pinv(best.jac.T @ best.jac)
-    scatter = _widening(best.fun, len(free))
-    return best.x * sizes, scatter * np.sqrt(np.diag(covariance)) * sizes, scatter
+        best = least_squares(residuals, z0, jac="3-point", xtol=1e-12, ftol=1e-12)
+        return _Solved(best.x, np.linalg.pinv(best.jac.T @ best.jac), best.fun)
+
+    z, errors, scatter = _with_errors(solve, steady)
+    return z * sizes, errors * sizes, scatter
 
 
 def _with_signs(rig: Rig, free: Sequence[str], values: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -270,7 +289,7 @@ def _with_signs(rig: Rig, free: Sequence[str], values: np.ndarray, errors: np.nd
     return np.maximum(values, 0.0), notes
 
 
-def _of_plateaus(steady: _Steady, scatter: float) -> list[str]:
+def _of_plateaus(steady: _Steady, scatter: bool) -> list[str]:
     """How many plateaus there are, over which range, and whether they scatter by more than their noise."""
     n, measured = len(steady.volts), int(np.isfinite(steady.current).sum())
     with_current = f", {measured} with a current" if measured else ""
@@ -278,10 +297,8 @@ def _of_plateaus(steady: _Steady, scatter: float) -> list[str]:
         f"{n} steady speeds{with_current}, {np.min(steady.speed):.4g} to {np.max(steady.speed):.4g} rad/s at "
         f"{np.min(steady.volts):.4g} to {np.max(steady.volts):.4g} V"
     ]
-    if scatter > 1.0:
-        notes.append(
-            f"they scatter about the line by more than their noise; errors are {scatter:.2g} times as large for it"
-        )
+    if scatter:
+        notes.append("they scatter about the line by more than their noise; the errors are by that scatter")
     return notes
 
 
@@ -290,7 +307,9 @@ def _shifted(found: Rig, free: Sequence[str], steady: _Steady) -> list[str]:
     if {*_dry(found)} & {*free} or len(np.unique(np.round(np.abs(steady.volts), 6))) < 3:
         return []
     K, R = found.values[TORQUE_CONSTANT], found.values[RESISTANCE]
-    (shift, error), *alike = steady.offsets()
+    lost, errors, _ = _with_errors(_Steady.lost, steady)
+    # volts are a ratio with the slope, which is known far better
+    (shift, error), *alike = zip(lost[1:] / lost[0], errors[1:] / lost[0], strict=True)
     shift -= R * _level(found, found.values) / K
     far, words = -ndtri(0.5 * RARE), []
     if shift > far * error:

@@ -33,7 +33,7 @@ FIT_FILE = json.dumps(
 )
 OPTIONS = {
     "predict": "RIG LOG -o OUT.csv|RIG LOG|RIG LOG --json|RIG LOG -o LOG",
-    "fit": "RIG LOG -o OUT.toml|RIG LOG --json|RIG LOG LOG2 -o OUT.toml|RIG LOG -o RIG|RIG LOG --method two-stage|RIG LOG --bootstrap 40",
+    "fit": "RIG LOG -o OUT.toml|RIG LOG --json|RIG LOG LOG2 -o OUT.toml|RIG LOG -o RIG|RIG LOG --method two-stage|RIG LOG --method limit-speeds|RIG LOG --bootstrap 40",
     "compare": "RIG LOG LOG2 -o OUT",
     "region": "RIG --kp 1:50:5 --kd 0:5:4 -o OUT.csv|RIG --sigma N --angle N --kp 1:9:3 --kd 1:9:3|RIG --kp 1:50:3 --kd N:N:2|RIG --period N --kp 1:2:2 --kd 1:2:2|RIG --fit FIT --plants 20 --kp 1:9:3 --kd 1:2:2",
     "sweep": "RIG --kp 1:50:2 --kd 1:5:2 --seconds 1 -o OUT.csv|RIG --kp 1:50:2 --kd 1:5:2 --step N --volts N --seconds 1|RIG --kp 1:50:2 --kd 1:5:2 --ki N --late N --period N --seconds N",
