@@ -1,11 +1,13 @@
-"""Limit speeds: how often the 95 % intervals hold the truth on simulated rigs, and the thesis's staircase.
+"""Limit speeds: the thesis's motor, the geared motor, and how often the 95 % intervals hold the truth on simulated rigs.
 
 `python -m experiments.methods.limit_speeds [RIGS]` simulates staircases up and down again by the exact solution of eq. 3.1 over
 every sample, which shares no code with the library.
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +15,8 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from scipy.stats import binomtest
 
-from rwjax import InputError, Log, Rig, parse_rig, read_rig
+from experiments.realdata import dcmotor, folder
+from rwjax import InputError, Log, Rig, parse_rig, read_log, read_rig
 from rwjax.methods.identified import Identified
 from rwjax.methods.limit_speeds import limit_speeds
 
@@ -138,15 +141,27 @@ def thesis() -> Identified:
     return limit_speeds(rig_of(motor, case), [staircase(rng, motor, case, way, 6.0) for way in (1.0, -1.0)])
 
 
+def geared() -> Identified:
+    """The friction of the geared motor from the staircase of its published log."""
+    rig = replace(read_rig(Path(__file__).parents[1] / "dcmotor" / "rig.toml"), free=(B,))
+    with TemporaryDirectory() as target:
+        return limit_speeds(rig, [read_log(dcmotor(Path(target)), rig)])
+
+
+def shown(name: str, found: Identified) -> None:
+    """Prints what a rig's steady speeds say of b."""
+    print(f"{name}: b {found.rig.values[B]:.4g} ± {found.rig.standard_error[B]:.1g} N m s/rad")
+    print("  " + "\n  ".join(found.notes))
+
+
 def main(rigs: int) -> None:
     """Prints the coverage of every case."""
-    found = thesis()
-    b, error = found.rig.values[B], found.rig.standard_error[B]
-    print(f"thesis's motor, regenerated staircases in counts: b {b:.4g} ± {error:.1g}")
-    print("  " + "\n  ".join(found.notes))
+    shown("thesis's motor, regenerated staircases in counts", thesis())
+    if folder() is not None:
+        shown("geared motor", geared())
     print(f"{'logged: estimated':45s} {'intervals':>9s} {'hold':>7s}  95 % binomial  refused")
-    for case in CASES:
-        results = [held(case, seed) for seed in range(rigs)]
+    for k, case in enumerate(CASES):
+        results = [held(case, 10_000 * k + seed) for seed in range(rigs)]
         each = [hold for result in results if result for hold in result]
         low, high = binomtest(sum(each), len(each)).proportion_ci(method="exact")
         print(

@@ -198,7 +198,9 @@ def _moving(rig: Rig, train: Sequence[Log]) -> tuple[list[Plateau], list[str]]:
         )
     notes = []
     if unsettled:
-        notes.append(f"the speed does not settle, left out: {len(unsettled)} stretches, the first in {unsettled[0]}")
+        notes.append(
+            f"stretches whose speed does not settle are left out: {len(unsettled)}, the first in {unsettled[0]}"
+        )
     if highest := max((abs(p.volts) for p in standing if acts[p]), default=0.0):
         notes.append(
             f"the wheel stands at up to {highest:.3g} V, which is left out: dry friction or a dead zone holds it"

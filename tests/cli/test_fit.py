@@ -5,8 +5,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from tests.cli.shell import DEMO, LOGS, program
+from rwjax import read_rig
+from tests.cli.shell import DEMO, LOGS, Shell, program
+
+MOTOR = """kind = "wheel"
+[motor]
+torque_constant = 0.0182
+resistance = 0.83
+friction = 4e-6
+[wheel]
+inertia = 1.24e-4
+[fit]
+free = ["motor.friction"]
+"""
 
 
 @pytest.mark.slow
@@ -66,3 +79,31 @@ def test_a_fit_spares_its_inputs(which: int, tmp_path: Path) -> None:
     done = program("fit", "rig.toml", "log.csv", "-o", given[which].name, cwd=tmp_path)
     assert done.returncode == 2 and "is the input; give another path with -o" in done.stderr
     assert given[which].read_bytes() == before
+
+
+def test_a_bootstrap_is_refused_by_methods_with_errors_of_their_own(shell: Shell) -> None:
+    for method in ("two-stage", "limit-speeds"):
+        code, out, err = shell("fit", "rig.toml", "log.csv", "--method", method, "--bootstrap", "40")
+        assert code == 2 and out == "" and err.startswith("rwjax: --bootstrap: the ") and err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_limit_speeds_write_a_fitted_rig_file(shell: Shell) -> None:
+    (shell.folder / "motor.toml").write_text(MOTOR)
+    wanted = np.repeat([0.0, 2.0, 4.0, 6.0, 8.0], 400)
+    keep = np.exp(-0.01 * 54.39 * 0.0182 / 0.31)  # the rig's own pace, so that nothing is asked
+    speed = np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], 54.39 * wanted))
+    noisy = speed + 0.1 * np.random.default_rng(0).normal(size=len(speed))
+    rows = [f"{0.01 * k:.2f},{u},{w:.4f}" for k, (u, w) in enumerate(zip(wanted, noisy, strict=True))]
+    (shell.folder / "stairs.csv").write_text("\n".join(["time_s,voltage_V,wheel_rad_s", *rows, ""]))
+    options = ("--method", "limit-speeds", "-o", "fitted.toml")
+    code, out, err = shell("fit", "motor.toml", "stairs.csv", *options)
+    assert code == 0 and out.startswith("motor.friction = 4.0") and "rests on motor.torque_constant" in err, err
+    fitted = read_rig(shell.folder / "fitted.toml")
+    b, error = fitted.values["motor.friction"], fitted.standard_error["motor.friction"]
+    assert abs(b - (0.0182 / 54.39 - 0.0182**2) / 0.83) < 4.0 * error < 1e-7
+    (shell.folder / "motor.toml").write_text(MOTOR.replace("free = [", 'free = ["motor.torque_constant", '))
+    code, _, err = shell("fit", "motor.toml", "stairs.csv", *options)
+    assert (
+        code == 2 and err.startswith("rwjax: motor.toml: ") and "tells R b/K + K alone" in err and err.count("\n") == 1
+    )

@@ -52,6 +52,29 @@ def test_the_torque_constant_is_the_larger_root(b: float) -> None:
     assert found > 0.5 / SLOPE  # the roots lie on either side of it
 
 
+@pytest.mark.parametrize(("b", "said"), [(9e-5, False), (1e-4, True)])  # near the latter the two roots meet
+def test_what_the_torque_constant_rests_on_is_said_from_2_percent_on(b: float, said: bool) -> None:
+    found = limit_speeds(rig(K).with_values({B: b}), [steady()])
+    changed = 100.0 * (max(np.roots([1.0, -1.0 / SLOPE, R * 1.01 * b])) / found.rig.values[K] - 1.0)
+    assert (abs(changed) > 2.0) == said
+    assert (f"{K} rests on {B}: 1 % more of that changes it by {changed:+.2g} %" in found.notes) == said
+
+
+def test_where_plateaus_scatter_every_one_counts_the_same() -> None:
+    u = np.repeat(np.array(LEVELS), 300)
+    rng = np.random.default_rng(0)
+    off, noise = np.repeat([3.0, -2.0, -3.0, 2.0, 1.0], 300), np.repeat([0.01, 1.0, 0.01, 1.0, 0.01], 300)
+    log = record(np.arange(len(u)) * 0.01, u, {"wheel_rad_s": 50.0 * u + off + noise * rng.normal(size=len(u))})
+    found = limit_speeds(rig(B), [log])
+    level, mean = np.array(LEVELS), 50.0 * np.array(LEVELS) + off[::300]
+    slope = level @ mean / (level @ level)  # ordinary least squares through the origin
+    assert found.rig.values[B] == pytest.approx((0.0182 / slope - 0.0182**2) / R, rel=0.002)
+    scatter = np.sqrt(np.sum((mean - slope * level) ** 2) / 4.0 / (level @ level))
+    error = 2.776 / 1.96 * scatter * 0.0182 / R / slope**2  # Student's factor of 4 degrees of freedom
+    assert found.rig.standard_error[B] == pytest.approx(error, rel=0.02)
+    assert any("scatter about the line by more than their noise" in note for note in found.notes)
+
+
 def test_with_a_current_both_separate() -> None:
     k, b = 0.0175, 9e-6
     log = steady(1.0 / (R * b / k + k), current=b / k)
