@@ -91,15 +91,20 @@ class _Solved(NamedTuple):
     left: np.ndarray
 
 
+def _roots(covariance: np.ndarray) -> np.ndarray:
+    """Standard errors of a covariance, whose diagonal rounding may put below 0."""
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
 def _with_errors(solve: Callable[[_Steady], _Solved], steady: _Steady) -> tuple[np.ndarray, np.ndarray, bool]:
     """Numbers and their errors, and whether the plateaus scatter by more than their noise: then that counts, alike for all."""
     first = solve(steady)
     degrees = float(len(first.left) - len(first.found))
     if degrees < 1.0 or first.left @ first.left <= chdtri(degrees, RARE):
-        return first.found, np.sqrt(np.diag(first.covariance)), False
+        return first.found, _roots(first.covariance), False
     again = solve(steady.alike())
     size = np.sqrt(again.left @ again.left / degrees) * student(degrees)
-    return again.found, size * np.sqrt(np.diag(again.covariance)), True
+    return again.found, size * _roots(again.covariance), True
 
 
 def limit_speeds(rig: Rig, logs: Sequence[Log]) -> Identified:
@@ -242,6 +247,10 @@ def _start(rig: Rig, free: Sequence[str], steady: _Steady) -> dict[str, float]:
             values[TORQUE_CONSTANT] = float(
                 (steady.volts - R * i)[seen] @ steady.speed[seen] / np.sum(steady.speed[seen] ** 2)
             )
+            if values[TORQUE_CONSTANT] <= 0.0:
+                raise RigError(
+                    f"rig `{rig.name}`: the currents times {RESISTANCE} exceed the voltages: is that, or the unit of `current_A`, wrong?"
+                )
         elif root < 0.0:
             raise RigError(
                 f"rig `{rig.name}`: no {TORQUE_CONSTANT} gives {1.0 / slope:.4g} rad/s per volt with this {FRICTION} and {RESISTANCE}; "
@@ -259,13 +268,14 @@ def _estimate(rig: Rig, free: Sequence[str], steady: _Steady) -> tuple[np.ndarra
     size = {TORQUE_CONSTANT: K, FRICTION: K**2 / R}
     sizes = np.array([size.get(name, K / R * float(np.max(np.abs(steady.volts)))) for name in free])
     z0 = np.array([start[name] for name in free]) / sizes
+    least = np.where(np.array(free) == TORQUE_CONSTANT, 1e-3, -np.inf)  # it divides
 
     def solve(of: _Steady) -> _Solved:
         def residuals(z: np.ndarray) -> np.ndarray:
             values = start | dict(zip(free, z * sizes, strict=True))
             return of.residuals(values, _level(rig, values))
 
-        best = least_squares(residuals, z0, jac="3-point", xtol=1e-12, ftol=1e-12)
+        best = least_squares(residuals, z0, jac="3-point", xtol=1e-12, ftol=1e-12, bounds=(least, np.inf))
         return _Solved(best.x, np.linalg.pinv(best.jac.T @ best.jac), best.fun)
 
     z, errors, scatter = _with_errors(solve, steady)
