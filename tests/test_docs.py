@@ -4,6 +4,7 @@ import re
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import rwjax
@@ -94,6 +95,21 @@ def test_the_readmes_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert len(names["angle"]) == len(names["logs"][0].time)
     assert names["found"].rig.values["axis.inertia"] > 0.0
     assert "axis.inertia" in capsys.readouterr().out
+
+
+def test_the_sweeps_on_the_page_of_control_run_and_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs" / "control.md").read_text(), re.M | re.S)
+    names: dict = {}
+    exec(example, names)
+    slowest, kp, kd = np.asarray(names["slowest"]), names["kp"], names["kd"]
+    assert np.array_equal(slowest < -0.5, rwjax.region(names["rig"], kp, kd, 0.5).stable)
+    assert names["with_integral"][:, 0] == pytest.approx(
+        np.maximum(slowest, 0.0), abs=1e-9
+    )  # ki = 0: the integral stays
+    assert np.array_equal(names["of_all"], np.max(names["of_each"], axis=-1)) and names["of_each"].shape == (21, 21, 3)
+    assert np.min(names["damping"]) > 0.0
+    assert names["by_gain"] == pytest.approx(np.array([0.0, -0.5 * 0.428 / 0.228]))  # it rings: half of what damps it
 
 
 def test_what_the_package_says_to_call_is_there() -> None:

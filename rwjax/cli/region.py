@@ -27,6 +27,8 @@ from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy as np
 
     from rwjax.control.criteria import ContinuousPoles, SampledPoles
@@ -38,13 +40,14 @@ if TYPE_CHECKING:
 
 SMOOTH = 0.02
 """Time constant of the derivative's filter [s] where the user gives none."""
-SHARE = "share of plants"
+SHARE, SLOWEST = "share of plants", "slowest_per_s"
 Damping = Annotated[float, typer.Option(help="and with a damping ratio of at least this")]
 Period = Annotated[float | None, typer.Option(help="of the loop as it runs: sampled at this period [s], held and late")]
 Smooth = Annotated[
     float | None, typer.Option(help="time constant of the derivative's filter [s], with --period", show_default="0.02")
 ]
 Margins = Annotated[bool, typer.Option("--margins", help="beside it, the margins of every pair that is in it")]
+Slowest = Annotated[bool, typer.Option("--slowest", help="beside it, the real part of every pair's slowest pole [1/s]")]
 Angle = Annotated[
     float, typer.Option(help="angle at which the axis is held [°]; of a linear axis 1° stands for 0.01745 m")
 ]
@@ -63,6 +66,7 @@ def region(
     late: Late = 0.0,
     smooth: Smooth = None,
     margins: Margins = False,
+    slowest: Slowest = False,
     angle: Angle = 0.0,
     without: Without = None,
     fit: FitFile = None,
@@ -87,7 +91,7 @@ def region(
     criterion = _criterion(rig, sigma, damping, period, late, smooth, math.radians(angle))
     with of_file(rig_file):
         found = region_of(rig, criterion, *gains)
-        distances = found.margins() if margins else {}
+        distances = (found.margins() if margins else {}) | ({SLOWEST: found.slowest()} if slowest else {})
         beside = _beside(found, without, estimate, plants)
     table, answer = csv(region_columns(found, beside | distances)), _answer(found, period, beside, distances)
     written = write_results(output, table, lambda: draw_region(found, beside), answer, as_json)
@@ -159,11 +163,22 @@ def _notes(found: "Region", beside: "Maps", distances: "Maps", plants: int) -> l
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
         what = f"{every} do so for all {plants} plants drawn" if name == SHARE else f"{name}: {every}"
         notes.append(f"{what}; {differ} pairs are judged otherwise")
-    if distances and np.isfinite(distances["modulus"]).any():
-        i, j = np.unravel_index(np.nanargmax(distances["modulus"]), found.stable.shape)
-        largest = distances["modulus"][i, j]
-        notes.append(f"largest modulus margin: {largest:.3g} at kp {found.kp[i]:g}, kd {found.kd[j]:g}")
+    if "modulus" in distances:
+        notes += _best_pair(found, "largest modulus margin: {:.3g}", distances["modulus"], np.nanargmax)
+    if SLOWEST in distances:
+        notes += _best_pair(found, "fastest loop: slowest pole at {:.3g} 1/s", distances[SLOWEST], np.nanargmin)
     return notes
+
+
+def _best_pair(found: "Region", words: str, values: "np.ndarray", pick: "Callable[[np.ndarray], np.intp]") -> list[str]:
+    """A line on the pair of the region whose value is picked, if there is one."""
+    import numpy as np
+
+    within = np.where(found.stable & np.isfinite(values), values, np.nan)
+    if np.isnan(within).all():
+        return []
+    i, j = np.unravel_index(pick(within), within.shape)
+    return [f"{words.format(within[i, j])} at kp {found.kp[i]:g}, kd {found.kd[j]:g}"]
 
 
 def _left_out(rig: "Rig", found: "Region") -> list[str]:

@@ -9,9 +9,11 @@ from rwjax.control.controller import LoopTiming
 from rwjax.control.linear import linearised
 from rwjax.control.loop_polynomial import LoopPolynomial, pd_loop
 from rwjax.control.margins import margins_over, moduli_over
+from rwjax.control.over_gains import gain_grid, over_gains
+from rwjax.control.poles import largest_modulus, slowest_pole
 from rwjax.control.sampled_loop import SampledLaw, sampled_loops, stacked_loops
 from rwjax.control.stability import share_of_plants, share_of_sampled, stable, stable_sampled
-from rwjax.control.transfer import transfer
+from rwjax.control.transfer import controller_form, transfer
 from rwjax.rig.model import Rig
 
 
@@ -83,6 +85,20 @@ class ContinuousPoles(NamedTuple):
         """
         plant = transfer(linearised(rig, self.angle))
         return margins_over(plant, kp, kd, where & stable(pd_loop(plant), kp[:, None], kd[None, :]))
+
+    def slowest(self, rig: Rig, kp: np.ndarray, kd: np.ndarray) -> Float[np.ndarray, "p d"]:
+        """Real part of the slowest pole at each pair of PD gains.
+
+        Args:
+            rig: The rig.
+            kp: Proportional gains [V/rad], `(p,)`.
+            kd: Derivative gains [V s/rad], `(d,)`.
+
+        Returns:
+            The real parts [1/s], `(p, d)`.
+        """
+        plant = controller_form(transfer(linearised(rig, self.angle)))
+        return np.asarray(over_gains(slowest_pole, gain_grid(kp, kd), plant))
 
 
 class SampledPoles(NamedTuple):
@@ -168,6 +184,23 @@ class SampledPoles(NamedTuple):
         """
         (loop,) = self._loops(rig, self.filter_time)
         return moduli_over(loop, kp, kd, where & stable_sampled(loop, kp[:, None], kd[None, :]))
+
+    def slowest(self, rig: Rig, kp: np.ndarray, kd: np.ndarray) -> Float[np.ndarray, "p d"]:
+        """Rate at which the slowest motion grows at each pair of PD gains.
+
+        Args:
+            rig: The rig.
+            kp: Proportional gains [V/rad], `(p,)`.
+            kd: Derivative gains [V s/rad], `(d,)`.
+
+        Returns:
+            The rates [1/s], `(p, d)`.
+        """
+        found = np.zeros((len(kp), len(kd)))
+        for filter_time, at in self._filters(kd):
+            (loop,) = self._loops(rig, filter_time)
+            found[:, at] = np.log(over_gains(largest_modulus, gain_grid(kp, kd[at]), loop)) / self.timing.period
+        return found
 
     def _filters(self, kd: np.ndarray) -> list[tuple[float, np.ndarray]]:
         """Filter times [s], and which gains have them: without a derivative the filter's pole is none of the loop."""

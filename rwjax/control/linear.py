@@ -28,16 +28,15 @@ CANCELS = 1e-13
 class Linear(NamedTuple):
     r"""State space of one plant, or of many of one rig, $\dot x = A x + B u$, $\psi = C x$.
 
-    States that the command does not reach or the encoder does not show are left out, and so are delays.
+    A PyTree of arrays. Of a rig, states that the command does not reach or the encoder does not show are left out, and so
+    are delays.
 
     Attributes:
-        states: Names of the states.
         A: System matrix [SI], `(..., n, n)`.
         B: Input matrix, per volt of command [SI], `(..., n)`.
         C: Output matrix, of the encoder's angle [rad], `(..., n)`.
     """
 
-    states: tuple[str, ...]
     A: np.ndarray
     B: np.ndarray
     C: np.ndarray
@@ -71,13 +70,12 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
     A, B, C = (np.asarray(x) for x in _matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle)))
     elsewhere = np.asarray(_matrices(structure, lags, jnp.asarray(theta), jnp.asarray(angle + 1.0))[0])
     A = np.where(np.abs(A) > CANCELS * np.abs(elsewhere), A, 0.0)  # a load's slope at its summit is rounding
-    states = (*structure.states, *(f"{name}:u_{k + 1}" for name, order in lags for k in range(order)))
     acts, moves, shows = (np.any(x, axis=tuple(range(theta.ndim - 1))) for x in (A, B, C))
     use = _reached(acts, moves) & _reached(acts.T, shows)
     if not use.any():
         raise InputError("the command does not turn the axis; check the rig file's gain")
     k = np.flatnonzero(use)
-    return Linear(tuple(states[i] for i in k), A[..., k[:, None], k], B[..., k], C[..., k])
+    return Linear(A[..., k[:, None], k], B[..., k], C[..., k])
 
 
 def _linear_plant(structure: Structure, theta: np.ndarray) -> tuple[Structure, np.ndarray]:

@@ -62,6 +62,14 @@ class Region:
         """
         return self.criterion.margins(self.rig, self.kp, self.kd, self.stable)
 
+    def slowest(self) -> Float[np.ndarray, "p d"]:
+        """How fast the loop is: the largest real part of its poles; of a sampled loop the rate at which its slowest motion grows.
+
+        Returns:
+            Map over the gains [1/s], `(p, d)`; negative where the loop is stable.
+        """
+        return self.criterion.slowest(self.rig, self.kp, self.kd)
+
     def share_of_plants(self, thetas: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "p d"]:
         """Share of many plants with which each pair meets the criterion.
 

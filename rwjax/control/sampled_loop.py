@@ -11,7 +11,7 @@ from rwjax.control.controller import LoopTiming, split_delay
 from rwjax.control.delays import delays_of
 from rwjax.control.linear import linearised
 from rwjax.control.loop_polynomial import LoopPolynomial, loop_of_rows, times_variable
-from rwjax.control.transfer import Transfer, transfer
+from rwjax.control.transfer import Transfer, controller_form, transfer
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -43,7 +43,7 @@ def sampled_loop(plant: Transfer, period: float, delay: float = 0.0, filter_time
         raise InputError(
             f"commands act {delay:g} s after their reading, more than {MOST_PERIODS} periods of {period:g} s; sample less often"
         )
-    A, B, C = _companion(plant)
+    A, B, C = controller_form(plant)
     step = A @ _integral(A, period)
     new = _integral(A, period - part) @ B  # of the command that comes in during the step
     old = _integral(A, period) @ B - new  # of the one before it
@@ -51,7 +51,7 @@ def sampled_loop(plant: Transfer, period: float, delay: float = 0.0, filter_time
     num = np.polyadd(np.polymul(z, _numerator(step, new, C, den)), _numerator(step, old, C, den))
     for _ in range(whole + 1):
         den = np.polymul(den, z)
-    num, slope = np.sign(plant.num[0]) * num, np.array([1.0, period / (filter_time + period)])
+    slope = np.array([1.0, period / (filter_time + period)])
     rows = [np.polymul(num, slope), np.append(num, 0.0) / (filter_time + period)]
     return loop_of_rows(np.polymul(den, slope), rows)
 
@@ -131,13 +131,6 @@ def stacked_loops(loops: Sequence[LoopPolynomial]) -> LoopPolynomial:
         wait = np.poly(np.full(order + 1 - len(base), -1.0))  # a polynomial in z - 1
         alike.append((np.polymul(base, wait), np.stack([np.convolve(row, wait) for row in gains])))
     return LoopPolynomial(*(np.stack(x) for x in zip(*alike, strict=True)))
-
-
-def _companion(plant: Transfer) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """State space of a transfer function in controller form."""
-    n = len(plant.den) - 1
-    A = np.vstack([-plant.den[1:] / plant.den[0], np.eye(n)[:-1]])
-    return A, np.eye(n)[0], np.pad(plant.num / plant.den[0], (n - len(plant.num), 0))
 
 
 def _integral(A: np.ndarray, time: float) -> np.ndarray:

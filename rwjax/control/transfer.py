@@ -67,6 +67,22 @@ def transfer(linear: Linear) -> Transfer:
     return Transfer(num[..., first:], den, (0.0,) * hidden)
 
 
+def controller_form(plant: Transfer) -> Linear:
+    """State space of a transfer function, hidden poles left out, its command turning forward.
+
+    Args:
+        plant: Transfer function of one plant, or of many.
+
+    Returns:
+        Matrices of the plant, those of many with the same first axis.
+    """
+    many, n = plant.den.shape[:-1], plant.den.shape[-1] - 1
+    A = np.zeros((*many, n, n))
+    A[..., 0, :], A[..., 1:, :-1] = -plant.den[..., 1:], np.eye(n - 1)
+    C = np.concatenate([np.zeros((*many, n - plant.num.shape[-1])), plant.restoring], -1)
+    return Linear(A, np.broadcast_to(np.eye(n)[0], (*many, n)), C)
+
+
 def characteristic(A: Float[np.ndarray, "... n n"]) -> tuple[np.ndarray, np.ndarray]:
     r"""Characteristic polynomial $\det(sI - A)$ and the size of what its coefficients are summed from.
 

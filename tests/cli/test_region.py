@@ -99,6 +99,21 @@ def test_region_knows_damping_sampling_and_margins(shell: Shell) -> None:
 
 
 @pytest.mark.parametrize("more", [(), ("--period", "0.01")])
+def test_region_says_how_fast_each_loop_is(shell: Shell, more: tuple[str, ...]) -> None:
+    code, out, err = shell("region", "rig.toml", "--kp", "0:100:6", "--kd", "0:40:6", "--slowest", *more)
+    assert code == 0, err
+    found = {name: np.array(values, float) for name, values in table(out).items()}
+    assert list(found) == ["kp", "kd", "stable", "slowest_per_s"]
+    slowest = found["slowest_per_s"]
+    assert np.array_equal(slowest < -0.5, found["stable"] == 1.0) and 0 < found["stable"].sum() < 36
+    best = np.argmin(slowest)
+    assert (
+        f"fastest loop: slowest pole at {slowest[best]:.3g} 1/s at kp {found['kp'][best]:g}, kd {found['kd'][best]:g}\n"
+        in err
+    )
+
+
+@pytest.mark.parametrize("more", [(), ("--period", "0.01")])
 def test_a_loop_that_is_not_stable_has_no_margins(shell: Shell, more: tuple[str, ...]) -> None:
     code, out, err = shell("region", "rig.toml", "--kp", "0:0:1", "--kd", "0:0:1", "--sigma=-3", "--margins", *more)
     assert code == 0 and table(out)["stable"] == ["1"] and "margin" not in err and "--" not in err, err

@@ -63,6 +63,20 @@ def test_a_damped_region_and_its_margins() -> None:
     assert np.array_equal(share, np.mean([one.stable.astype(float) for one in others], axis=0))
 
 
+def test_the_slowest_pole_of_every_pair() -> None:
+    kp, kd = GRID[:4], RATES[:3]
+    found = region_of(RIG, ContinuousPoles(0.5), kp, kd).slowest()
+    roots = [[np.roots([INERTIA, VISCOUS + GAIN * d, GAIN * p]) for d in kd] for p in kp]
+    assert found == pytest.approx(np.max(np.real(roots), axis=-1), abs=1e-9)
+    sampled = region_of(RIG, SampledPoles(0.5, TIMING, 2.0), kp, kd)  # a filter slower than the loop
+    filtered, plain = (sampled_loops(RIG, SampledLaw(TIMING, smooth))[0] for smooth in (2.0, 0.0))
+    rates = [
+        [np.log(np.max(np.abs(1.0 + (filtered if d else plain).poles(p, d)))) / TIMING.period for d in kd] for p in kp
+    ]
+    assert sampled.slowest() == pytest.approx(np.array(rates), abs=1e-6)
+    assert np.array_equal(sampled.slowest() < -0.5, sampled.stable) and found[2, 0] < 0.0 < sampled.slowest()[2, 0]
+
+
 def _damping(kp: float, kd: float) -> float:
     """Least damping ratio of I s² + (b + k K_d) s + k K_p."""
     poles = np.roots([INERTIA, VISCOUS + GAIN * kd, GAIN * kp])

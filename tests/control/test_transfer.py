@@ -87,6 +87,6 @@ def test_coefficients_are_those_of_the_eigenvalues() -> None:
 
 
 def test_what_rounding_covers_is_said() -> None:
-    lost = Linear(("x", "y"), np.diag([1e6, 1e6]), np.array([1.0, -1.0 - 1e-16]), np.ones(2))
+    lost = Linear(np.diag([1e6, 1e6]), np.array([1.0, -1.0 - 1e-16]), np.ones(2))
     with pytest.raises(InputError, match="too far apart for a transfer function"):
         transfer(lost)
