@@ -41,25 +41,17 @@ def thesis_axes(rng: np.random.Generator, count: int) -> Loops:
 
 
 def of_order(rng: np.random.Generator, count: int, order: int, zeros: int) -> Loops:
-    """Plants of some order with some zeros, their states mixed by a random rotation, poles and zeros on both sides of 0."""
-    den = np.array([_polynomial(rng, order, -0.3) for _ in range(count)])
-    num = np.array([_polynomial(rng, zeros, -2.0) for _ in range(count)]) * np.exp(rng.normal(0.0, 1.0, (count, 1)))
+    """Plants of some order with some zeros: the angle and its derivatives up to that which the command drives, and inner states that
+    follow the angle and act back. Poles lie on both sides of 0, and so do a few zeros."""
+    chain = order - zeros
     A = np.zeros((count, order, order))
-    A[:, 0], A[:, 1:, :-1] = -den[:, 1:], np.eye(order - 1)
-    B, C = np.eye(order)[0], np.pad(num, ((0, 0), (order - 1 - zeros, 0)))
-    Q = np.linalg.qr(rng.normal(size=A.shape))[0]
-    plants = Linear(Q @ A @ Q.swapaxes(1, 2), Q @ B, np.squeeze(C[:, None] @ Q.swapaxes(1, 2), 1))
+    A[:, range(chain - 1), range(1, chain)] = 1.0
+    A[:, chain - 1] = rng.normal(-1.0, 2.0, (count, order))
+    A[:, chain:, 0] = rng.normal(size=(count, zeros))
+    A[:, chain:, chain:] = rng.normal(size=(count, zeros, zeros)) - 2.0 * np.eye(zeros)
+    B = np.exp(rng.normal(size=(count, 1))) * np.eye(order)[chain - 1]
+    plants = Linear(A, B, np.tile(np.eye(order)[0], (count, 1)))
     return Loops(plants, transfer(plants), np.exp(rng.normal(1.0, 1.0, (count, 2))), 0.2)
-
-
-def _polynomial(rng: np.random.Generator, order: int, middle: float) -> np.ndarray:
-    """A monic polynomial: its roots scatter about a real part, half of the pairs complex."""
-    roots = rng.normal(middle, 1.0, order).astype(complex)
-    for k in range(0, order - 1, 2):
-        if rng.random() < 0.5:
-            roots[k] += 1j * rng.exponential(2.0)
-            roots[k + 1] = np.conj(roots[k])
-    return np.atleast_1d(np.poly(roots).real)
 
 
 FAMILIES = {

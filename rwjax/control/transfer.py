@@ -27,7 +27,10 @@ class Transfer(NamedTuple):
     @property
     def restoring(self) -> np.ndarray:
         """Numerator `(..., m)` of the plant whose command turns forward: with it positive gains restore."""
-        return self.num * np.sign(self.num[..., :1])
+        first = np.argmax(
+            self.num != 0.0, axis=-1, keepdims=True
+        )  # one of many plants may have fewer zeros than another
+        return self.num * np.sign(np.take_along_axis(self.num, first, -1))
 
     def each(self) -> "list[Transfer]":
         """Many plants one by one.

@@ -86,6 +86,12 @@ def test_coefficients_are_those_of_the_eigenvalues() -> None:
     assert np.all(size >= np.abs(den) * (1.0 - 1e-12))
 
 
+def test_each_of_many_plants_is_turned_forward_whatever_zeros_another_has() -> None:
+    many = Transfer(np.array([[-1.0, 2.0], [0.0, -3.0], [0.5, 0.0]]), np.tile([1.0, 0.1, 0.2], (3, 1)), ())
+    assert np.array_equal(many.restoring, [[1.0, -2.0], [0.0, 3.0], [0.5, 0.0]])
+    assert np.array_equal(many.each()[1].restoring, [0.0, 3.0])
+
+
 def test_what_rounding_covers_is_said() -> None:
     lost = Linear(np.diag([1e6, 1e6]), np.array([1.0, -1.0 - 1e-16]), np.ones(2))
     with pytest.raises(InputError, match="too far apart for a transfer function"):
