@@ -107,13 +107,19 @@ def _stretches(command: np.ndarray) -> list[tuple[int, int]]:
     """First index, and the one after the last, of every stretch in which the command stays the same, long enough for a plateau."""
     reach = max(SAME * noise_level(command), 1e-9 * float(np.max(np.abs(command), initial=0.0)))
     found, first = [], 0
-    while first < len(command):
-        away = np.flatnonzero(np.abs(command[first:] - command[first]) > reach)
-        last = first + int(away[0]) if len(away) else len(command)
-        if last - first >= FEWEST:
-            found.append((first, last))
-        first = last
+    while first + FEWEST <= len(command):
+        last = _until(command[first : first + FEWEST], reach)
+        if last == FEWEST:  # only then the whole rest is looked at: a command may change with every sample
+            last = _until(command[first:], reach)
+            found.append((first, first + last))
+        first += last
     return found
+
+
+def _until(command: np.ndarray, reach: float) -> int:
+    """Number of samples at the beginning that are as the first one."""
+    away = np.abs(command - command[0]) > reach
+    return int(np.argmax(away)) if away.any() else len(command)
 
 
 def _coefficient(t: np.ndarray, y: np.ndarray, order: int, which: int, floor: float) -> tuple[float, float]:
@@ -131,9 +137,8 @@ def _coefficient(t: np.ndarray, y: np.ndarray, order: int, which: int, floor: fl
     alike = min(max(alike + (1.0 + 3.0 * alike) / len(y), 0.0), MOST_ALIKE)
     white = (rest[1:] - alike * rest[:-1]) / (1.0 - alike)
     correlated = inverse @ meat([A[1:, None]], [white[:, None]]) @ inverse
-    worth = max(
-        len(y) * (1.0 - alike) / (1.0 + alike) - order - 1.0, 1.0
-    )  # independent readings beyond the coefficients
+    # independent readings beyond the coefficients
+    worth = max(len(y) * (1.0 - alike) / (1.0 + alike) - order - 1.0, 1.0)
     error = student(worth) * np.sqrt(max(correlated[which, which], inverse[which, which] * floor**2))
     return float(fitted[which] / scale**which), float(error / scale**which)
 
