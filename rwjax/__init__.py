@@ -1,7 +1,8 @@
 """Why does the model of a reaction-wheel testbed differ from the rig? Fit, compare, diagnose, with JAX.
 
 `read_rig` and `read_logs` read the files, and `questions` asks whether they belong together. `fit`, `predict`, `compare` and `diagnose`
-work on a rig and its logs. `region`, `tune` and `sweep` choose gains. `simulate` runs the model. Each name is imported when it is first
+work on a rig and its logs. `region`, `tune` and `sweep` choose gains. `simulate` runs the model, by the solver
+`Exact` or `Smooth`. Each name is imported when it is first
 used. JAX comes with the first that computes, and is set to float64 then; a program that uses JAX of its own before that imports
 `rwjax.setup_jax` first.
 """
@@ -31,7 +32,9 @@ if TYPE_CHECKING:
     from .control.region import region as region
     from .control.gain_design import tune as tune
     from .control.sweep import sweep as sweep
+    from .simulation.exact import Exact as Exact
     from .simulation.simulate import simulate as simulate
+    from .simulation.smooth import Smooth as Smooth
 
 __version__ = "0.1.0"
 
@@ -52,7 +55,9 @@ _HOME = {
     "control.region": ("region",),
     "control.gain_design": ("tune",),
     "control.sweep": ("sweep",),
+    "simulation.exact": ("Exact",),
     "simulation.simulate": ("simulate",),
+    "simulation.smooth": ("Smooth",),
 }
 """The module of each public name; the imports above say the same to type checkers, and a test that they agree."""
 

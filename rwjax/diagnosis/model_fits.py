@@ -233,7 +233,7 @@ class ModelFits:
         """All logs with a structure."""
         if structure not in self._problems:
             posed = pose(
-                structure, self.problem.logs, self.problem.noise, prior=self.rig.prior, stepper=self.problem.stepper
+                structure, self.problem.logs, self.problem.noise, prior=self.rig.prior, solver=self.problem.solver
             )
             own = posed.batch
             alike = self.problem.batch._replace(

@@ -196,6 +196,11 @@ class Presliding(AxisElastic):
     def damping(self, motion: Motion) -> Scalar:
         return self.d * motion.w * (1.0 - self.mine(motion)[0] * jnp.sign(motion.w))
 
+    def rate(self, z: Scalar, w: Scalar) -> Scalar:
+        left = 1.0 - z * jnp.sign(w)
+        builds = left > 0.0
+        return jnp.where(builds, jnp.where(builds, left, 1.0) ** (1.0 - self.s), left) * w / self.x_s
+
     def after(self, z: Scalar, travel: Scalar) -> Scalar:
         toward, way = jnp.sign(travel), jnp.abs(travel) / self.x_s
         return toward + jnp.sign(z - toward) * fallen(jnp.abs(z - toward), way, self.s)

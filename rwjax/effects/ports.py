@@ -118,6 +118,18 @@ class AxisElastic(Dry):
         """
 
     @abstractmethod
+    def rate(self, z: Scalar, w: Scalar) -> Scalar:
+        """Rate at which the share builds up.
+
+        Args:
+            z: The share [1].
+            w: Rate of the axis [rad/s].
+
+        Returns:
+            The rate [1/s].
+        """
+
+    @abstractmethod
     def after(self, z: Scalar, travel: Scalar) -> Scalar:
         """The share that is built up after the axis has turned [1].
 

@@ -65,7 +65,7 @@ class _Request:
         batch = self.wanted.problem.batch
         return (
             self.wanted.problem.structure,
-            self.wanted.problem.stepper,
+            self.wanted.problem.solver,
             id(batch.slot_step),
             id(batch.theta_index),
             id(batch.theta_offset),
@@ -86,9 +86,7 @@ def _simulated(runs: list[_Run]) -> np.ndarray:
     start = np.stack([request.wanted.start[b, k] for (request, _), (b, _), k in zip(full, row, log, strict=True)])
     wanted = runs[0][0].wanted
     batch = wanted.problem.batch.inputs_of(log)
-    y = free_runs(
-        wanted.problem.structure, theta, start, np.array(wanted.windows), batch, stepper=wanted.problem.stepper
-    )
+    y = free_runs(wanted.problem.structure, theta, start, np.array(wanted.windows), batch, solver=wanted.problem.solver)
     return np.asarray(y)[: len(runs), : wanted.windows]
 
 

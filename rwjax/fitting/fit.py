@@ -21,8 +21,8 @@ from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
-from rwjax.simulation.stepper import Stepper
+from rwjax.simulation.exact import EXACT
+from rwjax.simulation.solver import Solver
 
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
@@ -57,9 +57,7 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
-def fit(
-    rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, stepper: Stepper = EXPONENTIAL_STEP
-) -> RigFit:
+def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, solver: Solver = EXACT) -> RigFit:
     """Fit of a rig's free numbers to logs by free-run least squares over whole runs.
 
     Args:
@@ -67,7 +65,7 @@ def fit(
         logs: The logs; those marked for validation are left out.
         bootstrap: Refits to resampled stretches, whose percentiles are then the intervals; 0 for none [1].
         refine: Parts into which each time step is divided [1].
-        stepper: What moves the plant over a time step.
+        solver: What moves the plant through a log.
 
     Returns:
         The fitted rig with standard errors, intervals, RMS errors and notes.
@@ -78,7 +76,9 @@ def fit(
     """
     train = to_fit(rig, logs)
     structure = structure_of(rig)
-    problem = pose(structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine, stepper=stepper)
+    problem = pose(
+        structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine, solver=solver.suited(rig, train)
+    )
     shared = theta_of(rig, structure)
     estimated = {*rig.free} - {*rig.per_run}
     free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])
@@ -89,7 +89,12 @@ def fit(
     best = _best_fit(problem, moves, theta, free, prior=bool(rig.prior))
     _check_run(rig, best)
     found = uncertainty(best)
-    notes = [*ask(problem, theta), *found.notes, *(remark for log in train for remark in log.remarks())]
+    notes = [
+        *problem.solver.notes,
+        *ask(problem, theta),
+        *found.notes,
+        *(remark for log in train for remark in log.remarks()),
+    ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
     notes += [*_misfit(best), *_far_from_prior(rig, best)]
@@ -100,9 +105,13 @@ def fit(
 
 def _best_fit(problem: Problem, moves: Coordinates, theta: np.ndarray, free: np.ndarray, *, prior: bool) -> Fit:
     """The fit carried to its end from the best of several starts, priors weighted by the readings' correlation."""
+    begins = [moves.clip(np.where(free, factor * theta, theta)) for factor in OFF_BY]
+    if problem.solver.smooth:
+        from rwjax.fitting.smooth_fit import fit_smooth
+
+        return fit_smooth(problem, moves, begins)
     tried = []
-    for factor in OFF_BY:
-        begin = moves.clip(np.where(free, factor * theta, theta))
+    for begin in begins:
         nodes = measured_nodes(problem, begin)
         tried.append(least_squares(problem, moves, begin, nodes=nodes, most_steps=FIRST_STEPS))
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):

@@ -10,10 +10,12 @@ from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
+from rwjax.simulation.exact import EXACT
+from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory
 
 
-def predict(rig: Rig, log: Log) -> Trajectory:
+def predict(rig: Rig, log: Log, *, solver: Solver = EXACT) -> Trajectory:
     """Free run of a rig under a log's command, from the initial state of the log's first 0.5 s.
 
     A log without outputs starts at rest at 0, and gets every output that the kind of rig has.
@@ -21,6 +23,7 @@ def predict(rig: Rig, log: Log) -> Trajectory:
     Args:
         rig: The rig.
         log: The log.
+        solver: What moves the plant through the log.
 
     Returns:
         Each measured output `(time,)` [SI] at the log's times.
@@ -29,7 +32,7 @@ def predict(rig: Rig, log: Log) -> Trajectory:
         RigError: Where the run goes further than any rig, or is not finite.
     """
     structure = structure_of(rig)
-    problem = pose(structure, (log,))
+    problem = pose(structure, (log,), solver=solver.suited(rig, (log,)))
     outputs = predict_logs(problem, theta_of(rig, structure), with_floor=False)[0].outputs
     wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
     for name in wanted:

@@ -11,9 +11,9 @@ from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
+from rwjax.simulation.exact import EXACT
 from rwjax.simulation.layout import lay_out
-from rwjax.simulation.stepper import Stepper
+from rwjax.simulation.solver import Solver
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Problem:
             nothing is.
         prior_weight: How many readings a prior counts as [1]. It is above 1 where residuals are correlated, so that
             many readings carry the information of one.
-        stepper: What moves the plant over a time step.
+        solver: What moves the plant through a log.
     """
 
     structure: Structure
@@ -49,7 +49,7 @@ class Problem:
     per_run: tuple[str, ...]
     prior: np.ndarray
     prior_weight: float = 1.0
-    stepper: Stepper = EXPONENTIAL_STEP
+    solver: Solver = EXACT
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -132,7 +132,7 @@ def pose(
     per_run: Sequence[str] = (),
     prior: Mapping[str, tuple[float, float]] | None = None,
     refine: int = 1,
-    stepper: Stepper = EXPONENTIAL_STEP,
+    solver: Solver = EXACT,
 ) -> Problem:
     """The problem of fitting a structure to logs.
 
@@ -143,7 +143,7 @@ def pose(
         per_run: Names of the numbers of which every run has a value of its own.
         prior: Mean and standard deviation [SI] of numbers that are known besides the logs, by name.
         refine: Parts into which each time step is divided [1].
-        stepper: What moves the plant over a time step.
+        solver: What moves the plant through a log.
 
     Returns:
         The problem, with initial states guessed from the first readings.
@@ -161,7 +161,7 @@ def pose(
         start_free=np.stack([free for _, free in first]),
         initial_state_from_start=np.zeros(len(logs), bool),
         per_run=tuple(per_run),
-        stepper=stepper,
+        solver=solver,
         prior=np.array([(mean, deviation**-2.0) for mean, deviation in known]),
     )
     expanded = problem.expand(problem.prior)

@@ -26,7 +26,7 @@ def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[n
         Half the sum of squared residuals `(l,)` [1], infinite where a run leaves the range of numbers, and states
         `(l, w, n)` [SI].
     """
-    y, nodes = free_run(problem.structure, theta, start, problem.batch, stepper=problem.stepper)
+    y, nodes = free_run(problem.structure, theta, start, problem.batch, solver=problem.solver)
     with np.errstate(over="ignore", invalid="ignore"):
         residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
         cost = 0.5 * np.sum(residual**2, axis=(1, 2, 3))
@@ -53,7 +53,7 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
 
     def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
         return Evaluation(
-            *(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch, stepper=problem.stepper))
+            *(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch, solver=problem.solver))
         )
 
     batch, counted = problem.batch, problem.logs_with_readings.tolist()

@@ -49,6 +49,6 @@ def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
                     nodes[k, enough, states.index(entry)] = parabola[:, order]
     unseen = np.isnan(nodes)
     if unseen.any():
-        _, simulated = free_run(problem.structure, theta, problem.start, problem.batch, stepper=problem.stepper)
+        _, simulated = free_run(problem.structure, theta, problem.start, problem.batch, solver=problem.solver)
         nodes = np.where(unseen, np.nan_to_num(simulated, nan=0.0, posinf=0.0, neginf=0.0), nodes)
     return nodes

@@ -72,7 +72,7 @@ def simulated_outputs(
     start = np.zeros_like(problem.start)
     if begin is not None:
         start[:, structure.states.index("psi")] = begin
-    y, _ = free_run(structure, theta, start, problem.batch, stepper=problem.stepper)
+    y, _ = free_run(structure, theta, start, problem.batch, solver=problem.solver)
     return np.stack([by_sample(problem.batch, k, np.asarray(y[k]), len(log.time)) for k, log in enumerate(logs)])
 
 

@@ -23,6 +23,22 @@ def friction_level(effects: Sequence[Dry], motion: Motion, direction: float) -> 
     return jnp.maximum(friction_sum(effects, motion, direction), 0.0)
 
 
+def smooth_friction(effects: Sequence[Dry], motion: Motion, rate: Scalar, width: Scalar) -> Scalar:
+    r"""Dry friction on one body with a smooth sign: its level times $\tanh(w/\text{width})$.
+
+    Args:
+        effects: The dry friction effects on the body.
+        motion: What the effects may depend on.
+        rate: Rate of the body, w [rad/s].
+        width: Rate at which 76 % of the level acts [rad/s].
+
+    Returns:
+        Torque against the motion [N m].
+    """
+    level = jnp.where(rate > 0.0, friction_level(effects, motion, 1.0), friction_level(effects, motion, -1.0))
+    return level * jnp.tanh(rate / width)
+
+
 def friction_sum(effects: Sequence[Dry], motion: Motion, direction: float) -> Scalar:
     """Sum of all levels on one body, each raised by the shares of the others.
 

@@ -37,7 +37,7 @@ from rwjax.effects.ports import (
     Winding,
 )
 from rwjax.effects.rig_terms import of_rig_numbers
-from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.dry_friction import friction_level, smooth_friction
 from rwjax.plant.plant import BodyTorque, ByChannel, FrictionRates, Plant, SmoothStep
 from rwjax.plant.stick import stopped
 from rwjax.plant.structure import OUTPUTS, Numbers, State, Structure
@@ -326,6 +326,45 @@ class OneAxis(Plant):
             rates = tuple(r + c * friction for r, c in zip(rates, body.reaction, strict=True))
             torques.append(BodyTorque(free, free - holding))
         return FrictionRates(rates, torques)
+
+    def with_smooth_friction(self, t: Scalar, x: State, u: Scalar, width: Scalar) -> State:
+        """Rates of the state with dry friction by a smooth sign."""
+        rates, motion = self.field(t, x, u), self.motion(t, x, u)
+        for body, effects in self.bodies():
+            friction = smooth_friction(effects, motion, x[body.rate], width)
+            rates = tuple(r + c * friction for r, c in zip(rates, body.reaction, strict=True))
+        return self.limited(x, self.deflecting(motion, rates))
+
+    def deflecting(self, motion: Motion, rates: State) -> State:
+        """Rates of the state with those of the deflections of elastic friction.
+
+        Args:
+            motion: What the effects may depend on.
+            rates: Rates in which the deflections are taken to stay.
+
+        Returns:
+            The rates.
+        """
+        names = self.structure.states
+        moving = {f"{effect.name}:z": effect.rate(effect.mine(motion)[0], motion.w) for effect in self.on(AxisElastic)}
+        return tuple(moving.get(name, rate) for name, rate in zip(names, rates, strict=True))
+
+    def limited(self, x: State, rates: State) -> State:
+        """Rates of the state in which no current leaves what its driver allows.
+
+        Args:
+            x: State.
+            rates: Rates without the driver's limit.
+
+        Returns:
+            The rates.
+        """
+        for effect in self.on(CurrentLimit):
+            if self.structure.inductive:
+                k = self.structure.states.index("i")
+                leaves = (jnp.abs(x[k]) >= effect.limit()) & (x[k] * rates[k] > 0.0)
+                rates = (*rates[:k], jnp.where(leaves, 0.0, rates[k]), *rates[k + 1 :])
+        return rates
 
     def settle(self, step: SmoothStep) -> State:
         """State at the end of a step, each body stopped, turned or held by itself, the driving one first."""

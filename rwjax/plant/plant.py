@@ -143,6 +143,23 @@ class Plant(eqx.Module):
         """
 
     @abstractmethod
+    def with_smooth_friction(self, t: Scalar, x: State, u: Command, width: Scalar) -> State:
+        r"""Rates of the state with dry friction by a smooth sign, $\tanh(w/\text{width})$.
+
+        They are continuous in the state. A body that friction would hold creeps: a torque $\tau$ below its level $M$ moves it at
+        $\text{width}\,\operatorname{artanh}(\tau/M)$.
+
+        Args:
+            t: Time since the run's first sample [s].
+            x: State.
+            u: Voltage at the motors [V], `()` or `(2,)`.
+            width: Rate at which 76 % of the friction acts [rad/s].
+
+        Returns:
+            Rate of every state, in the state's unit per second.
+        """
+
+    @abstractmethod
     def settle(self, step: SmoothStep) -> State:
         """State at the end of a step, with bodies held that rested and stopped or turned whose speed changed sign.
 

@@ -39,7 +39,7 @@ from rwjax.effects.ports import AxisDry, AxisElastic, Clock, EncoderDelay, Wheel
 from rwjax.effects.two_axis import Tilt, YawReading
 from rwjax.kinds import half_column, on_half
 from rwjax.plant.coupled_friction import friction_of_resting, mobility_with_held, solve_within
-from rwjax.plant.dry_friction import friction_level
+from rwjax.plant.dry_friction import friction_level, smooth_friction
 from rwjax.plant.one_axis import OneAxis, one_axis
 from rwjax.plant.plant import BodyTorque, ByChannel, FrictionRates, Plant, SmoothStep
 from rwjax.plant.stick import stopped
@@ -216,6 +216,18 @@ class TwoAxis(Plant):
             tuple(changed.get(k, rate) for k, rate in enumerate(rates)),
             [BodyTorque(alone[j], excess[j]) for j in range(len(dry))],
         )
+
+    def with_smooth_friction(self, t: Scalar, x: State, u: Float[Array, " 2"], width: Scalar) -> State:
+        """Rates of the state with dry friction by a smooth sign."""
+        rates, states, motions = list(self.field(t, x, u)), self.structure.states, self.motions(t, x, u)
+        columns = self.mobility(x)
+        for body, effects in self.bodies():
+            friction = smooth_friction(effects, motions[body % 2], x[states.index(RATES[body])], width)
+            for name, acceleration in zip(RATES, columns[body], strict=True):
+                rates[states.index(name)] -= acceleration * friction
+        halves = zip(self.halves, motions, self.split(x), self.split(tuple(rates)), strict=True)
+        first, second = (half.limited(part, half.deflecting(m, of)) for half, m, part, of in halves)
+        return first + second
 
     def _levels(self, t: Scalar, x: State, u: Float[Array, " 2"]) -> list[tuple[Scalar, Scalar]]:
         """Dry friction forward and backward of each body that has any [N m]."""

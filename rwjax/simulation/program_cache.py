@@ -1,8 +1,8 @@
 """Programs kept on disk as they were traced: a new process neither traces nor lowers what an earlier one did.
 
 The persistent compilation cache of JAX spares compiling, but not tracing, which takes longer for a plant with many parts.
-A traced program depends on the library's source, the version of JAX, the platform, the structure, the stepper and the arrays'
-shapes: all of them name its file. Programs of a structure or a stepper that is not `from_library` are not kept on disk, since the
+A traced program depends on the library's source, the versions of JAX and of what is built on it, the platform, the structure, the solver and the arrays'
+shapes: all of them name its file. Programs of a structure or a solver that is not `from_library` are not kept on disk, since the
 library's source does not say what they compute.
 """
 
@@ -11,6 +11,7 @@ import os
 from collections.abc import Callable, Hashable
 from contextlib import suppress
 from functools import cache, wraps
+from importlib.metadata import version
 from inspect import Parameter, signature
 from pathlib import Path
 from threading import Lock
@@ -21,6 +22,8 @@ import numpy as np
 from jax import export
 from jax.core import Tracer
 
+TRACED = ("jax", "equinox", "diffrax", "optimistix", "lineax")
+"""Distributions whose code becomes part of a program."""
 DIGEST = 32
 """Bytes of the check sum before a program in its file. It shows that a file was torn; against somebody who can write the folder there is
 `rwjax/cache_folder.py`."""
@@ -65,7 +68,7 @@ def _origin() -> str:
     source = hashlib.sha256()
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         source.update(path.read_bytes())
-    return f"{source.hexdigest()} {jax.__version__} {jax.default_backend()}"
+    return f"{source.hexdigest()} {[version(name) for name in TRACED]} {jax.default_backend()}"
 
 
 def _file(name: str, key: object) -> Path | None:
@@ -104,20 +107,23 @@ def _program(name: str, key: object, flat: Callable, arrays: list[Any], keep: bo
     """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if it is not to be kept."""
     path = _file(name, key) if keep else None
     data = _read(path)
-    if data is None:
-        traced = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
-        _write(path, traced.serialize())
+    program = flat
+    if data is not None:
+        program = export.deserialize(data).call
     else:
-        traced = export.deserialize(data)
+        with suppress(NotImplementedError):  # a program that calls back to Python, as checks of equinox do, is not kept
+            traced = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
+            _write(path, traced.serialize())
+            program = traced.call
     own = ON_PROCESSOR if jax.default_backend() == "cpu" else {}
-    return _Once(jax.jit(traced.call, compiler_options=OPTIONS | own))
+    return _Once(jax.jit(program, compiler_options=OPTIONS | own))
 
 
 def stored(result: Callable) -> Callable:
     """Decorates `function(structure, *arrays, **choices)`: compiled once for each structure, choices and shapes, and kept on disk.
 
-    The structure and the choices, which are arguments by keyword alone, are hashable and static. Inside another traced function it
-    is traced there, so that it can be differentiated.
+    The structure is hashable and static. The choices are arguments by keyword alone, such as a solver: modules whose arrays and
+    numbers may change without a new program. Inside another traced function it is traced there, so that it can be differentiated.
 
     Args:
         result: Makes what is returned out of a sequence of arrays.
@@ -129,16 +135,21 @@ def stored(result: Callable) -> Callable:
     def decorate(function: Callable) -> Callable:
         keywords = [p for p in signature(function).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
         defaults = {p.name: p.default for p in keywords if p.default is not Parameter.empty}
-        plain = jax.jit(function, static_argnums=0, static_argnames=[p.name for p in keywords])
+        plain = jax.jit(function, static_argnums=0)
 
         @wraps(function)
-        def call(structure: Hashable, *arguments: Any, **given: Hashable) -> Any:
+        def call(structure: Hashable, *arguments: Any, **given: Any) -> Any:
             choices = defaults | given
-            leaves, tree = jax.tree.flatten(arguments)
+            leaves, tree = jax.tree.flatten((arguments, choices))
             if any(isinstance(leaf, Tracer) for leaf in leaves):
                 return plain(structure, *arguments, **choices)
             arrays = [np.asarray(leaf) for leaf in leaves]
-            key = (structure, *choices.items(), tree, tuple((a.shape, a.dtype.name) for a in arrays))
+            key = (structure, tree, tuple((a.shape, a.dtype.name) for a in arrays))
+
+            def flat(*leaves: Any) -> list:
+                arguments, choices = jax.tree.unflatten(tree, leaves)
+                return list(function(structure, *arguments, **choices))
+
             with _lock:
                 if (function, key) not in _programs:
                     while len(_programs) >= MOST_PROGRAMS:
@@ -146,7 +157,7 @@ def stored(result: Callable) -> Callable:
                     _programs[function, key] = _program(
                         function.__name__,
                         key,
-                        lambda *leaves: list(function(structure, *jax.tree.unflatten(tree, leaves), **choices)),
+                        flat,
                         arrays,
                         getattr(structure, "from_library", True)
                         and all(getattr(choice, "from_library", False) for choice in choices.values()),

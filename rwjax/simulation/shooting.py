@@ -4,18 +4,14 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float, Int
 
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.commands import commands
-from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
+from rwjax.simulation.exact import EXACT
 from rwjax.simulation.program_cache import stored
-from rwjax.simulation.reading import Slots, readings
-from rwjax.simulation.stepper import Stepper
-from rwjax.simulation.windows import log_by_log, plant_of_run, prepare, side_by_side, time_grid
-from rwjax.types import Scalar
+from rwjax.simulation.solver import Solver
+from rwjax.simulation.windows import log_by_log, plant_of_run, side_by_side
 
 
 class Evaluation(NamedTuple):
@@ -49,7 +45,7 @@ def evaluate(
     nodes: Float[Any, "l w n"],
     batch: Batch,
     *,
-    stepper: Stepper = EXPONENTIAL_STEP,
+    solver: Solver = EXACT,
 ) -> Evaluation:
     """Residuals and normal equations with every window started from its node (condensed multiple shooting).
 
@@ -62,7 +58,7 @@ def evaluate(
         numbers: Which entries of `theta` to differentiate by `(k,)`; an index past its end gives a column of zeros.
         nodes: First state of every window `(l, w, n)` [SI].
         batch: The logs.
-        stepper: What moves the plant over one step.
+        solver: What moves the plant through a window.
 
     Returns:
         Residuals, derivatives and normal equations.
@@ -72,7 +68,7 @@ def evaluate(
     """
 
     def outcome(theta: Float[Array, " t"], nodes: Float[Array, "l w n"]) -> tuple[Array, Array]:
-        y, end = _simulate_windows(structure, stepper, theta, nodes, batch)
+        y, end = _simulate_windows(structure, solver, theta, nodes, batch)
         return (y - jnp.asarray(batch.reading)) * jnp.asarray(batch.weight), end
 
     k, (L, W, n) = numbers.shape[0], nodes.shape
@@ -90,33 +86,11 @@ def evaluate(
 
 
 def _simulate_windows(
-    structure: Structure, stepper: Stepper, theta: Float[Array, " t"], nodes: Float[Array, "l w n"], batch: Batch
+    structure: Structure, solver: Solver, theta: Float[Array, " t"], nodes: Float[Array, "l w n"], batch: Batch
 ) -> tuple[Float[Array, "l w q y"], Float[Array, "l w n"]]:
     """Readings of every window from its own first state, and the state at its end."""
-
-    def one_log(run: Batch, nodes: Float[Array, "w n"]) -> tuple[Array, Array]:
-        plant = plant_of_run(structure, theta, run)
-        h, t0 = time_grid(plant, run)
-        moved = prepare(plant, stepper, h)
-        steps, at_reading = commands(plant, run)
-        W, m = run.slot_step.shape[0], run.step_index.shape[0]
-        u = steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))]
-
-        def one_window(w: Scalar, x0: Array, u: Array, slots: Slots) -> tuple[Array, Array]:
-            begin = t0 + w * m * h
-            states = moved.states(begin, x0, u)
-            y = readings(plant, h, begin, states, slots)
-            return y, jnp.stack([s[m] for s in states])
-
-        return jax.vmap(one_window)(
-            jnp.arange(W, dtype=float),
-            nodes,
-            u,
-            Slots(at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)),
-        )
-
     through = log_by_log if jax.default_backend() == "cpu" else side_by_side
-    return through(one_log, batch, nodes)
+    return through(lambda run, nodes: solver.windows(plant_of_run(structure, theta, run), run, nodes), batch, nodes)
 
 
 def _continuity(

@@ -1,55 +1,102 @@
 """Free run of a rig under a command, for users: `simulate`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
+from jax.flatten_util import ravel_pytree
 
 from rwjax.errors import InputError, nearest
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
-from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
+from rwjax.simulation.exact import EXACT
 from rwjax.simulation.free_run import free_run
 from rwjax.simulation.layout import lay_out
-from rwjax.simulation.stepper import Stepper
+from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory, trajectory_of
 
 
 def simulate(
     rig: Rig,
     time: np.ndarray,
-    command: np.ndarray,
+    command: Any,
     *,
-    start: Mapping[str, float] | None = None,
-    stepper: Stepper = EXPONENTIAL_STEP,
+    numbers: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    solver: Solver = EXACT,
 ) -> Trajectory:
     """Free run of a rig under a command, which is held between samples.
+
+    A pure function of `numbers`, `start` and `command`: `jax.jit`, `vmap`, `grad` and `jacfwd` go through it, and through what
+    is worked out from the run. With a smooth solver and more than 64 traced values, as of a whole command, it knows reverse mode
+    alone. Through the exact solver a derivative is that of the motion with its times of stick and slip: right where it exists.
 
     Args:
         rig: The rig, with its effects.
         time: Times of the samples `(n,)` [s], increasing; the run begins at the first one.
         command: Command at these times `(n,)`, of a rig with two axes `(n, 2)` [V].
+        numbers: Values [SI] in place of the rig's own, by name, as `{"axis.inertia": 0.2}`.
         start: First values of states by name, as `{"w": 2.0}` [SI]; those not given are 0, at rest.
-        stepper: What moves the plant over one time step.
+        solver: What moves the plant through the run.
 
     Returns:
         Every output that the kind of rig has, at these times.
 
     Raises:
-        InputError: Times or command are unusable, or the rig lacks a state that is given.
+        InputError: Times or command are unusable, or the rig lacks a number or a state that is given.
     """
-    structure, log = structure_of(rig), _log_of(rig, time, command)
-    first = np.array([_start_of(structure, start or {})])
+    structure, numbers, start = structure_of(rig), dict(numbers or {}), dict(start or {})
+    log = _log_of(rig, time, command)
+    _check_names("number", numbers, structure.names)
+    _check_names("state", start, structure.states)
+    solver = solver.suited(rig, (log,))
     batch = lay_out(structure, (log,), [{}])
-    y, _ = free_run(structure, theta_of(rig, structure), first, batch, stepper=stepper)
-    return trajectory_of(structure, batch, 0, log, np.asarray(y)[0])
+    held = np.minimum(np.arange(batch.u_command.shape[1]), len(log.time) - 1)
+    varies = {"numbers": numbers, "start": start} | ({"command": command} if isinstance(command, Tracer) else {})
+    solver = solver.by_commands() if "command" in varies else solver
+    own = theta_of(rig, structure), np.zeros(len(structure.states))
+
+    def run(solver: Solver, given: Mapping[str, Any]) -> Any:
+        theta, first = (
+            _with(values, names, given[key])
+            for values, names, key in zip(own, (structure.names, structure.states), ("numbers", "start"), strict=True)
+        )
+        u = batch._replace(u_command=given["command"][held][None]) if "command" in given else batch
+        return free_run(structure, theta, first[None], u, solver=solver)[0][0]
+
+    if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(varies)):
+        z, unravel = ravel_pytree(varies)
+        readings = solver.of_vector(lambda solver, z: run(solver, unravel(z)), z)
+    else:
+        readings = np.asarray(run(solver, varies))
+    return trajectory_of(structure, batch, log, readings)
 
 
-def _log_of(rig: Rig, time: np.ndarray, command: np.ndarray) -> Log:
+def _with(values: np.ndarray, names: Sequence[str], given: Mapping[str, Any]) -> Any:
+    """A vector with some values, which may be traced, in place of its own."""
+    if not any(isinstance(value, Tracer) for value in given.values()):
+        return np.array([given.get(name, value) for name, value in zip(names, values, strict=True)], float)
+    return jnp.stack([jnp.asarray(given.get(name, value), float) for name, value in zip(names, values, strict=True)])
+
+
+def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> None:
+    """Raises `InputError` for a name that the rig does not have, and for a value that is no finite number."""
+    for name, value in given.items():
+        if name not in names:
+            raise InputError(f"no {what} `{name}`, nearest `{nearest(name, names)}`; this rig has {', '.join(names)}")
+        if not isinstance(value, Tracer) and not (np.ndim(value) == 0 and np.isfinite(value)):
+            raise InputError(f"{what} `{name}` {value}: has to be a finite number")
+
+
+def _log_of(rig: Rig, time: np.ndarray, command: Any) -> Log:
     """Log without readings; raises `InputError` where times or command are unusable."""
-    time, command = np.asarray(time, float), np.asarray(command, float)
+    time = np.asarray(time, float)
+    command = np.zeros(command.shape) if isinstance(command, Tracer) else np.asarray(command, float)
     if time.ndim != 1 or len(time) < 2:
         raise InputError(f"`time` has the shape {time.shape}; give the times of at least two samples, (n,)")
     shape = (len(time), 2) if rig.kind in TWO_AXIS else (len(time),)
@@ -61,14 +108,3 @@ def _log_of(rig: Rig, time: np.ndarray, command: np.ndarray) -> Log:
         late = int(np.argmin(np.diff(time) > 0.0)) + 1
         raise InputError(f"`time` does not increase: {time[late]:g} s follows {time[late - 1]:g} s at sample {late}")
     return Log(rig.name, time, command, {}, {}, {}, False, None, float(time[0]))
-
-
-def _start_of(structure: Structure, start: Mapping[str, float]) -> list[float]:
-    """First state; raises `InputError` for a name that is no state of the rig."""
-    for name, value in start.items():
-        if name not in structure.states:
-            like, states = nearest(name, structure.states), ", ".join(structure.states)
-            raise InputError(f"no state `{name}`, nearest `{like}`; this rig has {states}")
-        if not np.isfinite(value):
-            raise InputError(f"start `{name}` {value:g}: has to be a finite number")
-    return [float(start.get(name, 0.0)) for name in structure.states]

@@ -2,13 +2,15 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from jax.tree_util import register_dataclass
 
 from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.structure import Structure
-from rwjax.simulation.batch import Batch, by_sample
+from rwjax.simulation.batch import Batch
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,18 +70,22 @@ class Trajectory(Mapping[str, np.ndarray]):
         return {"time_s": self.time, **self.outputs}
 
 
-def trajectory_of(structure: Structure, batch: Batch, k: int, log: Log, readings: np.ndarray) -> Trajectory:
+register_dataclass(Trajectory, data_fields=["time", "outputs"], meta_fields=["name"])
+
+
+def trajectory_of(structure: Structure, batch: Batch, log: Log, readings: Any) -> Trajectory:
     """Run of one log from the readings of a free run.
 
     Args:
         structure: What the plant is made of.
-        batch: The logs as they were simulated.
-        k: Number of the log in the batch.
+        batch: The log as it was simulated, alone.
         log: The log.
         readings: Its readings by window and slot `(w, q, y)` [rad, rad/s or A].
 
     Returns:
         All outputs of the kind of rig at the log's times.
     """
-    values = by_sample(batch, k, readings, len(log.time))
+    slots = batch.slot_sample.ravel()
+    slot_of = np.argsort(np.where(slots < 0, len(slots), slots))[: len(log.time)]
+    values = readings.reshape(-1, len(structure.outputs))[slot_of]
     return Trajectory(log.name, log.time, {y: values[:, j] for j, y in enumerate(structure.outputs)})

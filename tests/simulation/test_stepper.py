@@ -50,7 +50,7 @@ def readings(rig: Rig, u: np.ndarray, refine: int, **given: Stepper) -> np.ndarr
     outputs = dict.fromkeys(structure.outputs, np.zeros_like(T))
     problem = pose(structure, (record(T, u, outputs),), dict.fromkeys(outputs, 1.0), refine=refine, **given)
     start = np.array([[0.3 if name.startswith("psi") else 0.0 for name in structure.states]])
-    return np.asarray(free_run(structure, theta_of(rig, structure), start, problem.batch, stepper=problem.stepper)[0])
+    return np.asarray(free_run(structure, theta_of(rig, structure), start, problem.batch, solver=problem.solver)[0])
 
 
 def miss(kind: str, refine: int) -> float:

@@ -20,7 +20,7 @@ def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
         For each log the readings (time,) [SI] of every output that the rig's kind has.
     """
     problem = fitted.problem
-    y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch, stepper=problem.stepper)[0])
+    y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch, solver=problem.solver)[0])
     found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
     return [dict(zip(problem.structure.outputs, samples.T, strict=True)) for samples in found]
 

@@ -53,7 +53,7 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
 
 def _free_runs(problem: Problem, theta: np.ndarray, batch: Batch, start: np.ndarray) -> list[Run]:
     """The logs that are read, with their free runs in a batch that is laid out as the problem's."""
-    y = np.asarray(free_run(problem.structure, theta, start, batch, stepper=problem.stepper)[0])
+    y = np.asarray(free_run(problem.structure, theta, start, batch, solver=problem.solver)[0])
     names = problem.structure.outputs
     runs = []
     for k in map(int, problem.logs_with_readings):
@@ -78,7 +78,7 @@ def _under(problem: Problem, theta: np.ndarray, volts: Sequence[np.ndarray]) -> 
     """Free runs of the logs that are read under other commands."""
     numbers = problem.logs_with_readings
     logs = [replace(problem.logs[k], command=u) for k, u in zip(numbers, volts, strict=True)]
-    other = pose(problem.structure, logs, problem.noise, per_run=problem.per_run, stepper=problem.stepper)
+    other = pose(problem.structure, logs, problem.noise, per_run=problem.per_run, solver=problem.solver)
     shared = len(problem.structure.names)
     own = theta[shared:].reshape(len(problem.logs), len(problem.per_run))[numbers]
     return _free_runs(other, np.concatenate([theta[:shared], own.ravel()]), other.batch, other.start)

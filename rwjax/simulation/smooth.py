@@ -1,0 +1,261 @@
+"""The smooth solver: dry friction by a smooth sign, adaptive steps of diffrax.
+
+Everything is differentiable in all numbers, by forward and by reverse mode. The price is the width of the sign: a body that
+friction would hold creeps. `docs/methods.md` says what that costs beside the exact solver.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from rwjax.kinds import is_angle
+from rwjax.logs.columns import unit_of
+from rwjax.logs.log import Log
+from rwjax.logs.noise import pooled_noise
+from rwjax.plant.assemble import plant_of
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.plant import Plant
+from rwjax.plant.structure import State, Structure
+from rwjax.rig.model import Rig
+from rwjax.simulation.batch import Batch
+from rwjax.simulation.commands import commands
+from rwjax.simulation.forward_mode import with_jacobian
+from rwjax.simulation.layout import LONGEST_STEP
+from rwjax.simulation.solver import Solver
+from rwjax.simulation.windows import OneLog, log_by_log, side_by_side, time_grid
+from rwjax.types import Scalar
+
+SLOWEST_SEEN = 10.0
+"""Time in which a creeping body may move by what its encoder resolves [s]: one count in it is the default width."""
+UNSEEN = 0.01
+"""Width where neither a reading nor the rig file says what can be seen [rad/s]."""
+STIFF = 300.0
+"""Fastest rate of the plant times the step of the grid above which an implicit method is taken: an explicit one would need some
+hundred steps to each, and one step of an implicit one costs as much as ten to twenty [1]."""
+MOST_STEPS, MOST_STEPS_EACH = 256, 128
+"""Most steps through a window, and besides for each of its steps of the grid; a run that needs more has failed."""
+FEW = 64
+"""Numbers up to which forward mode is taken to differentiate a simulation [1]: beyond, one pass backwards costs less."""
+
+
+class Smooth(Solver):
+    """Adaptive steps of diffrax through a plant whose dry friction has a smooth sign.
+
+    A step ends wherever the command jumps. A run that fails ends in readings that are infinite.
+
+    Attributes:
+        width: Rate at which 76 % of the dry friction acts [rad/s]; chosen by what the encoders resolve where it is None.
+        method: A solver of diffrax; explicit, or implicit for a stiff plant, where it is None.
+        rtol: Relative tolerance of a step [1].
+        atol: Absolute tolerance of a step [SI].
+        every_step: Whether steps end wherever the command may jump, not only where it does: a derivative by the command needs it.
+        adjoint: How diffrax is differentiated; as it stands by forward mode, whose cost grows with the numbers.
+    """
+
+    smooth = True
+    width: float | None = None
+    method: diffrax.AbstractSolver | None = eqx.field(static=True, default=None)
+    rtol: float = 1e-6
+    atol: float = 1e-8
+    every_step: bool = eqx.field(static=True, default=False)
+    adjoint: diffrax.AbstractAdjoint = eqx.field(static=True, default=diffrax.ForwardMode())
+
+    @property
+    def from_library(self) -> bool:
+        """Whether it is made of the library's and diffrax's parts alone."""
+        return all(type(part).__module__.startswith("diffrax.") for part in (self.method, self.adjoint))
+
+    def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":
+        """This solver with a width by what the encoders resolve, and a method by how stiff the rig is."""
+        width = default_width(rig, logs) if self.width is None else self.width
+        method = method_for(rig, logs, width) if self.method is None else self.method
+        return replace(self, width=width, method=method)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The width, and the method."""
+        return (
+            f"dry friction acts by a smooth sign {self.width:.3g} rad/s wide, solved by {type(self.method).__name__}",
+        )
+
+    def by_commands(self) -> "Smooth":
+        """This solver with a step's end wherever the command may jump."""
+        return replace(self, every_step=True)
+
+    def of_vector(self, run: Callable[[Solver, Array], Array], z: Float[Array, " p"]) -> Array:
+        """By the whole Jacobian, from forward mode, of few numbers; by a checkpointed adjoint, in reverse mode alone, of many."""
+        if len(z) <= FEW:
+            return with_jacobian(partial(run, self))(z)
+        return run(replace(self, adjoint=diffrax.RecursiveCheckpointAdjoint()), z)
+
+    def of_logs(self, one: OneLog, batch: Batch, *of_log: Array) -> Any:
+        """On a processor one log after the other: runs side by side would all take as many steps as the worst of them."""
+        through = log_by_log if jax.default_backend() == "cpu" else side_by_side
+        return through(one, batch, *of_log)
+
+    def whole(
+        self, plant: Plant, run: Batch, x0: Float[Array, " n"]
+    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
+        """Free run of one log."""
+
+        def window(x: Array, inputs: tuple) -> tuple[Array, tuple[Array, Array]]:
+            y, end = self._window(plant, x, *inputs)
+            return end, (y, x)
+
+        return jax.lax.scan(window, x0, self._inputs(plant, run))[1]
+
+    def beginning(
+        self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
+    ) -> Float[Array, "w q y"]:
+        """The first windows of a free run; readings of later ones are 0."""
+        inputs = self._inputs(plant, run)
+
+        def window(w: Int[Array, ""], carry: tuple[Array, Array]) -> tuple[Array, Array]:
+            x, y = carry
+            seen, end = self._window(plant, x, *jax.tree.map(lambda a: a[w], inputs))
+            return end, y.at[w].set(seen)
+
+        W, q = run.slot_step.shape
+        nothing = jnp.zeros((W, q, len(plant.structure.outputs)))
+        return jax.lax.fori_loop(0, windows, window, (x0, nothing))[1]
+
+    def windows(
+        self, plant: Plant, run: Batch, nodes: Float[Array, "w n"]
+    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
+        """Every window of one log from a first state of its own, all side by side."""
+        return jax.vmap(lambda x, inputs: self._window(plant, x, *inputs))(nodes, self._inputs(plant, run))
+
+    def _inputs(self, plant: Plant, run: Batch) -> tuple["_Held", Array, Array, Array]:
+        """For every window its voltages, its end, and the times of its readings with the voltages there."""
+        h, t0 = time_grid(plant, run)
+        steps, at_reading = commands(plant, run)
+        W, m = run.slot_step.shape[0], run.step_index.shape[0]
+        u = steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))]
+        begin = t0 + m * h * jnp.arange(W, dtype=float)
+        t = begin[:, None] + h * (jnp.asarray(run.slot_step).astype(float) + jnp.asarray(run.slot_part))
+        return _Held(begin, jnp.broadcast_to(h, W), u), begin + m * h, t, at_reading
+
+    def _window(
+        self, plant: Plant, x0: Float[Array, " n"], held: "_Held", end: Scalar, t: Float[Array, " q"], u: Array
+    ) -> tuple[Float[Array, "q y"], Float[Array, " n"]]:
+        """Readings of a window at times `t` under voltages `u` there, and the state at its end."""
+        age, names = plant.age(), plant.structure.states
+        late = t if age is None else jnp.maximum(t - age, held.begin)
+        times = [t, end[None]] if age is None else [t, end[None], late]
+        found = self._states(plant, held, x0, jnp.concatenate(times))
+        x, last, *earlier = jnp.split(found, np.cumsum([len(each) for each in times])[:-1])
+        seen = tuple(x.T)
+        if age is not None:
+            before = jnp.minimum(t - age - held.begin, 0.0)  # as if each body had turned at its first rate
+            seen = list(earlier[0].T)
+            for angle, rate, *_ in plant.structure.turning:
+                seen[names.index(angle)] += before * seen[names.index(rate)]
+        y = jax.vmap(plant.outputs)(t, tuple(x.T), u, tuple(seen))
+        return jnp.where(jnp.isfinite(x).all(axis=1)[:, None], jnp.stack(y, axis=-1), jnp.inf), last[0]
+
+    def _states(
+        self, plant: Plant, held: "_Held", x0: Float[Array, " n"], times: Float[Array, " k"]
+    ) -> Float[Array, "k n"]:
+        """States at times in any order, infinite where the solver does not get there."""
+        order = jnp.argsort(times)
+        width = jnp.asarray(self.width)
+
+        def field(t: Scalar, x: State, u: Array) -> State:
+            return plant.with_smooth_friction(t, x, u[held.step(t)], width)
+
+        jumps = held.grid[1:] if self.every_step else held.jumps()
+        control = diffrax.PIDController(rtol=self.rtol, atol=self.atol)
+        lives = jnp.isfinite(x0).all()  # a run that has failed is not carried on
+        solution = diffrax.diffeqsolve(
+            diffrax.ODETerm(field),
+            self.method,
+            held.begin,
+            jnp.where(lives, times[order[-1]], held.begin),
+            None,
+            tuple(x0),
+            args=held.u,
+            saveat=diffrax.SaveAt(ts=times[order]),
+            stepsize_controller=diffrax.ClipStepSizeController(control, jump_ts=jumps),
+            adjoint=self.adjoint,
+            max_steps=MOST_STEPS + MOST_STEPS_EACH * len(held.u),
+            throw=False,
+        )
+        return jnp.stack(solution.ys, axis=1)[jnp.argsort(order)]
+
+
+class _Held(NamedTuple):
+    """Voltages `u` `(s, …)` held over equal steps of length `h` from `begin` on."""
+
+    begin: Scalar
+    h: Scalar
+    u: Array
+
+    @property
+    def grid(self) -> Float[Array, " s"]:
+        """Times at which the steps begin [s]."""
+        return self.begin + self.h * jnp.arange(len(self.u), dtype=float)
+
+    def step(self, t: Scalar) -> Int[Array, ""]:
+        """The step in which a time lies."""
+        return jnp.maximum(jnp.searchsorted(self.grid, t, side="right") - 1, 0)
+
+    def jumps(self) -> Float[Array, " s"]:
+        """Times at which the voltage changes, infinite where it does not [s]."""
+        return jnp.where(jnp.any(self.u[1:] != self.u[:-1], axis=tuple(range(1, self.u.ndim))), self.grid[1:], jnp.inf)
+
+
+def default_width(rig: Rig, logs: Sequence[Log]) -> float:
+    """Width of the smooth sign that the readings can hardly show.
+
+    It is one resolved step of an angle in ten seconds, or the noise of a rate, whichever is smallest among what is read; of logs
+    without readings one count of the rig file's encoders in ten seconds.
+
+    Args:
+        rig: The rig.
+        logs: Its logs.
+
+    Returns:
+        The width [rad/s].
+    """
+    noise = {name: value for name, value in pooled_noise(tuple(logs)).items() if unit_of(name) != "A"}
+    found = [np.sqrt(12.0) * sd / SLOWEST_SEEN if is_angle(name) else sd for name, sd in noise.items()]
+    found += [] if found else [2.0 * np.pi / counts / SLOWEST_SEEN for counts in rig.counts_per_rev.values()]
+    return float(min((width for width in found if width > 0.0), default=UNSEEN))
+
+
+def method_for(rig: Rig, logs: Sequence[Log], width: float) -> diffrax.AbstractSolver:
+    """Method that suits a rig: an implicit one where a time constant is far shorter than a step of the grid.
+
+    Args:
+        rig: The rig.
+        logs: Its logs.
+        width: Width of the smooth sign [rad/s].
+
+    Returns:
+        `Tsit5` or `Kvaerno3`.
+    """
+    structure = structure_of(rig)
+    h = min(LONGEST_STEP, *(float(np.median(np.diff(log.time))) for log in logs))
+    with jax.ensure_compile_time_eval():  # a method is chosen by the rig's own numbers, wherever it is simulated
+        slopes = np.asarray(_at_rest(structure, theta_of(rig, structure), width))
+    fastest = np.max(np.abs(np.linalg.eigvals(slopes)))
+    return diffrax.Kvaerno3() if fastest * h > STIFF else diffrax.Tsit5()
+
+
+@partial(jax.jit, static_argnums=0)
+def _at_rest(structure: Structure, theta: Float[Array, " p"], width: Scalar) -> Float[Array, "n n"]:
+    """Derivatives of the rates by the state at rest without a command, where friction is steepest."""
+    plant, n = plant_of(structure, theta), len(structure.states)
+
+    def rates(x: Float[Array, " n"]) -> Float[Array, " n"]:
+        return jnp.stack(plant.with_smooth_friction(jnp.zeros(()), tuple(x), plant.no_command(), width))
+
+    return jax.jacfwd(rates)(jnp.full(n, 1e-9))

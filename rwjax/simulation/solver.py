@@ -1,0 +1,126 @@
+"""The interface of a solver: how a plant is moved through a whole log, and what its dry friction is at standstill."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+from jaxtyping import Array, Float, Int
+
+from rwjax.logs.log import Log
+from rwjax.plant.plant import Plant
+from rwjax.rig.model import Rig
+from rwjax.simulation.batch import Batch
+from rwjax.simulation.windows import OneLog, side_by_side
+
+
+class Solver(eqx.Module):
+    """A way to simulate a plant under the command of a log.
+
+    What is an array or a number in it may change without a new program; everything else decides which program is compiled.
+
+    Attributes:
+        from_library: Whether it is the library's own, so that the library's source of one version determines the program.
+            Programs of others are not kept on disk.
+        smooth: Whether dry friction is smooth in it, so that readings are differentiable in all numbers.
+    """
+
+    from_library: eqx.AbstractVar[bool]
+    smooth: ClassVar[bool] = False
+
+    @abstractmethod
+    def suited(self, rig: Rig, logs: Sequence[Log]) -> "Solver":
+        """This solver with all that its user left open chosen for a rig and its logs.
+
+        Args:
+            rig: The rig.
+            logs: The logs that it is to simulate.
+
+        Returns:
+            The solver.
+        """
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of a simulation by it, one sentence each."""
+        return ()
+
+    def by_commands(self) -> "Solver":
+        """This solver as it is needed to differentiate by the command.
+
+        Returns:
+            The solver.
+        """
+        return self
+
+    def of_vector(self, run: "Callable[[Solver, Array], Array]", z: Float[Array, " p"]) -> Array:
+        """What a simulation makes of a vector, so that JAX can differentiate it.
+
+        Args:
+            run: The simulation, called with a solver and the vector.
+            z: The vector `(p,)`.
+
+        Returns:
+            What it returns.
+        """
+        return run(self, z)
+
+    def of_logs(self, one: OneLog, batch: Batch, *of_log: Array) -> Any:
+        """What a function makes of every log of a batch; all logs at once, unless the solver knows better.
+
+        Args:
+            one: The function, called with one log and its values.
+            batch: The logs.
+            of_log: Arrays `(l, …)` of which each log gets its own entry.
+
+        Returns:
+            The function's arrays with a first axis of logs.
+        """
+        return side_by_side(one, batch, *of_log)
+
+    @abstractmethod
+    def whole(
+        self, plant: Plant, run: Batch, x0: Float[Array, " n"]
+    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
+        """Free run of one log.
+
+        Args:
+            plant: The plant of the log.
+            run: One log of a batch.
+            x0: First state `(n,)` [SI].
+
+        Returns:
+            Readings `(w, q, y)` [rad, rad/s or A], not finite where the run does not get there, and the states at the windows'
+            starts `(w, n)` [SI].
+        """
+
+    @abstractmethod
+    def beginning(
+        self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
+    ) -> Float[Array, "w q y"]:
+        """The first windows of a free run.
+
+        Args:
+            plant: The plant of the log.
+            run: One log of a batch.
+            x0: First state `(n,)` [SI].
+            windows: How many windows to simulate [1].
+
+        Returns:
+            Readings `(w, q, y)` [rad, rad/s or A]; those of later windows do not count.
+        """
+
+    @abstractmethod
+    def windows(
+        self, plant: Plant, run: Batch, nodes: Float[Array, "w n"]
+    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
+        """Every window of one log from a first state of its own.
+
+        Args:
+            plant: The plant of the log.
+            run: One log of a batch.
+            nodes: First state of every window `(w, n)` [SI].
+
+        Returns:
+            Readings `(w, q, y)` [rad, rad/s or A], and the states at the windows' ends `(w, n)` [SI].
+        """
