@@ -26,7 +26,7 @@ MOST_ITERATIONS = 40
 """Iterations at most from each start."""
 DAMPING = 1e-2
 """Damping of the first step [1]."""
-GAINED = 0.5
+GAINED = 0.9
 """Share of the predicted gain above which the damping falls [1]."""
 FURTHEST = 2.0
 """Change of a logarithm that a search cannot go beyond [1]: far from its optimum a step may overshoot."""

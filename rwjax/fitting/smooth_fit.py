@@ -22,11 +22,11 @@ from rwjax.simulation.shooting import Evaluation
 
 STAGES = (16.0, 4.0, 1.0)
 """Widths of the smooth sign from stage to stage, in units of the one that is wanted [1]."""
-COARSE, FINE = 1e-2, 1e-4
+COARSE, FINE = 0.1, 1e-3
 """Step below which a stage ends, and the last one, in units of the step that changes the readings by their noise [1]."""
 ROUNDS = 6
 """Fits at most in which numbers and the initial states that they lead to come to agree."""
-AGREE = 1e-3
+AGREE = 3e-3
 """Change of a number, in the same units, below which they do [1]."""
 
 

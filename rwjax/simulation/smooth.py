@@ -165,6 +165,8 @@ class Smooth(Solver):
         self, plant: Plant, held: "_Held", x0: Float[Array, " n"], times: Float[Array, " k"]
     ) -> Float[Array, "k n"]:
         """States at times in any order, infinite where the solver does not get there."""
+        lives = jnp.isfinite(x0).all()  # a run that has failed is not carried on
+        times = jnp.where(lives, times, held.begin)
         order = jnp.argsort(times)
         width = jnp.asarray(self.width)
 
@@ -173,12 +175,11 @@ class Smooth(Solver):
 
         jumps = held.grid[1:] if self.every_step else held.jumps()
         control = diffrax.PIDController(rtol=self.rtol, atol=self.atol)
-        lives = jnp.isfinite(x0).all()  # a run that has failed is not carried on
         solution = diffrax.diffeqsolve(
             diffrax.ODETerm(field),
             self.method,
             held.begin,
-            jnp.where(lives, times[order[-1]], held.begin),
+            times[order[-1]],
             None,
             tuple(x0),
             args=held.u,
