@@ -52,6 +52,10 @@ def bootstrap(fitted: Fit, draws: int, seed: int = 0) -> np.ndarray:
     """
     rng = np.random.default_rng(seed)
     problems = [_resampled(fitted.problem, rng) for _ in range(draws)]
+    if fitted.problem.solver.smooth:
+        from rwjax.fitting.smooth_fit import refits
+
+        return refits(fitted, problems)
 
     def one(problem: Problem) -> np.ndarray:
         found = least_squares(

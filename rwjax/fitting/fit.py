@@ -161,9 +161,10 @@ def _misfit(fitted: Fit) -> list[str]:
     each = np.where(logged, np.sum(fitted.evaluation.residual**2, axis=(1, 2)), -1.0)
     log, output = np.unravel_index(int(np.argmax(each)), each.shape)
     name = problem.structure.outputs[output]
+    wide = " or the smooth sign of its friction is too wide" if problem.solver.smooth else ""
     miss = f"{name} of {problem.logs[log].name}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
     return [
-        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most {miss}: the model lacks something, "
+        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most {miss}: the model lacks something{wide}, "
         "and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
     ]
 

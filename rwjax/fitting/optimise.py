@@ -22,11 +22,11 @@ from rwjax.simulation.solver import Solver
 from rwjax.simulation.windows import plant_of_run
 from rwjax.types import Scalar
 
-MOST_ITERATIONS = 40
+MOST_ITERATIONS = 25
 """Iterations at most from each start."""
 DAMPING = 1e-2
 """Damping of the first step [1]."""
-GAINED = 0.9
+GAINED = 0.75
 """Share of the predicted gain above which the damping falls [1]."""
 FURTHEST = 2.0
 """Change of a logarithm that a search cannot go beyond [1]: far from its optimum a step may overshoot."""
@@ -99,14 +99,12 @@ class Optimum(NamedTuple):
         start: Initial states `(s, l, n)` [SI].
         cost: Half the sum of squares in units of noise, and the prior's share `(s,)` [1]; infinite where no run got to its end.
         steps: Iterations `(s,)` [1].
-        converged: Whether the search settled `(s,)`.
     """
 
     theta: Float[Any, "s t"]
     start: Float[Any, "s l n"]
     cost: Float[Any, " s"]
     steps: Int[Any, " s"]
-    converged: Bool[Any, " s"]
 
 
 @stored(lambda found: Optimum(*map(np.asarray, found)))
@@ -158,6 +156,6 @@ def optimise(
         )
         cost = 0.5 * jnp.sum(found.state.f_info.residual**2) * unit**2
         cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
-        return *unknowns.at(found.value), cost, found.stats["num_steps"], found.result == optimistix.RESULTS.successful
+        return *unknowns.at(found.value), cost, found.stats["num_steps"]
 
     return list(jax.vmap(one)(jax.tree.map(jnp.asarray, unknowns), jnp.asarray(weight), jnp.asarray(prior)))

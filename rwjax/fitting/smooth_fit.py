@@ -15,19 +15,21 @@ from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_respo
 from rwjax.fitting.initial_state import initial_states_by_sensitivities
 from rwjax.fitting.initial_state_from_start import is_complete
 from rwjax.fitting.multiple_shooting import Fit, reaches_noise
-from rwjax.fitting.optimise import Unknowns, optimise
+from rwjax.fitting.optimise import Optimum, Unknowns, optimise
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import run_costs, sensitivities
 from rwjax.simulation.shooting import Evaluation
 
 STAGES = (16.0, 4.0, 1.0)
 """Widths of the smooth sign from stage to stage, in units of the one that is wanted [1]."""
-COARSE, FINE = 0.1, 1e-3
+COARSE, FINE = 0.1, 3e-3
 """Step below which a stage ends, and the last one, in units of the step that changes the readings by their noise [1]."""
 ROUNDS = 6
-"""Fits at most in which numbers and the initial states that they lead to come to agree."""
-AGREE = 3e-3
-"""Change of a number, in the same units, below which they do [1]."""
+"""Searches of the last stage at most, each in units of its own beginning."""
+TOGETHER = 8
+"""Refits side by side: more of them wait longer for the slowest."""
+LEAST_GAIN = 1e-5
+"""Share of the cost below which what such a search gains, or loses by new initial states, ends the fit [1]."""
 
 
 def fit_smooth(problem: Problem, coordinates: Coordinates, begin: Sequence[np.ndarray]) -> Fit:
@@ -49,36 +51,55 @@ def fit_smooth(problem: Problem, coordinates: Coordinates, begin: Sequence[np.nd
     if begin[1:] and not reaches_noise(here.cost, here.theta, problem):
         others = _best(wide, [_unknowns(wide, coordinates, theta, problem.start) for theta in begin[1:]], COARSE)
         here = min(here, others, key=lambda found: found.cost)
-    for factor in STAGES[1:]:
+    for factor in STAGES[1:-1]:
         stage = _of_width(problem, factor)
-        here = _best(
-            stage, [_unknowns(stage, coordinates, here.theta, here.start)], FINE if factor == STAGES[-1] else COARSE
-        )
-    found = _fit(problem, coordinates, here)
+        here = _best(stage, [_unknowns(stage, coordinates, here.theta, here.start)], COARSE)
+    found = _settled(problem, coordinates, here)
     if not problem.start_free.any() or is_complete(found):
         return found
-    return fit_from_starts(problem.from_start, found)
+    return _settled(problem.from_start, coordinates, _Found(found.theta, found.start, found.cost, found.steps))
 
 
-def fit_from_starts(problem: Problem, fitted: Fit) -> Fit:
-    """Fit in which every initial state is the one that the first 0.5 s of its run lead to.
+def _settled(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
+    """Searches until one gains nothing; initial states that are taken from the start are estimated anew before each."""
+    converged, steps = False, here.steps
+    for _ in range(ROUNDS):
+        start = np.where(problem.initial_state_from_start[:, None], _from_start(problem, here), here.start)
+        unknowns = _unknowns(problem, c, here.theta, start)
+        before = _cost(problem, here.theta, start)
+        here = _best(problem, [unknowns], FINE)
+        steps += here.steps
+        if converged := bool(before - here.cost <= LEAST_GAIN * before):
+            break
+    cost, e = _evaluated(problem, c, here.theta, here.start)
+    return Fit(problem, c, here.theta, here.start, cost, e, converged and np.isfinite(cost), steps)
+
+
+def refits(fitted: Fit, problems: Sequence[Problem]) -> np.ndarray:
+    """Free numbers of fits to the same logs with other weights and priors, several side by side, from the optimum.
 
     Args:
-        problem: Logs and structure, whose initial states are to be taken from the start.
-        fitted: Where the fit begins.
+        fitted: The fit.
+        problems: Its problem with other weights of the readings, and other priors.
 
     Returns:
-        The fit.
+        Numbers `(draws, k)` [SI].
     """
-    c, here = fitted.coordinates, _Found(fitted.theta, fitted.start, fitted.cost, fitted.steps, True)
-    for _ in range(ROUNDS):
-        start = initial_states_by_sensitivities(problem, here.theta, here.start)
-        unknowns = _unknowns(problem, c, here.theta, start)
-        last, here = here.theta, _best(problem, [unknowns], FINE)._replace(start=start)
-        if np.all(np.abs((here.theta - last)[c.index] / c.slope(last)) <= AGREE * unknowns.scale[: len(c.index)]):
-            break
-    start = initial_states_by_sensitivities(problem, here.theta, here.start)
-    return _fit(problem, c, here._replace(start=start))
+    start = _unknowns(fitted.problem, fitted.coordinates, fitted.theta, fitted.start)
+    found = []
+    for first in range(0, len(problems), TOGETHER):
+        drawn = list(problems[first : first + TOGETHER])
+        filled = drawn + drawn[-1:] * (TOGETHER - len(drawn))  # the last one again, so that one program serves
+        theta = _searched(filled, [start] * TOGETHER, FINE).theta
+        found.append(theta[: len(drawn), fitted.coordinates.index])
+    return np.concatenate(found)
+
+
+def _from_start(problem: Problem, here: "_Found") -> np.ndarray:
+    """Initial states `(l, n)` [SI] of the logs for which they are taken from the start of the run."""
+    if not problem.initial_state_from_start.any():
+        return here.start
+    return initial_states_by_sensitivities(problem, here.theta, here.start)
 
 
 def _of_width(problem: Problem, factor: float) -> Problem:
@@ -87,20 +108,23 @@ def _of_width(problem: Problem, factor: float) -> Problem:
 
 
 class _Found(NamedTuple):
-    """A point of a fit: numbers `(t,)` and initial states `(l, n)` [SI], cost, iterations so far, whether the search settled."""
+    """A point of a fit: numbers `(t,)` and initial states `(l, n)` [SI], cost, and the steps of the search that led there."""
 
     theta: np.ndarray
     start: np.ndarray
     cost: float
     steps: int
-    converged: bool
+
+
+def _cost(problem: Problem, theta: np.ndarray, start: np.ndarray) -> float:
+    """Cost of the free run at a point."""
+    return float(np.sum(run_costs(problem, theta, start)[0])) + problem.prior_cost(theta)[0]
 
 
 def _evaluated(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray) -> tuple[float, Evaluation]:
     """Cost and derivatives of the free run at a point."""
     cost, nodes = run_costs(problem, theta, start)
-    e = sensitivities(problem, theta, c.index, nodes)
-    return float(np.sum(cost)) + problem.prior_cost(theta)[0], e
+    return float(np.sum(cost)) + problem.prior_cost(theta)[0], sensitivities(problem, theta, c.index, nodes)
 
 
 def _unknowns(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray) -> Unknowns:
@@ -135,24 +159,16 @@ def _unknowns(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.nda
 
 
 def _best(problem: Problem, starts: Sequence[Unknowns], tolerance: float) -> _Found:
-    """The best of several fits side by side."""
-    every = Unknowns(*map(np.stack, zip(*starts, strict=True)))
-    weight = np.tile(problem.batch.weight, (len(starts), 1, 1, 1, 1))
-    prior = np.stack([problem.prior[:, 0], problem.precision], axis=1)
-    found = optimise(
-        problem.structure,
-        every,
-        weight,
-        np.tile(prior, (len(starts), 1, 1)),
-        np.array(tolerance),
-        problem.batch,
-        solver=problem.solver,
-    )
+    """The best of several searches side by side."""
+    found = _searched([problem] * len(starts), starts, tolerance)
     s = int(np.argmin(found.cost))
-    return _Found(found.theta[s], found.start[s], float(found.cost[s]), int(found.steps[s]), bool(found.converged[s]))
+    return _Found(found.theta[s], found.start[s], float(found.cost[s]), int(found.steps[s]))
 
 
-def _fit(problem: Problem, c: Coordinates, found: _Found) -> Fit:
-    """The fit at a point."""
-    cost, e = _evaluated(problem, c, found.theta, found.start)
-    return Fit(problem, c, found.theta, found.start, cost, e, found.converged, found.steps)
+def _searched(problems: Sequence[Problem], starts: Sequence[Unknowns], tolerance: float) -> Optimum:
+    """Where searches side by side end; the problems differ in weights and priors alone."""
+    every = Unknowns(*map(np.stack, zip(*starts, strict=True)))
+    weight = np.stack([problem.batch.weight for problem in problems])
+    prior = np.stack([np.stack([problem.prior[:, 0], problem.precision], axis=1) for problem in problems])
+    one = problems[0]
+    return optimise(one.structure, every, weight, prior, np.array(tolerance), one.batch, solver=one.solver)
