@@ -10,6 +10,7 @@ from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
+from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
@@ -19,12 +20,14 @@ Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the r
 def compare(
     rig_file: RigFile,
     log_files: LogFiles,
+    solver: SolverOption = SolverName.EXACT,
+    smooth: Width = None,
     output: Output = Path("comparison"),
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Every identification method on the same logs, judged on the same held-out data."""
+    """Every identification method on the same logs, judged on the same held-out data by the free run of one solver."""
     from rwjax.errors import RigError
     from rwjax.logs.read import read_logs
     from rwjax.methods.comparison import compare as run
@@ -32,6 +35,7 @@ def compare(
     from rwjax.rig.read import read_one_axis_rig
     from rwjax.text_files import write_text
 
+    by = solver_of(solver, smooth)
     rig = read_one_axis_rig(rig_file)
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, _clear, (rig_file, *log_files))
@@ -40,7 +44,7 @@ def compare(
         show("looking at the logs")
         asked = ask_first(rig, logs, force)
         with of_file(rig_file, RigError):
-            result = run(rig, logs, show)
+            result = run(rig, logs, show, solver=by)
         if all(row.rig is None for row in result.rows):
             raise InputError(f"{rig_file}: no method can be used on these logs; {'; '.join(result.rows[0].notes)}")
         answer = json_text(result.json(), indent=1)

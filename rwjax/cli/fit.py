@@ -12,6 +12,7 @@ from rwjax.cli.answer import json_text
 from rwjax.cli.ask_first import GO_ON, Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, check_file, of_file
 from rwjax.cli.progress import progress
+from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
@@ -50,6 +51,8 @@ def fit(
     log_files: LogFiles,
     method: Method = FitMethod.E2E,
     bootstrap: Bootstrap = 0,
+    solver: SolverOption = SolverName.EXACT,
+    smooth: Width = None,
     output: Output = None,
     force: Force = False,
     as_json: Json = False,
@@ -61,7 +64,7 @@ def fit(
     from rwjax.rig.write import write_rig
     from rwjax.text_files import write_text
 
-    read, identify = _chosen(method, bootstrap)
+    read, identify = _chosen(method, bootstrap, solver, smooth)
     if output is not None:
         check_file(output, rig_file, *log_files)
     with progress(quiet) as show:
@@ -98,9 +101,11 @@ def _check_runaways(rig: "Rig", fitted: "Rig") -> None:
 
 
 def _chosen(
-    method: FitMethod, bootstrap: int
+    method: FitMethod, bootstrap: int, solver: SolverName, smooth: float | None
 ) -> "tuple[Callable[[Path], Rig], Callable[[Rig, Sequence[Log]], RigFit | Identified]]":
-    """The functions that read the rig file and that fit. Raises `InputError` for a bootstrap that the method cannot make."""
+    """The functions that read the rig file and that fit. Raises `InputError` for options that the method does not have."""
+    if method is not FitMethod.E2E and (solver is not SolverName.EXACT or smooth is not None):
+        raise InputError(f"--solver and --smooth: the method {method} simulates nothing; leave them out")
     if method is FitMethod.TWO_STAGE:
         from rwjax.methods.two_stage import two_stage
         from rwjax.rig.read import read_one_axis_rig
@@ -120,7 +125,7 @@ def _chosen(
 
     if 0 < bootstrap < FEWEST_DRAWS:
         raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
-    return read_rig, partial(estimate, bootstrap=bootstrap)
+    return read_rig, partial(estimate, bootstrap=bootstrap, solver=solver_of(solver, smooth))
 
 
 def _estimates(result: "RigFit | Identified") -> list[str]:

@@ -1,5 +1,6 @@
 """The command line's entry point, and its commands in the order in which `--help` lists them."""
 
+import os
 import sys
 from typing import Annotated
 
@@ -67,6 +68,9 @@ def main() -> None:
         SystemExit: always; status 2, after one line on stderr, for input that cannot be used.
     """
     terminal.begin()
+    # equinox checks values by calling back to Python, and a program that does so cannot be kept on disk. Here nothing needs its
+    # checks: a run that fails is seen by its readings. A user who wants them sets the variable.
+    os.environ.setdefault("EQX_ON_ERROR", "off")
     try:
         status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
         if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C

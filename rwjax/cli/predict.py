@@ -9,6 +9,7 @@ import typer
 from rwjax.cli.answer import check_finite, json_text
 from rwjax.cli.options import Json, Quiet, RigFile, check_file, of_file
 from rwjax.cli.progress import progress
+from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
@@ -24,6 +25,8 @@ Output = Annotated[Path | None, typer.Option("-o", metavar="PRED.csv", help="std
 def predict(
     rig_file: RigFile,
     log_file: LogFile,
+    solver: SolverOption = SolverName.EXACT,
+    smooth: Width = None,
     output: Output = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -38,12 +41,13 @@ def predict(
 
     if output is not None:
         check_file(output, rig_file, log_file)
+    by = solver_of(solver, smooth)
     rig = read_rig(rig_file)
     log = read_log(log_file, rig, outputs_required=False)
     with progress(quiet) as show:
         show("simulating")
         with of_file(rig_file):
-            columns = free_run(rig, log).columns
+            columns = free_run(rig, log, solver=by).columns
     text, errors = _csv(columns), _errors(log, columns)
     if output is not None:
         write_text(output, text, InputError)
@@ -54,7 +58,7 @@ def predict(
         document(text)
     else:
         say("\n".join([*errors, f"written to {output}"]))
-    note(*about_readings([Run(log, columns)]))
+    note(*by.suited(rig, (log,)).notes, *about_readings([Run(log, columns)]))
 
 
 def _csv(columns: "Mapping[str, np.ndarray]") -> str:

@@ -86,7 +86,8 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
         problem.expand(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
-    best = _best_fit(problem, moves, theta, free, prior=bool(rig.prior))
+    begins = [moves.clip(np.where(free, factor * theta, theta)) for factor in OFF_BY]
+    best = (_smooth_fit if problem.solver.smooth else _exact_fit)(problem, moves, begins, prior=bool(rig.prior))
     _check_run(rig, best)
     found = uncertainty(best)
     notes = [
@@ -103,13 +104,19 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
     return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
 
 
-def _best_fit(problem: Problem, moves: Coordinates, theta: np.ndarray, free: np.ndarray, *, prior: bool) -> Fit:
-    """The fit carried to its end from the best of several starts, priors weighted by the readings' correlation."""
-    begins = [moves.clip(np.where(free, factor * theta, theta)) for factor in OFF_BY]
-    if problem.solver.smooth:
-        from rwjax.fitting.smooth_fit import fit_smooth
+def _smooth_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], *, prior: bool) -> Fit:
+    """The fit through a smooth solver, priors weighted by the readings' correlation."""
+    from rwjax.fitting.smooth_fit import fit_smooth  # with it comes optimistix, which the exact way does not need
 
-        return fit_smooth(problem, moves, begins)
+    best = fit_smooth(problem, moves, begins)
+    if prior:
+        weighted = replace(problem, prior_weight=readings_per_independent_one(best))
+        best = fit_smooth(weighted, moves, [best.theta])
+    return best
+
+
+def _exact_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], *, prior: bool) -> Fit:
+    """The fit carried to its end from the best of several starts, priors weighted by the readings' correlation."""
     tried = []
     for begin in begins:
         nodes = measured_nodes(problem, begin)

@@ -12,6 +12,7 @@ MOST_STEPS = 12
 """Gauss-Newton steps at most towards the initial states."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a run that leaves the range of numbers nothing is known
 def initial_state_covariance(problem: Problem, by_state: np.ndarray, log: int) -> np.ndarray:
     """Covariance of a log's initial state from the readings of its first 0.5 s.
 

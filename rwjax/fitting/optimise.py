@@ -20,7 +20,6 @@ from rwjax.simulation.forward_mode import with_jacobian
 from rwjax.simulation.program_cache import stored
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.windows import plant_of_run
-from rwjax.types import Scalar
 
 MOST_ITERATIONS = 25
 """Iterations at most from each start."""
@@ -35,7 +34,7 @@ FURTHEST = 2.0
 class _LevenbergMarquardt(optimistix.LevenbergMarquardt):
     """Levenberg-Marquardt whose damping falls after every step that gains most of what was predicted."""
 
-    def __init__(self, tolerance: Scalar) -> None:
+    def __init__(self, tolerance: Any) -> None:
         super().__init__(tolerance, tolerance, linear_solver=lineax.Normal(lineax.Cholesky()))
         self.search = _TrustRegion(high_cutoff=GAINED)
 

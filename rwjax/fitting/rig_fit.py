@@ -74,6 +74,8 @@ class RigFit:
             "covariance_of": list(self.uncertainty.names),
             "covariance": [[_finite(v) for v in row] for row in self.uncertainty.covariance],
             "rms": self.rms,
+            "solver": self.fit.problem.solver.name,
+            "smooth": self.fit.problem.solver.width,
             "noise": self.fit.problem.noise,
             "converged": self.fit.converged,
             "notes": list(self.notes),

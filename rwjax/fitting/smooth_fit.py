@@ -72,7 +72,7 @@ def _settled(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
         if converged := bool(before - here.cost <= LEAST_GAIN * before):
             break
     cost, e = _evaluated(problem, c, here.theta, here.start)
-    return Fit(problem, c, here.theta, here.start, cost, e, converged and np.isfinite(cost), steps)
+    return Fit(problem, c, here.theta, here.start, cost, e, bool(converged and np.isfinite(cost)), steps)
 
 
 def refits(fitted: Fit, problems: Sequence[Problem]) -> np.ndarray:
@@ -104,7 +104,9 @@ def _from_start(problem: Problem, here: "_Found") -> np.ndarray:
 
 def _of_width(problem: Problem, factor: float) -> Problem:
     """The problem with a smooth sign so many times as wide."""
-    return replace(problem, solver=replace(problem.solver, width=factor * problem.solver.width))
+    width = problem.solver.width
+    assert width is not None, "a width is chosen by `suited`"
+    return replace(problem, solver=replace(problem.solver, width=factor * width))
 
 
 class _Found(NamedTuple):
@@ -136,7 +138,7 @@ def _unknowns(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.nda
     own = np.argwhere(problem.start_free)
     by_itself = ~problem.initial_state_from_start[own[:, 0]]
     response = np.zeros((L, n, len(k)))
-    for log in np.flatnonzero(problem.initial_state_from_start):
+    for log in map(int, np.flatnonzero(problem.initial_state_from_start)):
         s = np.flatnonzero(problem.start_free[log])
         response[log, s] = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)[0]
     with np.errstate(all="ignore"):

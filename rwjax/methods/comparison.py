@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import NamedTuple
 
@@ -21,11 +22,13 @@ from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified
 from rwjax.methods.kalman import prediction_error
-from rwjax.methods.output_error import end_to_end, finite_differences
+from rwjax.methods.output_error import end_to_end, finite_differences, smooth_end_to_end
 from rwjax.methods.regression import equation_error, weak_form
 from rwjax.methods.two_stage import two_stage
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
+from rwjax.simulation.exact import EXACT
+from rwjax.simulation.solver import Solver
 
 
 class Method(NamedTuple):
@@ -44,6 +47,7 @@ class Method(NamedTuple):
 
 METHODS = (
     Method("end-to-end", end_to_end, "any logs"),
+    Method("smooth", smooth_end_to_end, "friction whose sign may be smooth; time"),
     Method("finite differences", finite_differences, "a start near the optimum"),
     Method("prediction error", prediction_error, "a noise model; regular sampling"),
     Method("weak form", weak_form, "angles or rates of every body, well above their noise"),
@@ -150,10 +154,10 @@ class Comparison:
         }
 
 
-def _judged(rig: Rig, logs: Sequence[Log]) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+def _judged(rig: Rig, logs: Sequence[Log], solver: Solver) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
     """Squared free-run errors and squared floors of each log by output."""
     structure = structure_of(rig)
-    problem = pose(structure, logs)
+    problem = pose(structure, logs, solver=solver.suited(rig, logs))
     predictions = predict_logs(problem, theta_of(rig, structure))
     floor = floor_variance(problem, predictions)
     with np.errstate(over="ignore"):
@@ -170,13 +174,18 @@ def _rms(parts: list[dict[str, np.ndarray]]) -> dict[str, float]:
     }
 
 
-def compare(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lambda text: None) -> Comparison:
+def compare(
+    rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lambda text: None, *, solver: Solver = EXACT
+) -> Comparison:
     """Fits a rig by every method and judges each on held-out data; a fold's fit begins at the fit to all logs.
+
+    The method `smooth` is judged by the free run of its own solver, the others by that of one solver.
 
     Args:
         rig: The rig with its free numbers.
         logs: The logs.
         progress: Is told the name of each method before its turn.
+        solver: Solver whose free runs judge; if it is smooth, the method `smooth` fits through it.
 
     Returns:
         The comparison; a method that cannot be used on these logs has a row that says why.
@@ -189,16 +198,19 @@ def compare(rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lam
     rule, splits = folds(logs)
     rows, floor = [], {}
     for method in METHODS:
+        identify = method.identify
+        if solver.smooth and identify is smooth_end_to_end:
+            identify = partial(smooth_end_to_end, solver=solver)
         progress(method.name)
         begin = perf_counter()
         try:
-            found = method.identify(rig, train)
+            found = identify(rig, train)
             seconds = perf_counter() - begin
             judged = []
             for split in splits:
                 whole = len(split.train) == len(train) and all(a is b for a, b in zip(split.train, train, strict=True))
-                fitted = found.rig if whole else method.identify(found.rig, split.train).rig
-                judged += _judged(fitted, split.test)
+                fitted = found.rig if whole else identify(found.rig, split.train).rig
+                judged += _judged(fitted, split.test, found.solver or solver)
         except InputError as error:
             rows.append(Row(method, None, {}, perf_counter() - begin, (str(error),)))
             continue

@@ -10,6 +10,7 @@ from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandDelay, EncoderDelay
 from rwjax.errors import RigError
 from rwjax.rig.model import Rig
+from rwjax.simulation.solver import Solver
 
 NORMAL_95 = 1.96
 """Standard errors to either end of a 95 % interval [1]."""
@@ -34,10 +35,12 @@ class Identified:
     Attributes:
         rig: The rig with estimates and standard errors in place [SI].
         notes: What a user should know, one sentence each.
+        solver: Solver that the estimates belong to, by whose free run they are judged; None for any.
     """
 
     rig: Rig
     notes: tuple[str, ...] = ()
+    solver: Solver | None = None
 
     @property
     def interval(self) -> dict[str, tuple[float, float]]:

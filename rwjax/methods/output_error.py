@@ -1,4 +1,4 @@
-"""Output error: the free run is compared with the readings, by the library's own fit and as scipy users do it."""
+"""Output error: the free run is compared with the readings, by the library's own fits and as scipy users do it."""
 
 from collections.abc import Sequence
 
@@ -14,6 +14,11 @@ from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.free_run import free_run
+from rwjax.simulation.smooth import Smooth
+from rwjax.simulation.solver import Solver
+
+SMOOTH = Smooth()
+"""The smooth solver, its width by what the encoders resolve."""
 
 
 def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
@@ -32,6 +37,25 @@ def end_to_end(rig: Rig, logs: Sequence[Log]) -> Identified:
     """
     result = fit(rig, logs)
     return Identified(result.rig, result.notes)
+
+
+def smooth_end_to_end(rig: Rig, logs: Sequence[Log], solver: Solver = SMOOTH) -> Identified:
+    """The library's fit through smooth friction, by diffrax and optimistix.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs; those marked for validation are left out.
+        solver: The smooth solver.
+
+    Returns:
+        The estimates, with the solver that they belong to.
+
+    Raises:
+        RigError: Nothing is free.
+        LogError: No log may be fitted.
+    """
+    result = fit(rig, logs, solver=solver)
+    return Identified(result.rig, result.notes, result.fit.problem.solver)
 
 
 def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:

@@ -1,6 +1,7 @@
 """The solver that is used where none is passed in: fixed steps in which dry friction holds a resting body exactly."""
 
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 import equinox as eqx
 import jax
@@ -28,6 +29,7 @@ class Exact(Solver):
         stepper: What moves the plant over one step.
     """
 
+    name: ClassVar[str] = "exact"
     stepper: Stepper = eqx.field(static=True, default=EXPONENTIAL_STEP)
 
     @property

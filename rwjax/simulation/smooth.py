@@ -7,7 +7,7 @@ friction would hold creeps. `docs/methods.md` says what that costs beside the ex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -35,6 +35,10 @@ from rwjax.types import Scalar
 
 SLOWEST_SEEN = 10.0
 """Time in which a creeping body may move by what its encoder resolves [s]: one count in it is the default width."""
+SLOW = 1e-4
+"""Share of a body's fastest rate below which a width only costs time [1]."""
+SPAN = 0.1
+"""Time over which the rate of an angle is taken [s]."""
 UNSEEN = 0.01
 """Width where neither a reading nor the rig file says what can be seen [rad/s]."""
 STIFF = 300.0
@@ -60,8 +64,8 @@ class Smooth(Solver):
         adjoint: How diffrax is differentiated; as it stands by forward mode, whose cost grows with the numbers.
     """
 
-    smooth = True
-    width: float | None = None
+    name: ClassVar[str] = "diffrax"
+    smooth: ClassVar[bool] = True
     method: diffrax.AbstractSolver | None = eqx.field(static=True, default=None)
     rtol: float = 1e-6
     atol: float = 1e-8
@@ -170,11 +174,12 @@ class Smooth(Solver):
         order = jnp.argsort(times)
         width = jnp.asarray(self.width)
 
-        def field(t: Scalar, x: State, u: Array) -> State:
+        def field(t: Any, x: State, u: Array) -> State:
             return plant.with_smooth_friction(t, x, u[held.step(t)], width)
 
         jumps = held.grid[1:] if self.every_step else held.jumps()
         control = diffrax.PIDController(rtol=self.rtol, atol=self.atol)
+        assert self.method is not None, "a method is chosen by `suited`"
         solution = diffrax.diffeqsolve(
             diffrax.ODETerm(field),
             self.method,
@@ -189,7 +194,7 @@ class Smooth(Solver):
             max_steps=MOST_STEPS + MOST_STEPS_EACH * len(held.u),
             throw=False,
         )
-        return jnp.stack(solution.ys, axis=1)[jnp.argsort(order)]
+        return jnp.stack(solution.ys or (), axis=1)[jnp.argsort(order)]
 
 
 class _Held(NamedTuple):
@@ -216,8 +221,9 @@ class _Held(NamedTuple):
 def default_width(rig: Rig, logs: Sequence[Log]) -> float:
     """Width of the smooth sign that the readings can hardly show.
 
-    It is one resolved step of an angle in ten seconds, or the noise of a rate, whichever is smallest among what is read; of logs
-    without readings one count of the rig file's encoders in ten seconds.
+    Of each reading it is one resolved step of an angle in ten seconds, or the noise of a rate, yet not below a ten-thousandth of
+    its fastest motion; the smallest of these counts. Of logs without readings it is one count of the rig file's encoders in ten
+    seconds.
 
     Args:
         rig: The rig.
@@ -226,10 +232,26 @@ def default_width(rig: Rig, logs: Sequence[Log]) -> float:
     Returns:
         The width [rad/s].
     """
-    noise = {name: value for name, value in pooled_noise(tuple(logs)).items() if unit_of(name) != "A"}
-    found = [np.sqrt(12.0) * sd / SLOWEST_SEEN if is_angle(name) else sd for name, sd in noise.items()]
+    noise = {name: sd for name, sd in pooled_noise(tuple(logs)).items() if unit_of(name) != "A"}
+    found = [max(_seen(name, sd), SLOW * _fastest(name, logs)) for name, sd in noise.items()]
     found += [] if found else [2.0 * np.pi / counts / SLOWEST_SEEN for counts in rig.counts_per_rev.values()]
     return float(min((width for width in found if width > 0.0), default=UNSEEN))
+
+
+def _seen(output: str, noise: float) -> float:
+    """Slowest rate that a reading with some noise shows [rad/s]."""
+    return np.sqrt(12.0) * noise / SLOWEST_SEEN if is_angle(output) else noise
+
+
+def _fastest(output: str, logs: Sequence[Log]) -> float:
+    """Fastest rate that the logs hold of a body, of an angle between samples `SPAN` apart [rad/s]."""
+    rates = [np.zeros(1)]
+    for log in (log for log in logs if output in log.outputs):
+        value, step = log.outputs[output], max(round(SPAN / float(np.median(np.diff(log.time)))), 1)
+        if is_angle(output):
+            value = (value[step:] - value[:-step]) / (log.time[step:] - log.time[:-step])
+        rates.append(np.abs(value[np.isfinite(value)]))
+    return float(np.max(np.concatenate(rates)))
 
 
 def method_for(rig: Rig, logs: Sequence[Log], width: float) -> diffrax.AbstractSolver:

@@ -20,13 +20,14 @@ class Solver(eqx.Module):
     What is an array or a number in it may change without a new program; everything else decides which program is compiled.
 
     Attributes:
-        from_library: Whether it is the library's own, so that the library's source of one version determines the program.
-            Programs of others are not kept on disk.
+        name: Name for `--solver`.
+        width: Width of a smooth sign of dry friction [rad/s]; None where friction is exact.
         smooth: Whether dry friction is smooth in it, so that readings are differentiable in all numbers.
     """
 
-    from_library: eqx.AbstractVar[bool]
+    name: ClassVar[str]
     smooth: ClassVar[bool] = False
+    width: float | None = None
 
     @abstractmethod
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Solver":
@@ -39,6 +40,11 @@ class Solver(eqx.Module):
         Returns:
             The solver.
         """
+
+    @property
+    @abstractmethod
+    def from_library(self) -> bool:
+        """Whether it is the library's own, whose source determines the program; programs of others are not kept on disk."""
 
     @property
     def notes(self) -> tuple[str, ...]:

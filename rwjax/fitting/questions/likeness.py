@@ -72,7 +72,8 @@ def motion(log: Log, name: str, values: np.ndarray) -> np.ndarray:
         return values
     later = np.searchsorted(log.time, log.time + START_S)
     first = np.flatnonzero(later < len(log.time))
-    return values[later[first]] - values[first]
+    with np.errstate(invalid="ignore"):  # a run that has failed is infinite
+        return values[later[first]] - values[first]
 
 
 def likeness(run: Run, name: str) -> Likeness:
