@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -80,32 +81,50 @@ class NotKept(NamedTuple):
         return False
 
 
-class Factor(NamedTuple):
-    """Stands for a stepper."""
+class Factor(eqx.Module):
+    """Stands for a solver."""
 
     by: float
-    from_library: bool
+    form: str = eqx.field(static=True, default="times")
+    from_library: bool = eqx.field(static=True, default=True)
 
 
-def test_a_choice_is_part_of_the_program_and_of_the_library_or_not_kept(tmp_path: Path) -> None:
+def test_what_is_static_in_a_choice_makes_a_program_and_its_numbers_do_not(tmp_path: Path) -> None:
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+
+    def kept() -> int:
+        return len([*tmp_path.glob("traced-scaled-*")])
+
+    @stored(tuple)
+    def scaled(structure: str, x, *, factor: Factor = Factor(2.0)):  # noqa: B008 (a module, which nothing changes)
+        return [factor.by * x if factor.form == "times" else x / factor.by]
+
+    try:
+        assert scaled("any", np.ones(1))[0] == 2.0 and kept() == 1
+        assert scaled("any", np.ones(1), factor=Factor(3.0, from_library=False))[0] == 3.0 and kept() == 1
+        assert scaled("any", np.ones(1), factor=Factor(4.0))[0] == 4.0 and kept() == 1
+        assert scaled("any", np.ones(1), factor=Factor(4.0, "over"))[0] == 0.25 and kept() == 2
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+    slope = jax.grad(lambda x: scaled("any", x, factor=Factor(5.0))[0])(1.0)
+    assert slope == 5.0  # inside another traced function it is traced there, with its choice
+    assert jax.grad(lambda by: scaled("any", 1.0, factor=Factor(by, "over"))[0])(2.0) == -0.25
+
+
+def test_a_program_that_calls_back_to_python_is_not_kept_and_works(tmp_path: Path) -> None:
     before = jax.config.jax_compilation_cache_dir
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
 
     @stored(tuple)
-    def scaled(structure: str, x, *, factor: Factor = Factor(2.0, True)):  # noqa: B008 (a tuple, which nothing changes)
-        return [factor.by * x]
+    def checked(structure: str, x):
+        return [jax.pure_callback(lambda x: x + 1.0, x, x)]
 
     try:
-        assert scaled("any", np.ones(1))[0] == 2.0
-        kept = len([*tmp_path.glob("traced-scaled-*")])
-        assert scaled("any", np.ones(1), factor=Factor(3.0, False))[0] == 3.0
-        assert kept == len([*tmp_path.glob("traced-scaled-*")]) == 1
-        assert scaled("any", np.ones(1), factor=Factor(4.0, True))[0] == 4.0
-        assert len([*tmp_path.glob("traced-scaled-*")]) == 2
+        assert checked("any", np.ones(1))[0] == 2.0
+        assert not [*tmp_path.glob("traced-checked-*")]
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
-    slope = jax.grad(lambda x: scaled("any", x, factor=Factor(5.0, True))[0])(1.0)
-    assert slope == 5.0  # inside another traced function it is traced there, with its choice
 
 
 def test_a_full_disk_leaves_no_half_of_a_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,8 +13,10 @@ from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.plant import Command, Plant
 from rwjax.plant.structure import State
 from rwjax.rig.model import Rig
+from rwjax.simulation.exact import Exact
 from rwjax.simulation.exponential_step import ExponentialStep
 from rwjax.simulation.free_run import free_run
+from rwjax.simulation.solver import Solver
 from rwjax.simulation.stepper import Stepper
 from rwjax.types import Scalar
 from tests.systems import reaction, record
@@ -44,8 +46,8 @@ CASES = {
 }
 
 
-def readings(rig: Rig, u: np.ndarray, refine: int, **given: Stepper) -> np.ndarray:
-    """Readings of a free run, posed with a stepper or with none."""
+def readings(rig: Rig, u: np.ndarray, refine: int, **given: Solver) -> np.ndarray:
+    """Readings of a free run, posed with a solver or with none."""
     structure = structure_of(rig)
     outputs = dict.fromkeys(structure.outputs, np.zeros_like(T))
     problem = pose(structure, (record(T, u, outputs),), dict.fromkeys(outputs, 1.0), refine=refine, **given)
@@ -56,7 +58,7 @@ def readings(rig: Rig, u: np.ndarray, refine: int, **given: Stepper) -> np.ndarr
 def miss(kind: str, refine: int) -> float:
     """Largest difference between both steppers in yaw [rad]."""
     rig, u = CASES[kind]
-    return float(np.max(np.abs(readings(rig, u, refine, stepper=Midpoint()) - readings(rig, u, refine))[..., 0]))
+    return float(np.max(np.abs(readings(rig, u, refine, solver=Exact(Midpoint())) - readings(rig, u, refine))[..., 0]))
 
 
 def test_a_midpoint_step_agrees_to_its_order() -> None:
@@ -70,7 +72,7 @@ def test_a_rig_with_two_axes_takes_a_stepper_of_ones_own() -> None:
 def test_the_stepper_that_a_problem_is_posed_with_is_the_only_one_used(monkeypatch: pytest.MonkeyPatch) -> None:
     rig, u = CASES["reaction"]
     structure = structure_of(rig)
-    problem = pose(structure, (record(T, u, {}),), {}, stepper=Midpoint(share=0.51))
+    problem = pose(structure, (record(T, u, {}),), {}, solver=Exact(Midpoint(share=0.51)))
 
     def refuse(*_: object) -> None:
         raise AssertionError("the library's own step was taken")
@@ -85,8 +87,8 @@ def test_programs_of_a_stepper_of_ones_own_are_not_kept_on_disk(tmp_path: Path) 
     before = jax.config.jax_compilation_cache_dir
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
     try:
-        readings(rig, u, 1, stepper=Midpoint(share=0.52))
+        readings(rig, u, 1, solver=Exact(Midpoint(share=0.52)))
         assert not [*tmp_path.glob("traced-*")]
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
-    assert not Midpoint.from_library and ExponentialStep.from_library
+    assert not Exact(Midpoint()).from_library and Exact().from_library
