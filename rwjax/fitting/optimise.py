@@ -124,7 +124,7 @@ def optimise(
     Args:
         structure: What the plant is made of.
         unknowns: What may change; every entry has a first axis of starts `s`.
-        weight: Inverse noise of the readings for each start `(s, l, w, q, y)`, in place of the batch's own.
+        weight: Inverse noise of the readings for each start `(s, l, w, q, y)` [1/SI], in place of the batch's own.
         prior: Mean [SI] and inverse variance [1/SI²] of each number `(s, t, 2)`, 0 where nothing is known.
         tolerance: Step in units of `Unknowns.scale` below which a search ends [1].
         batch: The logs.

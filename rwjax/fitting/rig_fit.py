@@ -75,7 +75,7 @@ class RigFit:
             "covariance": [[_finite(v) for v in row] for row in self.uncertainty.covariance],
             "rms": self.rms,
             "solver": self.fit.problem.solver.name,
-            "smooth": self.fit.problem.solver.width,
+            "smooth": self.fit.problem.solver.sign_width,
             "noise": self.fit.problem.noise,
             "converged": self.fit.converged,
             "notes": list(self.notes),

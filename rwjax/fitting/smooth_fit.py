@@ -19,6 +19,7 @@ from rwjax.fitting.optimise import Optimum, Unknowns, optimise
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import run_costs, sensitivities
 from rwjax.simulation.shooting import Evaluation
+from rwjax.simulation.smooth import Smooth
 
 STAGES = (16.0, 4.0, 1.0)
 """Widths of the smooth sign from stage to stage, in units of the one that is wanted [1]."""
@@ -104,9 +105,9 @@ def _from_start(problem: Problem, here: "_Found") -> np.ndarray:
 
 def _of_width(problem: Problem, factor: float) -> Problem:
     """The problem with a smooth sign so many times as wide."""
-    width = problem.solver.width
-    assert width is not None, "a width is chosen by `suited`"
-    return replace(problem, solver=replace(problem.solver, width=factor * width))
+    solver = problem.solver
+    assert isinstance(solver, Smooth) and solver.width is not None, "a width is chosen by `suited`"
+    return replace(problem, solver=replace(solver, width=factor * solver.width))
 
 
 class _Found(NamedTuple):

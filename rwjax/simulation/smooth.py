@@ -35,6 +35,8 @@ from rwjax.types import Scalar
 
 SLOWEST_SEEN = 10.0
 """Time in which a creeping body may move by what its encoder resolves [s]: one count in it is the default width."""
+OF_NOISE = 0.1
+"""Share of a rate's noise that is the default width [1]."""
 SLOW = 1e-4
 """Share of a body's fastest rate below which a width only costs time [1]."""
 SPAN = 0.1
@@ -66,6 +68,7 @@ class Smooth(Solver):
 
     name: ClassVar[str] = "diffrax"
     smooth: ClassVar[bool] = True
+    width: float | None = None
     method: diffrax.AbstractSolver | None = eqx.field(static=True, default=None)
     rtol: float = 1e-6
     atol: float = 1e-8
@@ -82,6 +85,11 @@ class Smooth(Solver):
         width = default_width(rig, logs) if self.width is None else self.width
         method = method_for(rig, logs, width) if self.method is None else self.method
         return replace(self, width=width, method=method)
+
+    @property
+    def sign_width(self) -> float | None:
+        """Width of the smooth sign of dry friction [rad/s]."""
+        return self.width
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -221,7 +229,7 @@ class _Held(NamedTuple):
 def default_width(rig: Rig, logs: Sequence[Log]) -> float:
     """Width of the smooth sign that the readings can hardly show.
 
-    Of each reading it is one resolved step of an angle in ten seconds, or the noise of a rate, yet not below a ten-thousandth of
+    Of each reading it is one resolved step of an angle in ten seconds, or a tenth of the noise of a rate, yet not below a ten-thousandth of
     its fastest motion; the smallest of these counts. Of logs without readings it is one count of the rig file's encoders in ten
     seconds.
 
@@ -240,7 +248,7 @@ def default_width(rig: Rig, logs: Sequence[Log]) -> float:
 
 def _seen(output: str, noise: float) -> float:
     """Slowest rate that a reading with some noise shows [rad/s]."""
-    return np.sqrt(12.0) * noise / SLOWEST_SEEN if is_angle(output) else noise
+    return np.sqrt(12.0) * noise / SLOWEST_SEEN if is_angle(output) else OF_NOISE * noise
 
 
 def _fastest(output: str, logs: Sequence[Log]) -> float:

@@ -21,13 +21,11 @@ class Solver(eqx.Module):
 
     Attributes:
         name: Name for `--solver`.
-        width: Width of a smooth sign of dry friction [rad/s]; None where friction is exact.
         smooth: Whether dry friction is smooth in it, so that readings are differentiable in all numbers.
     """
 
     name: ClassVar[str]
     smooth: ClassVar[bool] = False
-    width: float | None = None
 
     @abstractmethod
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Solver":
@@ -47,6 +45,11 @@ class Solver(eqx.Module):
         """Whether it is the library's own, whose source determines the program; programs of others are not kept on disk."""
 
     @property
+    def sign_width(self) -> float | None:
+        """Width of the smooth sign of dry friction [rad/s]; None where friction is exact."""
+        return None
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What a user should know of a simulation by it, one sentence each."""
         return ()
@@ -64,10 +67,10 @@ class Solver(eqx.Module):
 
         Args:
             run: The simulation, called with a solver and the vector.
-            z: The vector `(p,)`.
+            z: The vector `(p,)` [SI].
 
         Returns:
-            What it returns.
+            What it returns [SI].
         """
         return run(self, z)
 

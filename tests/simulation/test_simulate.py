@@ -41,7 +41,7 @@ def test_a_rig_with_two_axes_takes_two_commands() -> None:
         (T, np.where(T > 0.2, np.nan, U), {}, "have to be finite numbers"),
         (np.where(T == T[7], 0.0, T), U, {}, "`time` does not increase: 0 s follows 0.06 s at sample 7"),
         (T, U, {"omega": 1.0}, "no state `omega`, nearest `.*`; this rig has psi, w"),
-        (T, U, {"w": np.inf}, "start `w` inf: has to be a finite number"),
+        (T, U, {"w": np.inf}, "state `w` inf: has to be a finite number"),
     ],
 )
 def test_what_cannot_be_simulated_is_said(time: np.ndarray, command: np.ndarray, start: dict, message: str) -> None:

@@ -35,7 +35,7 @@ def test_readings_come_in_the_order_of_the_samples() -> None:
     structure, log = structure_of(platform()), record(t, np.zeros_like(t))
     batch = pose(structure, (log,), {"yaw_rad": 1.0}).batch
     by_slot = np.where(batch.slot_sample >= 0, batch.slot_sample, -7.0)[0][..., None] * [1.0, 10.0]
-    found = trajectory_of(structure, batch, 0, log, by_slot)
+    found = trajectory_of(structure, batch, log, by_slot)
     assert batch.windows > 1 and found.name == log.name
     assert np.array_equal(found["yaw_rad"], np.arange(81.0)) and np.array_equal(
         found["yaw_rad_s"], 10.0 * np.arange(81)
