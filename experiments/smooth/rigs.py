@@ -18,6 +18,7 @@ from rwjax import Log, Rig, folds, read_log, read_logs, read_rig, simulate
 
 KINDS = (*BLIND, "two_axis")
 FIRST_SEED = 150_000
+LENGTH = 1000  # samples of a simulated log: programs serve several rigs
 EXPONENT = 1.5  # of the demo's Stribeck friction
 OFF = 0.35  # logarithm within which the start of a fit is off
 
@@ -98,11 +99,12 @@ def simulated(kind: str, index: int) -> Trial:
         write_case(case, Path(folder))
         rig = read_rig(Path(folder) / "rig.toml")
         logs = read_logs(sorted(Path(folder).glob("*.csv")), rig)
-    truth = case.truth["true_numbers"]
     if kind == "wheel":
         begin = case.truth["start"]
         rig = replace(rig, effects={"wheel.coulomb": {"M_c": begin}}, free=(*rig.free, "wheel.coulomb.M_c"))
-    return _trial(f"{kind} {index}", rig, logs, truth)
+    whole = _trial(f"{kind} {index}", rig, logs, case.truth["true_numbers"])
+    train, held_out = ([log.cut(0, LENGTH) for log in group] for group in (whole.train[:3], whole.held_out[:1]))
+    return replace(whole, train=train, held_out=held_out)
 
 
 def _with_dry_axis(kind: str, index: int) -> Case:
