@@ -17,12 +17,14 @@ import numpy as np
 import rwjax
 from experiments.blind.campaign import run
 from experiments.blind.draw import read
-from experiments.smooth.creep import creep
+from experiments.smooth.creep import LASTS, creep
 from experiments.smooth.gradients import gradients
 from experiments.smooth.rigs import KINDS, Trial, electro_mechanical, geared_motor, simulated, thesis
 from experiments.speed.table import show
 from rwjax.fitting.prediction import floor_variance, predict_logs
 from rwjax.fitting.problem import pose
+from rwjax.kinds import is_angle
+from rwjax.logs.noise import pooled_noise
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.simulation.smooth import default_width
 from rwjax.simulation.solver import Solver
@@ -59,6 +61,12 @@ def over_floor(rig: rwjax.Rig, logs: Sequence[rwjax.Log], solver: Solver, floor:
     return max(float(np.sqrt(np.nanmean(np.concatenate(e) ** 2))) / floor[y] for y, e in missed.items())
 
 
+def count(logs: Sequence[rwjax.Log]) -> float | None:
+    """Smallest angle [rad] that the readings resolve, None where no angle is read."""
+    angles = [sd for name, sd in pooled_noise(tuple(logs)).items() if is_angle(name)]
+    return float(np.sqrt(12.0) * min(angles)) if angles else None
+
+
 def outcome(trial: Trial, solver: Solver, floor: dict[str, float], checked: rwjax.Rig | None) -> dict:
     """What one solver makes of one rig; its derivatives are checked about a rig that is given."""
     begin = perf_counter()
@@ -70,7 +78,7 @@ def outcome(trial: Trial, solver: Solver, floor: dict[str, float], checked: rwja
         "width": None if isinstance(solver, rwjax.Exact) else solver.width,
         "numbers": {name: [found.rig.values[name], errors.get(name)] for name in trial.rig.free},
         "held_out": over_floor(found.rig, trial.held_out, solver, floor),
-        "creep": creep(found.rig, solver) / default_width(trial.rig, trial.train),
+        "creep": creep(found.rig, solver),
         "seconds": round(seconds, 3),
         "refused": refused,
         "off": off,
@@ -84,7 +92,7 @@ def answer(row: dict) -> dict:
         trial = MEASURED[group](Path("build") / group.replace(" ", "_").lower())
     else:
         trial = simulated(group, row["number"])
-    line = row | {"truth": trial.truth, "solvers": {}}
+    line = row | {"truth": trial.truth, "count": count(trial.train), "solvers": {}}
     best = rwjax.fit(trial.rig, trial.train).rig  # and compiles
     floor = floors(best, trial.held_out)
     checked = best.with_values(trial.truth) if row["number"] < CHECKED else None
@@ -136,15 +144,23 @@ def cells(lines: Sequence[dict], name: str) -> list[str]:
         f"{100 * np.median(relative):.2g} % ({100 * np.max(relative):.2g})",
         f"{np.median(standard):.2g} ({100 * np.mean(standard < 1.96):.0f} % in 1.96)",
         f"{np.median(gap):.3g} ({np.max(gap):.3g})",
-        f"{np.median(of('creep')):.2g}",
+        in_counts(done, name),
         f"{np.median(seconds):.3g} ({np.max(seconds):.3g})",
         f"{100 * np.mean(refused):.0f} %",
         f"{100 * np.nanmean(off):.0f} %",
     ]
 
 
+def in_counts(lines: Sequence[dict], name: str) -> str:
+    """Median creep in counts, of rigs whose readings hold an angle; without one the rate of it in rad/s."""
+    counts = [line["solvers"][name]["creep"] / line["count"] for line in lines if line["count"]]
+    if counts:
+        return f"{np.median(counts):.2g}"
+    return f"{np.median([line['solvers'][name]['creep'] for line in lines]) / LASTS:.2g} rad/s"
+
+
 HEAD = [
-    "rig", "solver", "rigs", "error of a number (worst)", "in standard errors", "held out / floor (worst)", "creep [counts]",
+    "rig", "solver", "rigs", "error of a number (worst)", "in standard errors", "held out / floor (worst)", "creep in 10 s [counts]",
     "fit [s] (longest)", "refused", "gradient off",
 ]  # fmt: skip
 
