@@ -31,7 +31,7 @@ from rwjax.simulation.solver import Solver
 
 RESULTS = Path(__file__).with_name("results") / "costs.jsonl"
 FACTORS = (1.0, 10.0, 0.1)
-CHECKED = 5  # rigs of a kind whose derivatives are checked
+CHECKED = 2  # rigs of a kind whose derivatives are checked
 MEASURED: dict[str, Callable[[Path], Trial]] = {
     "EMPS": electro_mechanical,
     "thesis": lambda _: thesis(),
