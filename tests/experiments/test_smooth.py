@@ -120,3 +120,16 @@ def test_a_line_of_the_campaign_holds_what_the_table_prints(capsys: pytest.Captu
     assert all(run.errors(line, name)[0] == pytest.approx([0.0] * 5, abs=0.02) for name in ("exact", "1"))
     run.tables([line])
     assert "| platform | smooth x 10 | 1 |" in capsys.readouterr().out
+
+
+@pytest.mark.slow  # sensitivities of a reaction rig are compiled
+def test_fine_steps_make_the_smooth_derivatives_follow_the_sum_of_squares() -> None:
+    trial = rigs.simulated("reaction", 0)
+    rig = trial.rig.with_values(trial.truth)
+    structure = structure_of(rig)
+    theta = theta_of(rig, structure)
+    numbers = np.flatnonzero([name in rig.free for name in structure.names])
+    theta[numbers] *= 1.05
+    solver = Smooth(rtol=1e-9, atol=1e-11).suited(rig, trial.train)
+    own, secant = gradients.slopes(pose(structure, trial.train, solver=solver), theta, numbers)
+    assert own == pytest.approx(secant, rel=1e-4)
