@@ -59,7 +59,7 @@ class Unknowns(NamedTuple):
         bounds: Lower and upper bound `(k, 2)` [SI].
         start_index: Log and state of each entry of the initial states that is unknown by itself `(f, 2)`.
         response: Change of the initial states by each free number `(l, n, k)` [SI].
-        scale: Step of each coordinate, then of each of these entries, that changes the readings by their noise `(k + f,)`.
+        scale: Step of each coordinate, then of each of these entries, that changes the readings by their noise `(m,)`, m = k + f.
     """
 
     theta: Float[Any, " t"]
@@ -70,9 +70,9 @@ class Unknowns(NamedTuple):
     bounds: Float[Any, "k 2"]
     start_index: Int[Any, "f 2"]
     response: Float[Any, "l n k"]
-    scale: Float[Any, " k+f"]
+    scale: Float[Any, " m"]
 
-    def at(self, z: Float[Array, " k+f"]) -> tuple[Float[Array, " t"], Float[Array, "l n"]]:
+    def at(self, z: Float[Array, " m"]) -> tuple[Float[Array, " t"], Float[Array, "l n"]]:
         """Parameter vector and initial states at a point.
 
         Args:
@@ -86,8 +86,8 @@ class Unknowns(NamedTuple):
         factor = jnp.exp(FURTHEST * jnp.tanh(step[:k] / FURTHEST))
         moved = jnp.where(self.logarithmic, free * factor, free + self.size * step[:k])
         moved = jnp.clip(moved, self.bounds[:, 0], self.bounds[:, 1])
-        start = self.start.at[self.start_index[:, 0], self.start_index[:, 1]].add(step[k:])
-        return self.theta.at[self.index].set(moved), start + self.response @ (moved - free)
+        start = jnp.asarray(self.start).at[self.start_index[:, 0], self.start_index[:, 1]].add(step[k:])
+        return jnp.asarray(self.theta).at[self.index].set(moved), start + self.response @ (moved - free)
 
 
 class Optimum(NamedTuple):

@@ -24,7 +24,7 @@ class Result:
 
 @pytest.fixture
 def compared(shell: Shell) -> Shell:
-    shell.patch.setattr("rwjax.methods.comparison.compare", lambda rig, logs, progress: Result())
+    shell.patch.setattr("rwjax.methods.comparison.compare", lambda rig, logs, progress, solver: Result())
     shell.patch.setattr("rwjax.report.comparison.write_figure", lambda result, path: path)
     return shell
 
@@ -38,7 +38,7 @@ def test_every_result_is_a_file(compared: Shell) -> None:
 
 
 def test_what_the_rig_lacks_is_said_with_its_file(compared: Shell) -> None:
-    def refuse(*given: object) -> None:
+    def refuse(*given: object, **more: object) -> None:
         raise RigError("nothing to fit")
 
     compared.patch.setattr("rwjax.methods.comparison.compare", refuse)

@@ -18,11 +18,13 @@ def test_the_comparison_judges_all_methods_on_the_same_held_out_run(tmp_path) ->
     logs = [axis_log(truth), axis_log(truth, seed=1, validate=True)]
     found = compare(truth.with_values({"axis.inertia": 0.12}), logs)
     assert [row.method.name for row in found.rows] == [method.name for method in METHODS]
+    assert len(METHODS) == 7
     assert found.held_out == "marked"
     rms = {row.method.name: row.rms.get("yaw_rad") for row in found.rows}
     assert rms["two-stage"] is None  # no coast-down in these logs, and the row says so
     assert "needs a coast-down" in " ".join(found.rows[-1].notes)
     assert rms["end-to-end"] == pytest.approx(3e-4, rel=0.1)  # the noise
+    assert rms["smooth"] == pytest.approx(rms["end-to-end"], rel=0.1)  # by its own friction
     assert rms["end-to-end"] < rms["weak form"] < rms["equation error"]
     assert found.floor["yaw_rad"] == pytest.approx(3e-4, rel=0.1)
     assert json.loads(json.dumps(found.json(), allow_nan=False))["schema"] == "rwjax.comparison/1"
@@ -43,8 +45,8 @@ def test_the_table_has_a_row_for_each_method_and_one_for_the_floor() -> None:
     assert names == "method yaw_rad [rad] axis.inertia time [s] needs"
     assert rows[:4] == [
         "end-to-end 0.0125 0.1 ± 0.0012 1.3 any logs",
-        "finite differences – 0.1 0.0 a start near the optimum",
-        "prediction error – – 0.0 a noise model; regular sampling",
+        "smooth – 0.1 0.0 friction whose sign may be smooth; time",
+        "finite differences – – 0.0 a start near the optimum",
         "(floor) 0.01",
     ]
-    assert rows[4:] == ["end-to-end: a note", "prediction error: cannot be used"]
+    assert rows[4:] == ["end-to-end: a note", "finite differences: cannot be used"]
