@@ -7,9 +7,9 @@ One Gauss-Newton iteration with Levenberg-Marquardt damping, in two phases:
 2. The windows' states are those of the free run. The sum of squares is then that of the free run, and falls with every
    accepted step.
 
-The loop runs on the host and calls two compiled programs. An optimistix solver would need the residual of the whole log
-as one function, whose Jacobian by plain forward mode costs the time of a sequential run for every number (see
-docs/design.md for the measurement).
+The loop runs on the host and calls two compiled programs. Optimistix, by which `rwjax.fitting.optimise` fits through the smooth
+solver, needs the residual of the whole log as one function. Its derivatives go through the log step after step, where windows
+run side by side.
 """
 
 from dataclasses import dataclass, replace
