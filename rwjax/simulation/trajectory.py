@@ -14,8 +14,8 @@ from rwjax.simulation.batch import Batch
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory(Mapping[str, np.ndarray]):
-    """A simulated run: a mapping from each output's name to its values.
+class Trajectory(Mapping[str, Any]):
+    """A simulated run: a mapping from each output's name to its values; arrays of JAX where JAX traces it.
 
     Attributes:
         name: What was simulated: the rig's name, or the log's.
@@ -24,10 +24,10 @@ class Trajectory(Mapping[str, np.ndarray]):
     """
 
     name: str
-    time: np.ndarray
-    outputs: dict[str, np.ndarray]
+    time: Any
+    outputs: dict[str, Any]
 
-    def __getitem__(self, output: str) -> np.ndarray:
+    def __getitem__(self, output: str) -> Any:
         """Values of one output `(n,)` [rad, rad/s or A]."""
         if output not in self.outputs:
             raise KeyError(f"no output `{output}`; this run has {', '.join(self.outputs)}")
@@ -65,7 +65,7 @@ class Trajectory(Mapping[str, np.ndarray]):
         return float(self.time[-1] - self.time[0])
 
     @property
-    def columns(self) -> dict[str, np.ndarray]:
+    def columns(self) -> dict[str, Any]:
         """Columns of a table: `time_s`, then the outputs, each `(n,)`."""
         return {"time_s": self.time, **self.outputs}
 
