@@ -58,7 +58,7 @@ def predict(
         document(text)
     else:
         say("\n".join([*errors, f"written to {output}"]))
-    note(*by.suited(rig, (log,)).notes, *about_readings([Run(log, columns)]))
+    note(*by.notes(rig, (log,)), *about_readings([Run(log, columns)]))
 
 
 def _csv(columns: "Mapping[str, np.ndarray]") -> str:

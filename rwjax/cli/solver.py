@@ -29,7 +29,7 @@ Width = Annotated[
         "--smooth",
         metavar="WIDTH",
         help="width of the smooth sign [rad/s], with --solver diffrax",
-        show_default="one count of the encoder in 10 s",
+        show_default="what the readings can hardly show",
     ),
 ]
 

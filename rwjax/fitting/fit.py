@@ -91,7 +91,7 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
     _check_run(rig, best)
     found = uncertainty(best)
     notes = [
-        *problem.solver.notes,
+        *problem.solver.notes(rig, train),
         *ask(problem, theta),
         *found.notes,
         *(remark for log in train for remark in log.remarks()),

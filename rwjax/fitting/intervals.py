@@ -24,7 +24,7 @@ Intervals = dict[str, tuple[float, float]]
 def intervals(fitted: Fit, errors: Uncertainty, draws: int) -> tuple[Intervals, list[str]]:
     """95 % interval of each free number.
 
-    A number that the logs say nothing about has its bounds.
+    A number that the logs say nothing about has its bounds. Through a smooth solver no profiles are made.
 
     Args:
         fitted: The fit.
@@ -46,7 +46,13 @@ def intervals(fitted: Fit, errors: Uncertainty, draws: int) -> tuple[Intervals, 
         elif drawn is not None and np.isfinite(error):
             low, high = found[name] = float(drawn[k, 0]), float(drawn[k, 1])
             notes.append(f"{name}: 95 % from {low:.6g} to {high:.6g} by {draws} refits")
-        elif not np.isfinite(error) or not _parabolic(fitted, low, high, k):
+        elif np.isfinite(error) and _parabolic(fitted, low, high, k):
+            continue
+        elif fitted.problem.solver.smooth:  # a profile takes some twenty refits, each as long as the fit
+            if not np.isfinite(error):
+                found[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])
+            notes.append(f"{name}: a standard error says little; a fit by the exact solver gives its profile")
+        else:
             unit = error if np.isfinite(error) else FIRST_STEP * moves.size[k]
             low, high = found[name] = interval(fitted, int(moves.index[k]), float(errors.inflation[k]), float(unit))
             notes.append(f"{name}: {interval_words(low, high, 3)} by its profile, since a standard error says little")

@@ -14,8 +14,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
+from rwjax.errors import InputError
 from rwjax.kinds import is_angle
 from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
@@ -41,6 +43,8 @@ SLOW = 1e-4
 """Share of a body's fastest rate below which a width only costs time [1]."""
 SPAN = 0.1
 """Time over which the rate of an angle is taken [s]."""
+VISIBLE = 5.0
+"""Width in units of the default one above which a note says that it shows [1]."""
 UNSEEN = 0.01
 """Width where neither a reading nor the rig file says what can be seen [rad/s]."""
 STIFF = 300.0
@@ -82,6 +86,10 @@ class Smooth(Solver):
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":
         """This solver with a width by what the encoders resolve, and a method by how stiff the rig is."""
+        if isinstance(self.width, Tracer) or not (self.width is None or 0.0 < self.width < np.inf):
+            raise InputError(
+                f"width {self.width}: the width of the smooth sign has to be a positive number that JAX does not trace"
+            )
         width = default_width(rig, logs) if self.width is None else self.width
         method = method_for(rig, logs, width) if self.method is None else self.method
         return replace(self, width=width, method=method)
@@ -91,12 +99,17 @@ class Smooth(Solver):
         """Width of the smooth sign of dry friction [rad/s]."""
         return self.width
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The width, and the method."""
-        return (
-            f"dry friction acts by a smooth sign {self.width:.3g} rad/s wide, solved by {type(self.method).__name__}",
-        )
+    def notes(self, rig: Rig, logs: Sequence[Log]) -> list[str]:
+        """The width and the method, and whether a held body creeps so fast that these logs show it."""
+        suited = self.suited(rig, logs)
+        width, unseen = suited.width or 0.0, default_width(rig, logs)
+        found = [f"dry friction acts by a smooth sign {width:.3g} rad/s wide, solved by {type(suited.method).__name__}"]
+        if width > VISIBLE * unseen:
+            found.append(
+                f"the smooth sign is {width / unseen:.2g} times as wide as what these readings leave unseen, {unseen:.2g} rad/s: "
+                "bodies that friction holds creep, and fitted numbers are bent to make up for it"
+            )
+        return found
 
     def by_commands(self) -> "Smooth":
         """This solver with a step's end wherever the command may jump."""

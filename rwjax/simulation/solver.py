@@ -49,10 +49,17 @@ class Solver(eqx.Module):
         """Width of the smooth sign of dry friction [rad/s]; None where friction is exact."""
         return None
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a user should know of a simulation by it, one sentence each."""
-        return ()
+    def notes(self, rig: Rig, logs: Sequence[Log]) -> list[str]:
+        """What a user should know of a simulation by it.
+
+        Args:
+            rig: The rig.
+            logs: The logs that it simulates.
+
+        Returns:
+            One sentence each.
+        """
+        return []
 
     def by_commands(self) -> "Solver":
         """This solver as it is needed to differentiate by the command.

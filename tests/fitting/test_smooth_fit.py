@@ -57,6 +57,18 @@ def test_the_width_is_chosen_where_the_user_leaves_it_open(logs: list[Log]) -> N
     fastest = max(np.max(np.abs(np.gradient(log.outputs["yaw_rad"], 0.1))) for log in logs)
     chosen = fit(rig(), logs, solver=Smooth()).fit.problem.solver.width
     assert 0.0 < chosen < 1e-2 * fastest
+    assert len(Smooth(2.0 * chosen).notes(rig(), logs)) == 1
+    assert "times as wide as what these readings leave unseen" in Smooth(0.5).notes(rig(), logs)[1]
+
+
+def test_no_profiles_are_made_through_it(logs: list[Log]) -> None:
+    near = replace(rig(), bounds={"axis.friction.viscous": (0.0199, 1.0)})  # half a percent below the truth
+    found = fit(near, [replace(logs[0], outputs={"yaw_rad": logs[0].outputs["yaw_rad"] * 1.02})], solver=SMOOTH)
+    error, (low, high) = found.rig.standard_error, found.interval["axis.friction.viscous"]
+    if "axis.friction.viscous" in error:
+        assert high - low == pytest.approx(3.92 * error["axis.friction.viscous"], rel=1e-6)
+    assert any("a fit by the exact solver gives its profile" in note for note in found.notes)
+    assert not any("by its profile" in note for note in found.notes)
 
 
 @pytest.mark.slow
