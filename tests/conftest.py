@@ -12,6 +12,7 @@ import hypothesis
 import jax
 import pytest
 
+os.environ.setdefault("EQX_ON_ERROR", "off")  # as the commands do: smooth programs are then kept, and not compiled anew
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")  # float32 mixed with float64 becomes an error
 jax.config.update("jax_numpy_rank_promotion", "raise")  # and so does a silent (n, 1) + (n,)

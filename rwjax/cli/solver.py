@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import positive
+from rwjax.cli.options import finite, positive
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def solver_of(name: SolverName, width: float | None) -> "Solver":
         The solver.
 
     Raises:
-        InputError: a width that is not positive, or one for the exact solver, which has none.
+        InputError: a width that is no positive number, or one for the exact solver, which has none.
     """
     if name is SolverName.EXACT:
         from rwjax.simulation.exact import EXACT
@@ -58,5 +58,6 @@ def solver_of(name: SolverName, width: float | None) -> "Solver":
     from rwjax.simulation.smooth import Smooth
 
     if width is not None:
+        finite(smooth=width)
         positive(smooth=width)
     return Smooth(width)

@@ -42,15 +42,17 @@ def simulate(
         command: Command at these times `(n,)`, of a rig with two axes `(n, 2)` [V].
         numbers: Values [SI] in place of the rig's own, by name, as `{"axis.inertia": 0.2}`.
         start: First values of states by name, as `{"w": 2.0}` [SI]; those not given are 0, at rest.
-        solver: What moves the plant through the run.
+        solver: What moves the plant through the run; none of its numbers may be traced.
 
     Returns:
         Every output that the kind of rig has, at these times.
 
     Raises:
-        InputError: Times or command are unusable, or the rig lacks a number or a state that is given.
+        InputError: Times or command are unusable, the rig lacks a number or a state that is given, or the solver is traced.
     """
     structure, numbers, start = structure_of(rig), dict(numbers or {}), dict(start or {})
+    if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(solver)):
+        raise InputError("a number of the solver is traced; make the solver outside of what JAX transforms")
     log = _log_of(rig, time, command)
     _check_names("number", numbers, structure.names)
     _check_names("state", start, structure.states)
@@ -70,7 +72,7 @@ def simulate(
         return free_run(structure, theta, first[None], u, solver=solver)[0][0]
 
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(varies)):
-        z, unravel = ravel_pytree(varies)
+        z, unravel = ravel_pytree(jax.tree.map(lambda value: jnp.asarray(value, float), varies))
         readings = solver.of_vector(lambda solver, z: run(solver, unravel(z)), z)
     else:
         readings = np.asarray(run(solver, varies))

@@ -70,6 +70,17 @@ def test_bent_friction_follows_its_hysteresis_whatever_the_step(s: float, there:
         assert float(whole) == pytest.approx(exact, rel=1e-8) and float(parts) == pytest.approx(exact, rel=1e-8)
 
 
+@pytest.mark.parametrize("s", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("z", [-0.8, 0.0, 0.6])
+@pytest.mark.parametrize("w", [-0.7, 2.0])
+def test_the_rate_of_bent_friction_is_the_slope_of_its_way(w: float, z: float, s: float) -> None:
+    bent = axis_friction.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02), s=jnp.asarray(s), d=jnp.zeros(()))
+    here, step = jnp.asarray(z), 1e-6
+    after = [float(bent.after(here, jnp.asarray(k * w * step))) for k in (1.0, 2.0)]
+    slope = (4.0 * after[0] - after[1] - 3.0 * z) / (2.0 * step)  # one-sided, since `after` turns where the way does
+    assert float(bent.rate(here, jnp.asarray(w))) == pytest.approx(slope, rel=1e-6)
+
+
 def test_bent_friction_is_a_spring_at_first_and_dry_friction_in_the_end() -> None:
     given = {"axis.presliding": {"M_c": 0.0, "x_s": 0.05}}
     y = go(DRY, REST, {"w": 1e-4}, given)["yaw_rad"]

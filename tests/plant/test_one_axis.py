@@ -72,3 +72,23 @@ def test_the_drive_maps_delays_and_limits_its_command() -> None:
     limited = of(wheel(), motor_current_limit={"i_m": 2.0})
     assert [float(v) for v in limited.within_limits(state(0.0, 0.0, -5.0))] == [0.0, 0.0, -2.0]
     assert of(platform()).delay() is None
+
+
+def test_smooth_friction_is_the_exact_one_of_sliding_bodies_and_pushes_the_body_that_carries_the_wheel() -> None:
+    plant = of(reaction("viscous = 0.0026\ncoulomb = 0.01"), wheel_coulomb={"M_c": 2e-4})
+    x, u = state(0.1, -0.4, 2.0, 30.0, 1.5), jnp.asarray(6.0)
+    exact = [float(v) for v in plant.with_friction(T0, x, u, x).rates]
+    assert [float(v) for v in plant.with_smooth_friction(T0, x, u, jnp.asarray(1e-3))] == pytest.approx(
+        exact, rel=1e-12
+    )
+    wide, free = plant.with_smooth_friction(T0, x, u, jnp.asarray(0.4)), plant.field(T0, x, u)
+    change = [float(a - b) for a, b in zip(wide, free, strict=True)]
+    on_axis = (0.01 * float(jnp.tanh(1.0)) + 2e-4) / 0.0495
+    assert change == pytest.approx([0.0, on_axis, 0.0, -2e-4 / J, 0.0], rel=1e-9)
+
+
+def test_no_current_leaves_what_its_driver_allows() -> None:
+    plant, narrow = of(wheel(), motor_current_limit={"i_m": 1.5}), jnp.asarray(0.01)
+    at, within = (plant.with_smooth_friction(T0, state(0.0, 0.0, i), jnp.asarray(6.0), narrow)[2] for i in (1.5, 1.4))
+    back = plant.with_smooth_friction(T0, state(0.0, 0.0, 1.5), jnp.asarray(-6.0), narrow)[2]
+    assert float(at) == 0.0 and float(within) > 0.0 and float(back) == pytest.approx((-6.0 - R * 1.5) / L)

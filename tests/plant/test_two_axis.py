@@ -123,3 +123,23 @@ def test_dry_friction_beside_a_body_that_is_held_is_of_second_order() -> None:
     assert np.sum(np.diff(np.sign(exact)) != 0) > 8  # stops and turns
     error = [np.max(np.abs(Omega - exact)) for Omega in coarse]
     assert np.log2(error[0] / error[-1]) / 3.0 > 1.7, error
+
+
+def test_smooth_friction_is_that_of_sliding_bodies_and_within_the_wheels_changes_no_momentum() -> None:
+    on_axes = "[yaw.friction]\ncoulomb = 0.004\n[pitch.friction]\ncoulomb = 0.003\n"
+    on_wheels = "".join(f'[effects."wheel_{k}.coulomb"]\nM_c = 2e-4\n' for k in (1, 2))
+    x = tuple(jnp.asarray(v) for v in (0.1, -0.4, 2.0, 30.0, 0.3, 0.7, -1.0, -20.0))
+    for friction in (on_axes + on_wheels, on_wheels):
+        rig = two_axis(GIMBAL + TILTING + friction)
+        structure = structure_of(rig)
+        plant = plant_of(structure, jnp.asarray(theta_of(rig, structure)))
+        t, u = jnp.zeros(()), jnp.asarray([3.0, -2.0])
+        smooth = plant.with_smooth_friction(t, x, u, jnp.asarray(1e-3))
+        np.testing.assert_allclose(smooth, plant.with_friction(t, x, u, x).rates, rtol=1e-9, atol=1e-12)
+    free = plant.field(t, x, u)
+    change = dict(zip(structure.states, (a - b for a, b in zip(smooth, free, strict=True)), strict=True))
+    n, at = plant.numbers, plant.carried(x[structure.states.index("psi_2")])
+    H = n["wheel_1.inertia"] * (change["Omega_1"] + at.c * change["w_1"])
+    vertical = at.A * change["w_1"] + at.P * change["w_2"] + at.c * H
+    H_2 = n["wheel_2.inertia"] * (change["Omega_2"] + change["w_2"])
+    assert abs(float(vertical)) < 1e-15 and float(H) == pytest.approx(-2e-4) and float(H_2) == pytest.approx(2e-4)

@@ -1,11 +1,18 @@
 """The free run of a rig under a command."""
 
+import diffrax
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from rwjax.errors import InputError
 from rwjax.fitting.predict import predict
+from rwjax.simulation.exact import EXACT
 from rwjax.simulation.simulate import simulate
+from rwjax.simulation.smooth import Smooth
+from rwjax.simulation.solver import Solver
+from rwjax.simulation.trajectory import Trajectory
 from tests.systems import platform, reaction, record
 from tests.two_axes import two_axis
 
@@ -47,3 +54,46 @@ def test_a_rig_with_two_axes_takes_two_commands() -> None:
 def test_what_cannot_be_simulated_is_said(time: np.ndarray, command: np.ndarray, start: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate(platform(), time, command, start=start)
+
+
+def test_a_number_that_the_rig_lacks_is_said() -> None:
+    with pytest.raises(InputError, match=r"no number `axis.mass`, nearest `axis.inertia`; this rig has drive.gain, "):
+        simulate(platform(), T, U, numbers={"axis.mass": 1.0})
+    with pytest.raises(InputError, match="number `axis.inertia` nan: has to be a finite number"):
+        simulate(platform(), T, U, numbers={"axis.inertia": np.nan})
+
+
+def test_a_solver_whose_number_is_traced_is_refused() -> None:
+    with pytest.raises(InputError, match="^a number of the solver is traced; make the solver outside of what JAX"):
+        jax.jit(lambda solver: simulate(platform(), T, U, solver=solver))(Smooth(0.01))
+
+
+SMOOTH = Smooth(0.01, diffrax.Tsit5())
+
+
+@pytest.mark.parametrize("solver", [EXACT, pytest.param(SMOOTH, marks=pytest.mark.slow)], ids=["exact", "smooth"])
+def test_a_run_goes_through_jit_and_vmap_with_the_values_of_one_by_one(solver: Solver) -> None:
+    def run(I: jax.Array) -> Trajectory:
+        return simulate(platform(), T, U, numbers={"axis.inertia": I}, start={"w": 1}, solver=solver)
+
+    every = jax.jit(jax.vmap(run))(jnp.asarray([0.1, 0.2]))
+    assert isinstance(every, Trajectory) and every.time.shape == (2, len(T))
+    for k, I in enumerate((0.1, 0.2)):
+        one = simulate(platform(), T, U, numbers={"axis.inertia": I}, start={"w": 1}, solver=solver)
+        assert [*one] == [*every]
+        for y in one:
+            np.testing.assert_allclose(every[y][k], one[y], rtol=1e-6, atol=1e-9, err_msg=y)
+
+
+@pytest.mark.slow
+def test_a_whole_command_is_differentiated_through_the_smooth_solver_by_reverse_mode() -> None:
+    time, solver = np.arange(81) * 0.01, Smooth(0.01, diffrax.Tsit5(), rtol=1e-9, atol=1e-11)
+    u = jnp.asarray(0.5 * np.cos(time))
+
+    def last(u: jax.Array) -> jax.Array:
+        return simulate(platform("viscous = 0.02"), time, u, start={"w": 2.0}, solver=solver)["yaw_rad_s"][-1]
+
+    # I w' = k u - b w: a sample held over a step h changes the end by k/b (1 - e^(-b h/I)) e^(-b (t_end - t - h)/I)
+    left = time[-1] - time[:-1] - 0.01
+    expected = 0.4 / 0.02 * (1.0 - np.exp(-0.2 * 0.01)) * np.exp(-0.2 * left)
+    np.testing.assert_allclose(jax.jit(jax.grad(last))(u)[:-1], expected, rtol=1e-5)

@@ -1,0 +1,62 @@
+"""The interface of a solver: what one gets without defining it, through a solver of a user's own."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jaxtyping import Array, Int
+
+from rwjax.logs.log import Log
+from rwjax.plant.plant import Plant
+from rwjax.rig.model import Rig
+from rwjax.simulation.batch import Batch
+from rwjax.simulation.exact import EXACT
+from rwjax.simulation.simulate import simulate
+from rwjax.simulation.solver import Solver
+from tests.systems import platform
+
+T = np.arange(11) * 0.02
+
+
+class Halved(Solver):
+    """Half of what the exact solver reads: all that the interface asks for, and no more."""
+
+    name = "halved"
+    share: float = 0.5
+
+    @property
+    def from_library(self) -> bool:
+        return False
+
+    def suited(self, rig: Rig, logs: Sequence[Log]) -> "Halved":
+        return self
+
+    def whole(self, plant: Plant, run: Batch, x0: Array) -> tuple[Array, Array]:
+        y, nodes = EXACT.whole(plant, run, x0)
+        return self.share * y, nodes
+
+    def beginning(self, plant: Plant, run: Batch, x0: Array, windows: Int[Array, ""]) -> Array:
+        return self.share * EXACT.beginning(plant, run, x0, windows)
+
+    def windows(self, plant: Plant, run: Batch, nodes: Array) -> tuple[Array, Array]:
+        y, ends = EXACT.windows(plant, run, nodes)
+        return self.share * y, ends
+
+
+def test_a_solver_of_ones_own_simulates() -> None:
+    found, exact = (simulate(platform(), T, np.full_like(T, 0.5), solver=s) for s in (Halved(), EXACT))
+    for y in exact:
+        assert found[y] == pytest.approx(0.5 * exact[y])
+
+
+def test_what_a_solver_does_not_define_is_that_of_an_exact_one() -> None:
+    solver = Halved()
+    assert not solver.smooth and solver.sign_width is None and solver.notes == () and solver.by_commands() is solver
+    z = jnp.arange(3.0)
+    np.testing.assert_array_equal(solver.of_vector(lambda own, z: own.share * z, z), 0.5 * z)
+
+
+def test_the_interface_alone_is_no_solver() -> None:
+    with pytest.raises(TypeError, match="abstract"):
+        Solver()  # type: ignore[abstract]
