@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from jaxtyping import Array, Int
+from jaxtyping import Array
 
 from rwjax.logs.log import Log
 from rwjax.plant.plant import Plant
@@ -36,7 +36,7 @@ class Halved(Solver):
         y, nodes = EXACT.whole(plant, run, x0)
         return self.share * y, nodes
 
-    def beginning(self, plant: Plant, run: Batch, x0: Array, windows: Int[Array, ""]) -> Array:
+    def beginning(self, plant: Plant, run: Batch, x0: Array, windows: Array) -> Array:
         return self.share * EXACT.beginning(plant, run, x0, windows)
 
     def windows(self, plant: Plant, run: Batch, nodes: Array) -> tuple[Array, Array]:
