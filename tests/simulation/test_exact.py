@@ -44,7 +44,7 @@ def test_windows_from_the_nodes_of_a_whole_run_and_its_first_windows_are_that_ru
 
 def test_it_has_nothing_to_choose_and_nothing_to_say() -> None:
     assert EXACT.suited(platform(), [record(T, T)]) is EXACT and EXACT.by_commands() is EXACT
-    assert EXACT.sign_width is None and EXACT.notes == () and not EXACT.smooth and EXACT.from_library
+    assert EXACT.sign_width is None and EXACT.notes(platform(), []) == [] and not EXACT.smooth and EXACT.from_library
 
 
 class OwnStep(type(EXPONENTIAL_STEP)):

@@ -27,6 +27,7 @@ from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
 
 T = np.arange(101) * 0.02
 PLATFORM = platform()  # 0.1 kg m2, 0.4 N m/V, 0.05 N m dry, 0.02 N m s/rad viscous
+BARE = replace(PLATFORM, counts_per_rev={})
 TIGHT = Smooth(0.01, diffrax.Tsit5(), rtol=1e-9, atol=1e-11)
 SINE = 0.3 * np.sin(2.0 * np.pi * T)
 SQUARE = np.where(np.arange(101) // 25 % 2 == 0, 0.5, -0.5)
@@ -159,7 +160,9 @@ COUNT = 2.0 * np.pi / 4096.0
 
 
 def test_the_default_width_is_one_count_in_ten_seconds() -> None:
-    turned = record(T, 0.0 * T, {"yaw_rad": np.floor(0.5 * T / COUNT) * COUNT}, resolution={"yaw_rad": COUNT})
+    turned = record(
+        T, 0.0 * T, {"yaw_rad": np.round(0.3 * np.sin(3.0 * T) / COUNT) * COUNT}, resolution={"yaw_rad": COUNT}
+    )
     assert default_width(PLATFORM, [turned]) == pytest.approx(COUNT / 10.0, rel=1e-3)
 
 
@@ -177,7 +180,7 @@ def test_the_default_width_of_a_rate_is_a_tenth_of_its_noise() -> None:
 def test_the_default_width_without_readings_is_by_the_rig_files_encoder() -> None:
     bare, counted = record(T, 0.0 * T, {}), replace(PLATFORM, counts_per_rev={"yaw_rad": 4096.0})
     assert default_width(counted, [bare]) == pytest.approx(COUNT / 10.0)
-    assert default_width(replace(PLATFORM, counts_per_rev={}), [bare]) == 0.01
+    assert default_width(BARE, [bare]) == 0.01
 
 
 def test_what_the_user_sets_stays_and_the_rest_is_chosen() -> None:
@@ -187,9 +190,14 @@ def test_what_the_user_sets_stays_and_the_rest_is_chosen() -> None:
     assert Smooth(0.3).suited(PLATFORM, [log]) == Smooth(0.3, diffrax.Tsit5())
     chosen = Smooth(method=euler).suited(PLATFORM, [log])
     assert chosen == Smooth(default_width(PLATFORM, [log]), euler)
-    assert whole.sign_width == 0.3 and whole.notes == (
-        "dry friction acts by a smooth sign 0.3 rad/s wide, solved by Heun",
-    )
+    assert whole.sign_width == 0.3
+
+
+def test_a_note_says_the_width_and_whether_the_readings_show_it() -> None:
+    log, says = record(T, SINE, {}), "dry friction acts by a smooth sign {} rad/s wide, solved by Heun"
+    assert Smooth(0.01, diffrax.Heun()).notes(BARE, [log]) == [says.format(0.01)]
+    first, second = Smooth(0.3, diffrax.Heun()).notes(BARE, [log])
+    assert first == says.format(0.3) and second.startswith("the smooth sign is 30 times as wide as what these readings")
 
 
 class Own(diffrax.Tsit5):
