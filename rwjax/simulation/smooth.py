@@ -192,11 +192,15 @@ class Smooth(Solver):
         """States at times in any order, infinite where the solver does not get there."""
         lives = jnp.isfinite(x0).all()  # a run that has failed is not carried on
         times = jnp.where(lives, times, held.begin)
+        times = (
+            times - held.begin
+        ) / held.h  # in steps of the grid: else a derivative by its pace would move the solver's steps
         order = jnp.argsort(times)
         width = jnp.asarray(self.width)
 
         def field(t: Any, x: State, u: Array) -> State:
-            return plant.with_smooth_friction(t, x, u[held.step(t)], width)
+            rates = plant.with_smooth_friction(held.begin + held.h * t, x, u[held.step(t)], width)
+            return tuple(held.h * rate for rate in rates)
 
         jumps = held.grid[1:] if self.every_step else held.jumps()
         control = diffrax.PIDController(rtol=self.rtol, atol=self.atol)
@@ -204,7 +208,7 @@ class Smooth(Solver):
         solution = diffrax.diffeqsolve(
             diffrax.ODETerm(field),
             self.method,
-            held.begin,
+            0.0,
             times[order[-1]],
             None,
             tuple(x0),
@@ -227,15 +231,15 @@ class _Held(NamedTuple):
 
     @property
     def grid(self) -> Float[Array, " s"]:
-        """Times at which the steps begin [s]."""
-        return self.begin + self.h * jnp.arange(len(self.u), dtype=float)
+        """Times at which the steps begin [steps]."""
+        return jnp.arange(len(self.u), dtype=float)
 
     def step(self, t: Scalar) -> Int[Array, ""]:
         """The step in which a time lies."""
         return jnp.maximum(jnp.searchsorted(self.grid, t, side="right") - 1, 0)
 
     def jumps(self) -> Float[Array, " s"]:
-        """Times at which the voltage changes, infinite where it does not [s]."""
+        """Times at which the voltage changes, infinite where it does not [steps]."""
         return jnp.where(jnp.any(self.u[1:] != self.u[:-1], axis=tuple(range(1, self.u.ndim))), self.grid[1:], jnp.inf)
 
 
