@@ -156,13 +156,12 @@ def cells(lines: Sequence[dict], name: str) -> list[str]:
 
 
 def in_counts(lines: Sequence[dict], name: str) -> str:
-    """Median creep in counts, of rigs whose readings hold an angle; without one its rate, and of EMPS, which reads finely, metres."""
+    """Median creep of an axis in counts, of a wheel its rate, and of EMPS, which reads finely, the way."""
     if lines[0]["group"] == "EMPS":
         return f"{1e3 * lines[0]['solvers'][name]['creep']:.2g} mm"
-    counts = [line["solvers"][name]["creep"] / line["count"] for line in lines if line["count"]]
-    if counts:
-        return f"{np.median(counts):.2g}"
-    return f"{np.median([line['solvers'][name]['creep'] for line in lines]) / LASTS:.2g} rad/s"
+    if lines[0]["group"] in ("wheel", "geared motor"):
+        return f"{np.median([line['solvers'][name]['creep'] for line in lines]) / LASTS:.2g} rad/s"
+    return f"{np.median([line['solvers'][name]['creep'] / line['count'] for line in lines]):.2g}"
 
 
 HEAD = [
