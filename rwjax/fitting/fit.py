@@ -98,7 +98,8 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
     ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]
-    notes += [*_misfit(best), *_far_from_prior(rig, best)]
+    smooth = problem.solver.acts_on(rig)
+    notes += [*_bent(problem.solver, smooth), *_misfit(best, smooth), *_far_from_prior(rig, best)]
     interval, of_intervals = intervals(best, found, bootstrap)
     fitted = _estimated_rig(rig, best, found)
     return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
@@ -106,12 +107,15 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
 
 def _smooth_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], *, prior: bool) -> Fit:
     """The fit through a smooth solver, priors weighted by the readings' correlation."""
-    from rwjax.fitting.smooth_fit import fit_smooth  # with it comes optimistix, which the exact way does not need
+    from rwjax.fitting.smooth_fit import (  # with it comes optimistix, which the exact way does not need
+        fit_again,
+        fit_smooth,
+    )
 
     best = fit_smooth(problem, moves, begins)
     if prior:
         weighted = replace(problem, prior_weight=readings_per_independent_one(best))
-        best = fit_smooth(weighted, moves, [best.theta])
+        best = fit_again(weighted, best)
     return best
 
 
@@ -158,7 +162,17 @@ def _check_run(rig: Rig, fitted: Fit) -> None:
             )
 
 
-def _misfit(fitted: Fit) -> list[str]:
+def _bent(solver: Solver, smooth: bool) -> list[str]:
+    """A sentence on what the width of a smooth sign does to the numbers."""
+    if not smooth:
+        return []
+    return [
+        "the numbers make up for the width of the sign, and their standard errors do not say by how much: a fit by the exact solver "
+        f"does; their own free run takes --smooth {solver.sign_width:.6g}, or Smooth(width={solver.sign_width:.6g})"
+    ]
+
+
+def _misfit(fitted: Fit, smooth: bool) -> list[str]:
     """A sentence where the logs say that the model is wrong."""
     problem = fitted.problem
     square = 2.0 * (fitted.cost - problem.prior_cost(fitted.theta)[0]) / problem.batch.readings
@@ -168,7 +182,7 @@ def _misfit(fitted: Fit) -> list[str]:
     each = np.where(logged, np.sum(fitted.evaluation.residual**2, axis=(1, 2)), -1.0)
     log, output = np.unravel_index(int(np.argmax(each)), each.shape)
     name = problem.structure.outputs[output]
-    wide = " or the smooth sign of its friction is too wide" if problem.solver.smooth else ""
+    wide = " or the smooth sign of its friction is too wide" if smooth else ""
     miss = f"{name} of {problem.logs[log].name}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
     return [
         f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most {miss}: the model lacks something{wide}, "

@@ -85,7 +85,9 @@ class Unknowns(NamedTuple):
         free = self.theta[self.index]
         factor = jnp.exp(FURTHEST * jnp.tanh(step[:k] / FURTHEST))
         moved = jnp.where(self.logarithmic, free * factor, free + self.size * step[:k])
-        moved = jnp.clip(moved, self.bounds[:, 0], self.bounds[:, 1])
+        low, high = self.bounds[:, 0], self.bounds[:, 1]
+        # a number on its bound may move inwards: the derivative of `clip` alone is half of that there
+        moved = jnp.where((low <= moved) & (moved <= high), moved, jnp.clip(moved, low, high))
         start = jnp.asarray(self.start).at[self.start_index[:, 0], self.start_index[:, 1]].add(step[k:])
         return jnp.asarray(self.theta).at[self.index].set(moved), start + self.response @ (moved - free)
 

@@ -55,10 +55,28 @@ def fit_smooth(problem: Problem, coordinates: Coordinates, begin: Sequence[np.nd
     for factor in STAGES[1:-1]:
         stage = _of_width(problem, factor)
         here = _best(stage, [_unknowns(stage, coordinates, here.theta, here.start)], COARSE)
-    found = _settled(problem, coordinates, here)
+    return _agreed(problem, coordinates, here)
+
+
+def fit_again(problem: Problem, fitted: Fit) -> Fit:
+    """Best fit of the last stage alone, from an earlier fit.
+
+    Args:
+        problem: Logs and structure, with other priors or weights than the fit's.
+        fitted: The fit.
+
+    Returns:
+        The fit.
+    """
+    return _agreed(problem, fitted.coordinates, _Found(fitted.theta, fitted.start, fitted.cost, fitted.steps))
+
+
+def _agreed(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
+    """Fit of the last stage with free initial states, or with those of the start of each run if the model lacks something."""
+    found = _settled(problem, c, here)
     if not problem.start_free.any() or is_complete(found):
         return found
-    return _settled(problem.from_start, coordinates, _Found(found.theta, found.start, found.cost, found.steps))
+    return _settled(problem.from_start, c, _Found(found.theta, found.start, found.cost, found.steps))
 
 
 def _settled(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
@@ -72,8 +90,9 @@ def _settled(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
         steps += here.steps
         if converged := bool(before - here.cost <= LEAST_GAIN * before):
             break
-    cost, e = _evaluated(problem, c, here.theta, here.start)
-    return Fit(problem, c, here.theta, here.start, cost, e, bool(converged and np.isfinite(cost)), steps)
+    start = np.where(problem.initial_state_from_start[:, None], _from_start(problem, here), here.start)
+    cost, e = _evaluated(problem, c, here.theta, start)
+    return Fit(problem, c, here.theta, start, cost, e, bool(converged and np.isfinite(cost)), steps)
 
 
 def refits(fitted: Fit, problems: Sequence[Problem]) -> np.ndarray:
@@ -147,7 +166,10 @@ def _unknowns(problem: Problem, c: Coordinates, theta: np.ndarray, start: np.nda
         numbers = np.sum(diagonal[:, k], axis=0) * slope**2 + problem.precision[c.index] * slope**2
         states = diagonal[own[:, 0], p + own[:, 1]]
         size = np.sqrt(np.concatenate([numbers, states]) / max(problem.batch.readings, 1.0))
-    moves = np.append(np.ones(len(k), bool), by_itself)
+    low, high = c.on_bound(theta)
+    downhill = -(np.sum(e.g[:, k], axis=0) + problem.prior_cost(theta)[1][c.index]) * slope
+    leaves = (low & (downhill < 0.0)) | (high & (downhill > 0.0))  # a number that would leave through its bound is held
+    moves = np.append(~leaves, by_itself)
     return Unknowns(
         theta=theta,
         start=start,

@@ -22,7 +22,7 @@ from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified
 from rwjax.methods.kalman import prediction_error
-from rwjax.methods.output_error import end_to_end, finite_differences, smooth_end_to_end
+from rwjax.methods.output_error import SMOOTH, end_to_end, finite_differences, smooth_end_to_end
 from rwjax.methods.regression import equation_error, weak_form
 from rwjax.methods.two_stage import two_stage
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -157,7 +157,7 @@ class Comparison:
 def _judged(rig: Rig, logs: Sequence[Log], solver: Solver) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
     """Squared free-run errors and squared floors of each log by output."""
     structure = structure_of(rig)
-    problem = pose(structure, logs, solver=solver.suited(rig, logs))
+    problem = pose(structure, logs, solver=solver)
     predictions = predict_logs(problem, theta_of(rig, structure))
     floor = floor_variance(problem, predictions)
     with np.errstate(over="ignore"):
@@ -196,11 +196,13 @@ def compare(
     """
     train = to_fit(rig, logs)
     rule, splits = folds(logs)
+    by = solver.suited(rig, train)  # one width for all
+    smooth = by if by.smooth else SMOOTH.suited(rig, train)
     rows, floor = [], {}
     for method in METHODS:
         identify = method.identify
-        if solver.smooth and identify is smooth_end_to_end:
-            identify = partial(smooth_end_to_end, solver=solver)
+        if identify is smooth_end_to_end:
+            identify = partial(smooth_end_to_end, solver=smooth)
         progress(method.name)
         begin = perf_counter()
         try:
@@ -210,7 +212,7 @@ def compare(
             for split in splits:
                 whole = len(split.train) == len(train) and all(a is b for a, b in zip(split.train, train, strict=True))
                 fitted = found.rig if whole else identify(found.rig, split.train).rig
-                judged += _judged(fitted, split.test, found.solver or solver)
+                judged += _judged(fitted, split.test, found.solver or by)
         except InputError as error:
             rows.append(Row(method, None, {}, perf_counter() - begin, (str(error),)))
             continue

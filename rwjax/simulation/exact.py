@@ -34,8 +34,8 @@ class Exact(Solver):
 
     @property
     def from_library(self) -> bool:
-        """Whether its stepper is the library's own."""
-        return self.stepper.from_library
+        """Whether it is the library's own, with a stepper of the library's."""
+        return type(self) is Exact and self.stepper.from_library
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Exact":
         """Itself: it has nothing to choose."""

@@ -14,7 +14,7 @@ from functools import cache, wraps
 from importlib.metadata import version
 from inspect import Parameter, signature
 from pathlib import Path
-from threading import Lock
+from threading import Lock, RLock
 from typing import Any
 
 import jax
@@ -59,7 +59,7 @@ class _Once:
 
 
 _programs: dict[object, Callable] = {}
-_lock = Lock()
+_lock = RLock()  # a program that is being traced may call another one
 
 
 @cache

@@ -82,7 +82,9 @@ class Smooth(Solver):
     @property
     def from_library(self) -> bool:
         """Whether it is made of the library's and diffrax's parts alone."""
-        return all(type(part).__module__.startswith("diffrax.") for part in (self.method, self.adjoint))
+        parts = [self.adjoint, *([] if self.method is None else [self.method, *vars(self.method).values()])]
+        owners = {type(part).__module__.partition(".")[0] for part in parts if isinstance(part, eqx.Module)}
+        return type(self) is Smooth and owners <= {"diffrax", "optimistix", "lineax"}
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":
         """This solver with a width by what the encoders resolve, and a method by how stiff the rig is."""
@@ -99,15 +101,23 @@ class Smooth(Solver):
         """Width of the smooth sign of dry friction [rad/s]."""
         return self.width
 
+    def acts_on(self, rig: Rig) -> bool:
+        """Whether the rig has dry friction, on which the smooth sign acts."""
+        structure, zero = structure_of(rig), jnp.zeros(())
+        plant, rest = plant_of(structure, jnp.asarray(theta_of(rig, structure))), (zero,) * len(structure.states)
+        return bool(plant.with_friction(zero, rest, plant.no_command(), rest).torques)
+
     def notes(self, rig: Rig, logs: Sequence[Log]) -> list[str]:
         """The width and the method, and whether a held body creeps so fast that these logs show it."""
         suited = self.suited(rig, logs)
-        width, unseen = suited.width or 0.0, default_width(rig, logs)
-        found = [f"dry friction acts by a smooth sign {width:.3g} rad/s wide, solved by {type(suited.method).__name__}"]
+        width, unseen, method = suited.width or 0.0, default_width(rig, logs), type(suited.method).__name__
+        if not self.acts_on(rig):
+            return [f"the rig has no dry friction that could be smooth; solved by {method}"]
+        found = [f"dry friction acts by a smooth sign {width:.3g} rad/s wide, solved by {method}"]
         if width > VISIBLE * unseen:
             found.append(
                 f"the smooth sign is {width / unseen:.2g} times as wide as what these readings leave unseen, {unseen:.2g} rad/s: "
-                "bodies that friction holds creep, and fitted numbers are bent to make up for it"
+                "bodies that friction holds creep"
             )
         return found
 
@@ -192,9 +202,8 @@ class Smooth(Solver):
         """States at times in any order, infinite where the solver does not get there."""
         lives = jnp.isfinite(x0).all()  # a run that has failed is not carried on
         times = jnp.where(lives, times, held.begin)
-        times = (
-            times - held.begin
-        ) / held.h  # in steps of the grid: else a derivative by its pace would move the solver's steps
+        # in steps of the grid: else a derivative by its pace would move the solver's steps
+        times = (times - held.begin) / held.h
         order = jnp.argsort(times)
         width = jnp.asarray(self.width)
 
@@ -306,4 +315,4 @@ def _at_rest(structure: Structure, theta: Float[Array, " p"], width: Scalar) -> 
     def rates(x: Float[Array, " n"]) -> Float[Array, " n"]:
         return jnp.stack(plant.with_smooth_friction(jnp.zeros(()), tuple(x), plant.no_command(), width))
 
-    return jax.jacfwd(rates)(jnp.full(n, 1e-9))
+    return jax.jacfwd(rates)(jnp.full(n, jnp.minimum(1e-9, 1e-3 * width)))

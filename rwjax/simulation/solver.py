@@ -49,6 +49,17 @@ class Solver(eqx.Module):
         """Width of the smooth sign of dry friction [rad/s]; None where friction is exact."""
         return None
 
+    def acts_on(self, rig: Rig) -> bool:
+        """Whether its smooth sign acts on anything.
+
+        Args:
+            rig: The rig.
+
+        Returns:
+            True where it has one and the rig has dry friction.
+        """
+        return False
+
     def notes(self, rig: Rig, logs: Sequence[Log]) -> list[str]:
         """What a user should know of a simulation by it.
 

@@ -50,6 +50,7 @@ def test_it_finds_the_numbers_of_a_smooth_rig_from_a_start_that_is_off(logs: lis
     assert all(abs(z) < 4.0 for z in off_by(found, rig()).values()), off_by(found, rig())
     assert found.rig.standard_error["axis.friction.coulomb"] < 1e-3 * 0.05
     assert found.notes[0] == "dry friction acts by a smooth sign 0.002 rad/s wide, solved by Tsit5"
+    assert any("a fit by the exact solver does; their own free run takes --smooth 0.002," in note for note in found.notes)
     assert (found.json()["solver"], found.json()["smooth"]) == ("diffrax", WIDTH)
 
 
@@ -58,6 +59,7 @@ def test_the_width_is_chosen_where_the_user_leaves_it_open(logs: list[Log]) -> N
     chosen = fit(rig(), logs, solver=Smooth()).fit.problem.solver.width
     assert 0.0 < chosen < 1e-2 * fastest
     assert len(Smooth(2.0 * chosen).notes(rig(), logs)) == 1
+    assert Smooth(0.5).notes(platform("viscous = 0.02"), logs)[0].startswith("the rig has no dry friction")
     assert "times as wide as what these readings leave unseen" in Smooth(0.5).notes(rig(), logs)[1]
 
 
@@ -113,3 +115,22 @@ def test_a_start_from_which_runs_fail_is_left_for_another(logs: list[Log]) -> No
     assert alone.cost == np.inf and not alone.converged and np.array_equal(alone.theta, wild)
     found = fit_smooth(problem, moves, [wild, wild, np.where(free, 1.3 * theta, theta)])
     assert found.converged and found.theta == pytest.approx(theta, rel=1e-2)
+
+
+def test_a_number_that_would_leave_through_its_bound_is_held_and_the_others_are_as_by_the_exact_fit(
+    logs: list[Log],
+) -> None:
+    structure = structure_of(rig())
+    problem = pose(structure, logs, solver=SMOOTH.suited(rig(), logs))
+    theta = theta_of(rig(), structure)
+    free = np.array([name in rig().free for name in structure.names])
+    viscous = np.array(structure.names) == "axis.friction.viscous"
+    bounds = np.where(viscous[:, None], (0.021, np.inf), bounds_of(rig(), structure))
+    moves = coordinates(theta, free, bounds, np.abs(theta))
+    both = [fit_smooth(problem, moves, [np.where(viscous, value, theta)]) for value in (0.021, 0.03)]
+    assert both[0].numbers()["axis.friction.viscous"] == both[1].numbers()["axis.friction.viscous"] == 0.021
+    assert both[0].cost == pytest.approx(both[1].cost, rel=1e-4)
+    assert both[0].theta == pytest.approx(both[1].theta, rel=1e-4)
+    held = moves.without(int(np.flatnonzero(viscous)[0]))
+    alone = fit_smooth(problem, held, [np.where(viscous, 0.021, theta)])
+    assert alone.cost == pytest.approx(both[0].cost, rel=1e-4)  # holding it from the beginning leaves no less
