@@ -7,6 +7,7 @@ import pytest
 from tests.cli.shell import Shell
 
 
+@pytest.mark.slow
 def test_dump_writes_its_course(shell: Shell) -> None:
     code, out, err = shell("dump", "rig.toml", "--spin", "4000", "--json", "-o", "dump.csv")
     assert code == 0, err

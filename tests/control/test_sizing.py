@@ -13,6 +13,7 @@ from tests.control.sized_rig import LOADED, TOP, I, K, rig
 
 
 @given(st.floats(1e-3, 0.02), st.floats(0.2, 3.0), st.floats(0.5, 20.0))
+@pytest.mark.slow
 def test_a_motor_of_the_needed_torque_takes_the_wanted_time(friction: float, angle: float, seconds: float) -> None:
     needs = size_wheels(rig(friction), np.array([1.24e-4]), angle, seconds, Limits(1e3, 1.0)).needs_torque
     heavy = np.array([1.0])  # a wheel that never reaches its top
@@ -28,6 +29,7 @@ def test_a_motor_of_the_needed_torque_takes_the_wanted_time(friction: float, ang
 
 
 @given(st.floats(0.0, 0.02), st.floats(2e-5, 4e-4), st.floats(0.2, 2.0), st.floats(1.0, 6.0), st.floats(8.0, 14.0))
+@pytest.mark.slow
 def test_relief_of_the_limit_that_binds_helps(
     friction: float, J: float, angle: float, amps: float, volts: float
 ) -> None:
@@ -61,6 +63,7 @@ def test_the_plant_does_it_in_the_time_of_the_budget(J: float) -> None:
     assert slew(rig(0.01, J), angle, limits).time == pytest.approx(budget, rel=0.01)
 
 
+@pytest.mark.slow
 def test_friction_that_grows_with_the_drive_s_torque_is_in_the_budget() -> None:
     limits, angle, seconds = Limits(20.0, 3.0, TOP), np.radians(25.0), 2.0
     loaded, J = rig(0.005, more=LOADED), np.array([4e-4])

@@ -69,6 +69,7 @@ def test_the_ideal_law_falls_short_by_what_friction_takes() -> None:
     assert found.miss == pytest.approx(-lost, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
     with pytest.raises(InputError, match="90° are not reached"):
         slew(rig(0.02, 0.0641), np.radians(90.0), LIMITS)

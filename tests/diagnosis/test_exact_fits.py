@@ -43,6 +43,7 @@ def test_exact_derivatives_take_several_and_leave_what_reaches_back_too_far() ->
     assert all(fits.known(e) is f for e, f in zip(several, after, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "numbers"),
     [("axis.stribeck", {"M_c": 0.05, "M_e": 0.03, "v_s": 0.3, "n": 1.5}), ("sensor.delay", {"tau": 0.03})],

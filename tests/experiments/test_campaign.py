@@ -79,6 +79,7 @@ def sleeping(row: dict) -> dict:
     return row
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for the worker in /proc, which Linux has")
 def test_the_workers_of_a_campaign_that_is_killed_end_too(tmp_path: Path) -> None:
     code = (

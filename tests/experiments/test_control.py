@@ -25,6 +25,7 @@ def own(k: int) -> float:
 
 
 # the C program is a peer of the benchmark, not of the library: without a compiler there is nothing to compare with
+@pytest.mark.slow
 @pytest.mark.skipif(not c_limit.available(), reason="the C peer of the benchmark needs gcc and AVX-512")
 def test_c_and_numba_run_the_same_loops() -> None:
     costs = np.array([own(k) for k in PICK])

@@ -113,6 +113,7 @@ def test_a_prior_settles_what_the_logs_leave_open() -> None:
         assert found.uncertainty.standard_error[name] == pytest.approx(0.05 * truth.values[name], rel=0.2), name
 
 
+@pytest.mark.slow
 def test_a_prior_weighs_as_much_as_it_is_sure_where_residuals_are_correlated() -> None:
     truth = platform(free=FREE)
     clean = log_of(truth)

@@ -20,6 +20,7 @@ def moving(seed: int, speed: float = 1.0, noise: float = 1e-3):
     return record(TIME, PUSH, {"yaw_rad": y + np.random.default_rng(seed).normal(0.0, noise, len(y))})
 
 
+@pytest.mark.slow
 def test_the_start_of_one_log_does_not_depend_on_the_others() -> None:
     rig = platform()
     logs = [moving(seed, speed) for seed, speed in enumerate((1.0, -2.0, 0.2, 5.0))]

@@ -97,6 +97,7 @@ def test_one_wrong_start_is_enough_without_noise(kind: str, factors: np.ndarray 
         )  # 1e-10, the noise floor of 1e-9
 
 
+@pytest.mark.slow
 def test_another_optimiser_finds_the_same_numbers_in_a_motor() -> None:
     rig, log = _simulated("wheel", {"wheel_rad_s": 0.3, "current_A": 0.02})
     ours = _from(rig, log, np.array([0.6, 1.7, 0.8]))

@@ -41,6 +41,7 @@ def test_the_encoder_of_a_wheel_alone_depends_on_its_angle() -> None:
     assert problem.start_free[0, structure.states.index("theta")]
 
 
+@pytest.mark.slow
 def test_a_free_angle_on_which_nothing_acts_stays_and_harms_nothing() -> None:
     rig = platform(free='"axis.inertia", "axis.friction.viscous"')
     y = run(rig, record(TIME, COMMAND, {"yaw_rad_s": COMMAND}), {"w": 0.3})["yaw_rad_s"]

@@ -50,7 +50,9 @@ def test_it_finds_the_numbers_of_a_smooth_rig_from_a_start_that_is_off(logs: lis
     assert all(abs(z) < 4.0 for z in off_by(found, rig()).values()), off_by(found, rig())
     assert found.rig.standard_error["axis.friction.coulomb"] < 1e-3 * 0.05
     assert found.notes[0] == "dry friction acts by a smooth sign 0.002 rad/s wide, solved by Tsit5"
-    assert any("a fit by the exact solver does; their own free run takes --smooth 0.002," in note for note in found.notes)
+    assert any(
+        "a fit by the exact solver does; their own free run takes --smooth 0.002," in note for note in found.notes
+    )
     assert (found.json()["solver"], found.json()["smooth"]) == ("diffrax", WIDTH)
 
 
@@ -63,6 +65,7 @@ def test_the_width_is_chosen_where_the_user_leaves_it_open(logs: list[Log]) -> N
     assert "times as wide as what these readings leave unseen" in Smooth(0.5).notes(rig(), logs)[1]
 
 
+@pytest.mark.slow
 def test_no_profiles_are_made_through_it(logs: list[Log]) -> None:
     near = replace(rig(), bounds={"axis.friction.viscous": (0.0199, 1.0)})  # half a percent below the truth
     found = fit(near, [replace(logs[0], outputs={"yaw_rad": logs[0].outputs["yaw_rad"] * 1.02})], solver=SMOOTH)
@@ -117,6 +120,7 @@ def test_a_start_from_which_runs_fail_is_left_for_another(logs: list[Log]) -> No
     assert found.converged and found.theta == pytest.approx(theta, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_number_that_would_leave_through_its_bound_is_held_and_the_others_are_as_by_the_exact_fit(
     logs: list[Log],
 ) -> None:

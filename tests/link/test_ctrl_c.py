@@ -56,6 +56,7 @@ def test_a_later_ctrl_c_leaves_a_disk_that_takes_nothing(pressed_twice, tmp_path
         signal.raise_signal(signal.SIGINT)  # heard again
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_handler_that_python_did_not_set_becomes_the_systems(
     scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -11,6 +11,7 @@ from tests.methods.known_numbers import (
 )
 
 
+@pytest.mark.slow
 def test_known_numbers_of_an_axis_come_back() -> None:
     finds_an_axis(prediction_error, 0.01)
 

@@ -14,6 +14,7 @@ from tests.planning.campaign_rigs import SLIDE
 from tests.systems import platform
 
 
+@pytest.mark.slow
 def test_little_travel_makes_runs_faster_not_still(tmp_path: Path) -> None:
     rig = SLIDE
     runs, remarks = recommend(rig, envelope(rig, 10.0, {"yaw_rad": 0.2}))

@@ -29,7 +29,7 @@ def test_the_figure_has_a_bar_for_each_method_that_could_be_used(comparison: Com
     assert [(bar.get_width(), to_hex(bar.get_facecolor())) for bar in ax.patches] == [(0.0125, AFTER), (0.5, AFTER)]
     (floor,) = ax.lines
     assert list(floor.get_xdata()) == [0.01, 0.01] and floor.get_color() == FLOOR
-    assert [label.get_text() for label in ax.get_yticklabels()] == ["end-to-end", "finite differences"]
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["end-to-end", "smooth"]
     assert ax.get_xlabel() == "free-run RMS, yaw ψ [rad]" and ax.get_xscale() == "log"
 
 

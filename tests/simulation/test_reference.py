@@ -139,6 +139,7 @@ def test_the_step_has_second_order_while_a_stribeck_axis_slides() -> None:
     assert -np.polyfit(np.log([1, 2, 4, 8]), np.log(error), 1)[0] == pytest.approx(2.0, abs=0.15)  # no kink: no scatter
 
 
+@pytest.mark.slow
 def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> None:
     # samples 0.25 s apart: reaction torque K i grows over L/R = 77 ms and passes breakaway between two of them
     t = np.arange(9) * 0.25

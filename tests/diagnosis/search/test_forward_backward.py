@@ -16,6 +16,7 @@ NOTHING = Hypothesis()
 CURVED = ("drive.saturation", "drive.curvature", "parameter.drive.gain")
 
 
+@pytest.mark.slow
 def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     rig = platform("viscous = 0.02")
     stop = {"high": 0.3, "low": -1e6, "k": 3.0, "d": 0.5}
