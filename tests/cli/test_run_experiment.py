@@ -16,6 +16,7 @@ from tests.command import refuses
 from tests.command import rwjax as within
 
 
+@pytest.mark.slow
 def test_an_experiment_is_played_recorded_and_fitted(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -104,6 +104,7 @@ def test_a_rate_that_the_voltage_does_not_reach_does_not_bind(top: float, binds:
     assert size_wheels(rig(0.0005), J, angle, 5.0, relieved).time[0] < found.time[0]
 
 
+@pytest.mark.slow
 def test_no_slew_takes_longer_than_the_budget() -> None:
     limits = Limits(20.0, 3.0, TOP)
     sticky = rig(0.005, more="viscous = 0.03")

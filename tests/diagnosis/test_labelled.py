@@ -18,7 +18,7 @@ def truth_of(verdict: str) -> dict:
 
 
 @pytest.mark.parametrize(
-    "verdict", ["none", "effect", *(pytest.param(name, marks=pytest.mark.slow) for name in ("ambiguous", "unknown"))]
+    "verdict", ["none", *(pytest.param(name, marks=pytest.mark.slow) for name in ("effect", "ambiguous", "unknown"))]
 )
 def test_the_verdict_and_the_names_are_those_of_the_label(verdict: str) -> None:
     truth = truth_of(verdict)
