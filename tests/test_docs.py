@@ -13,7 +13,7 @@ from rwjax.cli.main import app
 from rwjax.effects.library import EFFECTS
 from rwjax.effects.parameter import parameters
 from rwjax.kinds import COEFFICIENTS, KEYS
-from rwjax.logs.columns import COLUMNS, INPUTS
+from rwjax.rig.columns import COLUMNS, INPUTS
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "data").glob("*/README.md"))]

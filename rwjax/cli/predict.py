@@ -72,7 +72,7 @@ def _errors(log: "Log", columns: "Mapping[str, np.ndarray]") -> list[str]:
     """A line on the error of each output. Raises `InputError` where that leaves the range of numbers."""
     import numpy as np
 
-    from rwjax.logs.columns import unit_of
+    from rwjax.rig.columns import unit_of
 
     lines = []
     for name, measured in log.outputs.items():

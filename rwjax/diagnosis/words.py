@@ -9,7 +9,7 @@ from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.effects.library import BY_NAME, unit_of_number
 from rwjax.kinds import half_column
-from rwjax.logs.columns import unit_of
+from rwjax.rig.columns import unit_of
 
 _HALVED = ("wheel_rad", "wheel_rad_s", "current_A")
 _SIGNALS = (

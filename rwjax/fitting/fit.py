@@ -17,9 +17,9 @@ from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.kinds import RANGES
-from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
+from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver

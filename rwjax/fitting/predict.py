@@ -6,9 +6,9 @@ from rwjax.errors import RigError
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.kinds import RANGES
-from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver

@@ -8,7 +8,7 @@ from rwjax.effects.library import unit_of_number
 from rwjax.fitting.intervals import Intervals, interval_words
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.uncertainty import Uncertainty
-from rwjax.logs.columns import unit_of
+from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 
 

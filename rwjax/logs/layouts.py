@@ -4,9 +4,9 @@ import numpy as np
 
 from rwjax.errors import alike, nearest
 from rwjax.kinds import RANGES, THESIS_COLUMNS, TWO_AXIS
-from rwjax.logs.columns import COLUMNS, INPUTS, commands_of, unit_of
 from rwjax.logs.notes import ignored
 from rwjax.logs.sheet import Sheet, check_finite, check_size, numbers
+from rwjax.rig.columns import COLUMNS, INPUTS, commands_of, unit_of
 from rwjax.rig.model import Rig
 
 SLOWEST = 2.0

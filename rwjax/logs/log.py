@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rwjax.logs.columns import unit_of
+from rwjax.rig.columns import unit_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,12 +11,12 @@ import numpy as np
 
 from rwjax.errors import LogError, printable
 from rwjax.kinds import encoder_section, is_angle
-from rwjax.logs.columns import COLUMNS, commands_of, unit_of
 from rwjax.logs.layouts import read_columns
 from rwjax.logs.log import Log
 from rwjax.logs.notes import added, is_validation
 from rwjax.logs.outliers import outliers
 from rwjax.logs.sheet import FEWEST, Sheet, check_size, read_sheet
+from rwjax.rig.columns import COLUMNS, commands_of, unit_of
 from rwjax.rig.model import Rig
 
 

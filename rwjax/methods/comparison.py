@@ -17,7 +17,6 @@ from rwjax.errors import InputError
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
-from rwjax.logs.columns import unit_of
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.methods.identified import Identified
@@ -26,6 +25,7 @@ from rwjax.methods.output_error import SMOOTH, end_to_end, finite_differences, s
 from rwjax.methods.regression import equation_error, weak_form
 from rwjax.methods.two_stage import two_stage
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver

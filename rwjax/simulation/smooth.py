@@ -19,13 +19,13 @@ from jaxtyping import Array, Float, Int
 
 from rwjax.errors import InputError
 from rwjax.kinds import is_angle
-from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
 from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.plant import Plant
 from rwjax.plant.structure import State, Structure
+from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.commands import commands

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from jax.tree_util import register_dataclass
 
-from rwjax.logs.columns import unit_of
 from rwjax.logs.log import Log
 from rwjax.plant.structure import Structure
+from rwjax.rig.columns import unit_of
 from rwjax.simulation.batch import Batch
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from rwjax.errors import LogError
-from rwjax.logs.columns import COLUMNS, commands_of
 from rwjax.logs.layouts import read_columns
 from rwjax.logs.read import read_log
 from rwjax.logs.sheet import Sheet, read_sheet
 from rwjax.logs.write import write_log
+from rwjax.rig.columns import COLUMNS, commands_of
 from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
 

@@ -3,7 +3,7 @@
 import pytest
 
 from rwjax.kinds import ENCODERS, KINDS
-from rwjax.logs.columns import COLUMNS, INPUTS, commands_of, unit_of
+from rwjax.rig.columns import COLUMNS, INPUTS, commands_of, unit_of
 
 
 @pytest.mark.parametrize("kind", KINDS)
