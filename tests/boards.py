@@ -33,5 +33,5 @@ def _give_up(packages: list[str]) -> None:
     said = f"the firmware's tests need the Debian packages {' '.join(packages)}"
     if os.environ.get("RWJAX_FIRMWARE") == "required":
         pytest.fail(said)
-    # a machine without the board's compiler and simulator has no board to test; the continuous test requires both
+    # reason: a machine without the board's compiler and simulator has no board to test; the continuous test requires both
     pytest.skip(said)

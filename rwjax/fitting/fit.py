@@ -87,7 +87,9 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     begins = [moves.clip(np.where(free, factor * theta, theta)) for factor in OFF_BY]
-    best = (_smooth_fit if problem.solver.smooth else _exact_fit)(problem, moves, begins, prior=bool(rig.prior))
+    best = _first_fit(problem, moves, begins)
+    if rig.prior:  # a prior counts as many readings as carry the information of one, which the fit now tells
+        best = _fit_again(replace(problem, prior_weight=readings_per_independent_one(best)), best)
     _check_run(rig, best)
     found = uncertainty(best)
     notes = [
@@ -105,22 +107,12 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
     return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
 
 
-def _smooth_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], *, prior: bool) -> Fit:
-    """The fit through a smooth solver, priors weighted by the readings' correlation."""
-    from rwjax.fitting.smooth_fit import (  # with it comes optimistix, which the exact way does not need
-        fit_again,
-        fit_smooth,
-    )
+def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray]) -> Fit:
+    """The fit carried to its end from the best of several starts."""
+    if problem.solver.smooth:
+        from rwjax.fitting.smooth_fit import fit_smooth  # with it comes optimistix, which the exact way does not need
 
-    best = fit_smooth(problem, moves, begins)
-    if prior:
-        weighted = replace(problem, prior_weight=readings_per_independent_one(best))
-        best = fit_again(weighted, best)
-    return best
-
-
-def _exact_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], *, prior: bool) -> Fit:
-    """The fit carried to its end from the best of several starts, priors weighted by the readings' correlation."""
+        return fit_smooth(problem, moves, begins)
     tried = []
     for begin in begins:
         nodes = measured_nodes(problem, begin)
@@ -128,11 +120,16 @@ def _exact_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], *
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
     best = min(tried, key=lambda f: f.cost)
-    best = fit_from_start(problem, moves, best.theta, best.start)
-    if prior:
-        weighted = replace(problem, prior_weight=readings_per_independent_one(best))
-        best = fit_from_start(weighted, moves, best.theta, best.start)
-    return best
+    return fit_from_start(problem, moves, best.theta, best.start)
+
+
+def _fit_again(problem: Problem, fitted: Fit) -> Fit:
+    """The fit to a problem with other priors, from an earlier one."""
+    if problem.solver.smooth:
+        from rwjax.fitting.smooth_fit import fit_again
+
+        return fit_again(problem, fitted)
+    return fit_from_start(problem, fitted.coordinates, fitted.theta, fitted.start)
 
 
 def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:

@@ -1,7 +1,7 @@
 """Fit through a smooth solver: several starts, the width of the smooth sign shrunk in stages, initial states by the start rule.
 
-A wide sign is easy to fit: the sum of squares has no ridges where a body would stick, and steps are few. Each stage begins where
-the wider one ended, so that the last one, with the width that is wanted, begins near its optimum.
+A wide sign leaves no ridges in the sum of squares where a body would stick. All starts are tried with the widest one; each further
+stage begins where the best fit of the wider one ended.
 """
 
 from collections.abc import Sequence
@@ -83,14 +83,13 @@ def _settled(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
     """Searches until one gains nothing; initial states that are taken from the start are estimated anew before each."""
     converged, steps = False, here.steps
     for _ in range(ROUNDS):
-        start = np.where(problem.initial_state_from_start[:, None], _from_start(problem, here), here.start)
-        unknowns = _unknowns(problem, c, here.theta, start)
+        start = _by_start_rule(problem, here)
         before = _cost(problem, here.theta, start)
-        here = _best(problem, [unknowns], FINE)
+        here = _best(problem, [_unknowns(problem, c, here.theta, start)], FINE)
         steps += here.steps
         if converged := bool(before - here.cost <= LEAST_GAIN * before):
             break
-    start = np.where(problem.initial_state_from_start[:, None], _from_start(problem, here), here.start)
+    start = _by_start_rule(problem, here)
     cost, e = _evaluated(problem, c, here.theta, start)
     return Fit(problem, c, here.theta, start, cost, e, bool(converged and np.isfinite(cost)), steps)
 
@@ -115,11 +114,12 @@ def refits(fitted: Fit, problems: Sequence[Problem]) -> np.ndarray:
     return np.concatenate(found)
 
 
-def _from_start(problem: Problem, here: "_Found") -> np.ndarray:
-    """Initial states `(l, n)` [SI] of the logs for which they are taken from the start of the run."""
-    if not problem.initial_state_from_start.any():
+def _by_start_rule(problem: Problem, here: "_Found") -> np.ndarray:
+    """Initial states `(l, n)` [SI], those that are taken from the start of their run estimated anew."""
+    from_start = problem.initial_state_from_start[:, None]
+    if not from_start.any():
         return here.start
-    return initial_states_by_sensitivities(problem, here.theta, here.start)
+    return np.where(from_start, initial_states_by_sensitivities(problem, here.theta, here.start), here.start)
 
 
 def _of_width(problem: Problem, factor: float) -> Problem:

@@ -1,12 +1,10 @@
 """The solver that is used where none is passed in: fixed steps in which dry friction holds a resting body exactly."""
 
-from collections.abc import Callable, Sequence
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float, Int
 
 from rwjax.logs.log import Log
@@ -16,10 +14,9 @@ from rwjax.simulation.batch import Batch
 from rwjax.simulation.commands import commands
 from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from rwjax.simulation.reading import Slots, readings
-from rwjax.simulation.solver import Solver
+from rwjax.simulation.solver import Solver, ThroughWindow
 from rwjax.simulation.stepper import Stepper
-from rwjax.simulation.windows import prepare, time_grid
-from rwjax.types import Scalar
+from rwjax.simulation.windows import by_window, prepare, time_grid
 
 
 class Exact(Solver):
@@ -41,70 +38,43 @@ class Exact(Solver):
         """Itself: it has nothing to choose."""
         return self
 
+    def through_windows(self, plant: Plant, run: Batch) -> tuple[ThroughWindow, Any]:
+        """Equal steps through a window, and its readings between them."""
+        h, t0 = time_grid(plant, run)
+        moved = prepare(plant, self.stepper, h)
+        steps, at_reading = commands(plant, run)
+        W, m = run.slot_step.shape[0], run.step_index.shape[0]
+
+        def window(x: Float[Array, " n"], inputs: tuple) -> tuple[Float[Array, " n"], Float[Array, "q y"]]:
+            w, u, *slots = inputs
+            begin = t0 + w * m * h
+            states = moved.states(begin, x, u)
+            return jnp.stack([s[m] for s in states]), readings(plant, h, begin, states, Slots(*slots))
+
+        slots = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
+        return window, (jnp.arange(W, dtype=float), by_window(steps, run), at_reading, *slots)
+
     def whole(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"]
     ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
         """Free run of one log."""
         if plant.age() is not None:
             return self._with_late_readings(plant, run, x0)
-        window, inputs = self._window_by_window(plant, run)
-        return jax.lax.scan(window, x0, inputs)[1]
+        return super().whole(plant, run, x0)
 
     def beginning(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
     ) -> Float[Array, "w q y"]:
-        """The first windows of a free run; readings of later ones are 0, or are there all the same."""
+        """The first windows of a free run; where readings are late, those of later windows are there all the same."""
         if plant.age() is not None:
             return self._with_late_readings(plant, run, x0)[0]
-        window, inputs = self._window_by_window(plant, run)
-
-        def one(w: Int[Array, ""], carry: tuple[Array, Array]) -> tuple[Array, Array]:
-            x, y = carry
-            x, (seen, _) = window(x, tuple(a[w] for a in inputs))
-            return x, y.at[w].set(seen)
-
-        W, q = run.slot_step.shape
-        nothing = jnp.zeros((W, q, len(plant.structure.outputs)))
-        return jax.lax.fori_loop(0, windows, one, (x0, nothing))[1]
-
-    def windows(
-        self, plant: Plant, run: Batch, nodes: Float[Array, "w n"]
-    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
-        """Every window of one log from a first state of its own, all side by side."""
-        h, t0 = time_grid(plant, run)
-        moved = prepare(plant, self.stepper, h)
-        steps, at_reading = commands(plant, run)
-        W, m = run.slot_step.shape[0], run.step_index.shape[0]
-        u = steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))]
-
-        def one(w: Scalar, x0: Array, u: Array, slots: Slots) -> tuple[Array, Array]:
-            begin = t0 + w * m * h
-            states = moved.states(begin, x0, u)
-            y = readings(plant, h, begin, states, slots)
-            return y, jnp.stack([s[m] for s in states])
-
-        slots = Slots(at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part))
-        return jax.vmap(one)(jnp.arange(W, dtype=float), nodes, u, slots)
-
-    def _window_by_window(self, plant: Plant, run: Batch) -> tuple[Callable, tuple]:
-        """What goes through a window, from its first state and its inputs, to its end; and the inputs of all windows."""
-        h, t0 = time_grid(plant, run)
-        moved = prepare(plant, self.stepper, h)
-        steps, at_reading = commands(plant, run)
-        W, m = run.slot_step.shape[0], run.step_index.shape[0]
-
-        def window(x: Float[Array, " n"], inputs: tuple) -> tuple[Float[Array, " n"], tuple[Array, Array]]:
-            w, u, *slots = inputs
-            begin = t0 + w * m * h
-            states = moved.states(begin, x, u)
-            y = readings(plant, h, begin, states, Slots(*slots))
-            return jnp.stack([s[-1] for s in states]), (y, x)
-
-        slots = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
-        return window, (jnp.arange(W, dtype=float), steps.reshape(W, m, *steps.shape[1:]), at_reading, *slots)
+        return super().beginning(plant, run, x0, windows)
 
     def _with_late_readings(self, plant: Plant, run: Batch, x0: Float[Array, " n"]) -> tuple[Array, Array]:
-        """Readings of one log, each of which may show another window, and the states at its windows' starts."""
+        """Readings of one log, each of which may show another window, and the states at its windows' starts.
+
+        The steps of a window's overlap with the next one are so taken once, not twice.
+        """
         h, t0 = time_grid(plant, run)
         steps, at_reading = commands(plant, run)
         slot_step, slot_part = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)

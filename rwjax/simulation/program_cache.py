@@ -103,18 +103,22 @@ def _write(path: Path | None, data: bytes | bytearray) -> None:
             new.unlink(missing_ok=True)
 
 
+def _exported(flat: Callable, arrays: list[Any]) -> export.Exported | None:
+    """A function as JAX can write it to disk; None for one that calls back to Python, as the checks of equinox do."""
+    try:
+        return export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
+    except NotImplementedError:  # that is what JAX raises for it
+        return None
+
+
 def _program(name: str, key: object, flat: Callable, arrays: list[Any], keep: bool) -> Callable:
     """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if it is not to be kept."""
     path = _file(name, key) if keep else None
     data = _read(path)
-    program = flat
-    if data is not None:
-        program = export.deserialize(data).call
-    else:
-        with suppress(NotImplementedError):  # a program that calls back to Python, as checks of equinox do, is not kept
-            traced = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
-            _write(path, traced.serialize())
-            program = traced.call
+    traced = _exported(flat, arrays) if data is None else export.deserialize(data)
+    if traced is not None and data is None:
+        _write(path, traced.serialize())
+    program = flat if traced is None else traced.call
     own = ON_PROCESSOR if jax.default_backend() == "cpu" else {}
     return _Once(jax.jit(program, compiler_options=OPTIONS | own))
 

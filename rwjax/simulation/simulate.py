@@ -34,7 +34,8 @@ def simulate(
 
     A pure function of `numbers`, `start` and `command`: `jax.jit`, `vmap`, `grad` and `jacfwd` go through it, and through what
     is worked out from the run. With a smooth solver and more than 64 traced values, as of a whole command, it knows reverse mode
-    alone. A run that fails, as of an unstable rig, is infinite from there on. Through the exact solver a derivative is that of the motion with its times of stick and slip: right where it exists.
+    alone. A run that fails, as of an unstable rig, is infinite from there on. Through the exact solver a derivative is that of the
+    motion with its times of stick and slip: right where it exists.
 
     Args:
         rig: The rig, with its effects.

@@ -31,8 +31,8 @@ from rwjax.simulation.batch import Batch
 from rwjax.simulation.commands import commands
 from rwjax.simulation.forward_mode import with_jacobian
 from rwjax.simulation.layout import LONGEST_STEP
-from rwjax.simulation.solver import Solver
-from rwjax.simulation.windows import OneLog, log_by_log, side_by_side, time_grid
+from rwjax.simulation.solver import Solver, ThroughWindow
+from rwjax.simulation.windows import by_window, log_by_log, side_by_side, time_grid
 from rwjax.types import Scalar
 
 SLOWEST_SEEN = 10.0
@@ -131,57 +131,25 @@ class Smooth(Solver):
             return with_jacobian(partial(run, self))(z)
         return run(replace(self, adjoint=diffrax.RecursiveCheckpointAdjoint()), z)
 
-    def of_logs(self, one: OneLog, batch: Batch, *of_log: Array) -> Any:
-        """On a processor one log after the other: runs side by side would all take as many steps as the worst of them."""
-        through = log_by_log if jax.default_backend() == "cpu" else side_by_side
-        return through(one, batch, *of_log)
+    @property
+    def of_logs(self) -> Callable[..., Any]:
+        """On a processor one log after the other: side by side, what a run saves would be copied at each step of any of them."""
+        return log_by_log if jax.default_backend() == "cpu" else side_by_side
 
-    def whole(
-        self, plant: Plant, run: Batch, x0: Float[Array, " n"]
-    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
-        """Free run of one log."""
-
-        def window(x: Array, inputs: tuple) -> tuple[Array, tuple[Array, Array]]:
-            y, end = self._window(plant, x, *inputs)
-            return end, (y, x)
-
-        return jax.lax.scan(window, x0, self._inputs(plant, run))[1]
-
-    def beginning(
-        self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
-    ) -> Float[Array, "w q y"]:
-        """The first windows of a free run; readings of later ones are 0."""
-        inputs = self._inputs(plant, run)
-
-        def window(w: Int[Array, ""], carry: tuple[Array, Array]) -> tuple[Array, Array]:
-            x, y = carry
-            seen, end = self._window(plant, x, *jax.tree.map(lambda a: a[w], inputs))
-            return end, y.at[w].set(seen)
-
-        W, q = run.slot_step.shape
-        nothing = jnp.zeros((W, q, len(plant.structure.outputs)))
-        return jax.lax.fori_loop(0, windows, window, (x0, nothing))[1]
-
-    def windows(
-        self, plant: Plant, run: Batch, nodes: Float[Array, "w n"]
-    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
-        """Every window of one log from a first state of its own, all side by side."""
-        return jax.vmap(lambda x, inputs: self._window(plant, x, *inputs))(nodes, self._inputs(plant, run))
-
-    def _inputs(self, plant: Plant, run: Batch) -> tuple["_Held", Array, Array, Array]:
-        """For every window its voltages, its end, and the times of its readings with the voltages there."""
+    def through_windows(self, plant: Plant, run: Batch) -> tuple[ThroughWindow, Any]:
+        """Adaptive steps through a window, and its readings by the method's own interpolation."""
         h, t0 = time_grid(plant, run)
         steps, at_reading = commands(plant, run)
         W, m = run.slot_step.shape[0], run.step_index.shape[0]
-        u = steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))]
         begin = t0 + m * h * jnp.arange(W, dtype=float)
         t = begin[:, None] + h * (jnp.asarray(run.slot_step).astype(float) + jnp.asarray(run.slot_part))
-        return _Held(begin, jnp.broadcast_to(h, W), u), begin + m * h, t, at_reading
+        held = _Held(begin, jnp.broadcast_to(h, W), by_window(steps, run))
+        return lambda x, inputs: self._window(plant, x, *inputs), (held, begin + m * h, t, at_reading)
 
     def _window(
         self, plant: Plant, x0: Float[Array, " n"], held: "_Held", end: Scalar, t: Float[Array, " q"], u: Array
-    ) -> tuple[Float[Array, "q y"], Float[Array, " n"]]:
-        """Readings of a window at times `t` under voltages `u` there, and the state at its end."""
+    ) -> tuple[Float[Array, " n"], Float[Array, "q y"]]:
+        """State at a window's end, and its readings at times `t` under voltages `u` there."""
         age, names = plant.age(), plant.structure.states
         late = t if age is None else jnp.maximum(t - age, held.begin)
         times = [t, end[None]] if age is None else [t, end[None], late]
@@ -194,7 +162,7 @@ class Smooth(Solver):
             for angle, rate, *_ in plant.structure.turning:
                 seen[names.index(angle)] += before * seen[names.index(rate)]
         y = jax.vmap(plant.outputs)(t, tuple(x.T), u, tuple(seen))
-        return jnp.where(jnp.isfinite(x).all(axis=1)[:, None], jnp.stack(y, axis=-1), jnp.inf), last[0]
+        return last[0], jnp.where(jnp.isfinite(x).all(axis=1)[:, None], jnp.stack(y, axis=-1), jnp.inf)
 
     def _states(
         self, plant: Plant, held: "_Held", x0: Float[Array, " n"], times: Float[Array, " k"]
@@ -255,9 +223,9 @@ class _Held(NamedTuple):
 def default_width(rig: Rig, logs: Sequence[Log]) -> float:
     """Width of the smooth sign that the readings can hardly show.
 
-    Of each reading it is one resolved step of an angle in ten seconds, or a tenth of the noise of a rate, yet not below a ten-thousandth of
-    its fastest motion; the smallest of these counts. Of logs without readings it is one count of the rig file's encoders in ten
-    seconds.
+    Of each reading it is one resolved step of an angle in ten seconds, or a tenth of the noise of a rate, yet not below a
+    ten-thousandth of its fastest motion; the smallest of these counts. Of logs without readings it is one count of the rig file's
+    encoders in ten seconds.
 
     Args:
         rig: The rig.

@@ -5,13 +5,18 @@ from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from rwjax.logs.log import Log
 from rwjax.plant.plant import Plant
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.windows import OneLog, side_by_side
+from rwjax.simulation.windows import side_by_side
+
+ThroughWindow = Callable[[Array, Any], tuple[Array, Array]]
+"""What moves a plant through a window: from its first state and its inputs to the state at its end and its readings."""
 
 
 class Solver(eqx.Module):
@@ -92,20 +97,25 @@ class Solver(eqx.Module):
         """
         return run(self, z)
 
-    def of_logs(self, one: OneLog, batch: Batch, *of_log: Array) -> Any:
-        """What a function makes of every log of a batch; all logs at once, unless the solver knows better.
-
-        Args:
-            one: The function, called with one log and its values.
-            batch: The logs.
-            of_log: Arrays `(l, …)` of which each log gets its own entry.
-
-        Returns:
-            The function's arrays with a first axis of logs.
-        """
-        return side_by_side(one, batch, *of_log)
+    @property
+    def of_logs(self) -> Callable[..., Any]:
+        """What works a function out for every log of a batch, as `side_by_side` and `log_by_log` do."""
+        return side_by_side
 
     @abstractmethod
+    def through_windows(self, plant: Plant, run: Batch) -> tuple[ThroughWindow, Any]:
+        """What moves a plant through any window of a log.
+
+        Args:
+            plant: The plant of the log.
+            run: One log of a batch.
+
+        Returns:
+            A function from a window's first state `(n,)` [SI] and its inputs to the state at its end `(n,)` [SI] and its readings
+            `(q, y)` [rad, rad/s or A], not finite where the run does not get there; and the inputs of all windows, arrays with a
+            first axis of windows.
+        """
+
     def whole(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"]
     ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
@@ -117,15 +127,20 @@ class Solver(eqx.Module):
             x0: First state `(n,)` [SI].
 
         Returns:
-            Readings `(w, q, y)` [rad, rad/s or A], not finite where the run does not get there, and the states at the windows'
-            starts `(w, n)` [SI].
+            Readings `(w, q, y)` [rad, rad/s or A] and the states at the windows' starts `(w, n)` [SI].
         """
+        window, inputs = self.through_windows(plant, run)
 
-    @abstractmethod
+        def one(x: Array, given: Any) -> tuple[Array, tuple[Array, Array]]:
+            end, y = window(x, given)
+            return end, (y, x)
+
+        return jax.lax.scan(one, x0, inputs)[1]
+
     def beginning(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
     ) -> Float[Array, "w q y"]:
-        """The first windows of a free run.
+        """The first windows of `whole`.
 
         Args:
             plant: The plant of the log.
@@ -136,12 +151,20 @@ class Solver(eqx.Module):
         Returns:
             Readings `(w, q, y)` [rad, rad/s or A]; those of later windows do not count.
         """
+        window, inputs = self.through_windows(plant, run)
 
-    @abstractmethod
+        def one(w: Int[Array, ""], carry: tuple[Array, Array]) -> tuple[Array, Array]:
+            x, y = carry
+            x, seen = window(x, jax.tree.map(lambda a: a[w], inputs))
+            return x, y.at[w].set(seen)
+
+        nothing = jnp.zeros((*run.slot_step.shape, len(plant.structure.outputs)))
+        return jax.lax.fori_loop(0, windows, one, (x0, nothing))[1]
+
     def windows(
         self, plant: Plant, run: Batch, nodes: Float[Array, "w n"]
     ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
-        """Every window of one log from a first state of its own.
+        """Every window of one log from a first state of its own, all side by side.
 
         Args:
             plant: The plant of the log.
@@ -151,3 +174,6 @@ class Solver(eqx.Module):
         Returns:
             Readings `(w, q, y)` [rad, rad/s or A], and the states at the windows' ends `(w, n)` [SI].
         """
+        window, inputs = self.through_windows(plant, run)
+        end, y = jax.vmap(window)(nodes, inputs)
+        return y, end

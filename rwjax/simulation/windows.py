@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.plant.assemble import plant_of
@@ -84,6 +85,20 @@ def time_grid(plant: Plant, run: Batch) -> tuple[Scalar, Scalar]:
         Length of a step [s], and the time of the log's first sample [s].
     """
     return jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
+
+
+def by_window(steps: Float[Array, "s *channels"], run: Batch) -> Float[Array, "w m *channels"]:
+    """What acts over the steps of every window of a log, and over its overlap with the next one.
+
+    Args:
+        steps: Mean voltage over every step of the log and of its last window's overlap `(s,)` or `(s, 2)` [V].
+        run: One log of a batch.
+
+    Returns:
+        The voltages `(w, m)` or `(w, m, 2)` [V].
+    """
+    W, m = run.slot_step.shape[0], run.step_index.shape[0]
+    return steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))]
 
 
 class PreparedPlant(NamedTuple):

@@ -1,6 +1,7 @@
 """The interface of a solver: what one gets without defining it, through a solver of a user's own."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +14,7 @@ from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.simulate import simulate
-from rwjax.simulation.solver import Solver
+from rwjax.simulation.solver import Solver, ThroughWindow
 from tests.systems import platform
 
 T = np.arange(11) * 0.02
@@ -32,16 +33,14 @@ class Halved(Solver):
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Halved":
         return self
 
-    def whole(self, plant: Plant, run: Batch, x0: Array) -> tuple[Array, Array]:
-        y, nodes = EXACT.whole(plant, run, x0)
-        return self.share * y, nodes
+    def through_windows(self, plant: Plant, run: Batch) -> tuple[ThroughWindow, Any]:
+        window, inputs = EXACT.through_windows(plant, run)
 
-    def beginning(self, plant: Plant, run: Batch, x0: Array, windows: Array) -> Array:
-        return self.share * EXACT.beginning(plant, run, x0, windows)
+        def halved(x: Array, given: Any) -> tuple[Array, Array]:
+            end, y = window(x, given)
+            return end, self.share * y
 
-    def windows(self, plant: Plant, run: Batch, nodes: Array) -> tuple[Array, Array]:
-        y, ends = EXACT.windows(plant, run, nodes)
-        return self.share * y, ends
+        return halved, inputs
 
 
 def test_a_solver_of_ones_own_simulates() -> None:
