@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-ONE_AXIS, TWO_AXIS = ("wheel", "platform", "reaction"), ("two_axis",)
+ONE_AXIS, TWO_AXIS = ("wheel", "platform", "reaction", "joint"), ("two_axis",)
 KINDS = ONE_AXIS + TWO_AXIS
 """All kinds of rig: those with one axis or a wheel alone, then those with two axes."""
-MOTORED = ("wheel", "reaction")
-"""Kinds of one axis with a motor and a wheel."""
-TURNING = ("platform", "reaction")
-"""Kinds of one axis whose axis turns."""
-SUBSYSTEMS = {"motor": MOTORED, "wheel": MOTORED, "axis": TURNING, "drive": ONE_AXIS, "sensor": KINDS}
+WHEELED = ("wheel", "reaction")
+"""Kinds of one axis with a motor that turns a wheel."""
+MOTORED = (*WHEELED, "joint")
+"""Kinds of one axis with a motor."""
+TURNING = ("platform", "reaction", "joint")
+"""Kinds of one axis whose axis turns; each may have a servo."""
+SUBSYSTEMS = {"motor": MOTORED, "wheel": WHEELED, "axis": TURNING, "drive": ONE_AXIS, "sensor": KINDS}
 HALVES = (
     {"axis": "yaw", "wheel": "wheel_1", "motor": "motor_1", "drive": "drive_1", "sensor": "sensor_1"},
     {"axis": "pitch", "wheel": "wheel_2", "motor": "motor_2", "drive": "drive_2", "sensor": "sensor_2"},
@@ -173,28 +175,51 @@ class Number(NamedTuple):
         unit: SI unit as text.
         sign: Signs that it may have, a key of `SIGNS`.
         kinds: Kinds of rig that have it.
-        required: Whether a rig file has to hold it; another one that is absent counts as 0, its term is not modelled.
+        required: Kinds whose rig file has to hold it; another one that is absent counts as 0, its term is not modelled.
     """
 
     symbol: str
     unit: str
     sign: str
     kinds: tuple[str, ...]
-    required: bool = False
+    required: tuple[str, ...] = ()
 
 
+SERVO = "drive.servo"
+"""Section of the rig file that describes the loop between a goal and what the drive is given."""
+_SERVO = {
+    "kp": ("k_p", "1/rad", "any"),
+    "ki": ("k_i", "1/(rad s)", "any"),
+    "kd": ("k_d", "s/rad", "any"),
+    "derivative_filter": ("T_f", "s", "zero or positive"),
+    "error_limit": ("e_max", "rad", "positive"),
+    "limit": ("u_max", "1", "positive"),
+    "period": ("T", "s", "positive"),
+    "phase": ("t_0", "s", "any"),
+}
+"""Symbol, unit and sign of a servo's numbers; gains and limit are in units of what the servo acts on: V, 1, A or N m."""
+SERVO_CHOICES = {
+    "acts_on": ("voltage", "duty", "current", "torque"),
+    "damping_on": ("error", "speed"),
+    "encoder_side": ("link", "motor"),
+}
+"""Settings of a servo that are words, each with its words; the first one where the file says nothing."""
 POLYNOMIAL = "axis.friction.polynomial"
 """Key of the friction polynomial in the file: a list of the four numbers `COEFFICIENTS`."""
 COEFFICIENTS = tuple(f"axis.friction.{b}" for b in ("b3", "b2", "b1", "b0"))
 
 NUMBERS = {
-    "motor.torque_constant": Number("K", "N m/A", "positive", MOTORED, required=True),
-    "motor.resistance": Number("R", "ohm", "positive", MOTORED, required=True),
+    "motor.torque_constant": Number("K", "N m/A", "positive", MOTORED, required=WHEELED),
+    "motor.resistance": Number("R", "ohm", "positive", MOTORED, required=WHEELED),
     "motor.inductance": Number("L", "H", "zero or positive", MOTORED),
-    "motor.friction": Number("b", "N m s/rad", "zero or positive", MOTORED),
-    "wheel.inertia": Number("J", "kg m2", "positive", MOTORED, required=True),
-    "drive.gain": Number("k", "N m/V", "different from zero", ("platform",), required=True),
-    "axis.inertia": Number("I", "kg m2", "positive", TURNING, required=True),
+    "motor.friction": Number("b", "N m s/rad", "zero or positive", WHEELED),
+    "motor.inertia": Number("J", "kg m2", "zero or positive", ("joint",)),
+    "gear.ratio": Number("N", "1", "positive", ("joint",)),  # absent: 1
+    "wheel.inertia": Number("J", "kg m2", "positive", WHEELED, required=WHEELED),
+    "drive.gain": Number("k", "N m/V", "different from zero", ("platform",), required=("platform",)),
+    "drive.supply": Number("V_s", "V", "positive", ONE_AXIS),
+    **{f"{SERVO}.{name}": Number(symbol, unit, sign, TURNING) for name, (symbol, unit, sign) in _SERVO.items()},
+    "axis.inertia": Number("I", "kg m2", "positive", TURNING, required=TURNING),
     "axis.friction.viscous": Number("b", "N m s/rad", "any", TURNING),  # a slope may be negative (`rwjax region`)
     "axis.friction.coulomb": Number("M_c", "N m", "zero or positive", TURNING),
     "axis.friction.static": Number("M_s", "N m", "zero or positive", TURNING),
@@ -208,10 +233,15 @@ NUMBERS = {
 }
 _GRAVITY = ("axis.gravity.torque", "axis.gravity.angle")  # yaw turns about the vertical
 NUMBERS |= {
-    on_half(name, k): Number(f"{n.symbol}_{k + 1}", n.unit, n.sign, TWO_AXIS, n.required)
+    on_half(name, k): Number(
+        f"{n.symbol}_{k + 1}", n.unit, n.sign, TWO_AXIS, TWO_AXIS if "reaction" in n.required else ()
+    )
     for k in range(2)
     for name, n in NUMBERS.items()
-    if "reaction" in n.kinds and name not in COEFFICIENTS and (k == 1 or name not in _GRAVITY)
+    if "reaction" in n.kinds
+    and name not in COEFFICIENTS
+    and not name.startswith("drive.")
+    and (k == 1 or name not in _GRAVITY)
 }
 NUMBERS |= {
     "gimbal.difference": Number("I_xx - I_zz", "kg m2", "any", TWO_AXIS),
@@ -222,7 +252,7 @@ NUMBERS |= {
 """Every number of the plant by its name in the rig file."""
 ENCODERS = {
     "encoder": ("axis", TURNING),
-    "wheel_encoder": ("wheel", MOTORED),
+    "wheel_encoder": ("wheel", WHEELED),
     "yaw_encoder": ("axis", TWO_AXIS),
     "pitch_encoder": ("pitch", TWO_AXIS),
     "wheel_1_encoder": ("wheel_1", TWO_AXIS),
@@ -247,6 +277,7 @@ def encoder_section(who: str, kind: str) -> str:
 SETTINGS = {
     "name": KINDS,
     POLYNOMIAL: TURNING,
+    **{f"{SERVO}.{name}": TURNING for name in SERVO_CHOICES},
     "drive.pwm.neutral_us": ONE_AXIS,
     "drive.pwm.volts_per_us": ONE_AXIS,
     **{f"{section}.counts_per_rev": kinds for section, (_, kinds) in ENCODERS.items()},

@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from rwjax.effects.effect import FittedRig
 from rwjax.effects.parameter import param
@@ -88,20 +86,17 @@ class DriveLag(CommandFilter):
     equation: ClassVar[str] = "T u_e' + u_e = u, and a second lag of q T behind it"
     shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
     linear: ClassVar[bool] = True
+    filter_states: ClassVar[tuple[str, ...]] = ("first", "second")
     T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1, 0.03, 0.1), tex="T")
     q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", role="form")
 
-    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-        lags = [_kept(T, h) for T in (self.T, self.q * self.T)]
-
-        def step(now: tuple[Scalar, ...], wanted: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
-            end = []
-            for x, (keep, mean) in zip(now, lags, strict=True):
-                end.append(wanted + keep * (x - wanted))
-                wanted = wanted + mean * (x - wanted)
-            return tuple(end), wanted
-
-        return jax.lax.scan(step, (command[0], command[0]), command)[1]
+    def advance(self, now: tuple[Scalar, ...], wanted: Scalar, h: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+        end = []
+        for x, T in zip(now, (self.T, self.q * self.T), strict=True):
+            keep, mean = _kept(T, h)
+            end.append(wanted + keep * (x - wanted))
+            wanted = wanted + mean * (x - wanted)
+        return tuple(end), wanted
 
     @classmethod
     def order(cls, given: Mapping[str, Any]) -> int:
@@ -132,18 +127,16 @@ class RateLimit(CommandFilter):
     meaning: ClassVar[str] = "the command slews at a limited rate"
     equation: ClassVar[str] = "abs(u_e') ≤ r"
     shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
+    filter_states: ClassVar[tuple[str, ...]] = ("slewed",)
     r: Scalar = param(
         "V/s", bounds=(1e-3, 1e12), null=1e12, starts=(1e4, 1e3, 100.0, 10.0, 3.0), scale="command", tex="r"
     )
 
-    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-        def step(now: Scalar, wanted: Scalar) -> tuple[Scalar, Scalar]:
-            way = wanted - now
-            end = now + jnp.clip(way, -self.r * h, self.r * h)
-            part = jnp.clip(jnp.abs(way) / (self.r * h), 0.0, 1.0)  # of the step until it is there
-            return end, end - 0.5 * part * (end - now)
-
-        return jax.lax.scan(step, command[0], command)[1]
+    def advance(self, now: tuple[Scalar, ...], wanted: Scalar, h: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+        way = wanted - now[0]
+        end = now[0] + jnp.clip(way, -self.r * h, self.r * h)
+        part = jnp.clip(jnp.abs(way) / (self.r * h), 0.0, 1.0)  # of the step until it is there
+        return (end,), end - 0.5 * part * (end - now[0])
 
 
 class DriveSaturation(CommandMap):

@@ -9,6 +9,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
@@ -276,7 +277,22 @@ class CommandFilter(Effect):
     linear: ClassVar[bool] = False
     """Whether it is a row of first-order lags, which a transfer function holds."""
 
+    filter_states: ClassVar[tuple[str, ...]]
+    """Names of what it keeps from one step to the next, each a voltage [V]."""
+
     @abstractmethod
+    def advance(self, now: tuple[Scalar, ...], wanted: Scalar, h: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+        """One step towards a command that is held over it.
+
+        Args:
+            now: Its states at the step's beginning [V].
+            wanted: Command over the step [V].
+            h: Length of the step [s].
+
+        Returns:
+            Its states at the step's end [V], and the mean voltage over the step [V].
+        """
+
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
         """Voltage over every step [V]; settled at the first one.
 
@@ -287,6 +303,8 @@ class CommandFilter(Effect):
         Returns:
             The mean voltage over each step [V] `(steps,)`.
         """
+        settled = (command[0],) * len(self.filter_states)
+        return jax.lax.scan(lambda now, wanted: self.advance(now, wanted, h), settled, command)[1]
 
     @classmethod
     def order(cls, given: Mapping[str, Any]) -> int:

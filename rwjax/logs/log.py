@@ -9,12 +9,12 @@ from rwjax.rig.columns import unit_of
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """One run of the rig, or a stretch of it, with `n` samples. The command is held between samples.
+    """One run of the rig, or a stretch of it, with `n` samples. The command, as all that was given, is held between samples.
 
     Attributes:
         name: The file name, as shown to users.
         time: Time [s] (n,), as in the file, strictly increasing.
-        command: Motor voltage [V] (n,); of a two-axis rig (n, 2).
+        command: What was given, in the unit of `input` (n,); of a two-axis rig (n, 2) [V].
         outputs: Readings [SI] (n,) by the names of `Column.output`; NaN where a reading is missing.
         resolution: Size of a count [SI] of each output; 0.0 where the file holds SI.
         notes: The notes above the header, by key in small letters.
@@ -23,7 +23,9 @@ class Log:
         origin: Time [s] of the run's first sample, kept by `cut`.
         added: Known differences [SI] of the rig's numbers in this run, by name.
         left_out: Times [s] of the outliers of each output, which are NaN in `outputs`.
-        earlier: Time [s] (m,) and command [V] (m,) or (m, 2) of the run's samples before a cut.
+        earlier: Time [s] (m,) and command (m,) or (m, 2) of the run's samples before a cut.
+        input: Column of the command, one of `columns.COMMANDS`.
+        enabled: Whether torque was on (n,), None where it always was.
     """
 
     name: str
@@ -38,6 +40,8 @@ class Log:
     added: dict[str, float] = field(default_factory=dict)
     left_out: dict[str, np.ndarray] = field(default_factory=dict)
     earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))
+    input: str = "voltage_V"
+    enabled: np.ndarray | None = None
 
     def remarks(self) -> list[str]:
         """What a user should know about the readings.
@@ -70,6 +74,7 @@ class Log:
             command=self.command[first:last],
             outputs={name: y[first:last] for name, y in self.outputs.items()},
             supply=None if self.supply is None else self.supply[first:last],
+            enabled=None if self.enabled is None else self.enabled[first:last],
             left_out=_within(self.left_out, self.time[first], self.time[last - 1]),
             earlier=(
                 np.append(self.earlier[0], self.time[:first]),

@@ -26,7 +26,7 @@ from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import Clock, CurrentLimit, Encoder, MotorTorque, Supply, WheelDry, WheelTorque, Winding
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
-from rwjax.kinds import MOTORED
+from rwjax.kinds import WHEELED
 from rwjax.logs.log import Log
 from rwjax.methods.identified import NORMAL_95, Identified, estimated, left_out, student, within_bounds
 from rwjax.methods.plateaus import FEWEST, Plateau, plateaus, without_standing
@@ -150,7 +150,7 @@ def _level(rig: Rig, values: Mapping[str, float]) -> float:
 
 def _free(rig: Rig) -> list[str]:
     """The free numbers that steady speeds may tell; raises `RigError` as `limit_speeds`."""
-    if rig.kind not in MOTORED:
+    if rig.kind not in WHEELED:
         raise RigError(
             f"rig `{rig.name}`: kind `{rig.kind}` has no motor with one wheel; the limit-speed method is for `wheel` and `reaction`"
         )

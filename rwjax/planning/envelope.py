@@ -8,7 +8,7 @@ import numpy as np
 
 from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
-from rwjax.kinds import MOTORED, TURNING
+from rwjax.kinds import MOTORED, TURNING, WHEELED
 from rwjax.rig.model import Pwm, Rig
 
 PULSES_US = (1000.0, 2000.0)
@@ -33,7 +33,7 @@ class Limit(NamedTuple):
 
 LIMITS = {
     "current_A": Limit("current [A]", "--amps", MOTORED),
-    "wheel_rad_s": Limit("rate of the wheel", "--rpm", MOTORED),
+    "wheel_rad_s": Limit("rate of the wheel", "--rpm", WHEELED),
     "yaw_rad_s": Limit("rate of the axis [rad/s]", "--rate", TURNING),
     "yaw_rad": Limit("travel of the axis [rad]", "--travel", TURNING),
 }

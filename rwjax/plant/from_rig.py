@@ -4,25 +4,37 @@ from dataclasses import replace
 
 import numpy as np
 
+from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
-from rwjax.kinds import NUMBERS
-from rwjax.plant.structure import Structure
+from rwjax.effects.ports import CommandDelay, EncoderDelay
+from rwjax.kinds import NUMBERS, SERVO
+from rwjax.plant.structure import LATE_TICKS, ServoStructure, Structure
 from rwjax.rig.model import Rig
 
 ABSENT_IS_ZERO = {
     "wheel": ("motor.friction",),
     "reaction": ("motor.friction",),
     "platform": (),
+    "joint": (),
     "two_axis": ("motor_1.friction", "motor_2.friction"),
 }
 """Numbers by kind of rig that a plant has in any case, 0 where the rig file leaves them out."""
 SMALLEST = 1e-12
 """Lower bound of a number that has to be positive, in its own SI unit."""
+GIVEN = {"voltage_V": "voltage", "duty": "duty", "command_A": "current", "command_Nm": "torque"}
+"""What the drive is given, by the column of the command."""
+NOT_BY = {
+    "current": ("motor.resistance", "motor.inductance"),
+    "torque": ("motor.resistance", "motor.inductance", "motor.torque_constant"),
+}
+"""Numbers of the motor that do not act where its current or its torque is given."""
+PERIOD_OFF_BY = 1.3
+"""Factor by which a servo's period may differ from the rig file's where it is free."""
 
 
 def structure_of(rig: Rig) -> Structure:
-    """What has to be compiled for a rig; an inductance of 0 and absent friction terms are left out.
+    """What has to be compiled for a rig, as it was driven; an inductance of 0 and absent friction terms are left out.
 
     Args:
         rig: The rig.
@@ -30,12 +42,43 @@ def structure_of(rig: Rig) -> Structure:
     Returns:
         The structure.
     """
-    names = {*rig.numbers, *ABSENT_IS_ZERO[rig.kind]}
+    command = _given(rig)
+    names = {*rig.numbers, *ABSENT_IS_ZERO[rig.kind]} - {*NOT_BY.get(command, ())}
     names -= {name for name, value in rig.numbers.items() if name.endswith(".inductance") and not value > 0.0}
+    if command != "duty" or rig.driven.supplied:
+        names.discard("drive.supply")
+    closed = rig.servo is not None and rig.driven.by == "goal_rad"
+    if not closed:
+        names -= {name for name in names if name.startswith(f"{SERVO}.")}
     inductive = "motor.inductance" in names
     names |= {name.replace("torque", "angle") for name in names if name.endswith(".gravity.torque")}
     numbers = tuple(name for name in NUMBERS if name in names)
-    return Structure(rig.kind, numbers, inductive, ()).with_effects(*rig.effects)
+    return Structure(
+        rig.kind,
+        numbers,
+        inductive,
+        (),
+        command=command,
+        servo=_servo(rig) if closed else None,
+        encoder_side=rig.servo.encoder_side if rig.servo is not None else "link",
+        switched=rig.driven.switched,
+    ).with_effects(*rig.effects)
+
+
+def _given(rig: Rig) -> str:
+    """What the drive is given."""
+    if rig.driven.by != "goal_rad":
+        # a duty beside the supply's logged voltage is a voltage
+        given = GIVEN[rig.driven.by]
+        return "voltage" if given == "duty" and rig.driven.supplied else given
+    return rig.servo.acts_on if rig.servo is not None else "voltage"
+
+
+def _servo(rig: Rig) -> ServoStructure:
+    """The static part of a rig's servo."""
+    name = f"{SERVO}.period"
+    moves = name in {*rig.free, *rig.per_run}
+    return ServoStructure(rig.servo.damping_on, rig.numbers[name], PERIOD_OFF_BY if moves else 1.0)
 
 
 def theta_of(rig: Rig, structure: Structure) -> np.ndarray:
@@ -72,7 +115,22 @@ def bounds_of(rig: Rig, structure: Structure) -> np.ndarray:
         found[name] = (min(low, rig.numbers.get(name, low)), np.inf)
     for effect in structure.effects:
         found |= {f"{effect}.{name}": p.bounds for name, p in parameters(BY_NAME[effect]).items()}
+    found |= _bounds_of_servo(rig, structure, found)
     return np.array([_narrowed(name, found[name], rig.bounds) for name in structure.names])
+
+
+def _bounds_of_servo(
+    rig: Rig, structure: Structure, found: dict[str, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    """Bounds of a servo's period, and of delays within its loop."""
+    if structure.servo is None:
+        return {}
+    period, off = rig.numbers[f"{SERVO}.period"], structure.servo.period_off_by
+    late = [
+        name for name in found if issubclass(BY_NAME.get(name.rpartition(".")[0], Effect), CommandDelay | EncoderDelay)
+    ]
+    longest = {name: (found[name][0], min(found[name][1], LATE_TICKS * period / off)) for name in late}
+    return {f"{SERVO}.period": (period / off, period * off)} | longest
 
 
 def _narrowed(name: str, physical: tuple[float, float], given: dict[str, tuple[float, float]]) -> tuple[float, float]:

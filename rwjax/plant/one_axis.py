@@ -3,18 +3,22 @@ r"""The plant with one axis, or with a wheel alone: base equations of a rig with
 `wheel`     $J\dot\Omega + b\,\Omega + M_w = K i$, $\;L\dot i + R i = V - K\Omega$
 `platform`  $I\dot w + M_f + M_g = k V$
 `reaction`  the wheel, and $I\dot w + M_f + M_g = -(K i - b\,\Omega - M_w)$
+`joint`     $(I + N^2 J)\dot w + M_f + M_g = N K i$, $\;L\dot i + R i = V - K N w$
 `two_axis`  in `rwjax.plant.two_axis`: two of these whose motions are coupled, each under the names of a `reaction` rig
 
-$\Omega$ is the wheel's speed relative to the body (thesis eq. 3.1, 3.4, 4.2). $L = 0$ makes the current algebraic.
-The state is a tuple of scalars: `psi, w` where there is an axis, then `theta, Omega` and, with inductance, `i`.
+$\Omega$ is the wheel's speed relative to the body (thesis eq. 3.1, 3.4, 4.2), of a joint the motor's. $L = 0$ makes the current
+algebraic. A drive that is given a current or a joint's torque makes it at once. Without torque the circuit is open: no current flows.
+The state is a tuple of scalars: `psi, w` where there is an axis, then `theta, Omega`, with inductance `i`, then those of effects
+and of the servo.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.library import BY_NAME
@@ -61,17 +65,19 @@ class Body(NamedTuple):
 
 
 class OneAxis(Plant):
-    """Base equations and effects of a rig of the kinds `wheel`, `platform` and `reaction`.
+    """Base equations and effects of a rig of the kinds `kinds.ONE_AXIS`.
 
     Attributes:
         structure: What it is made of.
         numbers: Base numbers and parameters of effects by dotted name, in SI.
         effects: Parts that act on its ports: those of the rig's own friction and load, then the structure's effects.
+        torque_on: Whether current can flow `()`; None where it always can.
     """
 
     structure: Structure = eqx.field(static=True)
     numbers: Numbers
     effects: tuple[Effect, ...]
+    torque_on: Bool[Array, ""] | None = None
 
     def on(self, port: type) -> list:
         """The effects on a port.
@@ -98,23 +104,51 @@ class OneAxis(Plant):
         s = dict(zip(self.structure.states, x, strict=True))
         zero = jnp.zeros_like(t)
         n = self.numbers
+        if self.structure.kind == "joint":
+            s["Omega"] = self._ratio() * self._drive_side(s)[1]
+        u = self._switched(u)
         m = Motion(
             t=t,
             V=u,
             load=zero,
-            sensed=s["w"] if self.structure.has_axis else s["Omega"],
+            sensed=self._encoder_side(s)[1] if self.structure.has_axis else s["Omega"],
             own={name: value for name, value in s.items() if ":" in name},
             **{name: s.get(name, zero) for name in ("psi", "w", "theta", "Omega", "i")},
         )
         R = self._resistance(m)
         for effect in self.on(Supply):
             u = effect.voltage(u, self._current(s, u, R))
-        if self.structure.has_wheel:
+        if self.structure.kind != "platform":
             s["i"] = self._current(s, u, R)
         load = n["drive.gain"] * u if self.structure.kind == "platform" else zero
         if self.structure.kind == "reaction":
             load = n["motor.friction"] * s["Omega"] - self._motor_torque(s["i"])
+        if self.structure.kind == "joint":
+            load = self._geared_torque(u, s["i"])
         return m._replace(V=u, load=load, i=s.get("i", zero))
+
+    def _switched(self, u: Scalar) -> Scalar:
+        """What is left of a voltage or a current where torque may be off."""
+        return u if self.torque_on is None else jnp.where(self.torque_on, u, 0.0)
+
+    def _ratio(self) -> Scalar:
+        """Ratio of a joint's gear [1]."""
+        return self.numbers.get("gear.ratio", jnp.ones(()))
+
+    def _drive_side(self, s: Mapping[str, Scalar]) -> tuple[Scalar, Scalar]:
+        """Angle [rad] and rate [rad/s] of the axis on the drive's side of a coupling, by the states' names."""
+        angle, rate = s["psi"], s["w"]
+        for effect in self.on(Coupling):
+            angle, rate = angle + s[f"{effect.name}:twist"], rate + s[f"{effect.name}:slip"]
+        return angle, rate
+
+    def _encoder_side(self, s: Mapping[str, Scalar]) -> tuple[Scalar, Scalar]:
+        """Angle [rad] and rate [rad/s] of the axis where its encoder sits, by the states' names."""
+        return self._drive_side(s) if self.structure.encoder_side == "motor" else (s["psi"], s["w"])
+
+    def _geared_torque(self, u: Scalar, i: Scalar) -> Scalar:
+        """Torque of a joint's motor behind its gear [N m]: the command itself where that is a torque."""
+        return u if self.structure.command == "torque" else self._ratio() * self._motor_torque(i)
 
     def _resistance(self, motion: Motion) -> Scalar:
         """Resistance of the winding [ohm]."""
@@ -124,14 +158,17 @@ class OneAxis(Plant):
         return R
 
     def _current(self, s: Mapping[str, Scalar], u: Scalar, R: Scalar) -> Scalar:
-        """Current [A]: a state, or what the voltage drives at once. A platform's is not known: its command stands for it."""
-        if not self.structure.has_wheel:
+        """Current [A]: a state, what the voltage drives at once, or the command, which stands for it where it is not known."""
+        if not self.structure.has_current:
             return u
-        n = self.numbers
-        i = s["i"] if self.structure.inductive else (u - n["motor.torque_constant"] * s["Omega"]) / R
+        n, i = self.numbers, u
+        if self.structure.inductive:
+            i = s["i"]
+        elif self.structure.command != "current":
+            i = (u - n["motor.torque_constant"] * s["Omega"]) / R
         for effect in self.on(CurrentLimit):
             i = jnp.clip(i, -effect.limit(), effect.limit())
-        return i
+        return self._switched(i)
 
     def _motor_torque(self, i: Scalar) -> Scalar:
         """Torque of the motor [N m] for a current [A]."""
@@ -162,7 +199,9 @@ class OneAxis(Plant):
         return jnp.zeros(())
 
     def act(self, command: Scalar) -> Scalar:
-        """Voltage that acts for a command, before any delay."""
+        """What acts for a command, before any delay: voltage [V], or current [A] or torque [N m] where the drive makes these."""
+        if "drive.supply" in self.numbers:
+            command = self.numbers["drive.supply"] * command
         for effect in self.on(CommandMap):
             command = effect.command(command)
         return command
@@ -222,13 +261,17 @@ class OneAxis(Plant):
             rates["Omega"] = shaft / n["wheel.inertia"]
         if self.structure.has_axis:
             drive = n["drive.gain"] * m.V if self.structure.kind == "platform" else -shaft
+            if self.structure.kind == "joint":
+                drive = m.load
             for effect in self.on(Coupling):
-                rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * n["axis.inertia"])
+                rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * self._whole_inertia())
                 drive = effect.torque(m)
             rates["psi"], rates["w"] = m.w, self.axis_torque(m, drive) / self._axis_inertia()
             for effect in self.on(Coupling):
                 rates[f"{effect.name}:twist"] = effect.mine(m)[1]
                 rates[f"{effect.name}:slip"] -= rates["w"]
+        if self.structure.servo is not None:  # a servo moves its states from tick to tick
+            rates |= {name: shaft for name in self.structure.states if name not in rates}
         return tuple(rates[name] for name in self.structure.states)
 
     def wheel_torque(self, m: Motion) -> Scalar:
@@ -273,7 +316,7 @@ class OneAxis(Plant):
         n = self.numbers
         if self.structure.inductive:
             back_emf = n["motor.torque_constant"] * m.Omega
-            rates["i"] = (m.V - self._resistance(m) * m.i - back_emf) / n["motor.inductance"]
+            rates["i"] = self._switched((m.V - self._resistance(m) * m.i - back_emf) / n["motor.inductance"])
         for effect in self.effects:
             names = tuple(f"{effect.name}:{state}" for state in effect.states)
             if isinstance(effect, AxisElastic):
@@ -282,9 +325,16 @@ class OneAxis(Plant):
                 rates |= dict(zip(names, effect.drift(m), strict=True))
         return rates
 
+    def _whole_inertia(self) -> Scalar:
+        """Inertia that the drive turns: that of the axis, of a joint with the motor's behind its gear [kg m2]."""
+        inertia = self.numbers["axis.inertia"]
+        if "motor.inertia" in self.numbers:
+            inertia = inertia + self._ratio() ** 2 * self.numbers["motor.inertia"]
+        return inertia
+
     def _axis_inertia(self) -> Scalar:
         """Inertia that the axis's own friction acts on."""
-        inertia = self.numbers["axis.inertia"]
+        inertia = self._whole_inertia()
         for effect in self.on(Coupling):
             inertia = inertia * (1.0 - effect.share())
         return inertia
@@ -297,7 +347,7 @@ class OneAxis(Plant):
         """
         states, n = self.structure.states, self.numbers
         found: list[tuple[Body, list]] = []
-        coupled = {f"{effect.name}:slip": effect.share() * n["axis.inertia"] for effect in self.on(Coupling)}
+        coupled = {f"{effect.name}:slip": effect.share() * self._whole_inertia() for effect in self.on(Coupling)}
         if self.structure.has_wheel and (dry := self.on(WheelDry)):
             J = n["wheel.inertia"]
             enters = {"Omega": -1.0 / J}
@@ -392,11 +442,64 @@ class OneAxis(Plant):
         angle, rate = OUTPUTS[:2] if self.structure.has_axis else OUTPUTS[2:4]
         age = self.age()
         if seen is not None and age is not None:
-            m = self.motion(t - age, seen, u)
-            reading[angle], reading[rate] = (m.psi, m.w) if self.structure.has_axis else (m.theta, m.Omega)
+            m, x = self.motion(t - age, seen, u), seen
+        reading[angle], reading[rate] = self._at_encoder(m, x)
         for effect in self.on(Encoder):
             reading[angle], reading[rate] = effect.read(reading[angle], reading[rate], m)
         return tuple(reading[name] for name in self.structure.outputs)
+
+    def _at_encoder(self, m: Motion, x: State) -> tuple[Scalar, Scalar]:
+        """Angle [rad] and rate [rad/s] where the encoder sits that `Encoder` and `EncoderDelay` are about."""
+        if not self.structure.has_axis:
+            return m.theta, m.Omega
+        return self._encoder_side(dict(zip(self.structure.states, x, strict=True)))
+
+    def servo_reads(self, t: Scalar, x: State) -> tuple[Scalar, Scalar]:
+        """Angle and rate that a servo reads, its sensor's errors included but for its age.
+
+        Args:
+            t: Time since the run's first sample [s].
+            x: State.
+
+        Returns:
+            The angle [rad], not in counts, and the rate [rad/s].
+        """
+        m = self.motion(t, x, self.no_command())
+        angle, rate = self._at_encoder(m, x)
+        for effect in self.on(Encoder):
+            angle, rate = effect.read(angle, rate, m)
+        return angle, rate
+
+    def servo_sign(self) -> Scalar:
+        """Sign of a servo's output with which positive gains restore [1]."""
+        if self.structure.kind == "platform":
+            return jnp.sign(self.numbers["drive.gain"])
+        return -jnp.ones(()) if self.structure.kind == "reaction" else jnp.ones(())
+
+    def powered(self, on: Bool[Array, ""]) -> "OneAxis":
+        """This plant where torque may be off.
+
+        Args:
+            on: Whether current can flow `()`.
+
+        Returns:
+            The plant.
+        """
+        return replace(self, torque_on=on)
+
+    def opened(self, x: State) -> State:
+        """State with no current where torque is off.
+
+        Args:
+            x: State.
+
+        Returns:
+            The state.
+        """
+        if not self.structure.inductive:
+            return x
+        k = self.structure.states.index("i")
+        return (*x[:k], self._switched(x[k]), *x[k + 1 :])
 
 
 def one_axis(structure: Structure, numbers: Numbers) -> OneAxis:

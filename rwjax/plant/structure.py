@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES
 from rwjax.effects.parameter import parameters
-from rwjax.effects.ports import EncoderDelay, WheelDry, WheelTorque
-from rwjax.kinds import NUMBERS, half_column, of_half, on_half
+from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay, WheelDry, WheelTorque
+from rwjax.kinds import NUMBERS, SERVO, TWO_AXIS, WHEELED, half_column, of_half, on_half
 from rwjax.types import Scalar
 
 State = tuple[Scalar, ...]
@@ -15,8 +15,24 @@ State = tuple[Scalar, ...]
 Numbers = dict[str, Scalar]
 """Values by dotted name: `axis.inertia`, and `axis.stribeck.v_s` for parameters of effects."""
 
+LATE_TICKS = 24
+"""Ticks of a servo by which a delay within its loop is late at most."""
 OUTPUTS = ("yaw_rad", "yaw_rad_s", "wheel_rad", "wheel_rad_s", "current_A")
 """What a rig with one axis and a wheel can read, in SI."""
+
+
+class ServoStructure(NamedTuple):
+    """What decides which program is compiled of the loop between a goal and what the drive is given.
+
+    Attributes:
+        damping_on: What its gain `kd` multiplies: the rate of the "error", or the "speed".
+        period: Time between its ticks [s] in the rig file.
+        period_off_by: Factor by which the plant's period may differ from it [1].
+    """
+
+    damping_on: str
+    period: float
+    period_off_by: float
 
 
 class Structure(NamedTuple):
@@ -27,12 +43,20 @@ class Structure(NamedTuple):
         numbers: Names of the base numbers.
         inductive: Whether the current is a state; without inductance it follows from the voltage at once.
         effects: Names of the effects, in the order of the library.
+        command: What the drive is given: "voltage", "duty", "current" or "torque".
+        servo: The loop that gives it, None where the logs hold the command itself.
+        encoder_side: Side of a backlash or a coupling on which the axis's encoder sits: "link" or "motor".
+        switched: Whether torque is off at times.
     """
 
     kind: str
     numbers: tuple[str, ...]
     inductive: bool
     effects: tuple[str, ...]
+    command: str = "voltage"
+    servo: "ServoStructure | None" = None
+    encoder_side: str = "link"
+    switched: bool = False
 
     @property
     def has_axis(self) -> bool:
@@ -42,7 +66,12 @@ class Structure(NamedTuple):
     @property
     def has_wheel(self) -> bool:
         """Whether there is a motor with a wheel."""
-        return self.kind != "platform"
+        return self.kind in (*WHEELED, *TWO_AXIS)
+
+    @property
+    def has_current(self) -> bool:
+        """Whether the motor's current is known."""
+        return self.kind != "platform" and self.command != "torque"
 
     @property
     def halves(self) -> tuple["Structure", ...]:
@@ -55,9 +84,28 @@ class Structure(NamedTuple):
         if self.halves:
             return tuple(_state(name, k) for k, half in enumerate(self.halves) for name in half.states)
         axis = ("psi", "w") if self.has_axis else ()
-        wheel = (("theta", "Omega", "i") if self.inductive else ("theta", "Omega")) if self.has_wheel else ()
+        wheel = ("theta", "Omega") if self.has_wheel else ()
+        current = ("i",) if self.inductive else ()
         own = tuple(f"{effect}:{state}" for effect in self.effects for state in BY_NAME[effect].states)
-        return axis + wheel + own
+        return axis + wheel + current + own + (self._servo_states if self.servo else ())
+
+    @property
+    def _servo_states(self) -> tuple[str, ...]:
+        """Names of the states of a servo, as `plant.servo` moves them."""
+        ports = [BY_NAME[effect] for effect in self.effects]
+        late = LATE_TICKS + 1 if any(issubclass(port, CommandDelay) for port in ports) else 0
+        read = LATE_TICKS + 1 if any(issubclass(port, EncoderDelay) for port in ports) else 0
+        filters = [len(port.filter_states) for port in ports if issubclass(port, CommandFilter)]
+        names = [
+            "begun",
+            "acting",
+            *(f"given:{k}" for k in range(1 + late)),
+            *(f"read:{k}" for k in range(read)),
+            *(("seen", "slope") if f"{SERVO}.kd" in self.numbers else ()),
+            *(("integral",) if f"{SERVO}.ki" in self.numbers else ()),
+            *(f"filter:{k}" for k in range(sum(filters))),
+        ]
+        return tuple(f"{SERVO}:{name}" for name in names)
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -65,7 +113,7 @@ class Structure(NamedTuple):
         if self.halves:
             return tuple(half_column(name, k) for k, half in enumerate(self.halves) for name in half.outputs)
         axis = OUTPUTS[:2] if self.has_axis else ()
-        return axis + (OUTPUTS[2:] if self.has_wheel else ())
+        return axis + (OUTPUTS[2:4] if self.has_wheel else ()) + (OUTPUTS[4:] if self.has_current else ())
 
     @property
     def turning(self) -> tuple[tuple[str, str, str, str], ...]:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rwjax.kinds import MOTORED, TURNING, TWO_AXIS, half_column
+from rwjax.kinds import MOTORED, TURNING, TWO_AXIS, WHEELED, half_column
 
 
 class Column(NamedTuple):
@@ -23,9 +23,10 @@ COLUMNS = {
     "yaw_counts": Column("yaw_rad", TURNING + TWO_AXIS, encoder="axis"),
     "yaw_rad": Column("yaw_rad", TURNING + TWO_AXIS),
     "position_m": Column("yaw_rad", ("platform",)),
+    "position_rad": Column("yaw_rad", ("joint",)),
     "yaw_rad_s": Column("yaw_rad_s", TURNING + TWO_AXIS),
-    "wheel_counts": Column("wheel_rad", MOTORED, encoder="wheel"),
-    "wheel_rad_s": Column("wheel_rad_s", MOTORED),
+    "wheel_counts": Column("wheel_rad", WHEELED, encoder="wheel"),
+    "wheel_rad_s": Column("wheel_rad_s", WHEELED),
     "current_A": Column("current_A", MOTORED),
 }
 COLUMNS |= {

@@ -21,12 +21,40 @@ class Pwm(NamedTuple):
     volts_per_us: float
 
 
+class Servo(NamedTuple):
+    """What `[drive.servo]` says in words; its gains and times are among the rig's numbers (`kinds.SERVO`).
+
+    Attributes:
+        acts_on: What its output is: "voltage" [V], "duty" [1], "current" [A] or "torque" [N m].
+        damping_on: What its gain `kd` multiplies: the rate of the "error", or the "speed".
+        encoder_side: Side of a backlash or a coupling on which the axis's encoder sits: "link" or "motor".
+    """
+
+    acts_on: str
+    damping_on: str = "error"
+    encoder_side: str = "link"
+
+
+class Driven(NamedTuple):
+    """How a rig was driven in a set of logs (`rwjax.logs.driven`).
+
+    Attributes:
+        by: Column of the command, as `voltage_V` or `goal_rad`.
+        switched: Whether the logs say when torque was on.
+        supplied: Whether the logs hold the voltage of the supply.
+    """
+
+    by: str = "voltage_V"
+    switched: bool = False
+    supplied: bool = False
+
+
 @dataclass(frozen=True)
 class Rig:
     """A rig file, checked. Every value is in SI; names are dotted, as in `fit.free` of the file.
 
     Attributes:
-        kind: "wheel", "platform", "reaction" or "two_axis".
+        kind: One of `kinds.KINDS`.
         name: The rig's name, by default the file's.
         numbers: The plant numbers that the file holds, by the names and units of `kinds.NUMBERS`.
         free: Names of `values` that a fit estimates.
@@ -38,6 +66,8 @@ class Rig:
         counts_per_rev: Counted edges per turn [1] of the encoders, by what they sit on (`kinds.ENCODERS`).
         pwm: Map from pulse width to volts, None where the file holds none.
         columns: "position" and "pulse" -> column of a log of the thesis's layout.
+        servo: The loop between a goal and what the drive is given, None where the file describes none.
+        driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
     """
 
     kind: str
@@ -52,6 +82,8 @@ class Rig:
     counts_per_rev: dict[str, float] = field(default_factory=dict)
     pwm: Pwm | None = None
     columns: dict[str, str] = field(default_factory=dict)
+    servo: Servo | None = None
+    driven: Driven = Driven()
 
     @property
     def values(self) -> dict[str, float]:

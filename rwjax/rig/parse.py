@@ -1,5 +1,6 @@
 """The sections of a rig file that describe the hardware: from TOML values to plain values, each checked."""
 
+import json
 import math
 from itertools import product
 from typing import Any
@@ -13,11 +14,15 @@ from rwjax.kinds import (
     KINDS,
     NUMBERS,
     POLYNOMIAL,
+    SERVO,
+    SERVO_CHOICES,
     THESIS_CHOICES,
 )
 from rwjax.rig.document import number, shown
-from rwjax.rig.model import Pwm
+from rwjax.rig.model import Pwm, Servo
 
+PERIOD = 1e-3
+"""Time between a servo's ticks where the rig file does not say [s]."""
 _TOGETHER = (
     ("friction.static", "friction.stribeck_velocity"),
     ("friction.stribeck_velocity", "friction.static"),
@@ -41,7 +46,7 @@ def kind(leaves: dict[str, Any]) -> str:
     found = leaves.pop("kind", None)
     if found not in KINDS:
         said = "no `kind`" if found is None else f"`kind` is {shown(found)}"
-        raise RigError(f'{said}; write kind = "wheel", "platform", "reaction" or "two_axis"')
+        raise RigError(f'{said}; write kind = "wheel", "platform", "reaction", "joint" or "two_axis"')
     return found
 
 
@@ -70,13 +75,15 @@ def numbers(leaves: dict[str, Any], kind: str) -> dict[str, float]:
         given |= dict(zip(COEFFICIENTS, coefficients, strict=True))
     checked = {name: number(name, value, NUMBERS[name].sign, NUMBERS[name].unit) for name, value in given.items()}
     _check_together(checked, kind)
+    if any(name.startswith(f"{SERVO}.") for name in leaves):
+        checked.setdefault(f"{SERVO}.period", PERIOD)
     return checked
 
 
 def _check_together(numbers: dict[str, float], kind: str) -> None:
     """`RigError` where a number that the kind needs is missing, or one that another number needs."""
     for name, n in NUMBERS.items():
-        if n.required and kind in n.kinds and name not in numbers:
+        if kind in n.required and name not in numbers:
             section, _, key = name.rpartition(".")
             missing = f"no `{name}` ({n.symbol}, {n.unit}), which a `{kind}` rig needs"
             raise RigError(f"{missing}; write {key} = … under [{section}]")
@@ -110,11 +117,14 @@ def _check_decay(numbers: dict[str, float]) -> None:
     ):
         R, L, J = (numbers.get(key, 0.0) for key in (f"{motor}.resistance", f"{motor}.inductance", f"{wheel}.inertia"))
         K, b = numbers.get(f"{motor}.torque_constant", 0.0), numbers.get(f"{motor}.friction", 0.0)
+        N = 0.0 if J or axis != "axis" else numbers.get("gear.ratio", 1.0)
+        I = numbers.get(f"{axis}.inertia", 0.0) + N * N * numbers.get(f"{motor}.inertia", 0.0)
         decays = {
             f"R/L of `{motor}`": (R, L),
             f"K²/(R J) of `{motor}` and `{wheel}`": (K * K, R * J),
             f"b/J of `{motor}` and `{wheel}`": (b, J),
-            f"b/I of `{axis}`": (numbers.get(f"{axis}.friction.viscous", 0.0), numbers.get(f"{axis}.inertia", 0.0)),
+            f"K²N²/(R (I + N² J)) of `{motor}`, `gear` and `{axis}`": (N * N * K * K, R * I if N else 0.0),
+            f"b/I of `{axis}`": (numbers.get(f"{axis}.friction.viscous", 0.0), I),
         }
         for what, (over, under) in decays.items():
             if under > 0.0 and over > FASTEST_DECAY * under:
@@ -156,6 +166,31 @@ def pwm(leaves: dict[str, Any]) -> Pwm | None:
         raise RigError(f"`drive.pwm` has no `{missing}`; write pwm = {{ neutral_us = 1500, volts_per_us = 0.02 }}")
     known = {"neutral_us": ("positive", "us"), "volts_per_us": ("different from zero", "V/us")}
     return Pwm(**{key: number(f"drive.pwm.{key}", value, *known[key]) for key, value in given.items()})
+
+
+def servo(leaves: dict[str, Any]) -> Servo | None:
+    """What `[drive.servo]` says in words.
+
+    Args:
+        leaves: Values of the file by dotted name.
+
+    Returns:
+        The words, None where the file holds no servo.
+
+    Raises:
+        RigError: Where a word is unknown, or the section lacks what every servo needs.
+    """
+    if not any(name.startswith(f"{SERVO}.") for name in leaves):
+        return None
+    found = {}
+    for key, words in SERVO_CHOICES.items():
+        value = found[key] = leaves.get(f"{SERVO}.{key}", None if key == "acts_on" else words[0])
+        if value not in words:
+            said = f"no `{SERVO}.{key}`" if value is None else f"`{SERVO}.{key}` is {shown(value)}"
+            raise RigError(f"{said}; write {key} = {' or '.join(map(json.dumps, words))} under [{SERVO}]")
+    if f"{SERVO}.kp" not in leaves:
+        raise RigError(f"no `{SERVO}.kp`, the servo's gain per rad of error; write kp = … under [{SERVO}]")
+    return Servo(**found)
 
 
 def counts_per_rev(leaves: dict[str, Any]) -> dict[str, float]:

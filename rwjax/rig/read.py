@@ -99,5 +99,6 @@ def _rig(parsed: dict[str, Any], stem: str) -> Rig:
         counts_per_rev=parse.counts_per_rev(leaves),
         pwm=parse.pwm(leaves),
         columns=parse.columns(leaves),
+        servo=parse.servo(leaves),
     )
     return replace(rig, **fit_section(leaves, tables, rig.values, kind)._asdict())

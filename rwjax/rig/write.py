@@ -6,7 +6,7 @@ from typing import Any
 import tomlkit
 
 from rwjax.errors import RigError
-from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, encoder_section
+from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section
 from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.model import Rig
 from rwjax.rig.read import parse_rig
@@ -15,6 +15,7 @@ _ORDER = (
     "kind",
     "name",
     "motor",
+    "gear",
     "wheel",
     "drive",
     "axis",
@@ -74,6 +75,9 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
             coefficients,
             "b3, b2, b1, b0; N m over |w|^0 to |w|^3, w in rad/s",
         )
+    if rig.servo is not None:
+        for key, word in rig.servo._asdict().items():
+            yield (*SERVO.split("."), key), word, ""
     if rig.pwm is not None:
         pwm = tomlkit.inline_table()
         pwm.update(rig.pwm._asdict())
