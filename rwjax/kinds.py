@@ -204,6 +204,10 @@ SERVO_CHOICES = {
     "encoder_side": ("link", "motor"),
 }
 """Settings of a servo that are words, each with its words; the first one where the file says nothing."""
+GIVEN = {"voltage_V": "voltage", "duty": "duty", "command_A": "current", "command_Nm": "torque"}
+"""What the drive is given, by the column of the command; with a goal the servo says it."""
+GOAL = "goal_rad"
+"""Column of a servo's goal."""
 POLYNOMIAL = "axis.friction.polynomial"
 """Key of the friction polynomial in the file: a list of the four numbers `COEFFICIENTS`."""
 COEFFICIENTS = tuple(f"axis.friction.{b}" for b in ("b3", "b2", "b1", "b0"))

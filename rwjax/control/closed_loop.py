@@ -16,6 +16,7 @@ from rwjax.control.transfer import transfer
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandFilter, Coupling
 from rwjax.errors import InputError
+from rwjax.plant import servo
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.one_axis import OneAxis
@@ -90,15 +91,14 @@ def closed_loop(
     def sample(state: _LoopState, wanted: Scalar) -> tuple[_LoopState, tuple]:
         t, x, before, slope, integral, held = state
         error = wanted - _reading(plant, timing, t, x, held[-1])
-        slope = (c.filter_time * slope + error - before) / (c.filter_time + timing.period)
+        slope = servo.slope(slope, before, error, c.filter_time, timing.period)
         feedforward = c.feedforward * jnp.where(jnp.abs(error) > c.deadband, jnp.sign(error), 0.0)
         asked = c.kp * error + c.ki * integral + c.kd * slope + feedforward
         given = jnp.clip(asked, -c.voltage_limit, c.voltage_limit)
         new = sign * given
         if wheel is not None:
             new = _wheel_rate_held(plant, controller, new, x[wheel])
-        winds_up = (sign * new != asked) & (jnp.sign(asked) == jnp.sign(error))
-        integral = integral + jnp.where(winds_up, 0.0, timing.period * error)
+        integral = servo.integral(integral, error, asked, sign * new, timing.period)
         seen = (
             x[states.index("psi")],
             x[states.index("w")],

@@ -60,7 +60,7 @@ def _shown(rival: Rival, train: Sequence[int]) -> Envelope:
         for k in train
     ]
     most = {name: max(float(np.max(np.abs(run[name]))) for run in moved) for name in moved[0]}
-    return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
+    return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].at_drive))) for k in train), most)
 
 
 def _simulated(

@@ -45,7 +45,7 @@ def remarks(
     known = set() if rig.kind in TWO_AXIS else thresholds(rig.kind)  # of one command
     widths = [(name.rpartition(".")[0], f.numbers()[name]) for f in fits for name in f.free if name in known]
     if widths:
-        sizes = np.unique(np.abs(np.concatenate([logs[k].command for k in train])))
+        sizes = np.unique(np.abs(np.concatenate([logs[k].at_drive for k in train])))
         found += _on_threshold(*widths[0], sizes, limits)
     if diverged:
         found.append(

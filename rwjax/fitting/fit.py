@@ -17,8 +17,10 @@ from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.kinds import RANGES
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
+from rwjax.plant.structure import Structure
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
@@ -74,8 +76,10 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
         RigError: Nothing is free, or the best free run goes further than any rig.
         LogError: No log may be fitted.
     """
+    rig, logs = driven(rig, logs)
     train = to_fit(rig, logs)
     structure = structure_of(rig)
+    _check_free(rig, structure)
     problem = pose(
         structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine, solver=solver.suited(rig, train)
     )
@@ -105,6 +109,15 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
     interval, of_intervals = intervals(best, found, bootstrap)
     fitted = _estimated_rig(rig, best, found)
     return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
+
+
+def _check_free(rig: Rig, structure: Structure) -> None:
+    """`RigError` for a free number that acts on nothing, as logs say how the rig was driven."""
+    if idle := [name for name in rig.free if name not in structure.names]:
+        raise RigError(
+            f"rig `{rig.name}`: `{idle[0]}` is free, and acts on nothing where the logs hold `{rig.driven.by}` and the drive is "
+            f"given a {structure.command}; take it out of `fit.free`"
+        )
 
 
 def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray]) -> Fit:

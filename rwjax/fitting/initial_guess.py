@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rwjax.kinds import is_angle
+from rwjax.kinds import SERVO, is_angle
 from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
 from rwjax.plant.structure import Structure
@@ -13,6 +13,8 @@ NO_COMMAND = 1e-3
 """Voltage below which there is no command [V]."""
 SWING = 3.0
 """Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves [1]."""
+INTEGRAL = f"{SERVO}:integral"
+"""State of a servo that the run before its first sample has left behind."""
 MOVES = 3.5
 """Standard errors of a mean or a slope above which it differs from zero [1]."""
 
@@ -53,7 +55,7 @@ def starts_at_rest(log: Log) -> bool:
         True where the run starts at rest.
     """
     early = first_half_second(log)
-    if np.max(np.abs(log.command[early])) > NO_COMMAND:
+    if np.max(np.abs(log.at_drive[early])) > NO_COMMAND:
         return False
     for name, value in log.outputs.items():
         if name.startswith("current"):
@@ -104,4 +106,6 @@ def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.
         if not rest:
             guess[i] = _line(log, name)[0] if name in log.outputs else 0.0
             free[i] = True
+    if INTEGRAL in free:
+        free[INTEGRAL] = not rest
     return np.array(list(guess.values())), np.array(list(free.values()))

@@ -6,6 +6,7 @@ from rwjax.errors import RigError
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.kinds import RANGES
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.columns import unit_of
@@ -31,6 +32,7 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT) -> Trajectory:
     Raises:
         RigError: Where the run goes further than any rig, or is not finite.
     """
+    rig, (log,) = driven(rig, (log,))
     structure = structure_of(rig)
     problem = pose(structure, (log,), solver=solver.suited(rig, (log,)))
     outputs = predict_logs(problem, theta_of(rig, structure), with_floor=False)[0].outputs

@@ -6,7 +6,7 @@ import numpy as np
 
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
-from rwjax.kinds import HALVES, of_half
+from rwjax.kinds import GIVEN, HALVES, SERVO, of_half
 from rwjax.logs.half_log import half_log
 from rwjax.logs.log import Log
 from rwjax.plant.structure import Structure
@@ -38,11 +38,11 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         Typical command [V], torque [N m], rates [rad/s], current [A], angles [rad], and quotients of these.
     """
     n = rig.numbers
-    command = max(float(np.sqrt(np.mean(np.concatenate([log.command for log in logs]) ** 2))), 1e-9)
-    gain = abs(n["drive.gain"]) if rig.kind == "platform" else n["motor.torque_constant"] / n["motor.resistance"]
+    command = max(float(np.sqrt(np.mean(np.concatenate([log.at_drive for log in logs]) ** 2))), 1e-9)
+    gain = _torque_per_command(rig)
     rate = max([*(fastest for log in logs if (fastest := _fastest(log)) is not None), 1e-3])
     angles = np.concatenate([log.outputs["yaw_rad"] for log in logs if "yaw_rad" in log.outputs] or [np.zeros(1)])
-    peak = max(float(np.max(np.abs(log.command), initial=0.0)) for log in logs)
+    peak = max(float(np.max(np.abs(log.at_drive), initial=0.0)) for log in logs)
     currents = [float(np.nanmax(np.abs(log.outputs["current_A"]))) for log in logs if "current_A" in log.outputs]
     ampere = command / n.get("motor.resistance", 1.0)
     spin = command / n.get("motor.torque_constant", 1.0)
@@ -68,6 +68,19 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
     }
 
 
+def _torque_per_command(rig: Rig) -> float:
+    """Torque of a motor that stands still, or of a joint behind its gear, for what its drive is given [N m/V, N m/A or 1]."""
+    n, ratio = rig.numbers, rig.numbers.get("gear.ratio", 1.0)
+    given = GIVEN.get(rig.driven.by) or (rig.servo.acts_on if rig.servo is not None else "voltage")
+    if rig.kind == "platform":
+        return abs(n["drive.gain"])
+    if given == "torque":
+        return 1.0
+    amperes = 1.0 if given == "current" else 1.0 / n["motor.resistance"]
+    volts = n.get("drive.supply", 1.0) if given == "duty" and not rig.driven.supplied else 1.0
+    return n["motor.torque_constant"] * amperes * volts * ratio
+
+
 def scales_for(rig: Rig, logs: Sequence[Log]) -> Callable[[str], dict[str, float]]:
     """`scales` for a number or an effect by its name.
 
@@ -91,6 +104,14 @@ def scales_for(rig: Rig, logs: Sequence[Log]) -> Callable[[str], dict[str, float
     return sizes
 
 
+def _size_in_servo(rig: Rig, name: str) -> float:
+    """Typical size of a number of a servo, whose value may be 0 [SI]."""
+    kp, period = rig.numbers[f"{SERVO}.kp"], rig.numbers[f"{SERVO}.period"]
+    return {"ki": 10.0 * kp, "kd": kp * period, "derivative_filter": period, "phase": period}.get(
+        name.removeprefix(f"{SERVO}."), 0.0
+    )
+
+
 def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[Log]) -> np.ndarray:
     """Size of every number: its own, or a tenth of what is typical of its kind where that is larger.
 
@@ -111,6 +132,7 @@ def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[L
             least = typical["torque"] if name.endswith(("coulomb", "static", "b3", "torque")) else 0.0
             least = typical["torque_per_rate"] if name.endswith(".friction.viscous") else least
             least = typical["inertial"] if name.startswith("gimbal.") else least
+            least = _size_in_servo(rig, name) if name.startswith(f"{SERVO}.") else least
         else:
             effect, _, parameter = name.rpartition(".")
             least = abs(typical[parameters(BY_NAME[effect])[parameter].scale])

@@ -26,6 +26,7 @@ class Log:
         earlier: Time [s] (m,) and command (m,) or (m, 2) of the run's samples before a cut.
         input: Column of the command, one of `columns.COMMANDS`.
         enabled: Whether torque was on (n,), None where it always was.
+        acting: What a servo gave its drive (n,) [V, 1, A or N m], worked out from the readings; None where the command says it.
     """
 
     name: str
@@ -42,6 +43,12 @@ class Log:
     earlier: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0))
     input: str = "voltage_V"
     enabled: np.ndarray | None = None
+    acting: np.ndarray | None = None
+
+    @property
+    def at_drive(self) -> np.ndarray:
+        """What the drive was given (n,), of a two-axis rig (n, 2): the command, or as nearly as readings tell what a servo gave."""
+        return self.command if self.acting is None else self.acting
 
     def remarks(self) -> list[str]:
         """What a user should know about the readings.
@@ -75,6 +82,7 @@ class Log:
             outputs={name: y[first:last] for name, y in self.outputs.items()},
             supply=None if self.supply is None else self.supply[first:last],
             enabled=None if self.enabled is None else self.enabled[first:last],
+            acting=None if self.acting is None else self.acting[first:last],
             left_out=_within(self.left_out, self.time[first], self.time[last - 1]),
             earlier=(
                 np.append(self.earlier[0], self.time[:first]),

@@ -8,9 +8,9 @@ from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import CommandDelay, EncoderDelay
-from rwjax.kinds import NUMBERS, SERVO
+from rwjax.kinds import GIVEN, GOAL, NUMBERS, SERVO
 from rwjax.plant.structure import LATE_TICKS, ServoStructure, Structure
-from rwjax.rig.model import Rig
+from rwjax.rig.model import Rig, Servo
 
 ABSENT_IS_ZERO = {
     "wheel": ("motor.friction",),
@@ -22,8 +22,6 @@ ABSENT_IS_ZERO = {
 """Numbers by kind of rig that a plant has in any case, 0 where the rig file leaves them out."""
 SMALLEST = 1e-12
 """Lower bound of a number that has to be positive, in its own SI unit."""
-GIVEN = {"voltage_V": "voltage", "duty": "duty", "command_A": "current", "command_Nm": "torque"}
-"""What the drive is given, by the column of the command."""
 NOT_BY = {
     "current": ("motor.resistance", "motor.inductance"),
     "torque": ("motor.resistance", "motor.inductance", "motor.torque_constant"),
@@ -47,8 +45,8 @@ def structure_of(rig: Rig) -> Structure:
     names -= {name for name, value in rig.numbers.items() if name.endswith(".inductance") and not value > 0.0}
     if command != "duty" or rig.driven.supplied:
         names.discard("drive.supply")
-    closed = rig.servo is not None and rig.driven.by == "goal_rad"
-    if not closed:
+    servo = _servo(rig, rig.servo) if rig.servo is not None and rig.driven.by == GOAL else None
+    if servo is None:
         names -= {name for name in names if name.startswith(f"{SERVO}.")}
     inductive = "motor.inductance" in names
     names |= {name.replace("torque", "angle") for name in names if name.endswith(".gravity.torque")}
@@ -59,7 +57,7 @@ def structure_of(rig: Rig) -> Structure:
         inductive,
         (),
         command=command,
-        servo=_servo(rig) if closed else None,
+        servo=servo,
         encoder_side=rig.servo.encoder_side if rig.servo is not None else "link",
         switched=rig.driven.switched,
     ).with_effects(*rig.effects)
@@ -67,18 +65,16 @@ def structure_of(rig: Rig) -> Structure:
 
 def _given(rig: Rig) -> str:
     """What the drive is given."""
-    if rig.driven.by != "goal_rad":
-        # a duty beside the supply's logged voltage is a voltage
-        given = GIVEN[rig.driven.by]
-        return "voltage" if given == "duty" and rig.driven.supplied else given
+    if rig.driven.by != GOAL:
+        return GIVEN[rig.driven.by]
     return rig.servo.acts_on if rig.servo is not None else "voltage"
 
 
-def _servo(rig: Rig) -> ServoStructure:
+def _servo(rig: Rig, servo: Servo) -> ServoStructure:
     """The static part of a rig's servo."""
     name = f"{SERVO}.period"
     moves = name in {*rig.free, *rig.per_run}
-    return ServoStructure(rig.servo.damping_on, rig.numbers[name], PERIOD_OFF_BY if moves else 1.0)
+    return ServoStructure(servo.damping_on, rig.numbers[name], PERIOD_OFF_BY if moves else 1.0)
 
 
 def theta_of(rig: Rig, structure: Structure) -> np.ndarray:

@@ -270,8 +270,6 @@ class OneAxis(Plant):
             for effect in self.on(Coupling):
                 rates[f"{effect.name}:twist"] = effect.mine(m)[1]
                 rates[f"{effect.name}:slip"] -= rates["w"]
-        if self.structure.servo is not None:  # a servo moves its states from tick to tick
-            rates |= {name: shaft for name in self.structure.states if name not in rates}
         return tuple(rates[name] for name in self.structure.states)
 
     def wheel_torque(self, m: Motion) -> Scalar:
@@ -469,6 +467,14 @@ class OneAxis(Plant):
         for effect in self.on(Encoder):
             angle, rate = effect.read(angle, rate, m)
         return angle, rate
+
+    def without_servo(self) -> "OneAxis":
+        """This plant without the states of its servo, which change from tick to tick."""
+        return replace(self, structure=self.structure._replace(servo=None))
+
+    def goal_delay(self) -> Scalar:
+        """Time by which a servo's goal acts late [s]."""
+        return jnp.zeros(())
 
     def servo_sign(self) -> Scalar:
         """Sign of a servo's output with which positive gains restore [1]."""

@@ -46,7 +46,7 @@ class Tick(NamedTuple):
     on: Bool[Array, "*s"]
 
 
-def slope(before: Scalar, last: Scalar, now: Scalar, filter_time: Scalar, period: Scalar | float) -> Scalar:
+def slope(before: Scalar, last: Scalar, now: Scalar, filter_time: Scalar | float, period: Scalar | float) -> Scalar:
     """Filtered rate of a signal at a sample.
 
     Args:
@@ -79,6 +79,18 @@ def integral(before: Scalar, error: Scalar, asked: Scalar, given: Scalar, period
     return before + jnp.where(winds_up, 0.0, period * error)
 
 
+def outputs_at_once(plant: OneAxis) -> int:
+    """How many outputs of a servo may act within one step, those that are late included.
+
+    Args:
+        plant: A plant with a servo.
+
+    Returns:
+        The number [1].
+    """
+    return 1 + sum(name.startswith(f"{OWN}given:") for name in plant.structure.states)
+
+
 def acted(plant: OneAxis, t: Scalar, x: State, tick: Tick, h: Scalar) -> tuple[State, Scalar]:
     """What a servo makes act over one step.
 
@@ -101,11 +113,12 @@ def acted(plant: OneAxis, t: Scalar, x: State, tick: Tick, h: Scalar) -> tuple[S
     now = tick.ticks | ~begun
     position, rate = plant.servo_reads(t, _moved(plant, x, jnp.where(tick.ticks, tick.part, 0.0) * h))
     T = plant.numbers[f"{SERVO}.period"]
-    if read := _line(memory, "read"):
+    read, age = _line(memory, "read"), plant.age()
+    if age is not None:
         past = [jnp.where(begun, value, position - (k + 1) * T * rate) for k, value in enumerate(read)]
         seen = _shifted(past, position, now)
         memory |= _as_line("read", seen[:-1])
-        position = _late(seen, plant.age() / T)
+        position = _late(seen, age / T)
     memory, output = _output(plant, memory, tick, position, rate)
     held = [jnp.where(begun, value, output) for value in _line(memory, "given")]
     line = _shifted(held, output, now)
@@ -141,7 +154,9 @@ def _late(line: list[Scalar], age: Scalar) -> Scalar:
 def _moved(plant: OneAxis, x: State, after: Scalar) -> State:
     """State in which every angle has gone on at its rate for a time [s]."""
     names, moved = plant.structure.states, list(x)
-    rate_of = {"psi": "w", "theta": "Omega"} | {name: name.replace(":twist", ":slip") for name in names if ":twist" in name}
+    rate_of = {"psi": "w", "theta": "Omega"} | {
+        name: name.replace(":twist", ":slip") for name in names if ":twist" in name
+    }
     for angle, rate in rate_of.items():
         if angle in names:
             moved[names.index(angle)] += after * x[names.index(rate)]
@@ -153,7 +168,8 @@ def _output(plant: OneAxis, memory: Memory, tick: Tick, position: Scalar, rate: 
 
     Its memory stays as it is between ticks.
     """
-    n, servo = {key.removeprefix(f"{SERVO}."): value for key, value in plant.numbers.items()}, plant.structure.servo
+    n = {key.removeprefix(f"{SERVO}."): value for key, value in plant.numbers.items()}
+    damps_error = plant.structure.servo is not None and plant.structure.servo.damping_on == "error"
     begun = memory["begun"] > 0.0
     now, T = tick.ticks | ~begun, n["period"]
     error = tick.goal - position
@@ -161,7 +177,7 @@ def _output(plant: OneAxis, memory: Memory, tick: Tick, position: Scalar, rate: 
         error = jnp.clip(error, -n["error_limit"], n["error_limit"])
     asked = n["kp"] * error
     if "slope" in memory:
-        damped = error if servo.damping_on == "error" else -position
+        damped = error if damps_error else -position
         last, before = jnp.where(begun, memory["seen"], damped + T * rate), jnp.where(begun, memory["slope"], -rate)
         s = slope(before, last, damped, n.get("derivative_filter", jnp.zeros(())), T)
         asked = asked + n["kd"] * s

@@ -83,7 +83,7 @@ class Rig:
     pwm: Pwm | None = None
     columns: dict[str, str] = field(default_factory=dict)
     servo: Servo | None = None
-    driven: Driven = Driven()
+    driven: Driven = field(default_factory=Driven)
 
     @property
     def values(self) -> dict[str, float]:

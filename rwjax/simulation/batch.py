@@ -13,7 +13,10 @@ class Batch(NamedTuple):
 
     Attributes:
         t_command: Times between which the samples of the command are held `(l, k+1)` [s]; those before a cut are below 0.
-        u_command: Samples of the command `(l, k)`, of rigs with two commands `(l, k, 2)` [V].
+        u_command: Samples of the command `(l, k)`, of rigs with two commands `(l, k, 2)` [V, 1, A, N m or rad].
+        enabled: Whether torque is on from a sample of the command on `(l, k)`; `(l, 0)` where it always is.
+        supply: Voltage of the supply from a sample of the command on `(l, k)` [V]; `(l, 0)` where a servo needs none.
+        clock: Time of each log's first sample on the clock by which a servo ticks `(l,)` [s].
         held: Sample of the command that is held at every grid point, from `EARLIEST` before the log on `(l, g)`.
         sample_index: As long as the most samples between two grid points; only its length matters.
         h: Grid step `(l,)` [s].
@@ -32,6 +35,9 @@ class Batch(NamedTuple):
 
     t_command: np.ndarray
     u_command: np.ndarray
+    enabled: np.ndarray
+    supply: np.ndarray
+    clock: np.ndarray
     held: np.ndarray
     sample_index: np.ndarray
     h: np.ndarray

@@ -1,12 +1,49 @@
 """What acts on a plant in time: the logged command after the drive, over every time step and at every reading."""
 
+from typing import Any, NamedTuple
+
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
+from rwjax.kinds import SERVO
+from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.plant import Drive, Plant
+from rwjax.plant.servo import Tick, outputs_at_once
 from rwjax.simulation.batch import Batch
 from rwjax.types import Scalar
+
+ON_TIME = 1e-6
+"""Part of a step by which a servo's tick may be off a grid point and still counts as on it [1]."""
+
+
+class Switched(NamedTuple):
+    """What acts over steps of time where torque may be off.
+
+    Attributes:
+        u: Mean voltage over every step `(s,)` [V], or current [A] or torque [N m].
+        on: Whether current can flow `(s,)`.
+    """
+
+    u: Float[Array, " s"]
+    on: Bool[Array, " s"]
+
+
+def given(plant: Plant, run: Batch) -> tuple[Any, Float[Array, "w q *channels"]]:
+    """What moves a plant besides its state: the command, or a servo's goal, and whether torque is on.
+
+    Args:
+        plant: The plant of the log.
+        run: One log of a batch.
+
+    Returns:
+        Over every grid step of the log and of its last window's overlap, arrays with a first axis of steps: `commands`, `Switched`
+        or `Tick`; and the voltage at every reading, of no meaning where a servo gives it.
+    """
+    if isinstance(plant, OneAxis) and plant.structure.servo is not None:
+        return _ticks(plant, run), jnp.zeros(run.slot_step.shape)
+    steps, at_reading = commands(plant, run)
+    return (Switched(steps, _on(run)), at_reading) if plant.structure.switched else (steps, at_reading)
 
 
 def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "s *channels"], Float[Array, "w q *channels"]]:
@@ -29,34 +66,57 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "s *channels"], Flo
     )
 
 
+def _grid(run: Batch) -> Int[Array, " s"]:
+    """Numbers of the grid points of one log, those of its last window's overlap and the end included."""
+    return jnp.arange(run.slot_step.shape[0] * run.step_index.shape[0] + len(run.overlap_index) + 1)
+
+
+def _early(run: Batch) -> int:
+    """Grid points before the first one at which a command is known to be held."""
+    return run.held.shape[0] - (run.slot_step.shape[0] * run.step_index.shape[0] + len(run.overlap_index) + 1)
+
+
+class _Held(NamedTuple):
+    """The command of a log as an area: its integral over time up to samples, and to any time."""
+
+    run: Batch
+    u: Float[Array, " k"]
+    area: Float[Array, " k1"]
+
+    def until(self, time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
+        """Area of the command up to some times, given the grid points before them."""
+        t = jnp.asarray(self.run.t_command)
+        i = jnp.asarray(self.run.held)[point + _early(self.run)]
+        for _ in self.run.sample_index if between else ():
+            i = jnp.where(t[i + 1] <= time, i + 1, i)
+        return self.area[i] + self.u[i] * (time - t[i])  # the first command is taken to have been held before the log
+
+    def any_until(self, time: Float[Array, " s"]) -> Float[Array, " s"]:
+        """`until` any time."""
+        first, last = -_early(self.run), self.run.held.shape[0] - _early(self.run) - 1
+        point = jnp.clip(jnp.floor(time / jnp.asarray(self.run.h)).astype(int), first, last)
+        return self.until(time, point, True)
+
+
+def _held_command(run: Batch, u: Float[Array, " k"]) -> _Held:
+    """A command held between the samples of one log."""
+    return _Held(run, u, jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(jnp.asarray(run.t_command)))]))
+
+
 def _of_channel(
     drive: Drive, command: Float[Array, " k"], run: Batch, pace: Scalar | float
 ) -> tuple[Float[Array, " s"], Float[Array, "w q"]]:
     """`commands` of one channel."""
     t, h, slot_step = jnp.asarray(run.t_command), jnp.asarray(run.h), jnp.asarray(run.slot_step)
     W, m = slot_step.shape[0], run.step_index.shape[0]
-    u = jax.vmap(drive.act)(jnp.asarray(command))
+    held = _held_command(run, jax.vmap(drive.act)(jnp.asarray(command)))
     delay = drive.delay()
-    area = jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(t))])
-
-    held = jnp.asarray(run.held)
-    early = held.shape[0] - (W * m + len(run.overlap_index) + 1)
-
-    def until(time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
-        """Area of the command up to some times, given the grid points before them."""
-        i = held[point + early]
-        for _ in run.sample_index if between else ():
-            i = jnp.where(t[i + 1] <= time, i + 1, i)
-        return area[i] + u[i] * (time - t[i])  # the first command is taken to have been held before the log
 
     def acting(time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
-        """`until` of the delayed command."""
-        if delay is None:
-            return until(time, point, between)
-        late = time - delay
-        return until(late, jnp.clip(jnp.floor(late / h).astype(int), -early, held.shape[0] - early - 1), True)
+        """Area of the delayed command."""
+        return held.until(time, point, between) if delay is None else held.any_until(time - delay)
 
-    grid = jnp.arange(W * m + len(run.overlap_index) + 1)
+    grid = _grid(run)
     steps = drive.follow(jnp.diff(acting(h * grid.astype(float), grid, False)) / h, h * pace)
     point = (m * jnp.arange(W)[:, None] + slot_step).ravel()
     sample = h * (point.astype(float) + jnp.asarray(run.slot_part).ravel())
@@ -66,3 +126,47 @@ def _of_channel(
     if drive.filters:  # a voltage that lags does not jump between steps
         readings = steps[point]
     return steps, readings.reshape(W, -1)
+
+
+def _on(run: Batch) -> Bool[Array, " s"]:
+    """Whether current can flow in every grid step of one log."""
+    held = jnp.asarray(run.held)[_early(run) : -1]
+    return jnp.asarray(run.enabled)[held] > 0.0 if run.enabled.size else jnp.ones(held.shape, bool)
+
+
+def _ticks(plant: OneAxis, run: Batch) -> Tick:
+    """What a servo is told in every grid step of one log.
+
+    A goal counts by its mean over the period that begins at the tick, so that a delay of it moves the motion continuously. It is
+    exact where samples of the log fall on ticks.
+    """
+    h, pace, n = jnp.asarray(run.h), plant.pace(), plant.numbers
+    T = n[f"{SERVO}.period"] / pace
+    since = jnp.asarray(run.clock) - n.get(f"{SERVO}.phase", jnp.zeros(()))
+    q = _snapped((since + h * _grid(run).astype(float)) / T)  # ticks that a grid point has behind it
+    last = jnp.ceil(q) - 1.0
+    begin, end, tick = q[:-1], q[1:], last[1:]
+    step = h / T
+    delay = plant.delay()
+    late = 0.0 if delay is None else delay / pace / T
+    count = jnp.arange(outputs_at_once(plant), dtype=float)
+    lower = jnp.where(count == count[-1], -jnp.inf, tick[:, None] - count)
+    upper = jnp.where(count == 0.0, jnp.inf, tick[:, None] - count + 1.0)
+    share = jnp.minimum((end - late)[:, None], upper) - jnp.maximum((begin - late)[:, None], lower)
+    goal, at = _held_command(run, jnp.asarray(run.u_command)), tick * T - since
+    wait = plant.goal_delay() / pace
+    held = jnp.asarray(run.held)[_early(run) : -1]
+    return Tick(
+        ticks=tick > last[:-1],
+        part=jnp.clip((tick - begin) / step, 0.0, 1.0),
+        goal=(goal.any_until(at + T - wait) - goal.any_until(at - wait)) / T,
+        supply=jnp.asarray(run.supply)[held] if run.supply.size else jnp.ones(held.shape),
+        share=jnp.maximum(share, 0.0) / step,
+        on=_on(run),
+    )
+
+
+def _snapped(q: Float[Array, " s"]) -> Float[Array, " s"]:
+    """Times in ticks, those that rounding alone keeps off a tick put onto it; derivatives are those of the times."""
+    whole = jnp.round(q)
+    return q + jax.lax.stop_gradient(jnp.where(jnp.abs(q - whole) < ON_TIME, whole - q, 0.0))

@@ -13,7 +13,7 @@ import numpy as np
 from rwjax.errors import LogError
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log, with_earlier
-from rwjax.plant.structure import Structure
+from rwjax.plant.structure import ServoStructure, Structure
 from rwjax.simulation.batch import Batch
 
 LONGEST_STEP = 5e-3
@@ -55,21 +55,30 @@ def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
     return np.repeat(np.where(length > LONGEST_RUN, 1.0 / length, 1.0), length)
 
 
-def _steps_of(log: Log, refine: int) -> tuple[float, int]:
-    """Grid step of one log [s], and how many of them it has."""
+def _steps_of(log: Log, refine: int, servo: ServoStructure | None) -> tuple[float, int]:
+    """Grid step of one log [s], and how many of them it has. With a servo steps begin at its ticks, and in equal parts between them."""
+    if servo is not None:
+        parts = refine * int(np.ceil(max(servo.period / LONGEST_STEP, servo.period_off_by) - 1e-9))
+        h = servo.period / parts
+        return h, _counted(log, h, max(1, int(np.ceil((log.time[-1] - log.time[0]) / h - 1e-6))))
     dt = float(np.median(np.diff(log.time)))
     if log.outputs and all(map(is_angle, log.outputs)):
         dt *= max(1, int(LONGEST_STEP / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
     h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
     span = log.time[-1] - log.time[0]
-    steps = max(1, round(span / h))
+    steps = _counted(log, h, max(1, round(span / h)))
+    return span / steps, steps  # regular samples fall on grid points to rounding
+
+
+def _counted(log: Log, h: float, steps: int) -> int:
+    """A number of steps of a length [s] that a log may have."""
     if steps > MOST_STEPS:
-        widest = int(np.argmax(np.diff(log.time)))
+        span, widest = log.time[-1] - log.time[0], int(np.argmax(np.diff(log.time)))
         raise LogError(
             f"{log.name}: {span:.4g} s in steps of {h:.2g} s are too many; the widest gap, {np.diff(log.time)[widest]:.4g} s, "
             f"follows {log.time[widest]:.6g} s: split the log there, or check `time_s`"
         )
-    return span / steps, steps  # regular samples fall on grid points to rounding
+    return steps
 
 
 def _recent(log: Log) -> tuple[np.ndarray, np.ndarray]:
@@ -94,7 +103,7 @@ class _Grid(NamedTuple):
 
 def _grid_of(structure: Structure, logs: Sequence[Log], refine: int) -> _Grid:
     """Time grids of several logs, with few sizes of windows."""
-    grids = [_steps_of(log, refine) for log in logs]
+    grids = [_steps_of(log, refine, structure.servo) for log in logs]
     longest = max(steps for _, steps in grids)
     per_window = 32
     while per_window * 512 < longest * len(logs) and per_window < 1024:
@@ -118,6 +127,31 @@ def _commands(logs: Sequence[Log], grid: _Grid) -> tuple[np.ndarray, np.ndarray]
         t_command[k, len(held) :] = np.linspace(end, 2.0 * end, samples + 1 - len(held))
         u_command[k] = with_earlier(earlier, log.command)[np.minimum(np.arange(samples), len(held) - 1)]
     return t_command, u_command
+
+
+def _sampled(structure: Structure, logs: Sequence[Log], u_command: np.ndarray) -> dict[str, np.ndarray]:
+    """The entries of a batch that change with the samples of the command beside it; those before a cut are not known."""
+
+    def by_sample(values: list[np.ndarray | None]) -> np.ndarray:
+        found = np.zeros((len(logs), u_command.shape[1]))
+        for k, (log, value) in enumerate(zip(logs, values, strict=True)):
+            value = np.ones(len(log.time)) if value is None else value
+            first = len(_recent(log)[0])
+            found[k] = value[np.clip(np.arange(found.shape[1]) - first, 0, len(value) - 1)]
+        return found
+
+    duty = structure.servo is not None and structure.command == "duty" and "drive.supply" not in structure.names
+    return {
+        "enabled": by_sample([log.enabled for log in logs])[:, : None if structure.switched else 0],
+        "supply": by_sample([log.supply for log in logs])[:, : None if duty else 0],
+        "clock": np.array([_clock(structure, log) for log in logs]),
+    }
+
+
+def _clock(structure: Structure, log: Log) -> float:
+    """`clock` of one log of a batch: near 0, whatever a logger counts from."""
+    start = log.time[0] - log.origin
+    return start if structure.servo is None else start + log.origin % structure.servo.period
 
 
 def _held(t_command: np.ndarray, grid: _Grid) -> np.ndarray:
@@ -206,6 +240,7 @@ def lay_out(
     return Batch(
         t_command=t_command,
         u_command=u_command,
+        **_sampled(structure, logs, u_command),
         held=held,
         sample_index=np.arange(max(int(np.diff(held, axis=1).max()), 1)),
         h=np.array(grid.h),

@@ -1,11 +1,13 @@
 """Readings of a motion between the grid points of its time steps."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
+from rwjax.kinds import SERVO
+from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.plant import Plant
 from rwjax.simulation.windows import History
 from rwjax.types import Scalar
@@ -18,11 +20,30 @@ class Slots(NamedTuple):
         u: Voltage at every reading `(q,)` or `(q, 2)` [V].
         step: Grid step in which it lies `(q,)`.
         part: Part of that step that has passed `(q,)` [1].
+        on: Whether current can flow `(q,)`; None where it always can.
     """
 
     u: Float[Array, "q *channels"]
     step: Int[Array, " q"]
     part: Float[Array, " q"]
+    on: Bool[Array, " q"] | None = None
+
+    def beside(self, plant: Plant, states: History, given: Any) -> "Slots":
+        """The same slots with what a servo gave there, and whether torque was on.
+
+        Args:
+            plant: The plant of the run.
+            states: For each state its values at the grid points `(m + 1,)`.
+            given: What moved the plant over every step, as `commands.given` has it `(m, …)`.
+
+        Returns:
+            The slots.
+        """
+        structure, slots = plant.structure, self
+        if structure.servo is not None:
+            acting = states[structure.states.index(f"{SERVO}:acting")]
+            slots = slots._replace(u=acting[self.step + 1])
+        return slots._replace(on=given.on[self.step]) if structure.switched else slots
 
 
 def readings(plant: Plant, h: Scalar, begin: Scalar, states: History, slots: Slots) -> Float[Array, "q y"]:
@@ -41,6 +62,9 @@ def readings(plant: Plant, h: Scalar, begin: Scalar, states: History, slots: Slo
     x, age = _between(plant, h, states, slots.step, slots.part), plant.age()
     seen = x if age is None else _earlier(plant, h, states, slots, age)
     t = begin + h * (slots.step.astype(float) + slots.part)
+    if slots.on is not None and isinstance(plant, OneAxis):
+        powered = jax.vmap(lambda on, *at: plant.powered(on).outputs(*at))
+        return jnp.stack(powered(slots.on, t, x, slots.u, seen), axis=-1)
     return jnp.stack(jax.vmap(plant.outputs)(t, x, slots.u, seen), axis=-1)
 
 

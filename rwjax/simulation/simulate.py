@@ -10,7 +10,8 @@ from jax.core import Tracer
 from jax.flatten_util import ravel_pytree
 
 from rwjax.errors import InputError, nearest
-from rwjax.kinds import TWO_AXIS
+from rwjax.kinds import GIVEN, GOAL, TWO_AXIS
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -40,7 +41,8 @@ def simulate(
     Args:
         rig: The rig, with its effects.
         time: Times of the samples `(n,)` [s], increasing; the run begins at the first one.
-        command: Command at these times `(n,)`, of a rig with two axes `(n, 2)` [V].
+        command: Command at these times `(n,)`, of a rig with two axes `(n, 2)` [V]. Or what a log's columns say, by their names,
+            as `{"goal_rad": …, "enabled": …}`, each `(n,)`.
         numbers: Values [SI] in place of the rig's own, by name, as `{"axis.inertia": 0.2}`.
         start: First values of states by name, as `{"w": 2.0}` [SI]; those not given are 0, at rest.
         solver: What moves the plant through the run; none of its numbers may be traced.
@@ -51,10 +53,13 @@ def simulate(
     Raises:
         InputError: Times or command are unusable, the rig lacks a number or a state that is given, or the solver is traced.
     """
-    structure, numbers, start = structure_of(rig), dict(numbers or {}), dict(start or {})
+    numbers, start = dict(numbers or {}), dict(start or {})
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(solver)):
         raise InputError("a number of the solver is traced; make the solver outside of what JAX transforms")
-    log = _log_of(rig, time, command)
+    columns = dict(command) if isinstance(command, Mapping) else {"voltage_V": command}
+    rig, (log,) = driven(rig, [_log_of(rig, time, columns)])
+    command = columns[log.input]
+    structure = structure_of(rig)
     _check_names("number", numbers, structure.names)
     _check_names("state", start, structure.states)
     solver = solver.suited(rig, (log,))
@@ -96,18 +101,39 @@ def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> N
             raise InputError(f"{what} `{name}` {value}: has to be a finite number")
 
 
-def _log_of(rig: Rig, time: np.ndarray, command: Any) -> Log:
+def _log_of(rig: Rig, time: np.ndarray, columns: Mapping[str, Any]) -> Log:
     """Log without readings; raises `InputError` where times or command are unusable."""
-    time = np.asarray(time, float)
+    beside = {name: np.asarray(columns[name], float) for name in ("enabled", "supply_V") if name in columns}
+    inputs = [name for name in columns if name not in beside]
+    if len(inputs) != 1 or inputs[0] not in (*GIVEN, GOAL):
+        said = ", ".join(f"`{name}`" for name in columns) or "nothing"
+        raise InputError(
+            f"`command` holds {said}; it has one of {', '.join((*GIVEN, GOAL))}, and `enabled` and `supply_V` beside"
+        )
+    command, time = columns[inputs[0]], np.asarray(time, float)
     command = np.zeros(command.shape) if isinstance(command, Tracer) else np.asarray(command, float)
     if time.ndim != 1 or len(time) < 2:
         raise InputError(f"`time` has the shape {time.shape}; give the times of at least two samples, (n,)")
     shape = (len(time), 2) if rig.kind in TWO_AXIS else (len(time),)
     if command.shape != shape:
-        raise InputError(f"`command` has the shape {command.shape}; a `{rig.kind}` rig takes {shape} here, in volts")
-    if not (np.isfinite(time).all() and np.isfinite(command).all()):
+        raise InputError(f"`command` has the shape {command.shape}; a `{rig.kind}` rig takes {shape} here")
+    if wrong := next((name for name, values in beside.items() if values.shape != time.shape), None):
+        raise InputError(f"`{wrong}` has the shape {beside[wrong].shape}; it takes {time.shape} here")
+    if not all(np.isfinite(values).all() for values in (time, command, *beside.values())):
         raise InputError("`time` and `command` have to be finite numbers")
     if not np.all(np.diff(time) > 0.0):
         late = int(np.argmin(np.diff(time) > 0.0)) + 1
         raise InputError(f"`time` does not increase: {time[late]:g} s follows {time[late - 1]:g} s at sample {late}")
-    return Log(rig.name, time, command, {}, {}, {}, False, None, float(time[0]))
+    return Log(
+        rig.name,
+        time,
+        command,
+        {},
+        {},
+        {},
+        False,
+        beside.get("supply_V"),
+        float(time[0]),
+        input=inputs[0],
+        enabled=beside["enabled"] > 0.0 if "enabled" in beside else None,
+    )

@@ -1,6 +1,7 @@
 """A log's plant moved through one window of its time grid, and the logs of a batch worked out together."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -9,7 +10,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.plant.assemble import plant_of
+from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.plant import Plant
+from rwjax.plant.servo import acted
 from rwjax.plant.structure import State, Structure
 from rwjax.simulation.batch import WITHOUT_LOG_AXIS, Batch
 from rwjax.simulation.stepper import Stepper
@@ -87,18 +90,19 @@ def time_grid(plant: Plant, run: Batch) -> tuple[Scalar, Scalar]:
     return jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
 
 
-def by_window(steps: Float[Array, "s *channels"], run: Batch) -> Float[Array, "w m *channels"]:
+def by_window(steps: Any, run: Batch) -> Any:
     """What acts over the steps of every window of a log, and over its overlap with the next one.
 
     Args:
-        steps: Mean voltage over every step of the log and of its last window's overlap `(s,)` or `(s, 2)` [V].
+        steps: What acts over every step of the log and of its last window's overlap, arrays `(s, …)`.
         run: One log of a batch.
 
     Returns:
-        The voltages `(w, m)` or `(w, m, 2)` [V].
+        The same arrays `(w, m, …)`.
     """
     W, m = run.slot_step.shape[0], run.step_index.shape[0]
-    return steps[np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))]
+    index = np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))
+    return jax.tree.map(lambda values: values[index], steps)
 
 
 class PreparedPlant(NamedTuple):
@@ -108,33 +112,49 @@ class PreparedPlant(NamedTuple):
         plant: The plant.
         stepper: What moves it over one step.
         prepared: What all steps share, as the stepper prepared it.
+        without_torque: The same of the plant whose torque is off; None where it never is.
         h: Length of a step [s].
     """
 
     plant: Plant
     stepper: Stepper
     prepared: Any
+    without_torque: Any
     h: Scalar
 
-    def states(self, begin: Scalar, x0: Float[Array, " n"], u: Float[Array, "m *channels"]) -> History:
+    def states(self, begin: Scalar, x0: Float[Array, " n"], given: Any) -> History:
         """States at the grid points of one window.
 
         Args:
             begin: Time at which the window begins [s].
             x0: First state `(n,)` [SI].
-            u: Mean voltage over every step `(m,)` or `(m, 2)` [V].
+            given: What moves the plant over every step, as `commands.given` has it `(m, …)`.
 
         Returns:
             For each state its values `(m + 1,)`.
         """
 
-        def one(carry: tuple[Scalar, State], u_k: Float[Array, "*channels"]) -> tuple[tuple[Scalar, State], State]:
+        def one(carry: tuple[Scalar, State], of_step: Any) -> tuple[tuple[Scalar, State], State]:
             t, x = carry
-            return (t + self.h, self.stepper.step(self.plant, self.prepared, t, x, u_k, self.h)), x
+            return (t + self.h, self._step(t, x, of_step)), x
 
         n = x0.shape[0]
-        (_, end), states = jax.lax.scan(one, (begin, tuple(x0[k] for k in range(n))), u)
+        (_, end), states = jax.lax.scan(one, (begin, tuple(x0[k] for k in range(n))), given)
         return tuple(jnp.concatenate([s, e[None]]) for s, e in zip(states, end, strict=True))
+
+    def _step(self, t: Scalar, x: State, given: Any) -> State:
+        """State after one step."""
+        plant, prepared, structure = self.plant, self.prepared, self.plant.structure
+        if not isinstance(plant, OneAxis) or not (structure.switched or structure.servo):
+            return self.stepper.step(plant, prepared, t, x, given, self.h)
+        if structure.switched:
+            plant = plant.powered(given.on)
+            prepared = jax.tree.map(partial(jnp.where, given.on), prepared, self.without_torque)
+            x = plant.opened(x)
+        x, u = acted(plant, t, x, given, self.h) if structure.servo else (x, given.u)
+        body = plant.without_servo()
+        n = len(body.structure.states)
+        return self.stepper.step(body, prepared, t, x[:n], u, self.h) + x[n:]
 
 
 def prepare(plant: Plant, stepper: Stepper, h: Scalar) -> PreparedPlant:
@@ -148,4 +168,8 @@ def prepare(plant: Plant, stepper: Stepper, h: Scalar) -> PreparedPlant:
     Returns:
         The plant with what all its steps share.
     """
-    return PreparedPlant(plant, stepper, stepper.prepare(plant, h), h)
+    if not isinstance(plant, OneAxis):
+        return PreparedPlant(plant, stepper, stepper.prepare(plant, h), None, h)
+    body = plant.without_servo()
+    off = stepper.prepare(body.powered(jnp.zeros((), bool)), h) if plant.structure.switched else None
+    return PreparedPlant(plant, stepper, stepper.prepare(body, h), off, h)

@@ -205,7 +205,7 @@ class _Equations:
         number = dict(zip(structure.names, theta + np.array(structure.vector(log.added)), strict=True))
         K, R, L = (number.get(f"motor.{n}", 0.0) for n in ("torque_constant", "resistance", "inductance"))
         I, J = number["axis.inertia"], number["wheel.inertia"]
-        held = 0.5 * (log.command + np.append(log.command[:1], log.command[:-1]))[:, None]  # the mean on both sides
+        held = 0.5 * (log.at_drive + np.append(log.at_drive[:1], log.at_drive[:-1]))[:, None]  # the mean on both sides
         Omega = self.wheel.rate[:, columns]
         value, first, _ = self.weak.by_order
         if name == "winding":
@@ -231,7 +231,7 @@ class _Equations:
         fitted = self.fitted
         i = np.full(Omega.shape, fitted.start[self.number, fitted.problem.structure.states.index("i")])
         decay = np.exp(-R / L * np.diff(log.time))
-        aim = (log.command[:-1, None] - 0.5 * K * (Omega[1:] + Omega[:-1])) / R
+        aim = (log.at_drive[:-1, None] - 0.5 * K * (Omega[1:] + Omega[:-1])) / R
         for k in range(len(decay)):
             i[k + 1] = aim[k] + decay[k] * (i[k] - aim[k])
         return i

@@ -121,7 +121,7 @@ def missing_torque(
         states[s] = np.concatenate([rest[s][:, None], own], axis=1)
     states = {s: body.get(s, x) for s, x in (states | body).items() if s in structure.states}
     moving = "Omega" if kind == "wheel" else "w"
-    along = rates(fitted, log, fitted.theta, states, log.command, limits.chunk)[moving]
+    along = rates(fitted, log, fitted.theta, states, log.at_drive, limits.chunk)[moving]
     inertia = fitted.theta[structure.names.index("wheel.inertia" if kind == "wheel" else "axis.inertia")]
     torque = inertia * (np.where(still, 0.0, a) - along)
     where = _coordinates(kind, log, w[:, 0], position[:, 0], rest)
@@ -133,7 +133,7 @@ def _coordinates(
 ) -> dict[str, np.ndarray]:
     """What the missing torque of a body with speed `w` and angle `position` may be a function of."""
     found = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": log.time - log.origin}
-    found["voltage"] = log.command
+    found["voltage"] = log.at_drive
     found["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)
     if kind != "platform":
         found["current"] = rest["i"]
@@ -206,13 +206,13 @@ def locate(
 
 def _regimes(fitted: Fit, found: list[Missing], limits: RegimeSettings) -> tuple[Part, ...]:
     logs = fitted.problem.logs
-    top = max(float(np.max(np.abs(logs[m.log].command))) for m in found)
+    top = max(float(np.max(np.abs(logs[m.log].at_drive))) for m in found)
     mass, own, label, own_label = [], [], [], []
     for m in found:
         log, weight = logs[m.log], weights(m.deviation)
         mass.append(weight * m.torque**2)
         own.append(weight[:, None] * m.own**2)
-        of = [regimes(log.time, w, s, log.command, top, limits) for w, s in zip(m.speed.T, m.still.T, strict=True)]
+        of = [regimes(log.time, w, s, log.at_drive, top, limits) for w, s in zip(m.speed.T, m.still.T, strict=True)]
         label.append(of[0])
         own_label.append(np.stack(of[1:], axis=1))
     return tuple(regime_shares(mass, own, label, own_label, limits.shifts))

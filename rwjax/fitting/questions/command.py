@@ -67,11 +67,11 @@ def as_pulses(log: Log) -> Pulses | None:
     Returns:
         The pulses, None for what is no whole number or may be volts.
     """
-    size = np.abs(log.command)
-    if not np.array_equal(log.command, np.round(log.command)) or size.max(initial=0.0) < FEW_VOLTS:
+    size = np.abs(log.at_drive)
+    if not np.array_equal(log.at_drive, np.round(log.at_drive)) or size.max(initial=0.0) < FEW_VOLTS:
         return None
     shortest, longest = PULSES_US
-    if shortest <= log.command.min() and log.command.max() <= longest:
+    if shortest <= log.at_drive.min() and log.at_drive.max() <= longest:
         return Pulses(NEUTRAL_US, "us of a pulse", "Subtract the neutral pulse and multiply by volts per us")
     if size.max() > MOST_COUNTS:
         return None
@@ -97,7 +97,7 @@ def about_pulses(
     pulses = {k: found for k, run in enumerate(runs) if (found := as_pulses(run.log)) and explained(run) < EXPLAINED}
     if not pulses:
         return {}
-    volts = [_volts(run.log.command, pulses[k]) if k in pulses else run.log.command for k, run in enumerate(runs)]
+    volts = [_volts(run.log.at_drive, pulses[k]) if k in pulses else run.log.at_drive for k, run in enumerate(runs)]
     shaped = [all(abs(likeness(run, name).correlation) > ALIKE for name in run.log.outputs) for run in under(volts)]
     asked: dict[Pulses, list[int]] = {}
     for k, found in pulses.items():
@@ -107,7 +107,7 @@ def about_pulses(
 
 
 def _question(logs: Sequence[Log], pulses: Pulses) -> Question:
-    largest = max(float(np.abs(log.command).max()) for log in logs)
+    largest = max(float(np.abs(log.at_drive).max()) for log in logs)
     return Question(
         f"{names_of(logs)}: the command reaches {largest:g}, and the readings are not {GIVEN} under so many volts: is it in "
         f"{pulses.words}? {pulses.remedy}"

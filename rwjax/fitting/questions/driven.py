@@ -58,7 +58,7 @@ def _signals(log: Log) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
     if len(time) < FEWEST:
         return []
     at = np.searchsorted(log.time, time, side="right") - 1
-    commands = [u[at] for u in log.command.reshape(len(log.command), -1).T if _changes(u)]
+    commands = [u[at] for u in log.at_drive.reshape(len(log.at_drive), -1).T if _changes(u)]
     found = []
     for name, values in log.outputs.items():
         seen = np.isfinite(values)

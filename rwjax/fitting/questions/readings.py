@@ -125,7 +125,7 @@ def about_still_readings(runs: Sequence[Run]) -> list[Question]:
     """
     found = []
     for name in dict.fromkeys(name for run in runs for name in run.log.outputs):
-        commanded = [run for run in runs if name in run.log.outputs and np.ptp(run.log.command, axis=0).any()]
+        commanded = [run for run in runs if name in run.log.outputs and np.ptp(run.log.at_drive, axis=0).any()]
         dead = all(_stands_still(run.log, name) for run in commanded)
         noisy = any(_width(run.log, name) > 0.0 for run in commanded)
         asked = [
