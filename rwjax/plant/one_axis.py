@@ -469,15 +469,27 @@ class OneAxis(Plant):
         return angle, rate
 
     def without_servo(self) -> "OneAxis":
-        """This plant without the states of its servo, which change from tick to tick."""
+        """This plant without the states of its servo, which change from tick to tick.
+
+        Returns:
+            The plant.
+        """
         return replace(self, structure=self.structure._replace(servo=None))
 
     def goal_delay(self) -> Scalar:
-        """Time by which a servo's goal acts late [s]."""
+        """Time by which a servo's goal acts late.
+
+        Returns:
+            The time [s].
+        """
         return jnp.zeros(())
 
     def servo_sign(self) -> Scalar:
-        """Sign of a servo's output with which positive gains restore [1]."""
+        """Sign of a servo's output with which positive gains restore.
+
+        Returns:
+            1 or -1 [1].
+        """
         if self.structure.kind == "platform":
             return jnp.sign(self.numbers["drive.gain"])
         return -jnp.ones(()) if self.structure.kind == "reaction" else jnp.ones(())

@@ -50,14 +50,14 @@ def slope(before: Scalar, last: Scalar, now: Scalar, filter_time: Scalar | float
     """Filtered rate of a signal at a sample.
 
     Args:
-        before: The rate at the sample before, in the signal's unit per second.
-        last: The signal at the sample before.
-        now: The signal.
+        before: The rate at the sample before [rad/s].
+        last: The signal at the sample before [rad].
+        now: The signal [rad].
         filter_time: Time constant of the filter [s].
         period: Time between samples [s].
 
     Returns:
-        The rate, in the signal's unit per second.
+        The rate [rad/s].
     """
     return (filter_time * before + now - last) / (filter_time + period)
 
@@ -68,8 +68,8 @@ def integral(before: Scalar, error: Scalar, asked: Scalar, given: Scalar, period
     Args:
         before: The integral before [rad s].
         error: Error at the sample [rad].
-        asked: Output that the gains ask for.
-        given: Output that is given.
+        asked: Output that the gains ask for [V, 1, A or N m].
+        given: Output that is given [V, 1, A or N m].
         period: Time between samples [s].
 
     Returns:

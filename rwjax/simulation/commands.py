@@ -38,7 +38,7 @@ def given(plant: Plant, run: Batch) -> tuple[Any, Float[Array, "w q *channels"]]
 
     Returns:
         Over every grid step of the log and of its last window's overlap, arrays with a first axis of steps: `commands`, `Switched`
-        or `Tick`; and the voltage at every reading, of no meaning where a servo gives it.
+        or `Tick`; and the voltage [V] at every reading, of no meaning where a servo gives it.
     """
     if isinstance(plant, OneAxis) and plant.structure.servo is not None:
         return _ticks(plant, run), jnp.zeros(run.slot_step.shape)
@@ -149,10 +149,7 @@ def _ticks(plant: OneAxis, run: Batch) -> Tick:
     step = h / T
     delay = plant.delay()
     late = 0.0 if delay is None else delay / pace / T
-    count = jnp.arange(outputs_at_once(plant), dtype=float)
-    lower = jnp.where(count == count[-1], -jnp.inf, tick[:, None] - count)
-    upper = jnp.where(count == 0.0, jnp.inf, tick[:, None] - count + 1.0)
-    share = jnp.minimum((end - late)[:, None], upper) - jnp.maximum((begin - late)[:, None], lower)
+    outputs = outputs_at_once(plant)
     goal, at = _held_command(run, jnp.asarray(run.u_command)), tick * T - since
     wait = plant.goal_delay() / pace
     held = jnp.asarray(run.held)[_early(run) : -1]
@@ -161,9 +158,22 @@ def _ticks(plant: OneAxis, run: Batch) -> Tick:
         part=jnp.clip((tick - begin) / step, 0.0, 1.0),
         goal=(goal.any_until(at + T - wait) - goal.any_until(at - wait)) / T,
         supply=jnp.asarray(run.supply)[held] if run.supply.size else jnp.ones(held.shape),
-        share=jnp.maximum(share, 0.0) / step,
+        share=_shares(tick, begin - late, end - late, outputs) / step,
         on=_on(run),
     )
+
+
+def _shares(
+    tick: Float[Array, " s"], begin: Float[Array, " s"], end: Float[Array, " s"], outputs: int
+) -> Float[Array, "s outputs"]:
+    """How many ticks long each of the newest outputs acts between two times in ticks, the last one for all that came before it."""
+
+    def one(k: int) -> Float[Array, " s"]:
+        lower = -jnp.inf if k == outputs - 1 else tick - k
+        upper = jnp.inf if k == 0 else tick - k + 1.0
+        return jnp.maximum(jnp.minimum(end, upper) - jnp.maximum(begin, lower), 0.0)
+
+    return jnp.stack([one(k) for k in range(outputs)], axis=1)
 
 
 def _snapped(q: Float[Array, " s"]) -> Float[Array, " s"]:

@@ -58,7 +58,7 @@ def simulate(
         raise InputError("a number of the solver is traced; make the solver outside of what JAX transforms")
     columns = dict(command) if isinstance(command, Mapping) else {"voltage_V": command}
     rig, (log,) = driven(rig, [_log_of(rig, time, columns)])
-    command = columns[log.input]
+    command = columns.get(log.input, log.command)
     structure = structure_of(rig)
     _check_names("number", numbers, structure.names)
     _check_names("state", start, structure.states)
@@ -116,7 +116,9 @@ def _log_of(rig: Rig, time: np.ndarray, columns: Mapping[str, Any]) -> Log:
         raise InputError(f"`time` has the shape {time.shape}; give the times of at least two samples, (n,)")
     shape = (len(time), 2) if rig.kind in TWO_AXIS else (len(time),)
     if command.shape != shape:
-        raise InputError(f"`command` has the shape {command.shape}; a `{rig.kind}` rig takes {shape} here")
+        raise InputError(
+            f"`command` has the shape {command.shape}; a `{rig.kind}` rig takes {shape} here, in the unit of `{inputs[0]}`"
+        )
     if wrong := next((name for name, values in beside.items() if values.shape != time.shape), None):
         raise InputError(f"`{wrong}` has the shape {beside[wrong].shape}; it takes {time.shape} here")
     if not all(np.isfinite(values).all() for values in (time, command, *beside.values())):

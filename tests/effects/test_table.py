@@ -27,7 +27,7 @@ def test_a_row_has_its_numbers_with_units_and_what_they_are_if_left_out() -> Non
     row = next(line for line in table(EFFECTS).splitlines() if "`axis.stribeck`" in line)
     numbers, kinds = row.split("|")[4:6]
     assert numbers.strip() == "`M_c`, `M_e` N m, `v_s` rad/s, `n` 1 (2 if left out)"
-    assert kinds.strip() == "platform, reaction"
+    assert kinds.strip() == "platform, reaction, joint"
     drag = next(line for line in table(EFFECTS).splitlines() if "`axis.quadratic_drag`" in line)
     assert "`c` N m s²/rad²" in drag
 

@@ -23,6 +23,7 @@ MEASURED = {
     "wheel": "wheel_counts wheel_rad_s current_A",
     "platform": "yaw_counts yaw_rad position_m yaw_rad_s",
     "reaction": "yaw_counts yaw_rad yaw_rad_s wheel_counts wheel_rad_s current_A",
+    "joint": "yaw_counts yaw_rad position_rad yaw_rad_s current_A",
     "two_axis": "yaw_counts yaw_rad yaw_rad_s pitch_counts pitch_rad pitch_rad_s "
     "wheel_1_counts wheel_1_rad_s current_1_A wheel_2_counts wheel_2_rad_s current_2_A",
 }
@@ -41,7 +42,7 @@ def test_counts_become_the_angle_of_what_the_encoder_sits_on() -> None:
             part = name.removesuffix("_counts")
             assert (column.output, column.encoder) == (f"{part}_rad", parts.get(name, part))
         else:
-            assert column.output == ("yaw_rad" if name == "position_m" else name)
+            assert column.output == ("yaw_rad" if name.startswith("position_") else name)
 
 
 def test_inputs_are_time_commands_and_supply() -> None:

@@ -14,8 +14,8 @@ from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
 
 FRICTION = PLATFORM + "[axis.friction]\n"
 MALFORMED = [
-    ("name = 'x'", 'no `kind`; write kind = "wheel", "platform", "reaction" or "two_axis"'),
-    ("kind = 'car'", '`kind` is \'car\'; write kind = "wheel", "platform", "reaction" or "two_axis"'),
+    ("name = 'x'", 'no `kind`; write kind = "wheel", "platform", "reaction", "joint" or "two_axis"'),
+    ("kind = 'car'", '`kind` is \'car\'; write kind = "wheel", "platform", "reaction", "joint" or "two_axis"'),
     (
         'kind = "wheel"\n' + MOTOR,
         "no `wheel.inertia` (J, kg m2), which a `wheel` rig needs; write inertia = … under",

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax.errors import RigError
-from rwjax.kinds import COEFFICIENTS, ENCODERS, KINDS, NUMBERS, RANGES
+from rwjax.kinds import COEFFICIENTS, ENCODERS, KINDS, NUMBERS, RANGES, SERVO, SERVO_CHOICES, TURNING
 from rwjax.rig.effect_section import effect_parameters
-from rwjax.rig.model import Pwm, Rig
+from rwjax.rig.model import Pwm, Rig, Servo
 from rwjax.rig.read import parse_rig, read_rig
 from rwjax.rig.write import write_rig
 from tests.rig.texts import PLATFORM
@@ -38,7 +38,10 @@ def rigs(draw: st.DrawFn) -> Rig:
     kind = draw(st.sampled_from(KINDS))
     two = kind == "two_axis"
     names = [name for name, n in NUMBERS.items() if kind in n.kinds and not name.startswith("gimbal.")]
-    required = {name for name in names if NUMBERS[name].required}
+    servo = draw(st.none() | st.builds(Servo, **{key: st.sampled_from(words) for key, words in SERVO_CHOICES.items()}))
+    servo = None if kind not in TURNING else servo
+    names = [name for name in names if servo or not name.startswith(f"{SERVO}.")]
+    required = {name for name in names if kind in NUMBERS[name].required or name in (f"{SERVO}.kp", f"{SERVO}.period")}
     absent = {n for n in names if n.endswith((".static", ".stribeck_velocity", ".gravity.angle"))}
     absent |= set(COEFFICIENTS if draw(st.booleans()) else [n for n in names if "friction.v" in n or "coul" in n])
     chosen = [n for n in names if n in required or n in COEFFICIENTS or draw(st.booleans())]
@@ -54,6 +57,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         counts_per_rev={who: draw(st.floats(1.0, 1e9)) for who in encoders if draw(st.booleans())},
         pwm=None if two else draw(st.none() | st.builds(Pwm, st.floats(1e-3, 1e6), st.floats(-1e6, -1e-9))),
         columns={} if two else draw(COLUMNS),
+        servo=servo,
     )
     spread = draw(st.floats(1e-5, 0.9))
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))

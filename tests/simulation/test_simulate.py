@@ -44,7 +44,12 @@ def test_a_rig_with_two_axes_takes_two_commands() -> None:
     ("time", "command", "start", "message"),
     [
         (T[:1], U[:1], {}, "give the times of at least two samples"),
-        (T, U[:-1], {}, r"`command` has the shape \(50,\); a `platform` rig takes \(51,\) here, in volts"),
+        (
+            T,
+            U[:-1],
+            {},
+            r"`command` has the shape \(50,\); a `platform` rig takes \(51,\) here, in the unit of `voltage_V`",
+        ),
         (T, np.where(T > 0.2, np.nan, U), {}, "have to be finite numbers"),
         (np.where(T == T[7], 0.0, T), U, {}, "`time` does not increase: 0 s follows 0.06 s at sample 7"),
         (T, U, {"omega": 1.0}, "no state `omega`, nearest `.*`; this rig has psi, w"),
