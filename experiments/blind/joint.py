@@ -44,6 +44,9 @@ class Joint:
     scale: float = 0.0  # logarithm of what the encoder's readings are too large by
     delay: float = 0.0  # s, of what the drive is given
     goal_delay: float = 0.0
+    sensor_delay: float = (
+        0.0  # s, by which the loop reads late; a log's readings are late where they are asked for late
+    )
 
     def array(self) -> np.void:
         """The numbers as a record, whose fields compiled code reads by name."""
@@ -271,10 +274,16 @@ def area(time, values, integral, t):
 
 
 @njit
-def tick(x, goal, memory, on, first, s, p):
+def read(x, s, p, seen):
+    """Angle and rate that the loop's encoder shows."""
+    seen[0] = np.exp(p.scale) * (x[PSI_DRIVE] if s.motor_side != 0.0 else x[PSI])
+    seen[1] = np.exp(p.scale) * (x[W_DRIVE] if s.motor_side != 0.0 else x[W])
+
+
+@njit
+def tick(seen, goal, memory, on, first, s, p):
     """One tick of the loop: the output that it asks for. `memory`: integral, slope, and what the slope was taken of."""
-    measured = np.exp(p.scale) * (x[PSI_DRIVE] if s.motor_side != 0.0 else x[PSI])
-    speed = np.exp(p.scale) * (x[W_DRIVE] if s.motor_side != 0.0 else x[W])
+    measured, speed = seen
     e = min(max(goal - measured, -s.error_limit), s.error_limit)
     d = -measured if s.on_speed != 0.0 else e
     memory[1] = -speed if first else (s.filter * memory[1] + d - memory[2]) / (s.filter + s.period)
@@ -301,7 +310,8 @@ def _run(time, command, supply, enabled, at, begin, start, looped, s, p):
     k, new, x = np.zeros((7, STATES)), np.zeros(STATES), start.copy()
     memory = np.zeros(3)
     waiting, given = np.zeros((2, 4096)), 0.0  # outputs on their way: when, how much
-    sent, come, ticks = 0, 0, np.ceil((begin - s.phase) / s.period - 1e-9)
+    sent, come, ticks = 0, 0, np.ceil((begin + p.sensor_delay - s.phase) / s.period - 1e-9)
+    seen, reads = np.zeros((4096, 2)), ticks  # by number of the tick
     t, h, j, sample, first = begin, 1e-4, 0, 0, True
     on, raw = enabled[0] != 0.0, command[0]
     while True:
@@ -309,11 +319,14 @@ def _run(time, command, supply, enabled, at, begin, start, looped, s, p):
             on, sample = enabled[sample] != 0.0, sample + 1
             if not on:
                 x[AMPERE], memory[0], given, come = 0.0, 0.0, 0.0, sent
+        if looped and s.phase + reads * s.period - p.sensor_delay <= t + 1e-12:
+            read(x, s, p, seen[int(reads) % 4096])
+            reads += 1.0
         if looped and s.phase + ticks * s.period <= t + 1e-12:
             due = s.phase + ticks * s.period
             goal = area(time, command, integral, due + s.period - p.goal_delay)
             goal = (goal - area(time, command, integral, due - p.goal_delay)) / s.period
-            raw = tick(x, goal, memory, on, first, s, p)
+            raw = tick(seen[int(ticks) % 4096], goal, memory, on, first, s, p)
             given = raw if first else given
             waiting[0, sent % 4096], waiting[1, sent % 4096] = due + p.delay, raw
             sent, ticks, first = sent + 1, ticks + 1.0, False
@@ -332,7 +345,7 @@ def _run(time, command, supply, enabled, at, begin, start, looped, s, p):
         if sample < n:
             end = min(end, time[sample])
         if looped:
-            end = min(end, s.phase + ticks * s.period)
+            end = min(end, s.phase + ticks * s.period, s.phase + reads * s.period - p.sensor_delay)
             if come < sent:
                 end = min(end, waiting[0, come % 4096])
         elif p.delay > 0.0:

@@ -118,6 +118,16 @@ def test_the_goal_of_a_tick_is_its_mean_over_the_period_and_comes_late() -> None
     assert late[2:, 0] == pytest.approx(loop[:-2, 0], abs=1e-9)
 
 
+def test_a_loop_that_reads_late_takes_the_angle_of_before() -> None:
+    joint = Joint(given=TORQUE, I=0.02, viscous=0.1, sensor_delay=0.021)
+    servo, inputs = Servo(kp=0.5, period=0.008), Inputs(TIME, ONE, ONE, ONE)
+    ticks = 0.2 + np.arange(60) * 0.008
+    _, loop = move(joint, servo, inputs, ticks)
+    before, _ = move(joint, servo, inputs, ticks - 0.021)
+    assert np.ptp(before[:, PSI]) > 0.1
+    assert loop[:, 0] == pytest.approx(0.5 * (1.0 - before[:, PSI]), abs=1e-9)
+
+
 def test_with_torque_off_a_joint_has_no_motor() -> None:
     enabled = np.where(TIME < 1.0, 1.0, 0.0)
     servo = Servo(kp=30.0, kd=0.5, limit=12.0, period=0.004)
