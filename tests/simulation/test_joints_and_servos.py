@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from rwjax.logs.driven import driven
 from scipy.linalg import expm
 
 from rwjax import parse_rig, simulate
 from rwjax.kinds import SERVO
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -138,8 +138,17 @@ def held(A: np.ndarray, b: np.ndarray) -> Move:
     return move
 
 
-@pytest.mark.parametrize("acts_on", GAINS)
-@pytest.mark.parametrize("L", [0.0, 5e-3])
+@pytest.mark.parametrize(
+    ("acts_on", "L"),
+    [
+        ("voltage", 5e-3),
+        ("torque", 0.0),
+        *(
+            pytest.param(*other, marks=pytest.mark.slow)
+            for other in (("voltage", 0.0), ("duty", 5e-3), ("current", 0.0))
+        ),
+    ],
+)
 def test_a_linear_joint_follows_its_loop_exactly_between_ticks(acts_on: str, L: float) -> None:
     more = 'derivative_filter = 0.015\nerror_limit = 0.4\ndamping_on = "speed"' if acts_on in ("duty", "torque") else ""
     rig = servo(acts_on, more, motor=f"inductance = {L}")
