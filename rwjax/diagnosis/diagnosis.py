@@ -26,6 +26,7 @@ from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.ran_away import runaway_words, without_runaways
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
+from rwjax.logs.driven import driven
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.rig.model import Rig
@@ -128,6 +129,7 @@ def diagnose(
     Raises:
         LogError: no log may be fitted.
     """
+    rig, logs = driven(rig, logs)
     layout = _laid_out(logs)
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, progress)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward())

@@ -10,7 +10,7 @@ from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling
 from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.scales import scales_for, sizes_of
-from rwjax.kinds import HALVES, NUMBERS, of_half, on_half
+from rwjax.kinds import HALVES, NUMBERS, SERVO, of_half, on_half
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.plant.structure import Structure
@@ -31,10 +31,16 @@ _NUMBER_COORDINATE = {
     "wheel.inertia": "wheel_rate",
     "drive.gain": "voltage",
     "axis.inertia": "load",
+    "motor.inertia": "load",
+    "gear.ratio": "load",
+    "drive.supply": "voltage",
+    **{f"{SERVO}.{name}": "voltage" for name in ("kp", "ki", "kd", "derivative_filter", "error_limit", "limit")},
     "axis.gravity.torque": "yaw",
     "axis.gravity.angle": "yaw",
 }
 """What a wrong number's error is a function of; friction terms of the axis: its rate."""
+_TICKING = (f"{SERVO}.period", f"{SERVO}.phase")
+"""Numbers of a servo that are no candidates: what a period off by a little does looks like a delay."""
 
 
 def coordinate_of(name: str) -> str:
@@ -208,7 +214,9 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         and not models(rig.numbers, name)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
-    fixed = [name for name in structure.numbers if name not in rig.free and rig.numbers.get(name, 0.0) != 0.0]
+    fixed = [
+        name for name in structure.numbers if name not in (*rig.free, *_TICKING) and rig.numbers.get(name, 0.0) != 0.0
+    ]
     return (*found, *(f"parameter.{name}" for name in fixed))
 
 

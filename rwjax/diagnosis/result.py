@@ -118,7 +118,8 @@ class Diagnosis:
     def subsystem(self) -> str | None:
         """Subsystem of the first effect, else that of the missing torque."""
         if self.effects:
-            return self.effects[0].removeprefix("parameter.").split(".")[0]
+            part = self.effects[0].removeprefix("parameter.").split(".")[0]
+            return "motor" if part == "gear" else part
         if self.verdict == "none" or self.where is None:
             return None
         if self.rig.kind == "two_axis":

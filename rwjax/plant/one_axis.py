@@ -264,12 +264,14 @@ class OneAxis(Plant):
             if self.structure.kind == "joint":
                 drive = m.load
             for effect in self.on(Coupling):
-                rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * self._whole_inertia())
+                rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * self.whole_inertia())
                 drive = effect.torque(m)
             rates["psi"], rates["w"] = m.w, self.axis_torque(m, drive) / self._axis_inertia()
             for effect in self.on(Coupling):
                 rates[f"{effect.name}:twist"] = effect.mine(m)[1]
                 rates[f"{effect.name}:slip"] -= rates["w"]
+        if self.structure.servo is not None:  # what a servo keeps in mind changes at its ticks, not by a rate
+            rates |= {name: jnp.zeros_like(m.t) for name in self.structure.states if name not in rates}
         return tuple(rates[name] for name in self.structure.states)
 
     def wheel_torque(self, m: Motion) -> Scalar:
@@ -323,8 +325,12 @@ class OneAxis(Plant):
                 rates |= dict(zip(names, effect.drift(m), strict=True))
         return rates
 
-    def _whole_inertia(self) -> Scalar:
-        """Inertia that the drive turns: that of the axis, of a joint with the motor's behind its gear [kg m2]."""
+    def whole_inertia(self) -> Scalar:
+        """Inertia that the drive turns: that of the axis, of a joint with the motor's behind its gear.
+
+        Returns:
+            The inertia [kg m2].
+        """
         inertia = self.numbers["axis.inertia"]
         if "motor.inertia" in self.numbers:
             inertia = inertia + self._ratio() ** 2 * self.numbers["motor.inertia"]
@@ -332,7 +338,7 @@ class OneAxis(Plant):
 
     def _axis_inertia(self) -> Scalar:
         """Inertia that the axis's own friction acts on."""
-        inertia = self._whole_inertia()
+        inertia = self.whole_inertia()
         for effect in self.on(Coupling):
             inertia = inertia * (1.0 - effect.share())
         return inertia
@@ -345,7 +351,7 @@ class OneAxis(Plant):
         """
         states, n = self.structure.states, self.numbers
         found: list[tuple[Body, list]] = []
-        coupled = {f"{effect.name}:slip": effect.share() * self._whole_inertia() for effect in self.on(Coupling)}
+        coupled = {f"{effect.name}:slip": effect.share() * self.whole_inertia() for effect in self.on(Coupling)}
         if self.structure.has_wheel and (dry := self.on(WheelDry)):
             J = n["wheel.inertia"]
             enters = {"Omega": -1.0 / J}

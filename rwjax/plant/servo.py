@@ -117,7 +117,7 @@ def acted(plant: OneAxis, t: Scalar, x: State, tick: Tick, h: Scalar) -> tuple[S
     if age is not None:
         past = [jnp.where(begun, value, position - (k + 1) * T * rate) for k, value in enumerate(read)]
         seen = _shifted(past, position, now)
-        memory |= _as_line("read", seen[:-1])
+        memory |= _as_line("read", seen[: len(read)])
         position = _late(seen, age / T)
     memory, output = _output(plant, memory, tick, position, rate)
     held = [jnp.where(begun, value, output) for value in _line(memory, "given")]
@@ -146,8 +146,12 @@ def _shifted(line: list[Scalar], new: Scalar, now: Bool[Array, ""]) -> list[Scal
 
 
 def _late(line: list[Scalar], age: Scalar) -> Scalar:
-    """Value of a line some ticks ago, straight between ticks."""
-    weights = [jnp.maximum(1.0 - jnp.abs(age - k), 0.0) for k in range(len(line))]
+    """Value of a line some ticks ago, by parabolas through the ticks on both sides and the one before."""
+    whole = jnp.clip(jnp.floor(age), 0.0, len(line) - 3.0)
+    part = age - whole
+    around = 0.5 * (1.0 - part) * (2.0 - part), part * (2.0 - part), -0.5 * part * (1.0 - part)
+    shares = (jnp.where(whole + j == k, share, 0.0) for k in range(len(line)) for j, share in enumerate(around))
+    weights = [sum(next(shares) for _ in around) for _ in line]
     return sum((w * value for w, value in zip(weights, line, strict=True)), start=jnp.zeros(()))
 
 

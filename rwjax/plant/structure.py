@@ -94,7 +94,7 @@ class Structure(NamedTuple):
         """Names of the states of a servo, as `plant.servo` moves them."""
         ports = [BY_NAME[effect] for effect in self.effects]
         late = LATE_TICKS + 1 if any(issubclass(port, CommandDelay) for port in ports) else 0
-        read = LATE_TICKS + 1 if any(issubclass(port, EncoderDelay) for port in ports) else 0
+        read = LATE_TICKS + 2 if any(issubclass(port, EncoderDelay) for port in ports) else 0
         filters = [len(port.filter_states) for port in ports if issubclass(port, CommandFilter)]
         names = [
             "begun",

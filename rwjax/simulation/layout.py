@@ -58,7 +58,10 @@ def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
 def _steps_of(log: Log, refine: int, servo: ServoStructure | None) -> tuple[float, int]:
     """Grid step of one log [s], and how many of them it has. With a servo steps begin at its ticks, and in equal parts between them."""
     if servo is not None:
-        parts = refine * int(np.ceil(max(servo.period / LONGEST_STEP, servo.period_off_by) - 1e-9))
+        longest = (
+            LONGEST_STEP if all(map(is_angle, log.outputs)) else min(LONGEST_STEP, float(np.median(np.diff(log.time))))
+        )
+        parts = refine * int(np.ceil(max(servo.period / longest, servo.period_off_by) - 1e-9))
         h = servo.period / parts
         return h, _counted(log, h, max(1, int(np.ceil((log.time[-1] - log.time[0]) / h - 1e-6))))
     dt = float(np.median(np.diff(log.time)))

@@ -10,6 +10,7 @@ given. What they make of these is the level against which regimes and bands stan
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import jax.numpy as jnp
 import numpy as np
 
 from rwjax.diagnosis.localise.body_motion import Own, Read, read_body
@@ -20,6 +21,7 @@ from rwjax.diagnosis.localise.regimes import shares as regime_shares
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
+from rwjax.plant.assemble import one_axis_plant_of
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,8 @@ def missing_torque(
     states = {s: body.get(s, x) for s, x in (states | body).items() if s in structure.states}
     moving = "Omega" if kind == "wheel" else "w"
     along = rates(fitted, log, fitted.theta, states, log.at_drive, limits.chunk)[moving]
-    inertia = fitted.theta[structure.names.index("wheel.inertia" if kind == "wheel" else "axis.inertia")]
+    plant = one_axis_plant_of(structure, jnp.asarray(fitted.theta[: len(structure.names)]))
+    inertia = float(plant.numbers["wheel.inertia"] if kind == "wheel" else plant.whole_inertia())
     torque = inertia * (np.where(still, 0.0, a) - along)
     where = _coordinates(kind, log, w[:, 0], position[:, 0], rest)
     return Missing(number, torque[:, 0], inertia * a_sd, where, torque[:, 1:], still, w)
@@ -135,7 +138,7 @@ def _coordinates(
     found = {("wheel_rate" if kind == "wheel" else "yaw_rate"): w, "time": log.time - log.origin}
     found["voltage"] = log.at_drive
     found["wheel_angle" if kind == "wheel" else "yaw"] = np.mod(position, 2.0 * np.pi)
-    if kind != "platform":
+    if "i" in rest:
         found["current"] = rest["i"]
     if kind == "reaction":
         found["wheel_rate"] = rest["Omega"]

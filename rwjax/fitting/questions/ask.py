@@ -10,6 +10,7 @@ from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
 from rwjax.fitting.questions.readings import about_readings
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -30,6 +31,7 @@ def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
     Returns:
         The questions, one sentence each; none where the logs are roughly what the rig file's numbers give.
     """
+    rig, logs = driven(rig, logs)
     structure = structure_of(rig)
     return ask(pose(structure, logs), theta_of(rig, structure))
 
