@@ -13,7 +13,7 @@ import numpy as np
 from rwjax.errors import LogError
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log, with_earlier
-from rwjax.plant.structure import ServoStructure, Structure
+from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
 
 LONGEST_STEP = 5e-3
