@@ -19,6 +19,8 @@ from rwjax.simulation.batch import Batch
 LONGEST_STEP = 5e-3
 """Longest time step [s]: the sampling interval is divided until its parts are no longer than this. Where only angles are logged, faster
 samples share a step."""
+OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
+"""The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
 EARLIEST = 1.0
 """Time before a log's first sample from which a command may still act [s]."""
 MOST_STEPS = 5_000_000
@@ -55,19 +57,24 @@ def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
     return np.repeat(np.where(length > LONGEST_RUN, 1.0 / length, 1.0), length)
 
 
-def _steps_of(log: Log, refine: int, servo: ServoStructure | None) -> tuple[float, int]:
+def _longest(structure: Structure) -> float:
+    """Longest time step of a plant [s]."""
+    if structure.kind != "joint":
+        return LONGEST_STEP
+    return OF_INDUCTIVE_JOINTS if structure.inductive else OF_JOINTS
+
+
+def _steps_of(structure: Structure, log: Log, refine: int) -> tuple[float, int]:
     """Grid step of one log [s], and how many of them it has. With a servo steps begin at its ticks, and in equal parts between them."""
+    dt, longest, servo = float(np.median(np.diff(log.time))), _longest(structure), structure.servo
     if servo is not None:
-        longest = (
-            LONGEST_STEP if all(map(is_angle, log.outputs)) else min(LONGEST_STEP, float(np.median(np.diff(log.time))))
-        )
+        longest = longest if all(map(is_angle, log.outputs)) else min(longest, dt)
         parts = refine * int(np.ceil(max(servo.period / longest, servo.period_off_by) - 1e-9))
         h = servo.period / parts
         return h, _counted(log, h, max(1, int(np.ceil((log.time[-1] - log.time[0]) / h - 1e-6))))
-    dt = float(np.median(np.diff(log.time)))
     if log.outputs and all(map(is_angle, log.outputs)):
-        dt *= max(1, int(LONGEST_STEP / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
-    h = dt / (refine * int(np.ceil(dt / LONGEST_STEP - 1e-9)))
+        dt *= max(1, int(longest / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
+    h = dt / (refine * int(np.ceil(dt / longest - 1e-9)))
     span = log.time[-1] - log.time[0]
     steps = _counted(log, h, max(1, round(span / h)))
     return span / steps, steps  # regular samples fall on grid points to rounding
@@ -106,7 +113,7 @@ class _Grid(NamedTuple):
 
 def _grid_of(structure: Structure, logs: Sequence[Log], refine: int) -> _Grid:
     """Time grids of several logs, with few sizes of windows."""
-    grids = [_steps_of(log, refine, structure.servo) for log in logs]
+    grids = [_steps_of(structure, log, refine) for log in logs]
     longest = max(steps for _, steps in grids)
     per_window = 32
     while per_window * 512 < longest * len(logs) and per_window < 1024:
