@@ -7,7 +7,7 @@ import typer
 
 from rwjax.cli.answer import json_text
 from rwjax.cli.ask_first import Force, ask_first
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
@@ -22,6 +22,7 @@ def compare(
     log_files: LogFiles,
     solver: SolverOption = SolverName.EXACT,
     smooth: Width = None,
+    segments: Segments = None,
     output: Output = Path("comparison"),
     force: Force = False,
     as_json: Json = False,
@@ -29,12 +30,14 @@ def compare(
 ) -> None:
     """Every identification method on the same logs, judged on the same held-out data by the free run of one solver."""
     from rwjax.errors import RigError
+    from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.methods.comparison import compare as run
     from rwjax.report.comparison import write_figure
     from rwjax.rig.read import read_one_axis_rig
     from rwjax.text_files import write_text
 
+    check_segments(segments)
     by = solver_of(solver, smooth)
     rig = read_one_axis_rig(rig_file)
     logs = read_logs(log_files, rig)
@@ -42,6 +45,7 @@ def compare(
     target.check()
     with progress(quiet) as show:
         show("looking at the logs")
+        logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
         with of_file(rig_file, RigError):
             result = run(rig, logs, show, solver=by)

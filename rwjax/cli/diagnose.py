@@ -8,7 +8,7 @@ import typer
 
 from rwjax.cli.answer import json_text
 from rwjax.cli.ask_first import Force, ask_first
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say
@@ -20,6 +20,7 @@ Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the r
 def diagnose(
     rig_file: RigFile,
     log_files: LogFiles,
+    segments: Segments = None,
     output: Output = Path("diagnosis"),
     force: Force = False,
     as_json: Json = False,
@@ -27,6 +28,7 @@ def diagnose(
 ) -> None:
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
     from rwjax.diagnosis.diagnosis import diagnose as run
+    from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.planning.files import write_next
     from rwjax.report.html import write_report
@@ -34,12 +36,14 @@ def diagnose(
     from rwjax.rig.write import write_rig
     from rwjax.text_files import write_text
 
+    check_segments(segments)
     rig = read_rig(rig_file)
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
     with progress(quiet) as show:
         show("looking at the logs")
+        logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
         result = run(rig, logs, progress=show)
         show("writing the report")

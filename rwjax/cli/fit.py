@@ -10,7 +10,7 @@ import typer
 
 from rwjax.cli.answer import json_text
 from rwjax.cli.ask_first import GO_ON, Force, ask_first
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, check_file, of_file
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
@@ -53,6 +53,7 @@ def fit(
     bootstrap: Bootstrap = 0,
     solver: SolverOption = SolverName.EXACT,
     smooth: Width = None,
+    segments: Segments = None,
     output: Output = None,
     force: Force = False,
     as_json: Json = False,
@@ -60,17 +61,19 @@ def fit(
 ) -> None:
     """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
     from rwjax.errors import RigError
+    from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.rig.write import write_rig
     from rwjax.text_files import write_text
 
-    read, identify = _chosen(method, bootstrap, solver, smooth)
+    check_segments(segments)
+    read, identify = _chosen(method, bootstrap, solver, smooth, segments)
     if output is not None:
         check_file(output, rig_file, *log_files)
     with progress(quiet) as show:
         rig = read(rig_file)
-        logs = read_logs(log_files, rig)
         show("looking at the logs")
+        logs = with_segments(rig, read_logs(log_files, rig), segments)
         asked = ask_first(rig, logs, force)
         show("fitting")
         with of_file(rig_file, RigError):
@@ -101,11 +104,13 @@ def _check_runaways(rig: "Rig", fitted: "Rig") -> None:
 
 
 def _chosen(
-    method: FitMethod, bootstrap: int, solver: SolverName, smooth: float | None
+    method: FitMethod, bootstrap: int, solver: SolverName, smooth: float | None, segments: float | None
 ) -> "tuple[Callable[[Path], Rig], Callable[[Rig, Sequence[Log]], RigFit | Identified]]":
     """The functions that read the rig file and that fit. Raises `InputError` for options that the method does not have."""
     if method is not FitMethod.E2E and (solver is not SolverName.EXACT or smooth is not None):
         raise InputError(f"--solver and --smooth: the method {method} simulates nothing; leave them out")
+    if method is not FitMethod.E2E and segments is not None:
+        raise InputError(f"--segments: the method {method} has no free run; leave the option out")
     if method is FitMethod.TWO_STAGE:
         from rwjax.methods.two_stage import two_stage
         from rwjax.rig.read import read_one_axis_rig

@@ -18,6 +18,14 @@ RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML)", 
 LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG…", help="log files (CSV)", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
+Segments = Annotated[
+    float | None,
+    typer.Option(
+        "--segments",
+        metavar="SECONDS",
+        help="length of the segments in which free runs follow a log, inf for whole runs; chosen by the rig and the logs without it",
+    ),
+]
 MOST_VALUES = 10_000  # along one axis
 RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
 
@@ -99,6 +107,23 @@ def positive(**options: float) -> None:
             raise InputError(f"--{name} {value:g}: has to be positive")
         if not (OTHER.least <= value <= OTHER.most or value == math.inf):
             raise InputError(f"--{name} {value:g}: has to lie between {OTHER.least:g} and {OTHER.most:g}")
+
+
+def check_segments(segments: float | None) -> None:
+    """Checks the length of segments.
+
+    Args:
+        segments: the length [s], None where none was given.
+
+    Raises:
+        InputError: nothing is left of so short a segment once its start is known.
+    """
+    from rwjax.fitting.segments import SHORTEST_S
+
+    if segments is not None and not segments >= SHORTEST_S:
+        raise InputError(
+            f"--segments {segments:g}: has to be {SHORTEST_S:g} s or more, of which the start takes half a second"
+        )
 
 
 def keep_input(output: Path, *inputs: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.answer import check_finite, json_text
-from rwjax.cli.options import Json, Quiet, RigFile, check_file, of_file
+from rwjax.cli.options import Json, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
@@ -27,6 +27,7 @@ def predict(
     log_file: LogFile,
     solver: SolverOption = SolverName.EXACT,
     smooth: Width = None,
+    segments: Segments = None,
     output: Output = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -35,16 +36,20 @@ def predict(
     from rwjax.fitting.predict import predict as free_run
     from rwjax.fitting.questions.likeness import Run
     from rwjax.fitting.questions.readings import about_readings
+    from rwjax.fitting.segments import said, with_segments
     from rwjax.logs.read import read_log
     from rwjax.rig.read import read_rig
     from rwjax.text_files import write_text
 
     if output is not None:
         check_file(output, rig_file, log_file)
+    check_segments(segments)
     by = solver_of(solver, smooth)
     rig = read_rig(rig_file)
     log = read_log(log_file, rig, outputs_required=False)
     with progress(quiet) as show:
+        show("looking at the log")
+        (log,) = with_segments(rig, (log,), segments)
         show("simulating")
         with of_file(rig_file):
             columns = free_run(rig, log, solver=by).columns
@@ -58,7 +63,7 @@ def predict(
         document(text)
     else:
         say("\n".join([*errors, f"written to {output}"]))
-    note(*by.notes(rig, (log,)), *about_readings([Run(log, columns)]))
+    note(*by.notes(rig, (log,)), *said((log,)), *about_readings([Run(log, columns)]))
 
 
 def _csv(columns: "Mapping[str, np.ndarray]") -> str:

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
@@ -24,11 +26,13 @@ from rwjax.diagnosis.waterfall import Rung, rung
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.ran_away import runaway_words, without_runaways
+from rwjax.fitting.segments import with_segments
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.driven import driven
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
+from rwjax.logs.segments import cut_up, runs_of
 from rwjax.rig.model import Rig
 
 
@@ -37,26 +41,34 @@ class _Layout:
     """Which logs are fitted and which are held out."""
 
     rule: str  # the held-out rule in words
-    logs: tuple[Log, ...]  # all logs, or the parts of a single one
+    runs: tuple[Log, ...]  # all runs, or the parts of a single one
+    logs: tuple[Log, ...]  # the same, or the segments in which free runs follow them
     train: tuple[int, ...]  # numbers of those on which the hypothesis is chosen
     folds: tuple[Split, ...]  # by number
+
+    @property
+    def train_runs(self) -> tuple[int, ...]:
+        """Numbers of the training runs."""
+        return tuple(map(int, np.unique(runs_of(self.logs)[list(self.train)])))
 
 
 def _laid_out(logs: Sequence[Log]) -> _Layout:
     """Logs numbered, with the folds by number."""
     rule, splits = folds(logs)
-    every: list[Log] = []
+    runs: list[Log] = []
+    for log in (log for split in splits for log in (*split.train, *split.test)):
+        if not any(other is log for other in runs):
+            runs.append(log)
+    segments = [cut_up([log]) for log in runs]
+    first = np.cumsum([0, *map(len, segments)])
 
-    def number(log: Log) -> int:
-        for k, other in enumerate(every):
-            if other is log:
-                return k
-        every.append(log)
-        return len(every) - 1
+    def numbers(part: Sequence[Log]) -> tuple[int, ...]:
+        found = [next(k for k, other in enumerate(runs) if other is log) for log in part]
+        return tuple(n for k in found for n in range(int(first[k]), int(first[k + 1])))
 
-    numbered = tuple((tuple(number(g) for g in s.train), tuple(number(g) for g in s.test)) for s in splits)
+    numbered = tuple((numbers(split.train), numbers(split.test)) for split in splits)
     train = tuple(sorted({k for fitted_to, _ in numbered for k in fitted_to}))
-    return _Layout(rule, tuple(every), train, numbered)
+    return _Layout(rule, tuple(runs), tuple(part for parts in segments for part in parts), train, numbered)
 
 
 class _Judged:
@@ -108,6 +120,7 @@ def diagnose(
     *,
     strategy: Strategy | None = None,
     settings: Settings | None = None,
+    segments: float | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Where the gap between a rig and its logs lies, which effect causes it, and how far it closes.
@@ -121,6 +134,8 @@ def diagnose(
         logs: its logs, at least one.
         strategy: how hypotheses are searched, `ForwardBackward()` where none is given.
         settings: limits of the diagnosis, `Settings()` where none are given.
+        segments: length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the rig
+            and the logs where none is given.
         progress: hears of every step.
 
     Returns:
@@ -130,7 +145,7 @@ def diagnose(
         LogError: no log may be fitted.
     """
     rig, logs = driven(rig, logs)
-    layout = _laid_out(logs)
+    layout = _laid_out(with_segments(rig, logs, segments))
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, progress)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward())
     judged = _Judged(fits, layout, before, signal)
@@ -144,7 +159,7 @@ def diagnose(
     waterfall, alternatives_waterfall = _waterfalls(judged, first, outcome.named, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
     corrected, away = _corrected(rig, outcome.named, found, spread)
-    told = remarks(rig, layout.logs, layout.train, fits(NOTHING), shown, spread, outcome.diverged, limits)
+    told = remarks(rig, layout.runs, layout.train_runs, fits(NOTHING), shown, spread, outcome.diverged, limits)
     return Diagnosis(
         rig=rig,
         logs=layout.logs,
@@ -216,7 +231,7 @@ def _how_far(judged: _Judged, choice: Choice) -> _Outcome:
     uninformative = None
     if verdict == "none":
         diverged = diverged_numbers(fits.rig, fits(NOTHING), settings.remarks)
-        uninformative = why_uninformative(judged.layout.logs, diverged, settings.remarks)
+        uninformative = why_uninformative(judged.layout.runs, diverged, settings.remarks)
         verdict, named = "unknown" if uninformative else "none", NOTHING
     elif verdict == "unknown" and headline_gap.after >= headline_gap.before:
         named = NOTHING

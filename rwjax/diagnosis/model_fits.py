@@ -18,6 +18,7 @@ from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
+from rwjax.logs.segments import whole_runs
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
@@ -93,8 +94,8 @@ class ModelFits:
         Returns:
             The empty store.
         """
-        noise = pooled_noise(tuple(logs[k] for k in train))
-        unseen = pooled_noise(tuple(logs))  # for outputs that no training log holds
+        noise = pooled_noise(whole_runs([logs[k] for k in train]))
+        unseen = pooled_noise(whole_runs(logs))  # for outputs that no training log holds
         problem = pose(structure_for(rig, NOTHING), logs, unseen | noise, prior=rig.prior)
         return cls(rig, problem, tuple(train), Settings() if settings is None else settings, progress)
 

@@ -8,6 +8,7 @@ from rwjax.diagnosis.settings import RemarkSettings
 from rwjax.effects.library import thresholds
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.questions.ask import ask
+from rwjax.fitting.segments import said
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.log import Log
@@ -29,8 +30,8 @@ def remarks(
 
     Args:
         rig: the rig as it is.
-        logs: all logs.
-        train: numbers of the training logs.
+        logs: all runs.
+        train: numbers of the training runs.
         base: the fit of the rig as it is.
         fits: the fits to remark on, that of the named hypothesis first.
         spread: uncertainty of the first of them.
@@ -47,6 +48,7 @@ def remarks(
     if widths:
         sizes = np.unique(np.abs(np.concatenate([logs[k].at_drive for k in train])))
         found += _on_threshold(*widths[0], sizes, limits)
+    found += said(logs)
     if diverged:
         found.append(
             f"{', '.join(diverged)}: more than {limits.diverged:g} times what the rig file says, so that part hardly moves in "

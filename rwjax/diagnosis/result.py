@@ -13,6 +13,7 @@ from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, verdict_sen
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import unit_of_number
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.segments import segment_s
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.logs.log import Log
 from rwjax.planning.files import Plan
@@ -43,7 +44,7 @@ class Diagnosis:
 
     Attributes:
         rig: the rig as it is.
-        logs: all logs, or the parts into which a single one was split.
+        logs: all logs, or the parts into which a single one was split; segments where free runs follow those.
         verdict: one of the four outcomes.
         uninformative: why the logs say nothing, None where they do.
         effects: the named effects, the most important one first.
@@ -151,6 +152,7 @@ class Diagnosis:
             "gap": {
                 "signal": self.signal,
                 **_gap_json(self.gaps[self.signal]),
+                "segment_s": segment_s(self.logs),
                 "signals": {name: _gap_json(gap) for name, gap in self.gaps.items()},
             },
             "held_out": self.held_out,

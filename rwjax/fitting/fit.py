@@ -14,11 +14,14 @@ from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.ask import ask
 from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.segments import said, with_segments
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.kinds import RANGES
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
+from rwjax.logs.noise import pooled_noise
+from rwjax.logs.segments import cut_up
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.columns import unit_of
@@ -59,8 +62,16 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
-def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, solver: Solver = EXACT) -> RigFit:
-    """Fit of a rig's free numbers to logs by free-run least squares over whole runs.
+def fit(
+    rig: Rig,
+    logs: Sequence[Log],
+    *,
+    bootstrap: int = 0,
+    refine: int = 1,
+    solver: Solver = EXACT,
+    segments: float | None = None,
+) -> RigFit:
+    """Fit of a rig's free numbers to logs by free-run least squares, over whole runs where free runs can follow them.
 
     Args:
         rig: The rig with its free numbers, bounds and priors.
@@ -68,6 +79,8 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
         bootstrap: Refits to resampled stretches, whose percentiles are then the intervals; 0 for none [1].
         refine: Parts into which each time step is divided [1].
         solver: What moves the plant through a log.
+        segments: Length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the
+            rig and the logs without it.
 
     Returns:
         The fitted rig with standard errors, intervals, RMS errors and notes.
@@ -77,11 +90,18 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
         LogError: No log may be fitted.
     """
     rig, logs = driven(rig, logs)
-    train = to_fit(rig, logs)
+    runs = to_fit(rig, with_segments(rig, logs, segments))
+    train = cut_up(runs)
     structure = structure_of(rig)
     _check_free(rig, structure)
     problem = pose(
-        structure, train, per_run=rig.per_run, prior=rig.prior, refine=refine, solver=solver.suited(rig, train)
+        structure,
+        train,
+        pooled_noise(tuple(runs)),
+        per_run=rig.per_run,
+        prior=rig.prior,
+        refine=refine,
+        solver=solver.suited(rig, train),
     )
     shared = theta_of(rig, structure)
     estimated = {*rig.free} - {*rig.per_run}
@@ -100,7 +120,8 @@ def fit(rig: Rig, logs: Sequence[Log], *, bootstrap: int = 0, refine: int = 1, s
         *problem.solver.notes(rig, train),
         *ask(problem, theta),
         *found.notes,
-        *(remark for log in train for remark in log.remarks()),
+        *(remark for log in runs for remark in log.remarks()),
+        *said(runs),
     ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]

@@ -108,4 +108,6 @@ def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.
             free[i] = True
     if INTEGRAL in free:
         free[INTEGRAL] = not rest
+    if log.goes_on and not rest:  # the effects' own states were 0 when the run began
+        free |= {name: True for name in structure.states if ":" in name and not name.startswith(f"{SERVO}:")}
     return np.array(list(guess.values())), np.array(list(free.values()))

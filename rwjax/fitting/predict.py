@@ -5,9 +5,12 @@ import numpy as np
 from rwjax.errors import RigError
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
+from rwjax.fitting.segments import with_segments
 from rwjax.kinds import RANGES
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
+from rwjax.logs.noise import pooled_noise
+from rwjax.logs.segments import cut_up
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
@@ -16,8 +19,8 @@ from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory
 
 
-def predict(rig: Rig, log: Log, *, solver: Solver = EXACT) -> Trajectory:
-    """Free run of a rig under a log's command, from the initial state of the log's first 0.5 s.
+def predict(rig: Rig, log: Log, *, solver: Solver = EXACT, segments: float | None = None) -> Trajectory:
+    """Free run of a rig under a log's command, from the initial state of the first 0.5 s of the log or of each segment.
 
     A log without outputs starts at rest at 0, and gets every output that the kind of rig has.
 
@@ -25,6 +28,8 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT) -> Trajectory:
         rig: The rig.
         log: The log.
         solver: What moves the plant through the log.
+        segments: Length of the segments [s] in which the free run follows the log, infinite for the whole run; chosen by
+            the rig and the log without it.
 
     Returns:
         Each measured output `(time,)` [SI] at the log's times.
@@ -34,8 +39,10 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT) -> Trajectory:
     """
     rig, (log,) = driven(rig, (log,))
     structure = structure_of(rig)
-    problem = pose(structure, (log,), solver=solver.suited(rig, (log,)))
-    outputs = predict_logs(problem, theta_of(rig, structure), with_floor=False)[0].outputs
+    parts = cut_up(with_segments(rig, (log,), segments))
+    problem = pose(structure, parts, pooled_noise((log,)), solver=solver.suited(rig, (log,)))
+    found = predict_logs(problem, theta_of(rig, structure), with_floor=False)
+    outputs = {name: np.concatenate([part.outputs[name] for part in found]) for name in structure.outputs}
     wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
     for name in wanted:
         most = RANGES[unit_of(name)].most

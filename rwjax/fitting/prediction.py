@@ -122,7 +122,7 @@ def repeatability(logs: tuple[Log, ...]) -> dict[str, list[tuple[int, np.ndarray
     """
     groups: dict[tuple, list[int]] = {}
     for k, log in enumerate(logs):
-        if starts_at_rest(log):  # a run that starts moving repeats only what moved alike
+        if not log.goes_on and starts_at_rest(log):  # a run that starts moving repeats only what moved alike
             times = np.round(log.time - log.time[0], 3)
             groups.setdefault((times.tobytes(), log.command.tobytes()), []).append(k)
     found: dict[str, list[tuple[int, np.ndarray]]] = {}

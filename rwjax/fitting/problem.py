@@ -9,6 +9,7 @@ import numpy as np
 from rwjax.fitting.initial_guess import START_S, first_half_second, guess_initial_state, starts_at_rest
 from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
+from rwjax.logs.segments import runs_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.exact import EXACT
@@ -53,8 +54,9 @@ class Problem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all entries of `theta`: the structure's, then those of every run, log by log."""
-        return self.structure.names + tuple(f"{name} in {log.name}" for log in self.logs for name in self.per_run)
+        """Names of all entries of `theta`: the structure's, then those of every run, run by run."""
+        runs = (self.logs[k].name for k in np.unique(runs_of(self.logs), return_index=True)[1])
+        return self.structure.names + tuple(f"{name} in {run}" for run in runs for name in self.per_run)
 
     def expand(self, values: np.ndarray) -> np.ndarray:
         """Values of the structure's numbers, repeated for those of every run.
@@ -66,7 +68,7 @@ class Problem:
             Values `(t, …)` [SI] in the order of `names`.
         """
         own = [self.structure.names.index(name) for name in self.per_run]
-        return np.concatenate([values, *(values[own] for _ in self.logs)])
+        return np.concatenate([values, *(values[own] for _ in np.unique(runs_of(self.logs)))])
 
     @property
     def precision(self) -> np.ndarray:

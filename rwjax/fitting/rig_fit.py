@@ -7,6 +7,7 @@ import numpy as np
 from rwjax.effects.library import unit_of_number
 from rwjax.fitting.intervals import Intervals, interval_words
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.segments import segment_s
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
@@ -37,7 +38,7 @@ class RigFit:
     def __str__(self) -> str:
         rows = [_row(name, value, error, self.interval.get(name)) for name, value, error in self._estimates()]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-        lines = [f"fit of {self.rig.name} to {', '.join(log.name for log in self.fit.problem.logs)}"]
+        lines = [f"fit of {self.rig.name} to {', '.join(dict.fromkeys(log.name for log in self.fit.problem.logs))}"]
         lines += ["  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
         lines += [f"  RMS error of {name}: {value:.4g} {unit_of(name)}" for name, value in self.rms.items()]
         return "\n".join([*lines, *(f"  note: {note}" for note in self.notes)])
@@ -77,6 +78,7 @@ class RigFit:
             "solver": self.fit.problem.solver.name,
             "smooth": self.fit.problem.solver.sign_width,
             "noise": self.fit.problem.noise,
+            "segment_s": segment_s(self.fit.problem.logs),
             "converged": self.fit.converged,
             "notes": list(self.notes),
         }

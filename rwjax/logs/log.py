@@ -1,10 +1,26 @@
 """A log in memory: one run of the rig, or a stretch of it."""
 
+import math
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from rwjax.rig.columns import unit_of
+
+
+class Segments(NamedTuple):
+    """How a run is followed by free runs: as a whole, or in segments each of which starts anew.
+
+    Attributes:
+        seconds: Length of a segment [s], infinite for whole runs.
+        why: Why runs are cut, as a clause; empty for whole runs.
+        number: Which segment of its run a log is, 0 for a whole run and for the first.
+    """
+
+    seconds: float = math.inf
+    why: str = ""
+    number: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +43,7 @@ class Log:
         input: Column of the command, one of `columns.COMMANDS`.
         enabled: Whether torque was on (n,), None where it always was.
         acting: What a servo gave its drive (n,) [V, 1, A or N m], worked out from the readings; None where the command says it.
+        segments: How free runs follow the run; None where that is not decided.
     """
 
     name: str
@@ -44,11 +61,17 @@ class Log:
     input: str = "voltage_V"
     enabled: np.ndarray | None = None
     acting: np.ndarray | None = None
+    segments: Segments | None = None
 
     @property
     def at_drive(self) -> np.ndarray:
         """What the drive was given (n,), of a two-axis rig (n, 2): the command, or as nearly as readings tell what a servo gave."""
         return self.command if self.acting is None else self.acting
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it is a segment that goes on from the one before it, in a state that no run begins in."""
+        return self.segments is not None and self.segments.number > 0
 
     def remarks(self) -> list[str]:
         """What a user should know about the readings.

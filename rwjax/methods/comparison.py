@@ -17,8 +17,11 @@ from rwjax.errors import InputError
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
+from rwjax.fitting.segments import said, segment_s, with_segments
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
+from rwjax.logs.noise import pooled_noise
+from rwjax.logs.segments import cut_up
 from rwjax.methods.identified import Identified
 from rwjax.methods.kalman import prediction_error
 from rwjax.methods.output_error import SMOOTH, end_to_end, finite_differences, smooth_end_to_end
@@ -102,12 +105,16 @@ class Comparison:
         rows: One for each method.
         floor: RMS error by output that a perfect model would leave on the held-out data [SI].
         held_out: How the held-out data were chosen.
+        segment_s: Length of the segments in which free runs follow the logs [s]; None for whole runs.
+        remarks: What a user should know of the logs, one sentence each.
     """
 
     rig: Rig
     rows: tuple[Row, ...]
     floor: dict[str, float]
     held_out: str
+    segment_s: float | None = None
+    remarks: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         signals, free = list(self.floor), self.rig.free
@@ -122,7 +129,8 @@ class Comparison:
         out = io.StringIO()
         Console(file=out, width=60 + 24 * (len(signals) + len(free))).print(sheet)
         head = f"free-run RMS on held-out data ({self.held_out}); numbers from all logs that may be fitted"
-        notes = [f"{row.method.name}: {note}" for row in self.rows for note in row.notes]
+        notes = [f"{row.method.name}: {note}" for row in self.rows for note in row.notes if note not in self.remarks]
+        notes = [*self.remarks, *notes]
         return "\n".join([head, *(line.rstrip() for line in [*out.getvalue().rstrip("\n").split("\n"), *notes])])
 
     def json(self) -> dict:
@@ -134,6 +142,8 @@ class Comparison:
         return {
             "schema": "rwjax.comparison/1",
             "held_out": self.held_out,
+            "segment_s": self.segment_s,
+            "remarks": list(self.remarks),
             "floor": self.floor,
             "methods": [
                 {
@@ -155,9 +165,9 @@ class Comparison:
 
 
 def _judged(rig: Rig, logs: Sequence[Log], solver: Solver) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
-    """Squared free-run errors and squared floors of each log by output."""
+    """Squared free-run errors and squared floors of each log or segment by output."""
     structure = structure_of(rig)
-    problem = pose(structure, logs, solver=solver)
+    problem = pose(structure, cut_up(logs), pooled_noise(tuple(logs)), solver=solver)
     predictions = predict_logs(problem, theta_of(rig, structure))
     floor = floor_variance(problem, predictions)
     with np.errstate(over="ignore"):
@@ -175,7 +185,12 @@ def _rms(parts: list[dict[str, np.ndarray]]) -> dict[str, float]:
 
 
 def compare(
-    rig: Rig, logs: Sequence[Log], progress: Callable[[str], None] = lambda text: None, *, solver: Solver = EXACT
+    rig: Rig,
+    logs: Sequence[Log],
+    progress: Callable[[str], None] = lambda text: None,
+    *,
+    solver: Solver = EXACT,
+    segments: float | None = None,
 ) -> Comparison:
     """Fits a rig by every method and judges each on held-out data; a fold's fit begins at the fit to all logs.
 
@@ -186,6 +201,8 @@ def compare(
         logs: The logs.
         progress: Is told the name of each method before its turn.
         solver: Solver whose free runs judge; if it is smooth, the method `smooth` fits through it.
+        segments: Length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the
+            rig and the logs without it. Methods without a free run take whole runs.
 
     Returns:
         The comparison; a method that cannot be used on these logs has a row that says why.
@@ -194,6 +211,7 @@ def compare(
         RigError: Nothing is free.
         LogError: No log may be fitted.
     """
+    logs = with_segments(rig, logs, segments)
     train = to_fit(rig, logs)
     rule, splits = folds(logs)
     by = solver.suited(rig, train)  # one width for all
@@ -218,4 +236,4 @@ def compare(
             continue
         rows.append(Row(method, found.rig, _rms([square for square, _ in judged]), seconds, found.notes))
         floor = floor or _rms([f for _, f in judged])
-    return Comparison(rig, tuple(rows), floor, rule)
+    return Comparison(rig, tuple(rows), floor, rule, segment_s(logs), tuple(said(logs)))

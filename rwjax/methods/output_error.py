@@ -9,7 +9,10 @@ from rwjax.fitting.fit import fit, to_fit
 from rwjax.fitting.problem import pose
 from rwjax.fitting.sandwich import undetermined
 from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.segments import with_segments
 from rwjax.logs.log import Log
+from rwjax.logs.noise import pooled_noise
+from rwjax.logs.segments import cut_up
 from rwjax.methods.identified import Identified, estimated, left_out
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -75,9 +78,9 @@ def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
         RigError: Nothing is free.
         LogError: No log may be fitted.
     """
-    train = to_fit(rig, logs)
+    train = to_fit(rig, with_segments(rig, logs))
     structure = structure_of(rig)
-    problem = pose(structure, train, prior=rig.prior)
+    problem = pose(structure, cut_up(train), pooled_noise(tuple(train)), prior=rig.prior)
     theta = theta_of(rig, structure)
     free = np.flatnonzero([name in rig.free for name in structure.names])
     size = sizes_of(rig, structure, theta, train)[free]

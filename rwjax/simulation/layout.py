@@ -13,6 +13,7 @@ import numpy as np
 from rwjax.errors import LogError
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log, with_earlier
+from rwjax.logs.segments import runs_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
 
@@ -235,7 +236,7 @@ def lay_out(
         structure: What the plant is made of.
         logs: The logs.
         noise: For each log the standard deviation of each logged output [rad, rad/s or A], by which its readings are divided.
-        per_run: Numbers of which every log has a value of its own; they follow the shared ones in `theta`, log by log.
+        per_run: Numbers of which every run has a value of its own; they follow the shared ones in `theta`, run by run.
         refine: Divides the time step further [1], to check that a result does not depend on it.
 
     Returns:
@@ -255,7 +256,7 @@ def lay_out(
         sample_index=np.arange(max(int(np.diff(held, axis=1).max()), 1)),
         h=np.array(grid.h),
         t0=np.array([log.time[0] - log.origin for log in logs]),
-        theta_index=_theta_index(structure, len(logs), per_run),
+        theta_index=_theta_index(structure, runs_of(logs), per_run),
         theta_offset=np.array([structure.vector(log.added) for log in logs]),
         step_index=np.arange(grid.per_window),
         overlap_index=np.arange(grid.overlap),
@@ -263,9 +264,9 @@ def lay_out(
     )
 
 
-def _theta_index(structure: Structure, logs: int, per_run: Sequence[str]) -> np.ndarray:
-    """`theta_index` of a batch."""
-    index = np.tile(np.arange(len(structure.names)), (logs, 1))
+def _theta_index(structure: Structure, runs: np.ndarray, per_run: Sequence[str]) -> np.ndarray:
+    """`theta_index` of a batch, whose logs belong to these runs."""
+    index = np.tile(np.arange(len(structure.names)), (len(runs), 1))
     for k, name in enumerate(per_run):
-        index[:, structure.names.index(name)] = len(structure.names) + k + len(per_run) * np.arange(logs)
+        index[:, structure.names.index(name)] = len(structure.names) + k + len(per_run) * runs
     return index

@@ -85,6 +85,37 @@ def evaluate(
     return Evaluation(residual, local, chain, shift, H, g, defect)
 
 
+@stored(lambda found: found[0])
+def transitions(
+    structure: Structure,
+    theta: Float[Any, " t"],
+    nodes: Float[Any, "l w n"],
+    batch: Batch,
+    *,
+    solver: Solver = EXACT,
+) -> Any:
+    """How a change of a window's first state shows at its end.
+
+    Args:
+        structure: What the plant is made of.
+        theta: Numbers of all logs `(t,)` [SI].
+        nodes: First state of every window `(l, w, n)` [SI].
+        batch: The logs.
+        solver: What moves the plant through a window.
+
+    Returns:
+        Derivative of a window's last state by its first one `(l, w, n, n)` [SI/SI].
+    """
+
+    def ends(nodes: Float[Array, "l w n"]) -> Array:
+        return _simulate_windows(structure, solver, theta, nodes, batch)[1]
+
+    n = nodes.shape[2]
+    each = jnp.broadcast_to(jnp.eye(n)[:, None, None], (n, *nodes.shape))
+    d_end = jax.vmap(lambda d: jax.jvp(ends, (nodes,), (d,))[1])(each)
+    return [jnp.moveaxis(d_end, 0, -1)]
+
+
 def _simulate_windows(
     structure: Structure, solver: Solver, theta: Float[Array, " t"], nodes: Float[Array, "l w n"], batch: Batch
 ) -> tuple[Float[Array, "l w q y"], Float[Array, "l w n"]]:

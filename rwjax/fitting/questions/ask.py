@@ -12,6 +12,7 @@ from rwjax.fitting.questions.likeness import Question, Run
 from rwjax.fitting.questions.readings import about_readings
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
+from rwjax.logs.segments import cut_up, put_together, runs_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch, by_sample
@@ -33,7 +34,7 @@ def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
     """
     rig, logs = driven(rig, logs)
     structure = structure_of(rig)
-    return ask(pose(structure, logs), theta_of(rig, structure))
+    return ask(pose(structure, cut_up(logs)), theta_of(rig, structure))
 
 
 def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
@@ -58,11 +59,21 @@ def _free_runs(problem: Problem, theta: np.ndarray, batch: Batch, start: np.ndar
     y = np.asarray(free_run(problem.structure, theta, start, batch, solver=problem.solver)[0])
     names = problem.structure.outputs
     runs = []
-    for k in map(int, problem.logs_with_readings):
-        log = problem.logs[k]
-        samples = by_sample(problem.batch, k, y[k], len(log.time))
-        runs.append(Run(log, {name: samples[:, j] for j, name in enumerate(names)}))
+    for logs in _runs(problem):
+        segments = [problem.logs[k] for k in logs]
+        samples = np.concatenate(
+            [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in zip(logs, segments, strict=True)]
+        )
+        runs.append(Run(put_together(segments), {name: samples[:, j] for j, name in enumerate(names)}))
     return runs
+
+
+def _runs(problem: Problem) -> list[list[int]]:
+    """Numbers of the logs that are read, run by run."""
+    found: dict[int, list[int]] = {}
+    for k in map(int, problem.logs_with_readings):
+        found.setdefault(int(runs_of(problem.logs)[k]), []).append(k)
+    return list(found.values())
 
 
 def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
@@ -78,9 +89,11 @@ def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
 
 def _under(problem: Problem, theta: np.ndarray, volts: Sequence[np.ndarray]) -> list[Run]:
     """Free runs of the logs that are read under other commands."""
-    numbers = problem.logs_with_readings
-    logs = [replace(problem.logs[k], command=u) for k, u in zip(numbers, volts, strict=True)]
-    other = pose(problem.structure, logs, problem.noise, per_run=problem.per_run, solver=problem.solver)
-    shared = len(problem.structure.names)
-    own = theta[shared:].reshape(len(problem.logs), len(problem.per_run))[numbers]
+    runs = _runs(problem)
+    logs = [
+        replace(put_together([problem.logs[k] for k in run]), command=u) for run, u in zip(runs, volts, strict=True)
+    ]
+    other = pose(problem.structure, cut_up(logs), problem.noise, per_run=problem.per_run, solver=problem.solver)
+    shared, numbers = len(problem.structure.names), runs_of(problem.logs)[[run[0] for run in runs]]
+    own = theta[shared:].reshape(-1, max(len(problem.per_run), 1))[numbers] if problem.per_run else np.zeros(0)
     return _free_runs(other, np.concatenate([theta[:shared], own.ravel()]), other.batch, other.start)
