@@ -57,7 +57,7 @@ def runs_of(logs: Sequence[Log]) -> np.ndarray:
         logs: Runs and segments of runs, those of a run one after the other.
 
     Returns:
-        Number of the run of each log `(l,)`, counted from 0.
+        Number of the run of each log `(l,)`, counted from 0 [index].
     """
     return np.cumsum([k == 0 or not log.goes_on for k, log in enumerate(logs)]) - 1
 
