@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.blind.cases import make_case, write_case
 from rwjax import read_logs, read_rig
-from rwjax.diagnosis.hypothesis import Hypothesis, free_names
+from rwjax.diagnosis.hypothesis import Hypothesis, free_names, logged_outputs
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.fitting.batched_runs import together
@@ -56,7 +56,7 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
     own = {
         name: parameters(BY_NAME[effect])[name.rpartition(".")[2]] for name in names if name.startswith(f"{effect}.")
     }
-    free = free_names(rig, Hypothesis((effect,)))
+    free = free_names(rig, Hypothesis((effect,)), logged_outputs(logs))
     found = []
     count = max(len(p.starts) for p in own.values())
     for begin, j in ((begin, j) for begin in (base.theta, theta) for j in range(count)):

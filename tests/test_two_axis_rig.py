@@ -117,7 +117,7 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     assert not any(name.startswith(("axis.", "wheel.", "drive.", "sensor.scale")) for name in every)
     assert "wheel_1.gyroscopic" not in every and "wheel_1.gyroscopic" in candidates(replace(WHOLE, effects={}))
     both = Hypothesis(("yaw.stribeck", "pitch.stribeck", "pitch.coulomb"))
-    free = free_names(WHOLE, both)
+    free = free_names(WHOLE, both, ())
     assert "yaw.stribeck.M_c" in free and "pitch.stribeck.M_c" not in free
     assert both.contains(Hypothesis(("yaw.coulomb",))) and not both.contains(Hypothesis(("wheel_1.coulomb",)))
     assert handed_on(included_numbers(), {"yaw.stribeck.M_c"}, {"pitch.coulomb.M_c"}) == []

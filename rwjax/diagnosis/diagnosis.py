@@ -8,7 +8,7 @@ import numpy as np
 from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, candidates, coordinate_of
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, candidates, coordinate_of, shown_by
 from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -203,7 +203,7 @@ def _which(fits: ModelFits, layout: _Layout, strategy: Strategy) -> tuple[HeldOu
     if not stands_out(bare[signal], settings.verdict):
         return before, signal, Choice.nothing()
     fits.start_from_first_readings()
-    choice = strategy.choose(fits, candidates(fits.rig))
+    choice = strategy.choose(fits, shown_by(candidates(fits.rig), fits.outputs))
     if choice.best.names:
         if choice.best not in fits:
             fitted(fits, choice.best)

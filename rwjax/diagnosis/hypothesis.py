@@ -1,11 +1,11 @@
 """Hypotheses: sets of missing effects and wrong fixed numbers, and the plants that follow from them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects.library import BY_NAME, included_in, models, of_kind, special_cases
+from rwjax.effects.library import BY_NAME, included_in, models, of_kind, shown_numbers, special_cases
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling
 from rwjax.fitting.coordinates import Coordinates, coordinates
@@ -155,12 +155,38 @@ def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
     return own.with_effects(*alike, *hypothesis.effects)
 
 
-def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
+def logged_outputs(logs: Iterable[Log]) -> frozenset[str]:
+    """Names of the outputs that logs hold.
+
+    Args:
+        logs: the logs.
+
+    Returns:
+        The names.
+    """
+    return frozenset(name for log in logs for name in log.outputs)
+
+
+def chosen_names(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Numbers of a hypothesis of which a fit tries the starts alone.
+
+    Args:
+        hypothesis: any hypothesis.
+
+    Returns:
+        Names of numbers of its effects.
+    """
+    every = [(e, n, p) for e in hypothesis.effects for n, p in parameters(BY_NAME[e]).items()]
+    return tuple(f"{effect}.{number}" for effect, number, known in every if known.role == "choice")
+
+
+def free_names(rig: Rig, hypothesis: Hypothesis, outputs: Collection[str]) -> tuple[str, ...]:
     """Numbers that a fit of a hypothesis estimates.
 
     Args:
         rig: the rig as it is.
         hypothesis: any hypothesis.
+        outputs: names of the outputs that the logs hold.
 
     Returns:
         Names of the rig's free numbers, then of the hypothesis's own.
@@ -171,9 +197,11 @@ def free_names(rig: Rig, hypothesis: Hypothesis) -> tuple[str, ...]:
     for effect in (name for name in BY_NAME if name in hypothesis.effects):
         included = included_in(effect)
         modelled = bool(included) and (models(rig.numbers, included) or included in held | given)
-        own = parameters(BY_NAME[included]) if included else {}
+        own, shown = parameters(BY_NAME[included]) if included else {}, shown_numbers(effect, outputs)
         free += [
-            f"{effect}.{n}" for n, p in parameters(BY_NAME[effect]).items() if p.fitted and not (modelled and n in own)
+            f"{effect}.{n}"
+            for n, p in parameters(BY_NAME[effect]).items()
+            if p.fitted and n in shown and not (modelled and n in own)
         ]
         given.add(included)
     return tuple(free)
@@ -212,12 +240,26 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         for name in of_kind(rig.kind)
         if name not in rig.effects
         and not models(rig.numbers, name)
+        and not (BY_NAME[name].needs_servo and getattr(structure, "servo", None) is None)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     fixed = [
         name for name in structure.numbers if name not in (*rig.free, *_TICKING) and rig.numbers.get(name, 0.0) != 0.0
     ]
     return (*found, *(f"parameter.{name}" for name in fixed))
+
+
+def shown_by(names: Iterable[str], outputs: Collection[str]) -> tuple[str, ...]:
+    """Those of some candidates of which logs can show anything.
+
+    Args:
+        names: names of effects, and `parameter.NAME`.
+        outputs: names of the outputs that the logs hold.
+
+    Returns:
+        The names without the effects all of whose numbers act on outputs that no log holds.
+    """
+    return tuple(name for name in names if name not in BY_NAME or shown_numbers(name, outputs))
 
 
 def space(
@@ -238,7 +280,7 @@ def space(
     names = structure.names
     theta = theta_of(rig, structure)
     bounds = bounds_of(rig, structure)
-    free = free_names(rig, hypothesis)
+    free = free_names(rig, hypothesis, logged_outputs(logs))
     size = sizes_of(rig, structure, theta, logs)
     sizes = scales_for(rig, logs)
     options: dict[int, tuple[float, ...]] = {}
@@ -258,5 +300,6 @@ def space(
         for k, values in options.items():
             start[k] = values[j % len(values)]
         starts.append(start)
+    starts = [start for start in starts if np.any(start != theta)] or starts[:1]  # what no log shows begins nowhere
     mask = np.array([name in free for name in names])
     return coordinates(theta, mask, bounds, size), starts

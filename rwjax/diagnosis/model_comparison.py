@@ -40,7 +40,7 @@ class ModelComparison:
 
     def _numbers(self, hypothesis: Hypothesis) -> tuple[int, int]:
         """How many numbers of its own a hypothesis has, and how many of its effects' forms."""
-        own = free_names(self.fits.rig, hypothesis)[len(self.fits.rig.free) :]
+        own = free_names(self.fits.rig, hypothesis, self.fits.outputs)[len(self.fits.rig.free) :]
         form = sum(null_of_optional(name) is not None for name in own)
         return len(own) - form, form
 

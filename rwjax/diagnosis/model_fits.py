@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, space, structure_for
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, logged_outputs, space, structure_for
 from rwjax.diagnosis.settings import FittingSettings, Settings
 from rwjax.effects.library import null_of_optional
 from rwjax.fitting.batched_runs import Simulating, together
@@ -98,6 +98,11 @@ class ModelFits:
         unseen = pooled_noise(whole_runs(logs))  # for outputs that no training log holds
         problem = pose(structure_for(rig, NOTHING), logs, unseen | noise, prior=rig.prior)
         return cls(rig, problem, tuple(train), Settings() if settings is None else settings, progress)
+
+    @property
+    def outputs(self) -> frozenset[str]:
+        """Names of the outputs that the training logs hold."""
+        return logged_outputs(self.problem.logs[k] for k in self.train)
 
     def __call__(self, hypothesis: Hypothesis) -> Fit:
         """Best fit of a hypothesis, carried to its end.

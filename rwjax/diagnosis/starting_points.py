@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import Hypothesis, free_names, handed_on, structure_for
+from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names, handed_on, structure_for
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import Candidate, ScoreScreen, Screened
 from rwjax.effects.library import included_numbers, limit_numbers
@@ -77,15 +77,16 @@ def candidate_of(fits: ModelFits, hypothesis: Hypothesis, parent: Hypothesis) ->
     structure = structure_for(fits.rig, hypothesis)
     problem = fits.training(structure)
     moves, starts = fits.space(hypothesis)
-    own, of_parent = {*free_names(fits.rig, hypothesis)}, {*free_names(fits.rig, parent)}
-    shared = of_parent & own
+    own, of_parent = ({*free_names(fits.rig, e, fits.outputs)} for e in (hypothesis, parent))
+    chosen, of_parents_choice = {*chosen_names(hypothesis)}, {*chosen_names(parent)}
+    shared = of_parent & own | chosen & of_parents_choice
     values = fits(parent).numbers()
     for name, same in handed_on(included_numbers(), own - shared, of_parent):
         values[name] = values[same]
         shared.add(name)
     known = np.array([name in shared for name in structure.names])
     free = np.array([name in own for name in structure.names])
-    added = free & ~known
+    added = (free | np.array([name in chosen for name in structure.names])) & ~known
     null = theta_of(fits.rig, structure)
     bases = [np.where(known, _in_order(fits, structure, values), start) for start in starts]
     far = any(_far(fits, name, values[name]) for name in shared)  # what the rig lacks may have driven them there
@@ -97,7 +98,7 @@ def candidate_of(fits: ModelFits, hypothesis: Hypothesis, parent: Hypothesis) ->
     if alike:
         handed = [values[alike[name]] if name in alike else bases[0][k] for k, name in enumerate(structure.names)]
         unprobed.append(np.array(handed))
-    return Candidate(problem, start, off, bases, unprobed, free, added & (null == 0.0), bounds)
+    return Candidate(problem, start, off, bases, unprobed, free, free & added & (null == 0.0), bounds)
 
 
 def _in_order(fits: ModelFits, structure: Structure, values: dict[str, float]) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rwjax.effects.effect import FittedRig
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, Supply
+from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, GoalDelay, Supply
 from rwjax.effects.shown import DWELLING, FAST, LEVELS
 from rwjax.types import Scalar
 
@@ -257,6 +257,7 @@ class Curvature(CommandMap):
     meaning: ClassVar[str] = "gain that varies smoothly with the command's size"
     equation: ClassVar[str] = "u (1 + c abs(u)) for c > 0, u/(1 − c abs(u)) for c < 0, times abs(u/u_1)^p"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 1}
+    limits: ClassVar[tuple[str, ...]] = ("drive.square_law",)
     linear_numbers: ClassVar[Mapping[str, float]] = {"p": 0.0}
     c: Scalar = param("1/V", bounds=(-jnp.inf, jnp.inf), starts=(0.1, -0.1, 0.0, 0.0), scale="per_command", tex="c")
     p: Scalar = param("1", bounds=(-0.8, 3.0), starts=(0.0, 0.0, 0.1, -0.1), tex="p", role="form")
@@ -287,3 +288,81 @@ class Curvature(CommandMap):
         if given.get("p", 0.0):
             return "its power is left out, the gain is that of small commands without it"
         return "the gain is that of small commands"
+
+
+class SquareLaw(CommandMap):
+    r"""Torque or thrust with the square of the command, as of a propeller: $u_e = (1 - s)\,u + s\,u|u|/u_1$ with $s = 1$.
+
+    With $s = 0$ it is absent. A search tries $s = 1$ alone: what lies between is `drive.curvature`, of which the square is the
+    special case $p = 1$, $c = 0$.
+
+    Attributes:
+        s: Share of the square [1].
+        u_1: Command at which the square is as large as the command [V].
+    """
+
+    name: ClassVar[str] = "drive.square_law"
+    label: ClassVar[str] = "square law of the drive"
+    coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "torque or thrust with the square of the command, as of a propeller (s = 1)"
+    equation: ClassVar[str] = "(1 − s) u + s u abs(u)/u_1"
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 1}
+    linear_numbers: ClassVar[Mapping[str, float]] = {"s": 0.0}
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(1.0, 1.0), tex="s", role="choice")
+    u_1: Scalar = param("V", bounds=(1e-6, 1e6), null=1.0, starts=(1.0, 0.4), scale="peak", tex="u_1", role="form")
+
+    def command(self, u: Scalar) -> Scalar:
+        return u + self.s * (u * jnp.abs(u) / self.u_1 - u)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "the gain is the mean one of a command of u_1"
+
+
+class OneSided(CommandMap):
+    r"""Commands of one sign give nothing: $u_e = (1 - s)\,u$ for $u < 0$ where $s > 0$, $(1 + s)\,u$ for $u > 0$ where $s < 0$.
+
+    With $s = 1$ only positive commands act, with $s = -1$ only negative ones, with $s = 0$ it is absent. A search tries both
+    signs and nothing between: a drive that turns both ways, with gains that differ, is `drive.asymmetric_gain`. That one ends
+    at gains of 1.9 and 0.1.
+
+    Attributes:
+        s: Share of the command that is lost, of negative ones where it is positive, of positive ones where it is negative [1].
+    """
+
+    name: ClassVar[str] = "drive.one_sided"
+    label: ClassVar[str] = "drive that acts one way only"
+    coordinate: ClassVar[str] = "voltage"
+    meaning: ClassVar[str] = "commands of one sign give nothing: negative ones with s = 1, positive ones with s = −1"
+    equation: ClassVar[str] = "(1 − s) u for u < 0 and s > 0, (1 + s) u for u > 0 and s < 0, else u"
+    shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 2}
+    linear_numbers: ClassVar[Mapping[str, float]] = {"s": 0.0}
+    s: Scalar = param("1", bounds=(-1.0, 1.0), starts=(1.0, -1.0), tex="s", role="choice")
+
+    def command(self, u: Scalar) -> Scalar:
+        return u - jnp.maximum(self.s, 0.0) * jnp.minimum(u, 0.0) + jnp.minimum(self.s, 0.0) * jnp.maximum(u, 0.0)
+
+    @classmethod
+    def linear_note(cls, given: Mapping[str, float]) -> str:
+        return "the gain is that of the commands that act"
+
+
+class LateGoal(GoalDelay):
+    r"""The goal of a servo acts late, $g_e(t) = g(t - \tau)$.
+
+    It lies outside the loop, which `drive.delay` and `sensor.delay` lie within: it shifts the motion and cannot make it swing.
+
+    Attributes:
+        tau: Delay [s].
+    """
+
+    name: ClassVar[str] = "drive.goal_delay"
+    label: ClassVar[str] = "delay of the servo's goal"
+    coordinate: ClassVar[str] = "time"
+    meaning: ClassVar[str] = "the goal of a servo acts late (only on a rig with a servo)"
+    equation: ClassVar[str] = "goal(t − τ)"
+    shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
+    tau: Scalar = param("s", bounds=(0.0, 0.5), starts=(0.01, 0.04, 0.12), tex="\\tau")
+
+    def delay(self) -> Scalar:
+        return self.tau

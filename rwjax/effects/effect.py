@@ -102,6 +102,12 @@ class Effect(eqx.Module):
     like_larger: ClassVar[tuple[str, ...]] = ()
     """Numbers of the rig file that, fitted larger than the file says, cannot be told from it on any logs."""
 
+    output_of: ClassVar[Mapping[str, str]] = {}
+    """The output on which a number acts alone, by the name that it has on a rig with one axis: a search estimates the number only
+    where a log holds the output."""
+    needs_servo: ClassVar[bool] = False
+    """Whether it acts on the goal of a servo, which a rig without one does not have."""
+
     shown_by: ClassVar[Mapping[str, int]] = {}
     """The kinds of run that show it (keys of `rwjax.effects.shown.RUNS`), each with its rank in the list of that run: lower
     ranks come first, and equal ones in the order of the library."""

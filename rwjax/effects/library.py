@@ -1,6 +1,6 @@
 """All effects by name, in the order of tables, reports and docs."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from types import ModuleType
 
 from rwjax.effects import axis, axis_friction, drive, motor, sensor, two_axis, wheel
@@ -8,7 +8,7 @@ from rwjax.effects.effect import Effect, FittedRig
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Dry
 from rwjax.effects.rig_terms import LEVELS_IN_RIG
-from rwjax.kinds import NUMBERS, SUBSYSTEMS, TWO_AXIS
+from rwjax.kinds import NUMBERS, SUBSYSTEMS, TWO_AXIS, half_column, of_half
 
 
 def _defined_in(module: ModuleType) -> list[type[Effect]]:
@@ -44,7 +44,7 @@ def of_kind(kind: str) -> dict[str, type[Effect]]:
 
 
 def null_of_optional(number: str) -> float | None:
-    """Null of a number that a rig file may leave out, since it belongs to the form of an effect.
+    """Null of a number that a rig file may leave out since it belongs to the form of an effect.
 
     Args:
         number: Name of a number, `effect.parameter` for an effect's.
@@ -54,7 +54,7 @@ def null_of_optional(number: str) -> float | None:
     """
     effect, _, name = number.rpartition(".")
     found = parameters(BY_NAME[effect])[name] if effect in BY_NAME else None
-    return found.null if found is not None and found.optional else None
+    return found.null if found is not None and found.of_form else None
 
 
 def unit_of_number(number: str) -> str:
@@ -69,6 +69,21 @@ def unit_of_number(number: str) -> str:
     effect, _, name = number.rpartition(".")
     unit = parameters(BY_NAME[effect])[name].unit if effect in BY_NAME else NUMBERS[number].unit
     return "" if unit == "1" else unit
+
+
+def shown_numbers(name: str, outputs: Collection[str]) -> tuple[str, ...]:
+    """The numbers of an effect that logs can show (`Effect.output_of`).
+
+    Args:
+        name: Name of the effect.
+        outputs: Names of the outputs that the logs hold.
+
+    Returns:
+        Names of the numbers.
+    """
+    effect, half = BY_NAME[name], of_half(name)
+    acts_on = {number: half_column(on, half[0]) if half else on for number, on in effect.output_of.items()}
+    return tuple(number for number in parameters(effect) if number not in acts_on or acts_on[number] in outputs)
 
 
 def included_in(name: str) -> str:

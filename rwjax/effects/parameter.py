@@ -6,9 +6,10 @@ from typing import Any, Literal
 
 import equinox as eqx
 
-Role = Literal["effect", "form", "reference"]
-"""What a number is for: `effect`, it makes the effect; `form`, it belongs to the effect's form, and a rig file may leave it out; `reference`,
-like that, and no search estimates it."""
+Role = Literal["effect", "reading", "choice", "form", "reference"]
+"""What a number is for: `effect`, it makes the effect; `reading`, like that, but it acts on one output alone (`Effect.output_of`), and a rig
+file may leave it out; `choice`, like `effect`, but a search tries its starts and nothing between them; `form`, it belongs to the effect's form,
+and a rig file may leave it out; `reference`, like that, and no search estimates it."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +40,19 @@ class Parameter:
     role: Role
 
     @property
+    def of_form(self) -> bool:
+        """Whether it says in which form the effect comes, and not that there is one."""
+        return self.role in ("form", "reference")
+
+    @property
     def optional(self) -> bool:
         """Whether a rig file may leave it out and then has it at its null."""
-        return self.role != "effect"
+        return self.of_form or self.role == "reading"
 
     @property
     def fitted(self) -> bool:
         """Whether a search estimates it; else it stays where the search begins."""
-        return self.role != "reference"
+        return self.role in ("effect", "reading", "form")
 
     def begin(self, sizes: Mapping[str, float]) -> tuple[float, ...]:
         """Values from which a search begins, within the bounds.

@@ -2,7 +2,8 @@
 
 command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit`, `Winding`
 -> wheel: `WheelTorque`, `WheelDry` -> axis: `Coupling`, `AxisTorque`, `AxisDry`, `AxisElastic` -> encoder: `Encoder` ->
-`EncoderDelay`; and `Clock`, the logger's time. An effect may carry states of its own, 0 when a run begins.
+`EncoderDelay` -> log: `Reading`; `GoalDelay`, what a servo is told; and `Clock`, the logger's time. An effect may carry states
+of its own, 0 when a run begins.
 """
 
 from abc import abstractmethod
@@ -381,6 +382,39 @@ class EncoderDelay(Effect):
 
         Returns:
             The age [s].
+        """
+
+
+class Reading(Effect):
+    """What a sensor of any kind adds to its reading, an encoder's errors included."""
+
+    group: ClassVar[str] = "sensor"
+
+    @abstractmethod
+    def read(self, output: str, value: Scalar) -> Scalar:
+        """A reading as it is logged.
+
+        Args:
+            output: Name of the output on a rig with one axis.
+            value: What the sensor measures [SI].
+
+        Returns:
+            The reading [SI].
+        """
+
+
+class GoalDelay(Effect):
+    """Lateness of the goal of a servo, outside its loop."""
+
+    group: ClassVar[str] = "drive"
+    needs_servo: ClassVar[bool] = True
+
+    @abstractmethod
+    def delay(self) -> Scalar:
+        """Time by which the goal acts late [s].
+
+        Returns:
+            The time [s].
         """
 
 

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 from rwjax.effects.effect import Motion
 from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import Clock, Encoder, EncoderDelay
-from rwjax.effects.shown import FAST
+from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Reading
+from rwjax.effects.shown import COASTING, FAST
 from rwjax.types import Scalar
 
 
@@ -131,3 +131,35 @@ class LoggerClock(Clock):
 
     def pace(self) -> Scalar:
         return 1.0 - self.e
+
+
+class Offset(Reading):
+    r"""Constant offset of a sensor that reads a rate or a current, $y = w + w_b$.
+
+    That of an angle would be no error: a run may begin anywhere. In a search an output that no log holds has no offset.
+
+    Attributes:
+        w_b: Offset of the axis's rate [rad/s].
+        Omega_b: Offset of the wheel's rate [rad/s].
+        i_b: Offset of the current [A].
+    """
+
+    name: ClassVar[str] = "sensor.offset"
+    label: ClassVar[str] = "offset of a rate or current sensor"
+    coordinate: ClassVar[str] = "time"
+    meaning: ClassVar[str] = "constant offset of a sensor that reads a rate or a current"
+    equation: ClassVar[str] = "readings w + w_b of the axis, Ω + Omega_b of the wheel, i + i_b"
+    shown_by: ClassVar[Mapping[str, int]] = {COASTING: 1}
+    output_of: ClassVar[Mapping[str, str]] = {"w_b": "yaw_rad_s", "Omega_b": "wheel_rad_s", "i_b": "current_A"}
+    w_b: Scalar = param(
+        "rad/s", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0, 0.0), scale="rate", tex="w_b", role="reading"
+    )
+    Omega_b: Scalar = param(
+        "rad/s", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03, 0.0), scale="spin", tex="\\Omega_b", role="reading"
+    )
+    i_b: Scalar = param(
+        "A", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.03), scale="ampere", tex="i_b", role="reading"
+    )
+
+    def read(self, output: str, value: Scalar) -> Scalar:
+        return value + sum(getattr(self, number) for number, on in self.output_of.items() if on == output)

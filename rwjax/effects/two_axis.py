@@ -6,14 +6,14 @@ from typing import ClassVar
 
 from rwjax.effects.effect import Effect, FittedRig
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import Clock, Coupling, EncoderDelay
+from rwjax.effects.ports import Clock, Coupling, EncoderDelay, GoalDelay
 from rwjax.kinds import HALVES, of_half, on_half
 from rwjax.types import Scalar
 
 OF_THE_LOG = (EncoderDelay, Clock)
 """Ports that belong to the logger: a rig with two axes has one of them, under its own name."""
-NOT_HERE = (*OF_THE_LOG, Coupling)
-"""Ports that no half has; nothing lies between a wheel's motor and the body that carries it."""
+NOT_HERE = (*OF_THE_LOG, Coupling, GoalDelay)
+"""Ports that no half has: nothing lies between a wheel's motor and the body that carries it, and no servo moves two axes."""
 
 
 def on_each_half(effects: Iterable[type[Effect]]) -> list[type[Effect]]:

@@ -55,6 +55,7 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "rate": rate,
         "torque_per_rate": gain * command / rate,
         "torque_per_rate2": gain * command / rate**2,
+        "spin": spin,
         "torque_per_spin2": gain * command / spin**2,
         "sensed_rate": rate if rig.kind != "wheel" else spin,
         "inertial": n.get("axis.inertia", 1.0),

@@ -23,7 +23,17 @@ from scipy.optimize import least_squares
 from scipy.special import chdtri, ndtri
 
 from rwjax.effects.library import BY_NAME
-from rwjax.effects.ports import Clock, CurrentLimit, Encoder, MotorTorque, Supply, WheelDry, WheelTorque, Winding
+from rwjax.effects.ports import (
+    Clock,
+    CurrentLimit,
+    Encoder,
+    MotorTorque,
+    Reading,
+    Supply,
+    WheelDry,
+    WheelTorque,
+    Winding,
+)
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
 from rwjax.kinds import WHEELED
@@ -35,7 +45,7 @@ from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
 TORQUE_CONSTANT, RESISTANCE, FRICTION = "motor.torque_constant", "motor.resistance", "motor.friction"
-BENDS = (Supply, MotorTorque, CurrentLimit, Winding, WheelTorque, Clock)
+BENDS = (Supply, MotorTorque, CurrentLimit, Winding, WheelTorque, Reading, Clock)
 """Ports whose effects change the steady speed otherwise than these equations know."""
 RARE = 0.01
 """Probability of chance below which plateaus scatter by more than their noise, and a line misses the origin [1]."""

@@ -35,6 +35,7 @@ from rwjax.effects.ports import (
     Encoder,
     EncoderDelay,
     MotorTorque,
+    Reading,
     Supply,
     WheelDry,
     WheelTorque,
@@ -450,6 +451,8 @@ class OneAxis(Plant):
         reading[angle], reading[rate] = self._at_encoder(m, x)
         for effect in self.on(Encoder):
             reading[angle], reading[rate] = effect.read(reading[angle], reading[rate], m)
+        for effect in self.on(Reading):
+            reading = {name: effect.read(name, value) for name, value in reading.items()}
         return tuple(reading[name] for name in self.structure.outputs)
 
     def _at_encoder(self, m: Motion, x: State) -> tuple[Scalar, Scalar]:

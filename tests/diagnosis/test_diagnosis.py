@@ -67,3 +67,28 @@ def test_other_settings_give_another_verdict_and_are_recorded() -> None:
     found = diagnose(rig, [log], settings=blind, progress=steps.append)
     assert found.verdict == "none" and found.settings is blind and not found.effects
     assert steps == ["the rig as it is"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("drive.one_sided", {"s": -1.0}),
+        ("drive.square_law", {"s": 1.0, "u_1": 0.8}),
+        ("sensor.offset", {"w_b": 0.05}),
+    ],
+)
+def test_what_was_withheld_from_the_rig_is_named(name: str, given: dict[str, float]) -> None:
+    rig = platform("viscous = 0.05", '"axis.friction.viscous"')
+    logs = []
+    for k, pace in enumerate((1.7, 2.3, 1.1)):
+        command = np.where(TIME > 0.6, 0.5 * np.sign(np.sin(pace * TIME)) + 0.4 * np.sin(2.9 * pace * TIME), 0.0)
+        outputs = dict.fromkeys(("yaw_rad", "yaw_rad_s"), np.zeros_like(TIME))
+        y = run(rig, record(TIME, command, outputs), {}, effects={name: given})
+        rng = np.random.default_rng(k)
+        read = {on: y[on] + rng.normal(0.0, noise, len(TIME)) for on, noise in (("yaw_rad", 1e-3), ("yaw_rad_s", 5e-3))}
+        logs.append(record(TIME, command, read, validate=k == 2))
+    found = diagnose(rig, logs)
+    assert (found.verdict, found.effects) == ("effect", (name,))
+    for number, value in given.items():
+        assert found.corrected.effects[name][number] == pytest.approx(value, rel=0.02)

@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.hypothesis import Hypothesis, candidates, coordinate_of, free_names, space, structure_for
+from rwjax.diagnosis.hypothesis import (
+    Hypothesis,
+    candidates,
+    chosen_names,
+    coordinate_of,
+    free_names,
+    shown_by,
+    space,
+    structure_for,
+)
 from tests.diagnosis.simulated import COMMAND, TIME
 from tests.systems import platform, reaction, record, wheel
 
@@ -25,10 +34,41 @@ def test_candidates_fit_the_kind_and_leave_out_what_is_modelled() -> None:
 
 def test_a_coulomb_level_belongs_to_an_effect_only_where_nothing_else_models_it() -> None:
     stribeck = Hypothesis(("axis.stribeck",))
-    assert "axis.stribeck.M_c" in free_names(reaction(), stribeck)
-    assert "axis.stribeck.M_c" not in free_names(platform(), stribeck)
-    both = free_names(reaction(), Hypothesis(("axis.stribeck", "axis.asymmetric_friction")))
+    assert "axis.stribeck.M_c" in free_names(reaction(), stribeck, ())
+    assert "axis.stribeck.M_c" not in free_names(platform(), stribeck, ())
+    both = free_names(reaction(), Hypothesis(("axis.stribeck", "axis.asymmetric_friction")), ())
     assert sum(name.endswith(".M_c") for name in both) == 1
+
+
+def test_an_offset_is_looked_for_only_where_a_log_holds_its_output() -> None:
+    offset, rig = Hypothesis(("sensor.offset",)), reaction()
+    assert free_names(rig, offset, {"yaw_rad", "current_A"})[len(rig.free) :] == ("sensor.offset.i_b",)
+    every = candidates(rig)
+    assert "sensor.offset" in every and {*every} - {*shown_by(every, {"yaw_rad", "wheel_rad"})} == {"sensor.offset"}
+    assert shown_by(every, {"wheel_rad_s"}) == every
+    pitch = Hypothesis(("sensor_2.offset",))
+    assert free_names(rig, pitch, {"yaw_rad_s", "pitch_rad_s"})[len(rig.free) :] == ("sensor_2.offset.w_b",)
+    log = record(TIME, COMMAND, {"yaw_rad": np.sin(TIME), "current_A": np.cos(TIME)})
+    coordinates, starts = space(rig, offset, [log], wrong_by=2.0)
+    names = structure_for(rig, offset).names
+    assert names.index("sensor.offset.i_b") in coordinates.index
+    assert len(starts) == 1 and starts[0][names.index("sensor.offset.i_b")] > 0.0  # none without any offset
+
+
+def test_of_a_choice_a_fit_tries_the_starts_alone() -> None:
+    one_sided, log = Hypothesis(("drive.one_sided",)), record(TIME, COMMAND, {"yaw_rad": np.sin(TIME)})
+    rig = platform()
+    assert free_names(rig, one_sided, {"yaw_rad"}) == rig.free
+    assert chosen_names(one_sided) == ("drive.one_sided.s",)
+    _, starts = space(rig, one_sided, [log], wrong_by=2.0)
+    assert [start[structure_for(rig, one_sided).names.index("drive.one_sided.s")] for start in starts] == [1.0, -1.0]
+    square = Hypothesis(("drive.square_law",))
+    assert free_names(rig, square, {"yaw_rad"}) == (*rig.free, "drive.square_law.u_1")
+    assert Hypothesis(("drive.curvature",)).contains(square) and not square.contains(Hypothesis(("drive.curvature",)))
+
+
+def test_the_delay_of_a_goal_needs_a_servo() -> None:
+    assert not any("goal" in name for name in candidates(platform()))
 
 
 def test_containment() -> None:

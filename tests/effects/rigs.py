@@ -20,8 +20,9 @@ LACKS = {"wheel": ("axis.",), "platform": ("wheel.", "motor."), "reaction": ()}
 ALONE = [
     effect for effect in EFFECTS if issubclass(effect, AxisElastic | Coupling)
 ]  # no two of a port, none at its null
+HERE = [effect for effect in EFFECTS if not effect.needs_servo]  # none of these rigs has a servo
 TOGETHER = {
-    kind: [e.name for e in EFFECTS if e not in ALONE and not e.name.startswith(lacks)] for kind, lacks in LACKS.items()
+    kind: [e.name for e in HERE if e not in ALONE and not e.name.startswith(lacks)] for kind, lacks in LACKS.items()
 }
 KIND = {"axis": "platform", "wheel": "wheel", "motor": "wheel", "drive": "wheel", "sensor": "platform"}
 

@@ -6,10 +6,9 @@ from pkgutil import iter_modules
 import numpy as np
 import pytest
 
-from rwjax.effects.library import EFFECTS
 from tests.effects import motions
 from tests.effects.known import Known
-from tests.effects.rigs import go
+from tests.effects.rigs import HERE, go
 
 MOTIONS = [
     known
@@ -26,4 +25,4 @@ def test_the_motion_is_that_of_the_closed_form(known: Known) -> None:
 
 
 def test_every_effect_has_a_known_motion() -> None:
-    assert {known.effect for known in MOTIONS} == {effect.name for effect in EFFECTS}
+    assert {known.effect for known in MOTIONS} == {effect.name for effect in HERE}

@@ -15,7 +15,7 @@ from rwjax.fitting.scales import scales
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.free_run import free_run
-from tests.effects.rigs import ALONE, KIND, RIGS, TIME, among, go
+from tests.effects.rigs import ALONE, HERE, KIND, RIGS, TIME, among, go
 from tests.systems import record, run
 
 
@@ -67,7 +67,7 @@ def differentiated(structure: Structure) -> Callable:
     return jax.jit(along)
 
 
-@pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
+@pytest.mark.parametrize("effect", HERE, ids=lambda effect: effect.name)
 def test_sensitivities_match_differences_of_the_free_run(effect: type[Effect]) -> None:
     rig = RIGS[KIND[effect.name.partition(".")[0]]]
     structure = structure_of(rig).with_effects(*among(effect.name, rig.kind))

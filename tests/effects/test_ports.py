@@ -29,6 +29,8 @@ PORTS = {
     ports.Supply: "drive",
     ports.Encoder: "sensor",
     ports.EncoderDelay: "sensor",
+    ports.Reading: "sensor",
+    ports.GoalDelay: "drive",
     ports.Clock: "sensor",
 }
 

@@ -10,6 +10,7 @@ def _lag(T: float) -> np.ndarray:
     return 4.0 * (AFTER - T * (1.0 - np.exp(-AFTER / T)))
 
 
+WAVE = np.where(TIME < 5.0, 1.0, -1.0)
 MOTIONS = [
     Known("drive.lag", {"T": 0.2}, FREE, PUSH, {}, RATE, lambda y: _lag(0.2), 1e-9),
     Known("drive.lag", {"T": 0.2, "q": 0.5}, FREE, PUSH, {}, RATE, lambda y: 2.0 * _lag(0.2) - _lag(0.1), 1e-4),
@@ -35,5 +36,10 @@ MOTIONS = [
     Known("drive.curvature", {"c": 0.25}, FREE, -PUSH, {}, RATE, lambda y: -5.0 * AFTER, 1e-9),
     Known("drive.curvature", {"c": -0.25}, FREE, PUSH, {}, RATE, lambda y: 3.2 * AFTER, 1e-9),
     Known("drive.curvature", {"c": 0.25, "p": 0.5, "u_1": 4.0}, FREE, -PUSH, {}, RATE, lambda y: -2.5 * AFTER, 1e-9),
+    Known("drive.square_law", {"s": 1.0, "u_1": 4.0}, FREE, -0.5 * PUSH, {}, RATE, lambda y: -0.25 * AFTER, 1e-9),
+    Known("drive.square_law", {"s": 0.5, "u_1": 4.0}, FREE, 2.0 * PUSH, {}, RATE, lambda y: 6.0 * AFTER, 1e-9),
+    Known("drive.one_sided", {"s": 1.0}, FREE, WAVE, {}, RATE, lambda y: 4.0 * np.minimum(TIME, 5.0), 1e-9),
+    Known("drive.one_sided", {"s": -1.0}, FREE, WAVE, {}, RATE, lambda y: -4.0 * np.maximum(TIME - 5.0, 0.0), 1e-9),
+    Known("drive.one_sided", {"s": 0.25}, FREE, -PUSH, {}, RATE, lambda y: -3.0 * AFTER, 1e-9),
     Known("drive.supply_sag", {"rho": 0.2}, LOCKED, ON, {}, AMPERE, lambda y: ON / (R + 0.2), 1e-8, SETTLED),
 ]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.effects.known import AFTER, ON, PSI, PUSH, RATE, W0, Known
+from tests.effects.known import AFTER, AMPERE, LOCKED, ON, PSI, PUSH, RATE, SETTLED, SPIN, W0, Known, R
 from tests.effects.rigs import FREE, REST, TIME
 
 MOTIONS = [
@@ -41,6 +41,10 @@ MOTIONS = [
         lambda y: -(2.0 - 0.15 - 0.15) * TIME,
         1e-9,
     ),
+    Known("sensor.offset", {"w_b": 0.3, "i_b": 5.0}, FREE, REST, W0, RATE, lambda y: 0.0 * TIME + 2.3, 1e-9),
+    Known("sensor.offset", {"w_b": 0.3}, FREE, REST, W0, PSI, lambda y: 2.0 * TIME, 1e-9),
+    Known("sensor.offset", {"i_b": 0.2, "Omega_b": 3.0}, LOCKED, ON, {}, AMPERE, lambda y: ON / R + 0.2, 1e-8, SETTLED),
+    Known("sensor.offset", {"i_b": 0.2, "Omega_b": 3.0}, LOCKED, ON, {}, SPIN, lambda y: 0.0 * TIME + 3.0, 1e-4),
     Known("sensor.clock", {"e": 0.1}, FREE, REST, W0, PSI, lambda y: 1.8 * TIME, 1e-9),
     Known("sensor.clock", {"e": -0.1}, FREE, ON, {}, RATE, lambda y: 4.4 * TIME, 1e-9),
 ]
