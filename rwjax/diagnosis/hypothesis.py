@@ -240,7 +240,7 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         for name in of_kind(rig.kind)
         if name not in rig.effects
         and not models(rig.numbers, name)
-        and not (BY_NAME[name].needs_servo and getattr(structure, "servo", None) is None)
+        and not (BY_NAME[name].needs_servo and structure.servo is None)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     fixed = [
