@@ -34,6 +34,7 @@ from rwjax.effects.ports import (
     CurrentLimit,
     Encoder,
     EncoderDelay,
+    GoalDelay,
     MotorTorque,
     Reading,
     Supply,
@@ -491,7 +492,7 @@ class OneAxis(Plant):
         Returns:
             The time [s].
         """
-        return jnp.zeros(())
+        return sum((effect.delay() for effect in self.on(GoalDelay)), start=jnp.zeros(()))
 
     def servo_sign(self) -> Scalar:
         """Sign of a servo's output with which positive gains restore.

@@ -1,5 +1,7 @@
 """Hypotheses as keys, what may be named on a rig, and which numbers a hypothesis frees."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,9 @@ from rwjax.diagnosis.hypothesis import (
     space,
     structure_for,
 )
+from rwjax.rig.model import Driven
 from tests.diagnosis.simulated import COMMAND, TIME
+from tests.joints import joint, servo
 from tests.systems import platform, reaction, record, wheel
 
 
@@ -68,7 +72,9 @@ def test_of_a_choice_a_fit_tries_the_starts_alone() -> None:
 
 
 def test_the_delay_of_a_goal_needs_a_servo() -> None:
-    assert not any("goal" in name for name in candidates(platform()))
+    assert "drive.goal_delay" not in candidates(joint())
+    assert "drive.goal_delay" not in candidates(servo(joint()))  # driven by voltages
+    assert "drive.goal_delay" in candidates(replace(servo(joint()), driven=Driven(by="goal_rad")))
 
 
 def test_containment() -> None:

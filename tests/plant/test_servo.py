@@ -126,6 +126,16 @@ def test_a_late_reading_delays_the_loop_as_a_late_output_does() -> None:
     np.testing.assert_allclose(shown[2:], of_output[:-2], rtol=0.0, atol=2e-5)  # a line between two ticks is read
 
 
+def test_a_late_goal_is_an_earlier_goal_of_a_loop_that_does_not_know() -> None:
+    """Of half a sample: the mean of two goals over the period that begins at a tick."""
+    rig = servo(joint(), kp=8.0, period=0.01)
+    late = np.asarray(simulate(with_effect(rig, "drive.goal_delay", tau=0.025), T, {"goal_rad": GOAL})["yaw_rad"])
+    two, three = (np.append(np.full(k, GOAL[0]), GOAL[:-k]) for k in (2, 3))
+    told = np.asarray(simulate(rig, T, {"goal_rad": 0.5 * (two + three)})["yaw_rad"])
+    np.testing.assert_allclose(late, told, rtol=0.0, atol=1e-9)
+    assert np.max(np.abs(late - np.asarray(simulate(rig, T, {"goal_rad": GOAL})["yaw_rad"]))) > 0.02
+
+
 @pytest.mark.parametrize(("name", "values"), [("drive.lag", {"T": 0.03, "q": 0.0}), ("drive.rate_limit", {"r": 20.0})])
 def test_what_follows_within_the_loop_begins_settled(name: str, values: dict[str, float]) -> None:
     rig, goal = servo(joint(), kp=5.0, period=0.01), {"goal_rad": np.full(len(T), 0.4)}
