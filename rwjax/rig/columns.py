@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rwjax.kinds import MOTORED, TURNING, TWO_AXIS, WHEELED, half_column
+from rwjax.kinds import MOTORED, ONE_AXIS, TURNING, TWO_AXIS, WHEELED, half_column
 
 
 class Column(NamedTuple):
@@ -42,23 +42,46 @@ COLUMNS |= {
     },
 }
 """Columns of measured outputs by name."""
-COMMANDS = {"two_axis": ("voltage_1_V", "voltage_2_V")}
-"""Columns of the command by kind; every other kind has one, `voltage_V`."""
-INPUTS = ("time_s", "voltage_V", *COMMANDS["two_axis"], "supply_V")
+COMMANDS = {
+    "voltage_V": ONE_AXIS,
+    "duty": ONE_AXIS,
+    "command_A": MOTORED,
+    "command_Nm": ("joint",),
+    "goal_rad": TURNING,
+    **{half_column("voltage_V", k): TWO_AXIS for k in range(2)},
+}
+"""Columns of the command by name, each with the kinds of rig that take it."""
+ENABLED = "enabled"
+"""Column that says whether torque is on, 1, or off, 0."""
+INPUTS = ("time_s", *COMMANDS, "supply_V", ENABLED)
 """Columns that are no measured output."""
-_UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A", "_V": "V"}
+_UNITS = {"_rad": "rad", "_rad_s": "rad/s", "_A": "A", "_V": "V", "_Nm": "N m", "_m": "m", "_s": "s"}
 
 
 def commands_of(kind: str) -> tuple[str, ...]:
-    """The columns of the command, which every log of a kind of rig needs.
+    """The columns of the command that a kind of rig takes.
 
     Args:
         kind: Kind of the rig.
 
     Returns:
-        One name, or two for a rig with two axes.
+        Names: of a rig with two axes both are needed, of any other exactly one.
     """
-    return COMMANDS.get(kind, ("voltage_V",))
+    return tuple(name for name, kinds in COMMANDS.items() if kind in kinds)
+
+
+def columns_of(kind: str) -> tuple[str, ...]:
+    """All columns that a log of a kind of rig may hold.
+
+    Args:
+        kind: Kind of the rig.
+
+    Returns:
+        Names, time and commands first.
+    """
+    enabled = (ENABLED,) if kind in MOTORED else ()
+    readings = (name for name, column in COLUMNS.items() if kind in column.kinds)
+    return ("time_s", *commands_of(kind), "supply_V", *enabled, *readings)
 
 
 def unit_of(output: str) -> str:
@@ -70,4 +93,4 @@ def unit_of(output: str) -> str:
     Returns:
         The unit ("rad/s"), empty for a name without a known one.
     """
-    return next((unit for end, unit in _UNITS.items() if output.endswith(end)), "")
+    return next((unit for end, unit in sorted(_UNITS.items(), key=lambda u: -len(u[0])) if output.endswith(end)), "")

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from rwjax.errors import RigError
 from rwjax.kinds import NUMBERS, TWO_AXIS
+from rwjax.rig.columns_section import Source
 from rwjax.rig.effect_section import effect_parameters
 
 
@@ -68,6 +69,7 @@ class Rig:
         columns: "position" and "pulse" -> column of a log of the thesis's layout.
         servo: The loop between a goal and what the drive is given, None where the file describes none.
         driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
+        sources: Columns of a log file by the columns of rwjax's that they become.
     """
 
     kind: str
@@ -84,6 +86,7 @@ class Rig:
     columns: dict[str, str] = field(default_factory=dict)
     servo: Servo | None = None
     driven: Driven = field(default_factory=Driven)
+    sources: dict[str, Source] = field(default_factory=dict)
 
     @property
     def values(self) -> dict[str, float]:

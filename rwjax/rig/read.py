@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from rwjax.errors import LONGEST_TEXT, RigError, printable
+from rwjax.kinds import THESIS_CHOICES
 from rwjax.rig import document, parse
+from rwjax.rig.columns_section import sources
 from rwjax.rig.effect_section import effects
 from rwjax.rig.fit_section import FitTables, fit_section
 from rwjax.rig.model import Rig, with_one_axis
@@ -90,6 +92,8 @@ def _rig(parsed: dict[str, Any], stem: str) -> Rig:
     kind = parse.kind(leaves)
     tables = FitTables(*(document.take(leaves, f"fit.{name}") for name in FitTables._fields))
     given = document.take(leaves, "effects")
+    columns = document.take(leaves, "columns")
+    leaves |= {f"columns.{key}": columns.pop(key) for key in THESIS_CHOICES if key in columns}
     document.check_keys(leaves, kind)
     rig = Rig(
         kind=kind,
@@ -100,5 +104,6 @@ def _rig(parsed: dict[str, Any], stem: str) -> Rig:
         pwm=parse.pwm(leaves),
         columns=parse.columns(leaves),
         servo=parse.servo(leaves),
+        sources=sources(columns, kind),
     )
     return replace(rig, **fit_section(leaves, tables, rig.values, kind)._asdict())

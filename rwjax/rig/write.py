@@ -4,9 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import tomlkit
+from tomlkit.items import InlineTable
 
 from rwjax.errors import RigError
 from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section
+from rwjax.rig.columns_section import entry
 from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.model import Rig
 from rwjax.rig.read import parse_rig
@@ -57,9 +59,16 @@ def _text(rig: Rig) -> str:
         table: Any = document
         for section in path[:-1]:
             table = table.setdefault(section, tomlkit.table())
-        item = tomlkit.item(value)
+        item = _inline(value) if isinstance(value, dict) else tomlkit.item(value)
         table.add(path[-1], item.comment(comment) if comment else item)
     return tomlkit.dumps(document)
+
+
+def _inline(values: dict[str, Any]) -> InlineTable:
+    """A table on one line."""
+    table = tomlkit.inline_table()
+    table.update(values)
+    return table
 
 
 def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
@@ -79,14 +88,14 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
         for key, word in rig.servo._asdict().items():
             yield (*SERVO.split("."), key), word, ""
     if rig.pwm is not None:
-        pwm = tomlkit.inline_table()
-        pwm.update(rig.pwm._asdict())
-        yield ("drive", "pwm"), pwm, "us, V/us"
+        yield ("drive", "pwm"), rig.pwm._asdict(), "us, V/us"
     for who, counts in rig.counts_per_rev.items():
         whole = int(counts) if counts.is_integer() else counts
         yield (encoder_section(who, rig.kind), "counts_per_rev"), whole, "edges per turn"
     for key, column in rig.columns.items():
         yield ("columns", key), column, ""
+    for name, source in rig.sources.items():
+        yield ("columns", name), entry(name, source), ""
     if rig.free:
         yield ("fit", "free"), _folded(rig.free), ""
     if rig.per_run:
