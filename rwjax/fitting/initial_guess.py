@@ -5,6 +5,7 @@ import numpy as np
 from rwjax.kinds import SERVO, is_angle
 from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
+from rwjax.logs.noise_level import noise_level
 from rwjax.plant.structure import Structure
 
 START_S = 0.5
@@ -69,7 +70,7 @@ def starts_at_rest(log: Log) -> bool:
             if moved and abs(slope) > MOVES * error:
                 return False
         else:
-            noise = max(noise_of.noise_level(y), noise_of.quantisation(log, name))
+            noise = max(noise_level(y), noise_of.quantisation(log, name))
             error = max(float(np.std(y)), noise) / np.sqrt(len(y))
             swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
             if swings or abs(float(np.mean(y))) > MOVES * error + 1e-12:

@@ -1,12 +1,13 @@
-"""The two layouts of a log file, rwjax's own and the thesis's, as columns of the former."""
+"""The layouts of a log file, rwjax's own, the thesis's and any that `[columns]` describes, as columns of the first."""
 
 import numpy as np
 
 from rwjax.errors import alike, nearest
 from rwjax.kinds import RANGES, THESIS_COLUMNS, TWO_AXIS
+from rwjax.logs.mapped_sheet import LAYOUT, mapped
 from rwjax.logs.notes import ignored
-from rwjax.logs.sheet import Sheet, check_finite, check_size, numbers
-from rwjax.rig.columns import COLUMNS, INPUTS, commands_of, unit_of
+from rwjax.logs.sheet import Sheet
+from rwjax.rig.columns import COLUMNS, ENABLED, INPUTS, columns_of, commands_of, unit_of
 from rwjax.rig.model import Rig
 
 SLOWEST = 2.0
@@ -21,32 +22,36 @@ THESIS_SAMPLE_S = 0.01
 """Time between rows of the thesis's layout [s] (thesis, listing A.2)."""
 
 
-def read_columns(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
-    """The columns of a log file of either layout, by the names of rwjax's own.
+def read_columns(sheet: Sheet, rig: Rig) -> tuple[Sheet, dict[str, np.ndarray]]:
+    """The columns of a table of any layout, by the names of rwjax's own.
 
     Args:
-        sheet: The log file as text.
-        rig: The rig that was logged; it says what the columns of the thesis's layout mean.
+        sheet: The table as the file holds it.
+        rig: The rig that was logged; it says what the columns of another layout mean.
 
     Returns:
-        Columns (n,) by name, in the units of their names; NaN where a reading is missing.
+        The table by rwjax's names, and its columns (n,) in the units of their names; NaN where a reading is missing.
 
     Raises:
         LogError: Where the columns do not fit the rig, or time and command are not usable.
     """
-    return (_thesis if sheet.names == list(THESIS_COLUMNS) else _own)(sheet, rig)
+    if rig.sources and sheet.notes.get(LAYOUT[0]) != LAYOUT[1]:
+        sheet = mapped(sheet, rig.sources, columns_of(rig.kind))
+    elif [*sheet.names] == [*THESIS_COLUMNS]:
+        return sheet, _thesis(sheet, rig)
+    return sheet, _own(sheet, rig)
 
 
 def _own(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
-    """The columns of a log of rwjax's layout as they stand there, but those that a note says to ignore."""
+    """The columns of a table by rwjax's names, but those that a note says to ignore."""
     left_out = {*ignored(sheet)}
     used = [name for name in sheet.names if name not in left_out]
     _check_header(sheet, used, rig)
-    series = dict(zip(used, numbers(sheet, used), strict=True))
+    series = dict(zip(used, sheet.numbers(used), strict=True))
     for name in (name for name in INPUTS if name in series):
-        check_finite(sheet, name, series[name])
+        sheet.check_finite(name, series[name])
     _check_time(sheet, series["time_s"])
-    _check_volts(sheet, series)
+    _check_given(sheet, series)
     return series
 
 
@@ -55,25 +60,31 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
     if len(far := np.flatnonzero(np.abs(time) > LATEST)):
         row = int(far[0])
         raise sheet.error(
-            row, f"`time_s` is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): seconds?"
+            row,
+            f"{sheet.called('time_s')} is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): seconds?",
         )
     step = np.diff(time)
     if len(late := np.flatnonzero(step <= 0.0)):
         row = int(late[0]) + 1
-        raise sheet.error(row, f"`time_s` is {time[row]} after {time[row - 1]}; time has to increase from row to row")
+        raise sheet.error(
+            row, f"{sheet.called('time_s')} is {time[row]} after {time[row - 1]}; time has to increase from row to row"
+        )
     if len(early := np.flatnonzero(step < SHORTEST)):
         row = int(early[0]) + 1
         raise sheet.error(
-            row, f"`time_s` is {step[row - 1]:.4g} s after the row before; samples lie {SHORTEST:g} s apart at least"
+            row,
+            f"{sheet.called('time_s')} is {step[row - 1]:.4g} s after the row before; samples lie {SHORTEST:g} s apart at least",
         )
     if not FASTEST <= (interval := float(np.median(step))) <= SLOWEST:
         needed = f"every {SLOWEST:g} s at least" if interval > SLOWEST else f"every {FASTEST:g} s at most"
-        raise sheet.error(None, f"`time_s` has a sample every {interval:.4g} s; a rig needs one {needed}: seconds?")
+        raise sheet.error(
+            None, f"{sheet.called('time_s')} has a sample every {interval:.4g} s; a rig needs one {needed}: seconds?"
+        )
     widest = int(np.argmax(step))
     if step[widest] > LONGEST_GAP:
         raise sheet.error(
             widest + 1,
-            f"`time_s` is {step[widest]:.4g} s after the row before, and nothing is known of {LONGEST_GAP:g} s without a sample: "
+            f"{sheet.called('time_s')} is {step[widest]:.4g} s after the row before, and nothing is known of {LONGEST_GAP:g} s without a sample: "
             "split the log there, or check `time_s`",
         )
     if (seconds := float(time[-1] - time[0])) > LONGEST_RUN:
@@ -82,15 +93,25 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
         )
 
 
-def _check_volts(sheet: Sheet, series: dict[str, np.ndarray]) -> None:
-    """`LogError` where a command is larger than any, or the supply gives nothing."""
+def _check_given(sheet: Sheet, series: dict[str, np.ndarray]) -> None:
+    """`LogError` where a command is larger than any, the supply gives nothing, or torque is neither on nor off."""
     for name in (name for name in INPUTS if name in series and name != "time_s"):
-        check_size(sheet, name, series[name], unit_of(name))
+        sheet.check_size(name, series[name], unit_of(name) or "1")
     supply = series.get("supply_V", np.ones(1))
     if len(off := np.flatnonzero(supply <= 0.0)):
         row = int(off[0])
+        said = f"{sheet.called('supply_V')} is {supply[row]:g}"
+        raise sheet.error(row, f"{said}; a supply gives more than 0 V: leave the rows or the column out")
+    duty = series.get("duty", np.zeros(1))
+    if len(beyond := np.flatnonzero(np.abs(duty) > 1.0 + 1e-9)):
+        row = int(beyond[0])
+        remedy = 'as of 255, duty = { column = "…", scale = "1/255" } under [columns] of the rig file'
+        raise sheet.error(row, f"{sheet.called('duty')} is {duty[row]:g}; a duty lies between -1 and 1: {remedy}")
+    enabled = series.get(ENABLED, np.zeros(1))
+    if len(neither := np.flatnonzero((enabled != 0.0) & (enabled != 1.0))):
+        row = int(neither[0])
         raise sheet.error(
-            row, f"`supply_V` is {supply[row]:g}; a supply gives more than 0 V: leave the rows or the column out"
+            row, f"{sheet.called(ENABLED)} is {enabled[row]:g}; it has to be 1 where torque is on, 0 where it is off"
         )
 
 
@@ -105,8 +126,8 @@ def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
     if rig.pwm is None:
         needed = "[drive] pwm = { neutral_us = …, volts_per_us = … }"
         raise sheet.error(None, f"the thesis layout needs {needed} in the rig file")
-    position, pulse = numbers(sheet, [rig.columns["position"], rig.columns["pulse"]])
-    check_finite(sheet, rig.columns["pulse"], pulse)
+    position, pulse = sheet.numbers([rig.columns["position"], rig.columns["pulse"]])
+    sheet.check_finite(rig.columns["pulse"], pulse)
     volts = (pulse - rig.pwm.neutral_us) * rig.pwm.volts_per_us
     if len(bad := np.flatnonzero(np.abs(volts) > RANGES["V"].most)):
         row = int(bad[0])
@@ -123,26 +144,35 @@ def _thesis(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
 
 def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
     """`LogError` where a column is missing, unknown, of another kind of rig, or there twice."""
-    found = ", ".join(f"`{name}`" for name in used)
-    inputs = ("time_s", *commands_of(rig.kind))
-    for name in inputs:
-        if name not in used:
-            near = f", nearest `{nearest(name, used)}`" if alike(name, used) else ""
-            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found or 'none'}{near}")
-    valid = [*inputs, "supply_V", *(name for name, column in COLUMNS.items() if rig.kind in column.kinds)]
+    commands = commands_of(rig.kind)
+    given = [name for name in used if name in commands]
+    _check_held(sheet, used, ["time_s", *(commands if rig.kind in TWO_AXIS else given[:1] or commands[:1])])
+    if len(given) > 1 and rig.kind not in TWO_AXIS and given[0] != given[1]:
+        raise sheet.error(
+            None, f"`{given[0]}` and `{given[1]}` are both commands, and a log holds one; leave the other out"
+        )
+    valid = columns_of(rig.kind)
     held: dict[str, str] = {}
     for name in used:
         output = COLUMNS[name].output if name in COLUMNS else name
         if (name in COLUMNS or name in INPUTS) and name not in valid:
             raise sheet.error(None, f"a `{rig.kind}` rig has no `{name}`; its columns are {', '.join(valid)}")
         if not name:
-            raise sheet.error(None, f"column {sheet.names.index(name) + 1} has no name; name it, or take it out")
+            raise sheet.error(None, f"column {[*sheet.names].index(name) + 1} has no name; name it, or take it out")
         if name not in valid:
             meant = f"did you mean `{nearest(name, valid)}`? Else " if alike(name, valid) else ""
             meant = "rates are in rad/s (1/min times π/30). Else " if "rpm" in name.lower() else meant
-            raise sheet.error(
-                None, f"unknown column `{name}`; {meant}write `# ignore: {name}` above the header to leave it out"
-            )
+            raise sheet.error(None, f"unknown column `{name}`; {meant}{sheet.to_leave_out(name)}")
         if output in held:
             raise sheet.error(None, f"`{held[output]}` and `{name}` are the same reading; keep one of them")
         held[output] = name
+
+
+def _check_held(sheet: Sheet, used: list[str], needed: list[str]) -> None:
+    """`LogError` where a column is missing that every log needs."""
+    for name in needed:
+        if name not in used:
+            found = ", ".join(f"`{each}`" for each in used) or "none"
+            near = f", nearest `{nearest(name, used)}`" if alike(name, used) else ""
+            other = " (`rwjax import` says which [columns] would make it one)" if len(used) > 1 and not near else ""
+            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}{near}{other}")

@@ -1,12 +1,24 @@
 """A log in memory: one run of the rig, or a stretch of it."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rwjax.rig.columns import unit_of
+from rwjax.errors import LogError, nearest, printable
+from rwjax.logs.array_sheet import ArraySheet
+from rwjax.logs.fields import fields_of
+from rwjax.logs.frame_sheet import frame_sheet
+from rwjax.rig.columns import COLUMNS, COMMANDS, unit_of
+from rwjax.rig.model import Rig
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+OUTPUTS = tuple(dict.fromkeys(column.output for column in COLUMNS.values()))
+"""Names of everything that a log may hold as a reading."""
 
 
 class Segments(NamedTuple):
@@ -72,6 +84,74 @@ class Log:
     def goes_on(self) -> bool:
         """Whether it is a segment that goes on from the one before it, in a state that no run begins in."""
         return self.segments is not None and self.segments.number > 0
+    def __post_init__(self) -> None:
+        """Checks that the arrays belong together, that time goes on, and that command and readings have names that mean something.
+
+        Raises:
+            LogError: With the log's name, what is wrong and what would be right.
+        """
+        _check(self)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        rig: Rig,
+        *,
+        time: "ArrayLike",
+        name: str = "run",
+        notes: Mapping[str, str] | None = None,
+        outputs_required: bool = True,
+        **columns: "ArrayLike",
+    ) -> "Log":
+        """A log of arrays, checked as a file is.
+
+        Args:
+            rig: The rig that was logged.
+            time: Time [s] (n,), strictly increasing.
+            name: Name of the log.
+            notes: Notes as in a file, such as `{"role": "validate"}`.
+            outputs_required: Whether a log without any measured output is an error.
+            columns: Command and readings (n,) by the names of a log file's columns, in the units of the names.
+
+        Returns:
+            The log in SI.
+
+        Raises:
+            LogError: As `read_log`, with the argument and the number of the sample.
+        """
+        held = {"time_s": time, **columns}
+        given = {key.lower(): f"{value}" for key, value in (notes or {}).items()}
+        table = ArraySheet(printable(name), given, list(held), held, "sample")
+        return cls(printable(name), **fields_of(table, replace(rig, sources={}), outputs_required))
+
+    @classmethod
+    def from_frame(
+        cls,
+        rig: Rig,
+        frame: Any,
+        *,
+        name: str = "frame",
+        notes: Mapping[str, str] | None = None,
+        outputs_required: bool = True,
+    ) -> "Log":
+        """A log of a data frame, whose columns mean what `[columns]` of the rig file says, checked as a file is.
+
+        Args:
+            rig: The rig that was logged.
+            frame: Data frame of pandas or polars, one row a sample. Dates count as seconds from the first.
+            name: Name of the log.
+            notes: Notes as in a file, such as `{"role": "validate"}`.
+            outputs_required: Whether a log without any measured output is an error.
+
+        Returns:
+            The log in SI.
+
+        Raises:
+            LogError: As `read_log`, with the column and the number of the row.
+        """
+        given = {key.lower(): f"{value}" for key, value in (notes or {}).items()}
+        table = replace(frame_sheet(frame, printable(name)), notes=given)
+        return cls(printable(name), **fields_of(table, rig, outputs_required))
 
     def remarks(self) -> list[str]:
         """What a user should know about the readings.
@@ -126,6 +206,31 @@ class Log:
             missing = int(np.isnan(y).sum())
             lines.append(f"  {name}: {_range(y, unit_of(name))}" + (f", {missing} missing" if missing else ""))
         return "\n".join([*lines, *(f"  # {key}: {value}" for key, value in self.notes.items())])
+
+
+def _check(log: Log) -> None:
+    """`LogError` where the arrays of a log do not belong together."""
+
+    def wrong(message: str) -> LogError:
+        return LogError(f"log {log.name}: {message}")
+
+    n = len(log.time)
+    if np.ndim(log.time) != 1:
+        raise wrong(f"`time` has the shape {np.shape(log.time)}; it has one value for each sample")
+    if len(bad := np.flatnonzero(~(np.diff(log.time) > 0.0))):
+        k = int(bad[0])
+        raise wrong(
+            f"`time` is {log.time[k + 1]} after {log.time[k]} (sample {k + 2}); time has to increase from sample to sample"
+        )
+    if log.input not in COMMANDS:
+        raise wrong(f"`input` is {log.input!r}; the nearest command is `{nearest(f'{log.input}', COMMANDS)}`")
+    if unknown := next((name for name in log.outputs if name not in OUTPUTS), None):
+        raise wrong(f"unknown output `{unknown}`; the nearest is `{nearest(f'{unknown}', OUTPUTS)}`")
+    shapes = {"command": np.shape(log.command)[:1] if np.ndim(log.command) == 2 else np.shape(log.command)}
+    shapes |= {name: np.shape(y) for name, y in log.outputs.items()}
+    shapes |= {name: np.shape(y) for name, y in (("supply", log.supply), ("enabled", log.enabled)) if y is not None}
+    if other := next((name for name, shape in shapes.items() if shape != (n,)), None):
+        raise wrong(f"`{other}` has the shape {shapes[other]}, and there are {n} samples; give one value for each")
 
 
 def with_earlier(earlier: np.ndarray, command: np.ndarray) -> np.ndarray:

@@ -79,6 +79,6 @@ def ignored(sheet: Sheet) -> list[str]:
     names = [name.strip() for name in sheet.notes.get("ignore", "").replace(";", ",").split(",") if name.strip()]
     held = {*sheet.names}
     if absent := next((name for name in names if name not in held), None):
-        near = nearest(absent, sheet.names)
+        near = nearest(absent, [*sheet.names])
         raise LogError(f"{sheet.path}: `# ignore: {absent}`: no such column; the nearest is `{near}`")
     return names

@@ -12,7 +12,7 @@ What a model may have to explain (a jump that stays, a kink, a slow deviation) i
 
 import numpy as np
 
-from rwjax.logs.noise import noise_level
+from rwjax.logs.noise_level import noise_level
 
 AROUND = 3
 """Readings on either side with which a suspect is compared."""

@@ -12,7 +12,8 @@ import numpy as np
 
 from rwjax.fitting.sandwich import meat
 from rwjax.logs.log import Log
-from rwjax.logs.noise import noise_level, quantisation
+from rwjax.logs.noise import quantisation
+from rwjax.logs.noise_level import noise_level
 from rwjax.methods.identified import student
 
 BLOCKS = 24

@@ -10,9 +10,10 @@ import pytest
 from rwjax.errors import LogError
 from rwjax.logs.layouts import read_columns
 from rwjax.logs.read import read_log
-from rwjax.logs.sheet import Sheet, read_sheet
+from rwjax.logs.read_sheet import read_sheet
+from rwjax.logs.text_sheet import TextSheet
 from rwjax.logs.write import write_log
-from rwjax.rig.columns import COLUMNS, commands_of
+from rwjax.rig.columns import COLUMNS, COMMANDS, commands_of
 from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
 
@@ -32,7 +33,7 @@ MALFORMED = [
     (["# ignore: time_s", HEADER, *ROWS], "no column `time_s`, which every log needs; found `voltage_V`, `yaw_counts`"),
     (
         [HEADER + ",current_A", *ROWS],
-        "a `platform` rig has no `current_A`; its columns are time_s, voltage_V, supply_V",
+        "a `platform` rig has no `current_A`; its columns are time_s, voltage_V, duty, goal_rad, supply_V",
     ),
     ([HEADER + ",yaw_rad", *ROWS], "`yaw_counts` and `yaw_rad` are the same reading; keep one of them"),
     ([HEADER + ",voltage_V", *ROWS], "`voltage_V` and `voltage_V` are the same reading"),
@@ -92,7 +93,7 @@ def test_log_that_does_not_fit_the_rig(log, lines, rig, message):
 def test_columns_keep_the_units_of_their_names(tmp_path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("\n".join([HEADER, *ROWS]))
-    found = read_columns(read_sheet(path), PLATFORM)
+    _, found = read_columns(read_sheet(path), PLATFORM)
     assert [*found] == HEADER.split(",") and np.array_equal(found["yaw_counts"], 7.0 * np.arange(12))
 
 
@@ -174,16 +175,31 @@ def test_a_rate_in_turns_a_minute_is_known(refused, name: str, said: str) -> Non
 
 def test_every_column_of_a_kind_may_stand_in_a_log_and_those_of_others_may_not() -> None:
     for rig in (WHEEL, PLATFORM, REACTION, WHOLE):
-        commands = commands_of(rig.kind)
-        for name, column in COLUMNS.items():
-            names = ["time_s", *commands, "supply_V", name]
+        commands = commands_of(rig.kind)[: 2 if rig is WHOLE else 1]
+        for name, kinds in (COMMANDS | {n: c.kinds for n, c in COLUMNS.items()}).items():
+            given = (name,) if name in COMMANDS and rig is not WHOLE else commands
+            names = [*dict.fromkeys(("time_s", *given, "supply_V", name))]
             rows = [",".join([f"{k / 100}", *(["1"] * (len(names) - 1))]) for k in range(12)]
-            sheet = Sheet("run.csv", {}, 1, names, ",", rows)
-            if rig.kind in column.kinds:
-                assert [*read_columns(sheet, rig)] == names
+            sheet = TextSheet("run.csv", {}, names, 1, ",", rows)
+            if rig.kind in kinds:
+                assert [*read_columns(sheet, rig)[1]] == names
             else:
-                with pytest.raises(LogError, match=f"a `{rig.kind}` rig has no `{name}`"):
+                with pytest.raises(LogError, match=f"a `{rig.kind}` rig has no `{name}`|no column `voltage"):
                     read_columns(sheet, rig)
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "message"),
+    [
+        ("time_s,duty,yaw_rad", "{t},{k},1", ":4: `duty` is 2; a duty lies between -1 and 1: as of 255, duty = {"),
+        ("time_s,voltage_V,duty,yaw_rad", "{t},1,1,1", "`voltage_V` and `duty` are both commands, and a log holds one"),
+        ("time_s,voltage_V,enabled,wheel_rad_s", "{t},1,2,1", ":2: `enabled` is 2; it has to be 1 where torque is on"),
+        ("time_s,command_Nm,wheel_rad_s", "{t},1,1", "no column `voltage_V`, which every log needs"),
+    ],
+)
+def test_a_log_has_one_command_of_its_size(refused, header: str, row: str, message: str) -> None:
+    rig = REACTION if "wheel" in header else PLATFORM
+    refused([header, *(row.format(t=k / 100, k=k) for k in range(12))], message, rig)
 
 
 WHOLE = two_axis(GIMBAL + GRAVITY + TILTING)

@@ -1,13 +1,15 @@
 """A log in memory: its stretches, what a user should know of it, and how it prints."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from rwjax.errors import LogError
 from rwjax.logs.log import Log, with_earlier
-from tests.logs.texts import HEADER
+from tests.logs.texts import HEADER, PLATFORM
 
 
 def test_cut_keeps_the_origin(log):
@@ -105,3 +107,45 @@ log `run.csv`: 0.99 s, 100 samples at 100 Hz, kept for validation
     )
     silent = replace(run(), outputs={"yaw_rad": np.full(100, np.nan)}, notes={}, validate=False)
     assert str(silent).endswith("samples at 100 Hz\n  command: -6 to 6 V\n  yaw_rad: no reading, 100 missing")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"time": np.arange(12.0)[::-1]}, "log run: `time` is 10.0 after 11.0 (sample 2); time has to increase"),
+        ({"time": np.append(np.arange(11.0), np.nan)}, "`time` is nan after 10.0 (sample 12)"),
+        ({"time": np.zeros((12, 1))}, "`time` has the shape (12, 1)"),
+        ({"command": np.zeros(11)}, "`command` has the shape (11,), and there are 12 samples"),
+        ({"outputs": {"yaw": np.zeros(12)}}, "unknown output `yaw`; the nearest is `yaw_rad`"),
+        ({"outputs": {"yaw_rad": np.zeros(3)}}, "`yaw_rad` has the shape (3,)"),
+        ({"supply": np.zeros(3)}, "`supply` has the shape (3,)"),
+        ({"enabled": np.ones(13, bool)}, "`enabled` has the shape (13,)"),
+        ({"input": "volts"}, "`input` is 'volts'; the nearest command is `voltage_V`"),
+    ],
+)
+def test_a_log_whose_arrays_do_not_belong_together_is_refused(changes: dict, message: str) -> None:
+    t = np.arange(12.0)
+    whole = Log("run", t, t, {"yaw_rad": t}, {}, {}, False, None, 0.0)
+    with pytest.raises(LogError, match=re.escape(message)):
+        replace(whole, **changes)
+
+
+def test_arrays_go_through_the_checks_of_a_file() -> None:
+    t = np.arange(12) / 100.0
+    log = Log.from_arrays(
+        PLATFORM, time=t, voltage_V=t, yaw_counts=np.arange(12), name="a run", notes={"role": "validate"}
+    )
+    assert log.name == "a run" and log.validate and log.resolution["yaw_rad"] == 2.0 * np.pi / 256
+    for columns, message in (
+        ({"voltage_V": t, "yaw_counts": t}, "run: sample 2: `yaw_counts` is 0.01; counts have to be whole numbers"),
+        ({"voltage_V": t}, "run: no measured output; a `platform` rig needs at least one of"),
+        (
+            {"voltage_V": t, "yaw_rads": t},
+            "run: unknown column `yaw_rads`; did you mean `yaw_rad_s`? Else leave it out",
+        ),
+        ({"yaw_rad": t}, "run: no column `voltage_V`, which every log needs"),
+    ):
+        with pytest.raises(LogError, match=re.escape(message)):
+            Log.from_arrays(PLATFORM, time=t, **columns)
+    with pytest.raises(LogError, match=re.escape("run: sample 7: `time_s` is 0.05 after 0.05; time has to increase")):
+        Log.from_arrays(PLATFORM, time=np.where(np.arange(12) == 6, 0.05, t), voltage_V=t, yaw_rad=t)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax.fitting.fit import fit
-from rwjax.logs.noise import noise_level
+from rwjax.logs.noise_level import noise_level
 from rwjax.logs.outliers import MOST, outliers
 from rwjax.logs.read import read_log
 from rwjax.logs.write import write_log

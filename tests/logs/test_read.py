@@ -123,8 +123,8 @@ def test_a_reading_is_no_larger_than_its_unit_allows(refused, column: str, value
 def test_unreadable_files(tmp_path):
     with pytest.raises(LogError, match="none.csv: cannot be read: No such file or directory"):
         read_log(tmp_path / "none.csv", PLATFORM)
-    (tmp_path / "latin.csv").write_bytes(HEADER.encode() + b"\n0,1,\xb5\n")
-    with pytest.raises(LogError, match="latin.csv:2: byte 0xb5 is not UTF-8"):
+    (tmp_path / "latin.csv").write_bytes("\n".join([HEADER, *ROWS, ""]).encode() + b"0.5,1,\xb5\n")
+    with pytest.raises(LogError, match="latin.csv:14: `yaw_counts` is 'µ'; it has to be a number"):
         read_log(tmp_path / "latin.csv", PLATFORM)
 
 

@@ -1,99 +1,24 @@
-"""A log file as text: notes, header, rows, and which line is wrong."""
+"""The checks that every table goes through, and what reads as a number."""
 
 import math
-import re
 
 import numpy as np
 import pytest
 
 from rwjax.errors import LogError
-from rwjax.logs.sheet import Sheet, check_finite, check_size, is_number, numbers, read_sheet
-from tests.logs.texts import HEADER, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
-
-two = "time_s,voltage_V"
-MALFORMED = [
-    ([""], "holds no header and no samples"),
-    (["# a: b"], "holds no header and no samples"),
-    (ROWS, ":1: no header; the first row has to name the columns"),
-    ([HEADER], ":1: 0 samples below the header; a log needs at least 10"),
-    ([HEADER, *ROWS[:9]], ":1: 9 samples below the header"),
-    (
-        [HEADER.replace(",", ";"), *ROWS],
-        ":1: the columns are separated by semicolons; separate them by commas",
-    ),
-    ([HEADER.replace(",", "\t"), *ROWS], ":1: the columns are separated by tabs; separate them by commas"),
-    (["# role validate", HEADER, *ROWS], ":1: `# role validate` is no note; write `# role: validate`"),
-    ([",".join(f"c{k}" for k in range(1001)), *ROWS], ":1: 1001 columns; a log has 1000 at most, `time_s,voltage_V,…`"),
-    (changed(3, "0.03,1"), ":5: 2 cells; the header names 3 columns"),
-    (changed(3, ""), ":5: 1 cells; the header names 3 columns"),
-    (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
-    (changed(3, "# a: b"), ":5: a note among the samples; notes go before the header"),
-    (
-        changed(3, "0.03,1,1O"),
-        ":5: `yaw_counts` is '1O'; it has to be a number, or empty where a reading is missing",
-    ),
-    (changed(3, "nan,1,1"), ":5: `time_s` is missing; it has to be a finite number in every row"),
-    (changed(3, "0.03,,1"), ":5: `voltage_V` is missing; it has to be a finite number in every row"),
-    (changed(3, "0.03,-inf,1"), ":5: `voltage_V` is -inf; it has to be a finite number in every row"),
-]
-
-
-@pytest.mark.parametrize(("lines", "message"), MALFORMED, ids=[message for _, message in MALFORMED])
-def test_a_malformed_file_is_refused_in_one_line(refused, lines: list[str], message: str) -> None:
-    refused(lines, message)
-
-
-def test_notes_header_and_rows_are_told_apart(tmp_path) -> None:
-    path = tmp_path / "run.csv"
-    path.write_text(
-        "\n".join(["# Rig: yaw: testbed", "", "# no colon", "# rig: again", HEADER.replace(",", " , "), *ROWS])
-    )
-    sheet = read_sheet(path)
-    assert sheet.notes == {"rig": "yaw: testbed; again"} and sheet.header == 5 and sheet.delimiter == ","
-    assert sheet.names == HEADER.split(",") and sheet.rows == ROWS
-    assert str(sheet.error(2, "wrong")) == f"{path}:8: wrong" and str(sheet.error(None, "wrong")) == f"{path}:5: wrong"
-
-
-def test_both_ways_of_reading_rows_give_the_same_numbers(tmp_path) -> None:
-    """Row by row where a cell is empty, all at once where none is."""
-    whole, holey = tmp_path / "whole.csv", tmp_path / "holey.csv"
-    rows = [f"{k / 7!r},{k},{k * math.pi!r}" for k in range(12)]
-    whole.write_text("\n".join([HEADER, *rows]))
-    holey.write_text("\n".join([HEADER, *rows[:5], "0,,", *rows[6:]]))
-    a, b = (np.array(numbers(read_sheet(path), ["yaw_counts", "time_s"])) for path in (whole, holey))
-    assert np.isnan(b[0, 5]) and b[1, 5] == 0.0
-    assert np.array_equal(np.delete(a, 5, axis=1), np.delete(b, 5, axis=1)) and a[0, 3] == 3 * math.pi
-
-
-def test_ten_samples_are_enough_and_a_thousand_columns_not_too_many(tmp_path) -> None:
-    path = tmp_path / "run.csv"
-    path.write_text("\n".join([",".join(f"c{k}" for k in range(1000)), *[",".join(["1"] * 1000)] * 10]))
-    (found,) = numbers(read_sheet(path), ["c999"])
-    assert np.array_equal(found, np.ones(10))
-
-
-@pytest.mark.parametrize(("row", "comma"), [("0.03,1,2,3", True), ("0.03,1", False)])
-def test_a_row_of_too_many_cells_may_hold_decimal_commas(log, row: str, comma: bool) -> None:
-    with pytest.raises(LogError) as error:
-        log(changed(3, row))
-    assert ("decimals have a point" in str(error.value)) == comma
+from rwjax.logs.read_sheet import read_sheet
+from rwjax.logs.sheet import is_number
+from rwjax.logs.text_sheet import TextSheet
+from tests.logs.texts import HEADER, ROWS
 
 
 def test_sizes_count_in_their_unit_up_to_the_largest(tmp_path) -> None:
-    sheet = Sheet(tmp_path / "run.csv", {}, 1, ["voltage_V"], ",", [])
-    check_size(sheet, "voltage_V", np.array([1e6, np.nan, -1e6]), "V")
-    check_size(sheet, "counts", np.array([-2e6, 2e6]), "V", 0.5)
+    sheet = TextSheet(tmp_path / "run.csv", {}, ["voltage_V"], 1, ",", [])
+    sheet.check_size("voltage_V", np.array([1e6, np.nan, -1e6]), "V")
+    sheet.check_size("counts", np.array([-2e6, 2e6]), "V", 0.5)
     for value, factor in ((1.05e6, 1.0), (-1.05e6, 1.0), (2.1e6, 0.5)):
         with pytest.raises(LogError, match="run.csv:3: `x` is .*; a voltage lies between -1e.06 and 1e.06 V"):
-            check_size(sheet, "x", np.array([0.0, value]), "V", factor)
-
-
-def test_a_blank_cell_is_missing_and_a_wrong_one_is_named(tmp_path, refused) -> None:
-    path = tmp_path / "blank.csv"
-    path.write_text("\n".join([HEADER, *ROWS[:11], "0.11, ,"]))
-    volts, counts = numbers(read_sheet(path), ["voltage_V", "yaw_counts"])
-    assert np.flatnonzero(np.isnan(volts)).tolist() == np.flatnonzero(np.isnan(counts)).tolist() == [11]
-    refused(changed(3, "0.03,,x"), ":5: `yaw_counts` is 'x'; it has to be a number")
+            sheet.check_size("x", np.array([0.0, value]), "V", factor)
 
 
 def test_what_reads_as_a_number() -> None:
@@ -105,45 +30,9 @@ def test_the_first_row_without_a_finite_number_is_named(tmp_path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("\n".join([HEADER, *ROWS]))
     sheet = read_sheet(path)
-    check_finite(sheet, "voltage_V", np.zeros(12))
+    sheet.check_finite("voltage_V", np.zeros(12))
     for value, said in ((math.nan, "missing"), (-math.inf, "-inf")):
         with pytest.raises(
             LogError, match=f"run.csv:5: `voltage_V` is {said}; it has to be a finite number in every row"
         ):
-            check_finite(sheet, "voltage_V", np.where(np.arange(12) >= 3, value, 0.0))
-
-
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;;5"], "run.csv:14: `pwm_1` is missing"),
-        ([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3"], "run.csv:14: 4 cells; the header names 6 columns"),
-    ],
-)
-def test_a_row_of_the_thesis_that_cannot_be_read_is_named(refused, lines, message) -> None:
-    refused(lines, message, WHEEL)
-
-
-@pytest.mark.parametrize(
-    ("note", "message"),
-    [
-        ("# add axis.inertia 0.05", "write it with a colon, `# add axis.inertia: 0.012`"),
-        ("# rle: validate", "did you mean `# role: validate`?"),
-    ],
-)
-def test_a_note_that_is_written_otherwise_is_refused(log, note, message) -> None:
-    with pytest.raises(LogError, match=re.escape(message)):
-        log([note, HEADER, *ROWS])
-
-
-def test_a_line_of_megabytes_makes_a_short_message(tmp_path) -> None:
-    path = tmp_path / "run.csv"
-    path.write_text("\n".join([HEADER, *ROWS, "0.3,1," + 1_000_000 * "1" + "x"]))
-    with pytest.raises(LogError, match=":14: `yaw_counts` is '1111") as error:
-        numbers(read_sheet(path), ["yaw_counts"])
-    assert len(str(error.value)) < 2000
-
-
-def test_notes_of_one_key_are_joined(tmp_path) -> None:
-    (tmp_path / "run.csv").write_text("\n".join(["# a: 1", "# A: 2", "# a: 3", HEADER, *ROWS]))
-    assert read_sheet(tmp_path / "run.csv").notes == {"a": "1; 2; 3"}
+            sheet.check_finite("voltage_V", np.where(np.arange(12) >= 3, value, 0.0))

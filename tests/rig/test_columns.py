@@ -2,13 +2,23 @@
 
 import pytest
 
-from rwjax.kinds import ENCODERS, KINDS
-from rwjax.rig.columns import COLUMNS, INPUTS, commands_of, unit_of
+from rwjax.kinds import ENCODERS, KINDS, MOTORED
+from rwjax.rig.columns import COLUMNS, ENABLED, INPUTS, columns_of, commands_of, unit_of
+
+COMMANDED = {
+    "wheel": "voltage_V duty command_A",
+    "platform": "voltage_V duty goal_rad",
+    "reaction": "voltage_V duty command_A goal_rad",
+    "joint": "voltage_V duty command_A command_Nm goal_rad",
+    "two_axis": "voltage_1_V voltage_2_V",
+}
+"""The commands of each kind, as the interface says."""
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_has_commands_and_readings(kind: str) -> None:
-    assert len(commands_of(kind)) == (2 if kind == "two_axis" else 1) and {*commands_of(kind)} <= {*INPUTS}
+    assert " ".join(commands_of(kind)) == COMMANDED[kind] and {*commands_of(kind)} <= {*INPUTS}
+    assert (ENABLED in columns_of(kind)) == (kind in MOTORED) and len({*columns_of(kind)}) == len(columns_of(kind))
     assert any(kind in column.kinds for column in COLUMNS.values())
 
 
@@ -46,13 +56,21 @@ def test_counts_become_the_angle_of_what_the_encoder_sits_on() -> None:
 
 
 def test_inputs_are_time_commands_and_supply() -> None:
-    assert {*INPUTS} == {"time_s", "supply_V"} | {name for kind in KINDS for name in commands_of(kind)}
-    assert commands_of("platform") == ("voltage_V",) and commands_of("two_axis") == ("voltage_1_V", "voltage_2_V")
+    assert {*INPUTS} == {"time_s", "supply_V", "enabled"} | {
+        name for names in COMMANDED.values() for name in names.split()
+    }
 
 
 def test_no_column_is_an_input_and_every_output_has_a_unit() -> None:
     assert not {*COLUMNS} & {*INPUTS}
     assert {unit_of(column.output) for column in COLUMNS.values()} == {"rad", "rad/s", "A"}
+    assert [unit_of(name) for name in ("goal_rad", "command_A", "command_Nm", "duty", "time_s")] == [
+        "rad",
+        "A",
+        "N m",
+        "",
+        "s",
+    ]
     assert (unit_of("yaw_rad"), unit_of("wheel_2_rad_s"), unit_of("current_1_A"), unit_of("mood")) == (
         "rad",
         "rad/s",

@@ -11,7 +11,7 @@ from rwjax.fitting.initial_guess import starts_at_rest
 from rwjax.fitting.questions.likeness import ALIKE, GIVEN, Likeness, Question, Run, likeness, motion, names_of
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
-from rwjax.logs.noise import noise_level
+from rwjax.logs.noise_level import noise_level
 
 UNITS = {
     "_rad": (("degrees", 180.0 / np.pi),),

@@ -1,0 +1,98 @@
+"""A table by the names of rwjax's columns, as `[columns]` of the rig file says which of the file's they are."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.errors import alike, nearest
+from rwjax.logs.sheet import Sheet
+from rwjax.rig.columns import COMMANDS
+from rwjax.rig.columns_section import Source
+
+LAYOUT = ("layout", "rwjax")
+"""Key and value of the note of a file whose columns are rwjax's already, so that `[columns]` does not count for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class MappedSheet(Sheet):
+    """A table by the names of rwjax's columns.
+
+    Attributes:
+        path: The file, or the name of what is no file.
+        notes: Notes by key in small letters.
+        names: Names of rwjax's columns that it has.
+        of: The table as the file holds it.
+        sources: Its columns by the names of rwjax's that they become.
+    """
+
+    of: Sheet
+    sources: Mapping[str, Source]
+
+    def where(self, row: int | None) -> str:
+        """File and place of a row.
+
+        Args:
+            row: Index of the row, counted from 0; None for the names of the columns.
+
+        Returns:
+            What a message begins with, such as `run.csv:5`.
+        """
+        return self.of.where(row)
+
+    def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
+        """Columns in the units of rwjax's names.
+
+        Args:
+            names: Names of rwjax's columns.
+
+        Returns:
+            One array (n,) for each name [the unit in its name], NaN where there is no value.
+
+        Raises:
+            LogError: As the table.
+        """
+        used = [self.sources.get(name, Source(name)) for name in names]
+        return [
+            source.convert(values)
+            for source, values in zip(used, self.of.numbers([source.column for source in used]), strict=True)
+        ]
+
+    def called(self, name: str) -> str:
+        """A column as messages call it.
+
+        Args:
+            name: Name of rwjax's column.
+
+        Returns:
+            The name in quotes, with the file's own where that is another.
+        """
+        source = self.sources.get(name, Source(name))
+        return f"`{name}`" if source == Source(name) else f"`{name}` (column `{source.column}`)"
+
+
+def mapped(sheet: Sheet, sources: Mapping[str, Source], valid: Sequence[str]) -> MappedSheet:
+    """A table by the names of rwjax's columns.
+
+    Args:
+        sheet: The table as the file holds it.
+        sources: The section `[columns]` of the rig file.
+        valid: Columns that a log of this kind of rig may hold.
+
+    Returns:
+        The table of those columns that `[columns]` names and of those that go by rwjax's names already; all others are passed over.
+
+    Raises:
+        LogError: For a column that `[columns]` names and the file lacks, but for a command beside another one.
+    """
+    held = {name: source for name, source in sources.items() if source.column in sheet.names}
+    own = [name for name in valid if name not in held and name in sheet.names]
+    given = {*held, *own}
+    commanded = any(name in COMMANDS for name in given)
+    for name, source in sources.items():
+        if name in given or (commanded and name in COMMANDS):
+            continue
+        found = ", ".join(f"`{each}`" for each in sheet.names[:30])
+        near = f", nearest `{nearest(source.column, sheet.names)}`" if alike(source.column, sheet.names) else ""
+        raise sheet.error(None, f"no column `{source.column}`, which [columns] names for `{name}`; found {found}{near}")
+    return MappedSheet(sheet.path, sheet.notes, [name for name in valid if name in given], sheet, held)

@@ -1,0 +1,218 @@
+"""Text files of measurements: notes, header, and rows of cells, whatever separates them and whatever decimals have."""
+
+import csv
+import io
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rwjax.errors import LogError
+from rwjax.kinds import THESIS_COLUMNS
+from rwjax.logs.sheet import FEWEST, FREE_TEXT, ROLES, Sheet, is_number
+
+MOST_COLUMNS = 1000
+"""Columns of a log: a header of more is no header."""
+SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars"}
+"""What may separate the cells of a row; of several in a header the first here, since decimals may have commas."""
+
+
+@dataclass(frozen=True, eq=False)
+class TextSheet(Sheet):
+    """A log file as text.
+
+    Attributes:
+        path: The file.
+        notes: Lines `# key: value` above the header, by key in small letters.
+        names: Names of the columns.
+        header: Line number of the header, counted from 1.
+        delimiter: What separates the cells of a row.
+        rows: The lines below the header.
+    """
+
+    header: int
+    delimiter: str
+    rows: list[str]
+
+    def where(self, row: int | None) -> str:
+        """File and line of a row.
+
+        Args:
+            row: Index of the line below the header, counted from 0; None for the header.
+
+        Returns:
+            What a message begins with, `run.csv:5`.
+        """
+        return f"{self.path}:{self.header if row is None else self.header + 1 + row}"
+
+    def to_leave_out(self, name: str) -> str:
+        """What a user writes to leave a column out.
+
+        Args:
+            name: Name of the column.
+
+        Returns:
+            The end of a sentence.
+        """
+        return f"write `# ignore: {name}` above the header to leave it out"
+
+    def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
+        """Columns as numbers.
+
+        Args:
+            names: Names of the columns.
+
+        Returns:
+            One array (n,) for each name [as in the file], NaN where a cell is empty.
+
+        Raises:
+            LogError: With the line of the first row that cannot be read, and where the log is too short.
+        """
+        if len(self.rows) < FEWEST:
+            raise self.error(None, f"{len(self.rows)} samples below the header; a log needs at least {FEWEST}")
+        use = [self.names.index(name) for name in names]
+        quoted = any('"' in row for row in self.rows)
+        self._check_cells(quoted)
+        if not quoted and self.delimiter == ",":
+            try:
+                table = np.loadtxt(self.rows, delimiter=",", comments=None, usecols=use, ndmin=2)
+                return list(np.ascontiguousarray(table.T))
+            except ValueError:
+                pass  # an empty cell or a mistake: the reader of every other layout fills the one and names the other
+        return self._read(use)
+
+    def _check_cells(self, quoted: bool) -> None:
+        """`LogError` for the first row that has more or fewer cells than the header."""
+        wanted = len(self.names)
+        if quoted:
+            counts = (len(cells) for cells in csv.reader(self.rows, delimiter=self.delimiter, strict=False))
+        else:
+            counts = (row.count(self.delimiter) + 1 for row in self.rows)
+        try:
+            for number, count in enumerate(counts):
+                if count != wanted:
+                    raise self._miscounted(number, count)
+        except csv.Error as error:
+            raise self.error(
+                None, f"the rows cannot be told apart ({error}); close every quote on its own line"
+            ) from None
+        if quoted and number + 1 != len(self.rows):
+            bad = next((k for k, row in enumerate(self.rows) if row.count('"') % 2), 0)
+            raise self.error(bad, "a quote that does not end on its line; close it there")
+
+    def _miscounted(self, row: int, count: int) -> LogError:
+        """What is wrong with a row of so many cells."""
+        if self.rows[row].startswith("#"):
+            return self.error(row, "a note among the samples; notes go before the header")
+        comma = count > len(self.names) and self.delimiter == ","
+        hint = "; decimals have a point, 0.01, not 0,01, or semicolons between the columns" if comma else ""
+        by = "" if self.delimiter == "," else f", separated by {SEPARATORS[self.delimiter]}"
+        return self.error(row, f"{count} cells; the header names {len(self.names)} columns{by}{hint}")
+
+    def _read(self, use: Sequence[int]) -> list[np.ndarray]:
+        """Columns by their indices, read by polars."""
+        import polars as pl  # a tenth of a second, which a log of rwjax's own layout does not need
+
+        text = io.BytesIO("\n".join(self.rows).encode("utf-8", "replace"))
+        table = pl.read_csv(
+            text,
+            has_header=False,
+            separator=self.delimiter,
+            infer_schema=False,
+            truncate_ragged_lines=True,
+            raise_if_empty=False,
+        )
+        if table.shape != (len(self.rows), len(self.names)):
+            table = pl.DataFrame([*zip(*self._cells(), strict=True)], schema=[f"{k}" for k in range(len(self.names))])
+        columns = [table.to_series(j).cast(pl.String).fill_null("").str.strip_chars() for j in use]
+        found = [cells.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False) for cells in columns]
+        missing = [(cells == "") | (cells.str.to_lowercase() == "nan") for cells in columns]
+        wrong = [
+            (number.is_null() & ~empty) | self._mixed(cells)
+            for cells, number, empty in zip(columns, found, missing, strict=True)
+        ]
+        rows = [int(np.flatnonzero(bad.to_numpy())[0]) if bad.any() else len(self.rows) for bad in wrong]
+        if (row := min(rows, default=len(self.rows))) < len(self.rows):
+            k = rows.index(row)
+            raise self._no_number(row, use[k], columns[k][row])
+        return [number.fill_null(np.nan).to_numpy() for number in found]
+
+    def _mixed(self, cells):
+        """Which cells have a comma that cannot be the decimal one: beside a point, or where others have points."""
+        commas = cells.str.contains(",", literal=True)
+        points = cells.str.contains(".", literal=True)
+        return commas & (points | points.any())
+
+    def _cells(self) -> Iterator[list[str]]:
+        """The cells of every row."""
+        return csv.reader(self.rows, delimiter=self.delimiter)
+
+    def _no_number(self, row: int, j: int, cell: str) -> LogError:
+        """What is wrong with a cell."""
+        said = f"`{self.names[j]}` is {cell!r}; it has to be a number"
+        if "," in cell and is_number(cell.replace(",", "")):
+            return self.error(row, f"{said}, and beside decimal points a comma is none: write all decimals one way")
+        return self.error(row, f"{said}, or empty where a reading is missing")
+
+
+def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:
+    r"""Notes, header and rows of a text file.
+
+    Args:
+        path: The file.
+        text: Its text, every line ended by `\n`.
+
+    Returns:
+        The file as a table.
+
+    Raises:
+        LogError: Where the text has no header, or a note or the header is malformed.
+    """
+    lines = text.rstrip().split("\n")
+    notes: dict[str, list[str]] = {}
+    given = ""
+    for number, line in enumerate(lines, start=1):
+        if line.startswith("#"):
+            _note(f"{path}:{number}", line, notes)
+        elif number == 1 and line.lower().startswith("sep=") and line[4:5] in SEPARATORS:
+            given = line[4]  # as Excel writes it
+        elif line.strip():
+            whole = {key: "; ".join(values) for key, values in notes.items()}
+            return _header(path, number, line, whole, lines[number:], given)
+    raise LogError(f"{path}: holds no header and no samples; the first row has to be `time_s,voltage_V,…`")
+
+
+def _note(where: str, line: str, notes: dict[str, list[str]]) -> None:
+    """Puts the note of a line into `notes`; a key given twice keeps both values."""
+    key, colon, value = (part.strip() for part in line[1:].partition(":"))
+    if not colon and key.lower().startswith("role"):
+        raise LogError(f"{where}: `{line}` is no note; write `# role: validate` or `# role: train`")
+    if not colon and key.lower().startswith("add ") and "." in key:
+        raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
+    if value.lower() in ROLES and key.lower() not in ("role", *FREE_TEXT):
+        raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
+    if colon:
+        notes.setdefault(key.lower(), []).append(value)
+
+
+def _header(
+    path: str | os.PathLike[str], number: int, line: str, notes: Mapping[str, str], rows: list[str], given: str
+) -> TextSheet:
+    """The sheet whose header is `line`, whatever separates its names."""
+    delimiter = given or next((sign for sign in SEPARATORS if sign in _outside_quotes(line)), ",")
+    try:
+        names = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    except csv.Error:
+        names = [line]
+    sheet = TextSheet(path, notes, names, number, delimiter, rows)
+    if len(names) > MOST_COLUMNS:
+        raise sheet.error(None, f"{len(names)} columns; a log has {MOST_COLUMNS} at most, `time_s,voltage_V,…`")
+    if names != list(THESIS_COLUMNS) and all(is_number(cell.replace(",", ".")) for cell in names):
+        raise sheet.error(None, "no header; the first row has to name the columns, `time_s,voltage_V,…`")
+    return sheet
+
+
+def _outside_quotes(line: str) -> str:
+    """A line without what stands in quotes."""
+    return "".join(line.split('"')[::2])

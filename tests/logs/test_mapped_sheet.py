@@ -1,0 +1,66 @@
+"""Columns by rwjax's names: which count, which are passed over, and how messages call them."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.errors import LogError
+from rwjax.logs.mapped_sheet import mapped
+from rwjax.logs.text_sheet import text_sheet
+from rwjax.rig.columns import columns_of
+from tests.logs.forms import RIG, text
+
+
+def log_of(tmp_path, content: str, rig=RIG):
+    from rwjax.logs.read import read_log
+
+    (tmp_path / "run.csv").write_text(content)
+    return read_log(tmp_path / "run.csv", rig)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        (
+            "angle",
+            "winkel",
+            ":1: no column `angle`, which [columns] names for `yaw_rad`; found `ms`, `pwm`, `winkel`, `rpm`",
+        ),
+        (
+            "rpm",
+            "rpms",
+            "no column `rpm`, which [columns] names for `yaw_rad_s`; found `ms`, `pwm`, `angle`, `rpms`, `state`, nearest `rpms`",
+        ),
+        ("\n20,", "\n10,", ":4: `time_s` (column `ms`) is 0.01 after 0.01; time has to increase from row to row"),
+        ("\n20,-128", "\n20,", ":4: `voltage_V` (column `pwm`) is missing; it has to be a finite number in every row"),
+        ("\n20,-128", "\n20,x", ":4: `pwm` is 'x'; it has to be a number"),
+        ("\n20,-128", "\n20,1e9", ":4: `voltage_V` (column `pwm`) is 4.70588e+07; a voltage lies between"),
+    ],
+)
+def test_messages_name_the_files_own_column(tmp_path, before: str, after: str, message: str) -> None:
+    with pytest.raises(LogError, match=re.escape(message)):
+        log_of(tmp_path, text().replace(before, after, 1))
+
+
+def test_columns_under_rwjaxs_names_count_and_others_are_passed_over(tmp_path) -> None:
+    content = text().replace("angle", "yaw_rad").replace("state", "current_A")
+    log = log_of(tmp_path, content)
+    assert log.outputs["yaw_rad"][1] == float(content.split("\n")[2].split(",")[2]) and "current_A" not in log.outputs
+
+
+def test_a_file_in_rwjaxs_layout_by_its_note_is_read_as_it_is(tmp_path) -> None:
+    """Else a column of the same name would be converted twice."""
+    rig = replace(RIG, sources={"yaw_rad": RIG.sources["yaw_rad"]._replace(column="yaw_rad")})
+    rows = "time_s,voltage_V,yaw_rad\n" + "\n".join(f"{k / 100},1,{k}" for k in range(12))
+    assert log_of(tmp_path, "# layout: rwjax\n" + rows, rig).outputs["yaw_rad"][1] == 1.0
+    assert log_of(tmp_path, rows, rig).outputs["yaw_rad"][1] == pytest.approx(np.deg2rad(2.0))
+
+
+def test_of_several_commands_that_are_named_a_file_holds_one() -> None:
+    sources = RIG.sources | {"goal_rad": RIG.sources["yaw_rad"]._replace(column="goal")}
+    valid = columns_of("platform")
+    assert "goal_rad" not in mapped(text_sheet("x", text()), sources, valid).names
+    with pytest.raises(LogError, match="no column `pwm`"):
+        mapped(text_sheet("x", text().replace("pwm", "pwn")), sources, valid)
