@@ -67,7 +67,11 @@ class ArraySheet(Sheet):
     def _number(self, name: str) -> np.ndarray:
         """One column as numbers, dates as seconds from the first."""
         held = self.columns[name]
-        given = held.astype(float).filled(np.nan) if isinstance(held, np.ma.MaskedArray) else np.asarray(held)
+        given = (
+            np.ma.filled(np.ma.asarray(held, float), np.nan)
+            if isinstance(held, np.ma.MaskedArray)
+            else np.asarray(held)
+        )
         if given.ndim == 2 and 1 in given.shape:
             given = given.ravel()
         if given.ndim != 1:

@@ -3,7 +3,7 @@
 import math
 import re
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import pint
@@ -68,8 +68,8 @@ def _usable(value: float, said: str) -> float:
     return value
 
 
-def _read(text: str) -> "pint.Quantity | float":
-    """A number with its unit."""
+def _read(text: str) -> Any:
+    """A number with its unit, of pint, or a number alone."""
     if len(text) > LONGEST or not _ALLOWED.fullmatch(text) or "**" in text:
         raise ValueError("is no unit; write one such as ms, deg, rpm, mA or 12 V / 255")
     try:
