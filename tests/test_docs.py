@@ -43,6 +43,39 @@ def test_rig_files_in_the_documentation_can_be_read() -> None:
     assert {parse_rig(block).kind for block in found} >= {"wheel", "platform"}
 
 
+LOOKS = (ROOT / "docs" / "file_looks_like_this.md").read_text()
+
+
+@pytest.mark.parametrize("heading", re.findall(r"^## (.*)$", LOOKS, re.M))
+def test_a_file_that_looks_like_that_is_read_by_the_lines_beside_it(heading: str, tmp_path: Path) -> None:
+    """The page's rows, carried on in time, through the page's rig file; its Python, with the arrays that it names."""
+    part = LOOKS.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    for rig, table in zip(_blocks("toml", part), _blocks("csv", part), strict=False):
+        header, *rows = table.splitlines()
+        sign = ";" if ";" in header else ","
+        first = rows[-1].partition(sign)
+        step = float(first[0].replace(",", ".")) - float(rows[-2].partition(sign)[0].replace(",", "."))
+        later = (float(first[0].replace(",", ".")) + k * step for k in range(1, 12))
+        point = "," if sign == ";" and "," in table else "."
+        rows += [f"{t:g}".replace(".", point) + sign + first[2] for t in later]
+        (tmp_path / "run.csv").write_text("\n".join([header, *rows]))
+        read = rwjax.read_log(tmp_path / "run.csv", parse_rig(rig))
+        assert len(read.time) == len(rows) and all(np.isfinite(y).all() for y in read.outputs.values())
+        assert read.time[-1] - read.time[0] == pytest.approx((len(rows) - 1) * (read.time[1] - read.time[0]))
+    if "frame" in heading:
+        (tmp_path / "rig.toml").write_text(_blocks("toml", LOOKS)[1])
+        t = np.arange(40) / 100.0
+        names = {"t": t, "volts": t, "u": t, "degrees": 90.0 * t, "angle": t, "rpm": t}
+        for code in _blocks("python", part):
+            exec(code.replace('"rig.toml"', repr(str(tmp_path / "rig.toml"))), names)
+        assert names["log"].outputs["yaw_rad"][-1] == t[-1]
+
+
+def _blocks(language: str, page: str) -> list[str]:
+    """The parts of a page in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page, re.M | re.S)
+
+
 def test_the_readme_names_only_commands_that_exist() -> None:
     text = (ROOT / "README.md").read_text()
     commands = {command.callback.__name__ for command in app.registered_commands if command.callback}

@@ -78,6 +78,15 @@ def starts_at_rest(log: Log) -> bool:
     return True
 
 
+def _signed(structure: Structure, log: Log, name: str) -> float:
+    """A reading at the first sample, one without its sign with that of the first 0.5 s of the command."""
+    value = _line(log, name)[0]
+    if name not in structure.unsigned:
+        return value
+    driven = float(np.mean(log.at_drive[first_half_second(log)]))
+    return -abs(value) if driven < 0.0 else abs(value)
+
+
 def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.ndarray, np.ndarray]:
     """Initial state as the first readings suggest it, and which of its entries are unknown.
 
@@ -99,13 +108,13 @@ def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.
             free[angle] = True
         elif log.outputs and angle in structure.angles:
             free[angle] = True  # unseen, but something depends on it
-        if rate_name in log.outputs:
-            guess[rate] = _line(log, rate_name)[0]
+        if rate_name in log.outputs and not (rate_name in structure.unsigned and angle_name in log.outputs):
+            guess[rate] = _signed(structure, log, rate_name)
         free[rate] = not rest
         guess[rate] = 0.0 if rest else guess[rate]
     for i, name in structure.currents:
         if not rest:
-            guess[i] = _line(log, name)[0] if name in log.outputs else 0.0
+            guess[i] = _signed(structure, log, name) if name in log.outputs else 0.0
             free[i] = True
     if INTEGRAL in free:
         free[INTEGRAL] = not rest

@@ -84,6 +84,7 @@ class Log:
     def goes_on(self) -> bool:
         """Whether it is a segment that goes on from the one before it, in a state that no run begins in."""
         return self.segments is not None and self.segments.number > 0
+
     def __post_init__(self) -> None:
         """Checks that the arrays belong together, that time goes on, and that command and readings have names that mean something.
 

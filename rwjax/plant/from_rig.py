@@ -10,6 +10,7 @@ from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import CommandDelay, EncoderDelay
 from rwjax.kinds import GIVEN, GOAL, NUMBERS, SERVO
 from rwjax.plant.structure import LATE_TICKS, ServoStructure, Structure
+from rwjax.rig.columns import COLUMNS
 from rwjax.rig.model import Rig, Servo
 
 ABSENT_IS_ZERO = {
@@ -60,6 +61,7 @@ def structure_of(rig: Rig) -> Structure:
         servo=servo,
         encoder_side=rig.servo.encoder_side if rig.servo is not None else "link",
         switched=rig.driven.switched,
+        unsigned=tuple(COLUMNS[name].output for name, source in rig.sources.items() if source.unsigned),
     ).with_effects(*rig.effects)
 
 

@@ -454,7 +454,7 @@ class OneAxis(Plant):
             reading[angle], reading[rate] = effect.read(reading[angle], reading[rate], m)
         for effect in self.on(Reading):
             reading = {name: effect.read(name, value) for name, value in reading.items()}
-        return tuple(reading[name] for name in self.structure.outputs)
+        return self.structure.as_reported(reading)
 
     def _at_encoder(self, m: Motion, x: State) -> tuple[Scalar, Scalar]:
         """Angle [rad] and rate [rad/s] where the encoder sits that `Encoder` and `EncoderDelay` are about."""

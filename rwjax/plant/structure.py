@@ -47,6 +47,7 @@ class Structure(NamedTuple):
         servo: The loop that gives it, None where the logs hold the command itself.
         encoder_side: Side of a backlash or a coupling on which the axis's encoder sits: "link" or "motor".
         switched: Whether torque is off at times.
+        unsigned: Outputs of which the device reports the size alone.
     """
 
     kind: str
@@ -57,6 +58,7 @@ class Structure(NamedTuple):
     servo: "ServoStructure | None" = None
     encoder_side: str = "link"
     switched: bool = False
+    unsigned: tuple[str, ...] = ()
 
     @property
     def has_axis(self) -> bool:
@@ -172,6 +174,17 @@ class Structure(NamedTuple):
             Values `(p,)` in the order of `names`, 0 for those not given [SI].
         """
         return [given.get(name, 0.0) for name in self.names]
+
+    def as_reported(self, reading: Mapping[str, Scalar]) -> tuple[Scalar, ...]:
+        """Readings as the rig's devices report them.
+
+        Args:
+            reading: Values of the outputs by name [SI].
+
+        Returns:
+            Values in the order of `outputs` [SI], of those in `unsigned` the size alone.
+        """
+        return tuple(abs(reading[name]) if name in self.unsigned else reading[name] for name in self.outputs)
 
     def with_effects(self, *effects: str) -> "Structure":
         """The same structure with further effects.

@@ -312,7 +312,7 @@ class TwoAxis(Plant):
         for effect in (e for e in self.effects if isinstance(e, YawReading)):
             for name, pitch in (("yaw_rad", "psi_2"), ("yaw_rad_s", "w_2")):
                 reading[name] = effect.read(reading[name], late[states.index(pitch)])
-        return tuple(reading[name] for name in self.structure.outputs)
+        return self.structure.as_reported(reading)
 
 
 def _among(columns: list[Torques], bodies: list[int]) -> Float[Array, "b b"]:

@@ -31,7 +31,7 @@ def factor(scale: float | str, unit: str, to: str, linear: bool = False) -> floa
     """What a file's number is multiplied with to be in SI.
 
     Args:
-        scale: A number, or a text of one with or without a unit ("12 V / 255").
+        scale: A number [1], or a text of one with or without a unit ("12 V / 255").
         unit: Unit of the file's number, which the scale is multiplied with; "" for none.
         to: SI unit of the quantity, a key of `EXAMPLES`.
         linear: Whether a length may stand for an angle, on a linear axis.

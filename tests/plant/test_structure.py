@@ -1,9 +1,12 @@
 """What a plant is made of: names, states and outputs of every kind."""
 
+from dataclasses import replace
+
 import pytest
 
 from rwjax.plant.from_rig import structure_of
 from rwjax.plant.structure import Structure
+from rwjax.rig.columns_section import Source
 from tests.systems import platform, reaction, wheel
 from tests.two_axes import TILTING, two_axis
 
@@ -56,3 +59,11 @@ def test_a_rig_with_two_axes_is_two_reaction_rigs_by_name() -> None:
     yaw, pitch = structure_of(two_axis(TILTING + '[effects."wheel_2.coulomb"]\nM_c = 0.1\n')).halves
     assert yaw.kind == pitch.kind == "reaction" and yaw.numbers == pitch.numbers
     assert yaw.effects == () and pitch.effects == ("wheel.coulomb",)  # the tilt belongs to both
+
+
+def test_a_device_without_signs_reports_sizes() -> None:
+    rig = wheel()
+    reading = {"wheel_rad": -1.0, "wheel_rad_s": -2.0, "current_A": -3.0}
+    unsigned = replace(rig, sources={"wheel_rad_s": Source("speed", unsigned=True), "current_A": Source("current_A")})
+    assert structure_of(unsigned).as_reported(reading) == (-1.0, 2.0, -3.0)
+    assert structure_of(rig).as_reported(reading) == (-1.0, -2.0, -3.0)
