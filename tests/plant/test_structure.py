@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import jax.numpy as jnp
 import pytest
 
 from rwjax.plant.from_rig import structure_of
@@ -63,7 +64,7 @@ def test_a_rig_with_two_axes_is_two_reaction_rigs_by_name() -> None:
 
 def test_a_device_without_signs_reports_sizes() -> None:
     rig = wheel()
-    reading = {"wheel_rad": -1.0, "wheel_rad_s": -2.0, "current_A": -3.0}
+    reading = {"wheel_rad": jnp.array(-1.0), "wheel_rad_s": jnp.array(-2.0), "current_A": jnp.array(-3.0)}
     unsigned = replace(rig, sources={"wheel_rad_s": Source("speed", unsigned=True), "current_A": Source("current_A")})
     assert structure_of(unsigned).as_reported(reading) == (-1.0, 2.0, -3.0)
     assert structure_of(rig).as_reported(reading) == (-1.0, -2.0, -3.0)
