@@ -15,6 +15,7 @@ from rwjax.planning.envelope import LIMITS, Envelope
 from rwjax.planning.experiment import REST_S, TICK_HZ, Experiment
 from rwjax.planning.files import Plan, Run
 from rwjax.planning.motion import WAIT_S, coasting_angle, peaks, simulated_outputs
+from rwjax.rig.columns import unit_of
 
 
 class Proposal(NamedTuple):
@@ -60,7 +61,7 @@ def _shown(rival: Rival, train: Sequence[int]) -> Envelope:
         for k in train
     ]
     most = {name: max(float(np.max(np.abs(run[name]))) for run in moved) for name in moved[0]}
-    return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].at_drive))) for k in train), most)
+    return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
 
 
 def _simulated(
@@ -79,7 +80,8 @@ def _simulated(
     runs, every_peak, holds = [], [], np.ones(len(experiments), bool)
     for rival in rivals:
         structure = rival.problem.structure
-        y = simulated_outputs(structure, rival.theta, experiments, LONGEST_S + (WAIT_S if stops else 0.0))
+        seconds = LONGEST_S + (WAIT_S if stops else 0.0)
+        y = simulated_outputs(structure, rival.theta, experiments, seconds, supply=_supply(rival.problem))
         moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}
         peak = peaks(moved)
         if stops:  # as in a plan whose travel is limited
@@ -90,6 +92,12 @@ def _simulated(
         runs.append(np.stack([moved[name][:, :during] for name in outputs], axis=-1) / error)
         every_peak.append(peak)
     return _Simulated(runs, every_peak[0], holds, lasts)
+
+
+def _supply(problem: Problem) -> float | None:
+    """Mean voltage of the supply in the logs [V], None where one does not hold it."""
+    held = [log.supply for log in problem.logs if log.supply is not None]
+    return float(np.mean(np.concatenate(held))) if len(held) == len(problem.logs) else None
 
 
 def _has_stops(rivals: Sequence[Rival]) -> bool:
@@ -129,6 +137,8 @@ def propose(
     experiments = _commands(within.volts, limits)
     found = _simulated(rivals, experiments, outputs, error, within, limits.beyond)
     telling = _differences(found)
+    by = problem.logs[0].input
+    unit = f" {unit_of(by)}".rstrip()
     best = int(np.argmax(telling))
     names = [" + ".join(rival.names) for rival in rivals]
     if not found.holds.any():
@@ -139,7 +149,7 @@ def propose(
         )
     if telling[best] < 1.0:
         return Proposal(
-            f"no command within {within.volts:.3g} V, hardly further than these logs have gone, separates {' and '.join(names)}: "
+            f"no command within {within.volts:.3g}{unit}, hardly further than these logs have gone, separates {' and '.join(names)}: "
             "there they are the same thing for this rig"
         )
     run = Run(
@@ -151,14 +161,15 @@ def propose(
         reaches={name: float(values[best]) for name, values in found.peak.items()},
     )
     return Proposal(
-        f"run {_in_words(run.experiment)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
-        Plan(rig, within.known, (run,)),
+        f"run {_in_words(run.experiment, by, unit)}: there {' and '.join(names)} differ by {telling[best]:.1f} times the error that is left",
+        Plan(rig, within.known, (run,)) if by == "voltage_V" else None,  # a board plays voltages
     )
 
 
-def _in_words(e: Experiment) -> str:
-    """An experiment as one would tell it."""
+def _in_words(e: Experiment, by: str, unit: str) -> str:
+    """An experiment as one would tell it, whose command stands in the column `by`."""
+    of = "" if by == "voltage_V" else f" of `{by}`"
     if e.kind == "coast-down":
-        return f"{e.amplitude:.3g} V for {e.period:g} s, then 0 V until standstill (coast-down)"
-    between = f"between {e.offset - abs(e.amplitude):.3g} and {e.offset + abs(e.amplitude):.3g} V"
-    return f"a {e.kind} {between} with a period of {e.period:g} s for {e.length:g} s"
+        return f"{e.amplitude:.3g}{unit}{of} for {e.period:g} s, then 0{unit} until standstill (coast-down)"
+    between = f"between {e.offset - abs(e.amplitude):.3g} and {e.offset + abs(e.amplitude):.3g}{unit}"
+    return f"a {e.kind}{of} {between} with a period of {e.period:g} s for {e.length:g} s"

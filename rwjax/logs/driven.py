@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rwjax.errors import LogError
-from rwjax.kinds import GIVEN, GOAL, SERVO
+from rwjax.kinds import GIVEN, GOAL, SERVO, TWO_AXIS
 from rwjax.logs.log import Log
 from rwjax.rig.model import Driven, Rig
 
@@ -32,8 +32,8 @@ def driven(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, tuple[Log, ...]]:
     Raises:
         LogError: Where the logs hold different commands, or one that this rig cannot be driven by.
     """
-    if not logs:
-        return rig, ()
+    if not logs or rig.kind in TWO_AXIS:
+        return rig, tuple(logs)
     first = logs[0]
     if other := next((log for log in logs if log.input != first.input), None):
         raise LogError(

@@ -1,6 +1,7 @@
 """How far experiments move a rig, by simulation: from rest, until some time after their end."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -54,6 +55,7 @@ def simulated_outputs(
     experiments: Sequence[Experiment],
     seconds: float,
     begin: Float[np.ndarray, " e"] | None = None,
+    supply: float | None = None,
 ) -> Float[np.ndarray, "e t y"]:
     """Outputs of a plant in experiments from rest, at `TICK_HZ`.
 
@@ -63,11 +65,14 @@ def simulated_outputs(
         experiments: e experiments.
         seconds: Time that is simulated [s].
         begin: Angle of the axis from which each experiment begins [rad], `(e,)`; 0 without it.
+        supply: Voltage of the supply [V] of which a servo gives a share, where the plant does not know it.
 
     Returns:
         Outputs [SI] in the structure's order, `(e, t, y)`.
     """
     logs = [command_log(experiment, experiment.kind, seconds) for experiment in experiments]
+    if supply is not None:
+        logs = [replace(log, supply=np.full(len(log.time), supply)) for log in logs]
     problem = pose(structure, logs, {})
     start = np.zeros_like(problem.start)
     if begin is not None:
