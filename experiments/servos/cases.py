@@ -1,7 +1,6 @@
 """The measured joints: which logs are fitted and which are held out, and a rig file from what their authors say of the hardware."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import NamedTuple
 
 TRAIN, HELD_OUT = ("sin_sin", "sin_time_square"), ("up_and_down", "lift_and_drop")
