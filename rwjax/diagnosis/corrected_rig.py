@@ -7,6 +7,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.effects.library import BY_NAME
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.tied_errors import tied_errors
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.plant.from_rig import rig_with
 from rwjax.rig.model import Rig
@@ -33,4 +34,5 @@ def corrected_rig(rig: Rig, hypothesis: Hypothesis, fitted: Fit, spread: Uncerta
     theta = np.array([values[name] for name in kept.names])
     errors = {name: error for name, error in spread.standard_error.items() if np.isfinite(error)}
     free = (*rig.free, *(name for name in errors if name in kept.names and name not in rig.free))
+    errors |= tied_errors(rig.tied, values, spread.names, spread.covariance)
     return replace(rig_with(rig, kept, theta, errors), free=free)

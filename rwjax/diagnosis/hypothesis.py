@@ -243,9 +243,8 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         and not (BY_NAME[name].needs_servo and structure.servo is None)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
-    fixed = [
-        name for name in structure.numbers if name not in (*rig.free, *_TICKING) and rig.numbers.get(name, 0.0) != 0.0
-    ]
+    given = (*rig.free, *rig.tied, *_TICKING)
+    fixed = [name for name in structure.numbers if name not in given and rig.numbers.get(name, 0.0) != 0.0]
     return (*found, *(f"parameter.{name}" for name in fixed))
 
 

@@ -16,6 +16,7 @@ from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.segments import said, with_segments
 from rwjax.fitting.shooting_nodes import measured_nodes
+from rwjax.fitting.tied_errors import tied_errors
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.kinds import RANGES
 from rwjax.logs.driven import driven
@@ -178,7 +179,28 @@ def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
         values[structure.names.index(name)] = mean
         if np.isfinite(error):
             known[name] = error
-    return rig_with(rig, structure, values, known)
+    estimated = rig_with(rig, structure, values, known)
+    if rig.tied:
+        names, covariance = _of_rig(rig, problem, errors, known)
+        of_tied = tied_errors(rig.tied, estimated.values, names, covariance)
+        estimated = replace(estimated, standard_error=known | of_tied)
+    return estimated
+
+
+def _of_rig(
+    rig: Rig, problem: Problem, errors: Uncertainty, known: dict[str, float]
+) -> tuple[tuple[str, ...], np.ndarray]:
+    """The estimated numbers of a rig and their covariance; of those of every run that of the mean, with its own scatter."""
+    names = tuple(name for name in rig.free if name in problem.names)
+    mean = np.zeros((len(names), len(errors.names)))
+    for k, name in enumerate(names):
+        own = [j for j, one in enumerate(errors.names) if one.partition(" in ")[0] == name]
+        mean[k, own] = 1.0 / len(own)
+    unknown = ~np.isfinite(np.diag(errors.covariance))
+    covariance = mean @ np.where(np.isfinite(errors.covariance), errors.covariance, 0.0) @ mean.T
+    covariance[np.diag_indices(len(names))] = [known.get(name, np.inf) ** 2 for name in names]
+    covariance[(mean[:, unknown] > 0.0).any(axis=1)] = np.inf
+    return names, covariance
 
 
 def _check_run(rig: Rig, fitted: Fit) -> None:

@@ -22,6 +22,7 @@ from rwjax.fitting.gauss_newton import LARGEST_DAMPING, gauss_newton_step
 from rwjax.fitting.initial_state import initial_states_by_sensitivities
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import run_costs, sensitivities
+from rwjax.rig.tied import completed
 from rwjax.simulation.shooting import Evaluation
 
 WINDOW_STEPS = 8
@@ -69,7 +70,8 @@ class Fit:
         Returns:
             Values [SI].
         """
-        return dict(zip(self.problem.names, (float(v) for v in self.theta), strict=True))
+        values = dict(zip(self.problem.names, (float(v) for v in self.theta), strict=True))
+        return completed(dict(self.problem.structure.tied), values)
 
 
 class _Run(NamedTuple):

@@ -46,7 +46,7 @@ class RigFit:
     def _estimates(self) -> list[tuple[str, float, float]]:
         """Name, value and standard error [SI] of every estimated number."""
         values, errors = self.fit.numbers() | self.rig.values, self.uncertainty.standard_error | self.rig.standard_error
-        names = dict.fromkeys((*self.rig.free, *self.uncertainty.names))
+        names = dict.fromkeys((*self.rig.free, *self.uncertainty.names, *self.rig.tied))
         return [(name, values[name], errors.get(name, np.inf)) for name in names]
 
     def of_runs(self) -> list[str]:

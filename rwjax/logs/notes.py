@@ -52,6 +52,10 @@ def added(sheet: Sheet, rig: Rig) -> dict[str, float]:
         if not is_number(value) or not math.isfinite(float(value)):
             raise LogError(f"{sheet.path}: `# {key}: {value}` has to be one number, such as `# {key}: 0.012`")
         name = held[name]
+        if name in rig.tied:
+            raise LogError(
+                f"{sheet.path}: `# {key}: {value}`: `{name}` is {rig.tied[name]} by `fit.tied`; add to what it follows from"
+            )
         total = rig.values[name] + float(value)
         makes = f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}"
         if name.endswith(".inductance") and rig.values[name] == 0.0:

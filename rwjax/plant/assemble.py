@@ -1,11 +1,13 @@
 """The plant of any kind of rig, from its structure and its numbers."""
 
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from rwjax.plant.one_axis import OneAxis, one_axis
 from rwjax.plant.plant import Plant
 from rwjax.plant.structure import Numbers, Structure
 from rwjax.plant.two_axis import two_axis
+from rwjax.rig.tied import evaluate, names_in
 
 
 def assemble(structure: Structure, numbers: Numbers) -> Plant:
@@ -31,7 +33,7 @@ def plant_of(structure: Structure, theta: Float[Array, " p"]) -> Plant:
     Returns:
         The plant.
     """
-    return assemble(structure, {name: theta[k] for k, name in enumerate(structure.names)})
+    return assemble(structure, _numbers(structure, theta))
 
 
 def one_axis_plant_of(structure: Structure, theta: Float[Array, " p"]) -> OneAxis:
@@ -44,4 +46,13 @@ def one_axis_plant_of(structure: Structure, theta: Float[Array, " p"]) -> OneAxi
     Returns:
         The plant.
     """
-    return one_axis(structure, {name: theta[k] for k, name in enumerate(structure.names)})
+    return one_axis(structure, _numbers(structure, theta))
+
+
+def _numbers(structure: Structure, theta: Float[Array, " p"]) -> Numbers:
+    """Numbers by name; those that follow from others by their formulas, whatever the vector says of them."""
+    numbers: Numbers = {name: theta[k] for k, name in enumerate(structure.names)}
+    for name, formula in structure.tied:
+        if name in numbers and {*names_in(formula)} <= numbers.keys():  # a linearised plant may lack effects
+            numbers[name] = evaluate(formula, numbers, jnp)
+    return numbers

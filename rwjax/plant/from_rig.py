@@ -12,6 +12,7 @@ from rwjax.kinds import GIVEN, GOAL, NUMBERS, SERVO
 from rwjax.plant.structure import LATE_TICKS, ServoStructure, Structure
 from rwjax.rig.columns import COLUMNS
 from rwjax.rig.model import Rig, Servo
+from rwjax.rig.tied import with_constants
 
 ABSENT_IS_ZERO = {
     "wheel": ("motor.friction",),
@@ -52,7 +53,7 @@ def structure_of(rig: Rig) -> Structure:
     inductive = "motor.inductance" in names
     names |= {name.replace("torque", "angle") for name in names if name.endswith(".gravity.torque")}
     numbers = tuple(name for name in NUMBERS if name in names)
-    return Structure(
+    found = Structure(
         rig.kind,
         numbers,
         inductive,
@@ -63,6 +64,14 @@ def structure_of(rig: Rig) -> Structure:
         switched=rig.driven.switched,
         unsigned=tuple(COLUMNS[name].output for name, source in rig.sources.items() if source.unsigned),
     ).with_effects(*rig.effects)
+    return found._replace(tied=_tied(rig, found)) if rig.tied else found
+
+
+def _tied(rig: Rig, structure: Structure) -> tuple[tuple[str, str], ...]:
+    """The formulas of numbers that the structure has; what it lacks of the rig's stands in them by its value."""
+    constant = {name: value for name, value in rig.values.items() if name not in structure.names}
+    held = ((name, formula) for name, formula in rig.tied.items() if name in structure.names)
+    return tuple((name, with_constants(formula, constant)) for name, formula in held)
 
 
 def _given(rig: Rig) -> str:
@@ -157,4 +166,4 @@ def rig_with(rig: Rig, structure: Structure, theta: np.ndarray, standard_error: 
         effect: {name: values[f"{effect}.{name}"] for name in parameters(BY_NAME[effect])}
         for effect in structure.effects
     }
-    return replace(rig, numbers=numbers, effects=effects, standard_error=dict(standard_error))
+    return replace(rig, numbers=numbers, effects=effects, standard_error=dict(standard_error)).with_values({})

@@ -48,6 +48,7 @@ class Structure(NamedTuple):
         encoder_side: Side of a backlash or a coupling on which the axis's encoder sits: "link" or "motor".
         switched: Whether torque is off at times.
         unsigned: Outputs of which the device reports the size alone.
+        tied: Numbers that follow from others, each with its formula (`rwjax.rig.tied`).
     """
 
     kind: str
@@ -59,6 +60,7 @@ class Structure(NamedTuple):
     encoder_side: str = "link"
     switched: bool = False
     unsigned: tuple[str, ...] = ()
+    tied: tuple[tuple[str, str], ...] = ()
 
     @property
     def has_axis(self) -> bool:

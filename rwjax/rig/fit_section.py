@@ -22,11 +22,13 @@ class FitTables(NamedTuple):
         standard_error: `[fit.standard_error]`.
         bounds: `[fit.bounds]`.
         prior: `[fit.prior]`.
+        tied: `[fit.tied]`.
     """
 
     standard_error: dict[str, Any]
     bounds: dict[str, Any]
     prior: dict[str, Any]
+    tied: dict[str, Any]
 
 
 class FitSection(NamedTuple):
@@ -63,6 +65,11 @@ def fit_section(leaves: dict[str, Any], tables: FitTables, values: dict[str, flo
         RigError: For a name that the file holds no value of, and for values that cannot be.
     """
     free = _names(leaves, "fit.free", values, kind)
+    for key, names in (("fit.free", free), ("fit.bounds", tables.bounds), ("fit.prior", tables.prior)):
+        if both := next((name for name in names if name in tables.tied), None):
+            raise RigError(
+                f"`{key}` names `{both}`, which follows from others by `fit.tied`; take it out of one of them"
+            )
     bounds = {name: _bound(name, pair, values, kind) for name, pair in tables.bounds.items()}
     anything = (-math.inf, math.inf)
     return FitSection(

@@ -8,6 +8,7 @@ from rwjax.errors import RigError
 from rwjax.kinds import NUMBERS, TWO_AXIS
 from rwjax.rig.columns_section import Source
 from rwjax.rig.effect_section import effect_parameters
+from rwjax.rig.tied import completed
 
 
 class Pwm(NamedTuple):
@@ -68,6 +69,7 @@ class Rig:
         pwm: Map from pulse width to volts, None where the file holds none.
         columns: "position" and "pulse" -> column of a log of the thesis's layout.
         servo: The loop between a goal and what the drive is given, None where the file describes none.
+        tied: Formulas of numbers that follow from others, by name, each behind those on which it depends (`rwjax.rig.tied`).
         driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
         sources: Columns of a log file by the columns of rwjax's that they become.
     """
@@ -85,6 +87,7 @@ class Rig:
     pwm: Pwm | None = None
     columns: dict[str, str] = field(default_factory=dict)
     servo: Servo | None = None
+    tied: dict[str, str] = field(default_factory=dict)
     driven: Driven = field(default_factory=Driven)
     sources: dict[str, Source] = field(default_factory=dict)
 
@@ -100,14 +103,14 @@ class Rig:
             values: New values [SI] by name, of numbers that the rig holds.
 
         Returns:
-            The rig with these values, everything else as it is.
+            The rig with these values and those that follow from them, everything else as it is.
 
         Raises:
             KeyError: For a name that the rig does not hold.
         """
         if unknown := sorted(values.keys() - self.values.keys()):
             raise KeyError(f"the rig `{self.name}` holds no {unknown}")
-        new = {name: float(values.get(name, old)) for name, old in self.values.items()}
+        new = completed(self.tied, {name: float(values.get(name, old)) for name, old in self.values.items()})
         effects = {e: {p: new[f"{e}.{p}"] for p in given} for e, given in self.effects.items()}
         return replace(self, numbers={name: new[name] for name in self.numbers}, effects=effects)
 
@@ -132,6 +135,8 @@ class Rig:
 
     def _in_words(self, name: str, value: float, unit: str) -> str:
         error = f" ± {self.standard_error[name]:.2g}" if name in self.standard_error else ""
+        if name in self.tied:
+            return f"{value:.6g}{error}{'' if unit == '1' else f' {unit}'} (= {self.tied[name]})"
         free = " (free, per run)" if name in self.per_run else " (free)" if name in self.free else ""
         return f"{value:.6g}{error}{'' if unit == '1' else f' {unit}'}{free}"
 

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from rwjax.errors import LONGEST_TEXT, RigError, printable
-from rwjax.kinds import THESIS_CHOICES
+from rwjax.kinds import COEFFICIENTS, NUMBERS, POLYNOMIAL, THESIS_CHOICES
 from rwjax.rig import document, parse
 from rwjax.rig.columns_section import sources
 from rwjax.rig.effect_section import effects
 from rwjax.rig.fit_section import FitTables, fit_section
 from rwjax.rig.model import Rig, with_one_axis
+from rwjax.rig.tied import tied_section, with_tied
 from rwjax.text_files import parse_toml, read_text
 
 
@@ -95,6 +96,7 @@ def _rig(parsed: dict[str, Any], stem: str) -> Rig:
     columns = document.take(leaves, "columns")
     leaves |= {f"columns.{key}": columns.pop(key) for key in THESIS_CHOICES if key in columns}
     document.check_keys(leaves, kind)
+    tied = _tied(leaves, given, tables.tied, kind)
     rig = Rig(
         kind=kind,
         name=document.text(leaves, "name", stem),
@@ -105,5 +107,21 @@ def _rig(parsed: dict[str, Any], stem: str) -> Rig:
         columns=parse.columns(leaves),
         servo=parse.servo(leaves),
         sources=sources(columns, kind),
+        tied=tied,
     )
     return replace(rig, **fit_section(leaves, tables, rig.values, kind)._asdict())
+
+
+def _tied(leaves: dict[str, Any], given: dict[str, Any], table: dict[str, Any], kind: str) -> dict[str, str]:
+    """The formulas of `[fit.tied]`, whose results take their places among the file's numbers and those of its effects."""
+    if not table:
+        return {}
+    polynomial = leaves.get(POLYNOMIAL)
+    stated = {name: leaves[name] for name in NUMBERS if name in leaves}
+    if isinstance(polynomial, list) and len(polynomial) == len(COEFFICIENTS):
+        stated |= dict(zip(COEFFICIENTS, polynomial, strict=True))
+    of_effects = {f"{key}." if value == {} else key: value for key, value in given.items()}
+    formulas, found = tied_section(stated | of_effects, table, kind)
+    with_tied(leaves, {name: value for name, value in found.items() if name in NUMBERS})
+    with_tied(given, {name: value for name, value in found.items() if name not in NUMBERS})
+    return formulas

@@ -100,6 +100,8 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
         yield ("fit", "free"), _folded(rig.free), ""
     if rig.per_run:
         yield ("fit", "per_run"), _folded(rig.per_run), "a value for each log"
+    for name, formula in rig.tied.items():
+        yield ("fit", "tied", name), formula, ""
     for name, (mean, spread) in rig.prior.items():
         yield ("fit", "prior", name), [mean, spread], "mean, standard deviation"
     for name, error in rig.standard_error.items():

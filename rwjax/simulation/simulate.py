@@ -60,7 +60,7 @@ def simulate(
     rig, (log,) = driven(rig, [_log_of(rig, time, columns)])
     command = columns.get(log.input, log.command)
     structure = structure_of(rig)
-    _check_names("number", numbers, structure.names)
+    _check_names("number", numbers, [name for name in structure.names if name not in rig.tied])
     _check_names("state", start, structure.states)
     solver = solver.suited(rig, (log,))
     batch = lay_out(structure, (log,), [{}])

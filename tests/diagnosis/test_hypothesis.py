@@ -36,6 +36,12 @@ def test_candidates_fit_the_kind_and_leave_out_what_is_modelled() -> None:
     assert "parameter.drive.gain" in candidates(platform())
 
 
+def test_a_number_that_follows_from_others_is_not_wrong_by_itself() -> None:
+    tied = replace(platform(), tied={"axis.friction.viscous": "axis.inertia / 5"})
+    every = {*candidates(platform())} - {*candidates(tied)}
+    assert every == {"parameter.axis.friction.viscous"}
+
+
 def test_a_coulomb_level_belongs_to_an_effect_only_where_nothing_else_models_it() -> None:
     stribeck = Hypothesis(("axis.stribeck",))
     assert "axis.stribeck.M_c" in free_names(reaction(), stribeck, ())

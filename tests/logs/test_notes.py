@@ -46,6 +46,15 @@ def test_an_effect_s_number_keeps_its_range_with_what_was_added(log) -> None:
         log(["# add axis.coulomb.M_c: -0.2", HEADER, *ROWS], rig)
 
 
+def test_nothing_is_added_to_what_follows_from_others(log) -> None:
+    rig = parse_rig(
+        'kind = "platform"\ndrive.gain = 1\naxis.inertia = 1\nencoder.counts_per_rev = 256\n'
+        '[fit.tied]\n"axis.friction.viscous" = "axis.inertia / 2"'
+    )
+    with pytest.raises(LogError, match=re.escape("`axis.friction.viscous` is axis.inertia / 2 by `fit.tied`; add to")):
+        log(["# add axis.friction.viscous: 0.2", HEADER, *ROWS], rig)
+
+
 def test_columns_that_a_note_says_to_ignore_are_not_looked_at(log):
     more = [f"{HEADER},temperature_C,state", *(f"{row},21.5,warm" for row in ROWS)]
     read, plain = log(["# ignore: temperature_C, state", *more]), log([HEADER, *ROWS])

@@ -69,11 +69,11 @@ VALUES = {"axis.inertia": 0.2, "drive.gain": -0.4, "motor.inductance": 0.0}
 
 
 def test_nothing_is_estimated_without_the_section() -> None:
-    assert fit_section({}, FitTables({}, {}, {}), VALUES, "platform") == ((), (), {}, {}, {})
+    assert fit_section({}, FitTables({}, {}, {}, {}), VALUES, "platform") == ((), (), {}, {}, {})
 
 
 def test_the_section_is_read_whole() -> None:
-    tables = FitTables({"drive.gain": math.inf}, {"axis.inertia": [0.1, math.inf]}, {"axis.inertia": [0.3, 0.1]})
+    tables = FitTables({"drive.gain": math.inf}, {"axis.inertia": [0.1, math.inf]}, {"axis.inertia": [0.3, 0.1]}, {})
     leaves = {"fit.free": ["axis.inertia", "drive.gain"], "fit.per_run": ["drive.gain"]}
     found = fit_section(leaves, tables, VALUES, "platform")
     assert found.free == ("axis.inertia", "drive.gain") and found.per_run == ("drive.gain",)
@@ -83,9 +83,9 @@ def test_the_section_is_read_whole() -> None:
 
 def test_the_polynomial_is_four_free_numbers() -> None:
     values = dict.fromkeys(COEFFICIENTS, 1.0)
-    assert fit_section({"fit.free": ["axis.friction.polynomial"]}, FitTables({}, {}, {}), values, "platform").free == (
-        COEFFICIENTS
-    )
+    assert fit_section(
+        {"fit.free": ["axis.friction.polynomial"]}, FitTables({}, {}, {}, {}), values, "platform"
+    ).free == (COEFFICIENTS)
 
 
 def test_a_prior_lies_within_the_bounds() -> None:
@@ -104,7 +104,7 @@ def test_an_inductance_that_is_left_out_has_no_value_for_each_log() -> None:
 @pytest.mark.parametrize("bounds", [[0.2, math.inf], [-math.inf, 0.2], [0.1, 0.3]])
 def test_a_number_and_the_mean_of_its_prior_may_lie_on_a_bound(bounds: list[float]) -> None:
     for mean in (value for value in bounds if math.isfinite(value)):
-        tables = FitTables({}, {"axis.inertia": bounds}, {"axis.inertia": [mean, 0.1]})
+        tables = FitTables({}, {"axis.inertia": bounds}, {"axis.inertia": [mean, 0.1]}, {})
         found = fit_section({"fit.free": ["axis.inertia"]}, tables, VALUES, "platform")
         assert found.bounds == {"axis.inertia": tuple(bounds)} and found.prior == {"axis.inertia": (mean, 0.1)}
 
@@ -112,12 +112,12 @@ def test_a_number_and_the_mean_of_its_prior_may_lie_on_a_bound(bounds: list[floa
 @pytest.mark.parametrize("bounds", [[0.2, 0.2], [0.3, 0.4], [0.1, 0.15], [0.1], [0.1, 0.2, 0.3]])
 def test_bounds_that_hold_no_range_with_the_number_are_refused(bounds: list[float]) -> None:
     with pytest.raises(RigError, match=r"fit\.bounds"):
-        fit_section({}, FitTables({}, {"axis.inertia": bounds}, {}), VALUES, "platform")
+        fit_section({}, FitTables({}, {"axis.inertia": bounds}, {}, {}), VALUES, "platform")
 
 
 @pytest.mark.parametrize("mean", [0.05, 0.35])
 def test_a_prior_beside_its_bounds_is_refused(mean: float) -> None:
-    tables = FitTables({}, {"axis.inertia": [0.1, 0.3]}, {"axis.inertia": [mean, 0.1]})
+    tables = FitTables({}, {"axis.inertia": [0.1, 0.3]}, {"axis.inertia": [mean, 0.1]}, {})
     with pytest.raises(RigError, match="outside the number's"):
         fit_section({"fit.free": ["axis.inertia"]}, tables, VALUES, "platform")
 
@@ -134,7 +134,7 @@ def test_a_prior_beside_its_bounds_is_refused(mean: float) -> None:
     ],
 )
 def test_what_is_known_lies_between_nothing_and_all(mean: float, deviation: float, read: bool) -> None:
-    tables, leaves = FitTables({}, {}, {"axis.inertia": [mean, deviation]}), {"fit.free": ["axis.inertia"]}
+    tables, leaves = FitTables({}, {}, {"axis.inertia": [mean, deviation]}, {}), {"fit.free": ["axis.inertia"]}
     if read:
         assert fit_section(leaves, tables, VALUES, "platform").prior == {"axis.inertia": (mean, deviation)}
     else:
@@ -144,7 +144,7 @@ def test_what_is_known_lies_between_nothing_and_all(mean: float, deviation: floa
 
 @pytest.mark.parametrize("prior", [[0.2], [0.2, 0.1, 0.1], 0.2])
 def test_a_prior_is_a_mean_and_a_deviation(prior: object) -> None:
-    tables = FitTables({}, {}, {"axis.inertia": prior})
+    tables = FitTables({}, {}, {"axis.inertia": prior}, {})
     with pytest.raises(RigError, match="it has to be .mean, standard deviation"):
         fit_section({"fit.free": ["axis.inertia"]}, tables, VALUES, "platform")
 
@@ -152,16 +152,16 @@ def test_a_prior_is_a_mean_and_a_deviation(prior: object) -> None:
 def test_the_polynomial_stands_among_other_names_and_is_named_once() -> None:
     values = {"axis.inertia": 0.2, "drive.gain": 1.0} | dict.fromkeys(COEFFICIENTS, 1.0)
     listed = ["drive.gain", "axis.friction.polynomial", "axis.inertia"]
-    found = fit_section({"fit.free": listed, "fit.per_run": listed[1:]}, FitTables({}, {}, {}), values, "platform")
+    found = fit_section({"fit.free": listed, "fit.per_run": listed[1:]}, FitTables({}, {}, {}, {}), values, "platform")
     assert found.free == ("drive.gain", *COEFFICIENTS, "axis.inertia")
     assert found.per_run == (*COEFFICIENTS, "axis.inertia")
     with pytest.raises(RigError, match=f"names `{COEFFICIENTS[1]}` twice"):
         leaves = {"fit.free": ["axis.friction.polynomial", COEFFICIENTS[1]]}
-        fit_section(leaves, FitTables({}, {}, {}), values, "platform")
+        fit_section(leaves, FitTables({}, {}, {}, {}), values, "platform")
 
 
 def test_a_number_of_which_every_log_has_its_own_may_be_0_unless_it_is_left_out_then() -> None:
     values = VALUES | {"axis.friction.viscous": 0.0, "motor.inductance": 1e-3}
     for name in ("axis.friction.viscous", "motor.inductance"):
         leaves = {"fit.free": [name], "fit.per_run": [name]}
-        assert fit_section(leaves, FitTables({}, {}, {}), values, "reaction").per_run == (name,)
+        assert fit_section(leaves, FitTables({}, {}, {}, {}), values, "reaction").per_run == (name,)
