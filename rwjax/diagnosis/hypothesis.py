@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.effects.library import BY_NAME, included_in, models, of_kind, shown_numbers, special_cases
 from rwjax.effects.parameter import parameters
-from rwjax.effects.ports import Coupling
+from rwjax.effects.ports import Coupling, Supply
 from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.scales import scales_for, sizes_of
 from rwjax.kinds import HALVES, NUMBERS, SERVO, of_half, on_half
@@ -240,6 +240,7 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         for name in of_kind(rig.kind)
         if name not in rig.effects
         and not models(rig.numbers, name)
+        and not (rig.driven.supplied and issubclass(BY_NAME[name], Supply))  # the logs say how far the supply drops
         and not (BY_NAME[name].needs_servo and structure.servo is None)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]

@@ -83,6 +83,18 @@ def test_the_delay_of_a_goal_needs_a_servo() -> None:
     assert "drive.goal_delay" in candidates(replace(servo(joint()), driven=Driven(by="goal_rad")))
 
 
+def test_a_logged_supply_does_not_sag_unseen() -> None:
+    sagging = "drive.supply_sag"
+    assert sagging in candidates(joint())
+    assert sagging not in candidates(replace(joint(), driven=Driven("voltage_V", supplied=True)))
+
+
+def test_what_ticks_is_no_wrong_number() -> None:
+    closed = replace(servo(joint(), kd=0.1, phase=0.002), driven=Driven("goal_rad"))
+    found = {name for name in candidates(closed) if name.startswith("parameter.drive.servo.")}
+    assert found == {"parameter.drive.servo.kp", "parameter.drive.servo.kd"}
+
+
 def test_containment() -> None:
     coulomb, stribeck = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
     assert stribeck.contains(coulomb) and not coulomb.contains(stribeck) and not coulomb.contains(coulomb)
