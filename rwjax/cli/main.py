@@ -10,11 +10,13 @@ from typer.exceptions import Abort, TyperException
 from rwjax import __version__
 from rwjax.cli import interrupt, terminal
 from rwjax.cli.cache import cache
+from rwjax.cli.check import check
 from rwjax.cli.compare import compare
 from rwjax.cli.decode import decode
 from rwjax.cli.diagnose import diagnose
 from rwjax.cli.dump import dump
 from rwjax.cli.fit import fit
+from rwjax.cli.import_logs import import_logs
 from rwjax.cli.monitor import monitor
 from rwjax.cli.plan import plan
 from rwjax.cli.predict import predict
@@ -52,13 +54,13 @@ def _before_the_command(
 
 
 COMMANDS = (
-    *(fit, predict, compare, diagnose),
+    *(import_logs, check, fit, predict, compare, diagnose),
     *(region, sweep, tune, slew, dump, size),
     *(plan, record, run_experiment, monitor, decode),
     cache,
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command("import" if command is import_logs else None)(command)  # `import` is a word of Python's
 
 
 def main() -> None:

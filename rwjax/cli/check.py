@@ -1,0 +1,57 @@
+"""The command `check`: what is odd about logs, before any fit."""
+
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from rwjax.cli.answer import json_text
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
+from rwjax.cli.progress import progress
+from rwjax.cli.terminal import document, say
+
+if TYPE_CHECKING:
+    from rwjax.logs.findings import Finding
+    from rwjax.logs.log import Log
+
+
+def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: Quiet = False) -> None:
+    """Look at logs before any fit: units, signs, clock, command, readings, and which free numbers of RIG they cannot tell."""
+    from rwjax.errors import RigError
+    from rwjax.fitting.questions.check import check as findings_of
+    from rwjax.logs.read import read_logs
+    from rwjax.rig.read import read_rig
+
+    with progress(quiet) as show:
+        show("looking at the logs")
+        rig = read_rig(rig_file)
+        logs = read_logs(log_files, rig, outputs_required=False)
+        with of_file(rig_file, RigError):
+            found = findings_of(rig, logs)
+    usable = not any(finding.about == "units" for finding in found)
+    if as_json:
+        document(json_text(_json(usable, logs, found), indent=1) + "\n")
+    else:
+        stop = ["`rwjax fit` would stop here and ask; `--force` goes on even so"]
+        lines = [f"- {finding.about}: {finding}" for finding in found] or ["nothing odd was found"]
+        say("\n".join([*map(str, logs), "", *lines, *(stop if not usable else [])]))
+    if not usable:
+        raise typer.Exit(2)
+
+
+def _json(usable: bool, logs: "tuple[Log, ...]", found: "list[Finding]") -> dict[str, Any]:
+    """The findings as plain objects."""
+    return {
+        "schema": "rwjax.check/1",
+        "usable": usable,
+        "logs": [
+            {
+                "name": log.name,
+                "samples": len(log.time),
+                "seconds": float(log.time[-1] - log.time[0]),
+                "input": log.input,
+                "outputs": [*log.outputs],
+            }
+            for log in logs
+        ],
+        "findings": [finding._asdict() for finding in found],
+    }

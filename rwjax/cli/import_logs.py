@@ -1,0 +1,64 @@
+"""The command `import`: logs in rwjax's layout from files of any."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rwjax.cli.options import keep_input, results
+from rwjax.cli.terminal import say
+from rwjax.errors import InputError
+
+Files = Annotated[
+    list[Path],
+    typer.Argument(metavar="FILE…", help="files of measurements: text, gz, Parquet, MAT, NPZ", show_default=False),
+]
+Rig = Annotated[
+    Path | None, typer.Option("--rig", metavar="RIG", help="rig file (TOML) whose [columns] says what they hold")
+]
+Output = Annotated[Path | None, typer.Option("-o", metavar="DIR", help="folder for the logs")]
+
+
+def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> None:
+    """Write logs in rwjax's own layout from files of any, by [columns] of the rig file. Without it, says which columns there are, and proposes a section."""
+    from rwjax.rig.read import read_rig
+
+    rig = read_rig(rig_file) if rig_file is not None else None
+    if rig is None or not (rig.sources or rig.columns):
+        say("\n\n".join(_proposed(path, rig.kind if rig is not None else "platform") for path in files))
+        return
+    from rwjax.logs.convert import converted
+    from rwjax.logs.write import write_log
+
+    if output is None:
+        raise InputError("no folder for the logs; give one with -o")
+    targets = {path: output / f"{_stem(path)}.csv" for path in files}
+    if len({*targets.values()}) < len(files):
+        raise InputError(
+            f"{output}: two of the files would have the same name there; import them into folders of their own"
+        )
+    for target in targets.values():
+        keep_input(target, *files)
+    logs = {target: converted(path, rig) for path, target in targets.items()}
+    with results(output):
+        for target, (columns, notes) in logs.items():
+            write_log(target, columns, notes)
+    say("\n".join(f"{path}: {', '.join(logs[target][0])}; written to {target}" for path, target in targets.items()))
+
+
+def _stem(path: Path) -> str:
+    """A file's name without its ends."""
+    return path.name.removesuffix(".gz").rpartition(".")[0] or path.name
+
+
+def _proposed(path: Path, kind: str) -> str:
+    """What a file holds, and a section for it."""
+    from rwjax.errors import printable_lines
+    from rwjax.logs.propose import description, proposal
+    from rwjax.logs.read_sheet import read_sheet
+
+    sheet = read_sheet(path)
+    head = f"{path}: {len(sheet.names)} columns"
+    return printable_lines(
+        "\n".join([head, *description(sheet), f"for a `{kind}` rig file:", "", proposal(sheet, kind)])
+    )

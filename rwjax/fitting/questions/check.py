@@ -1,0 +1,31 @@
+"""All that can be said about logs before any fit: by themselves, against the rig file, and of its free numbers."""
+
+from collections.abc import Sequence
+
+from rwjax.fitting.questions.ask import questions
+from rwjax.fitting.questions.numbers import about_numbers
+from rwjax.fitting.segments import with_segments
+from rwjax.logs.findings import Finding, findings
+from rwjax.logs.log import Log
+from rwjax.rig.model import Rig
+
+
+def check(rig: Rig, logs: Sequence[Log]) -> list[Finding]:
+    """What is odd about logs, before any fit.
+
+    Args:
+        rig: The rig.
+        logs: The logs, at least one.
+
+    Returns:
+        Findings, those first that would stop a fit ("units").
+    """
+    logs = with_segments(rig, logs)
+    read = [log for log in logs if log.outputs]
+    asked = questions(rig, read) if read else []
+    train = [log for log in logs if not log.validate] or list(logs)
+    return [
+        *(Finding("", "units", str(question)) for question in asked),
+        *(finding for log in logs for finding in findings(log)),
+        *(Finding("", "numbers", says) for says in about_numbers(rig, train)),
+    ]

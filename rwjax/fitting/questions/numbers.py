@@ -1,0 +1,65 @@
+"""What logs cannot tell of a rig's free numbers, from the sensitivities at the rig file's own: nothing is fitted."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rwjax.fitting.coordinates import coordinates
+from rwjax.fitting.multiple_shooting import least_squares
+from rwjax.fitting.problem import pose
+from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.segments import cut_up
+from rwjax.fitting.uncertainty import scores, strongly_tied, uncertainty
+from rwjax.logs.driven import driven
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from rwjax.rig.model import Rig
+
+BARELY = 0.3
+"""Standard error over a number's size above which the logs barely tell it [1]."""
+
+
+def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
+    """What the logs leave open of the rig's free numbers, were the rig file's own right and noise all that is left.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs that would be fitted.
+
+    Returns:
+        One sentence each; none where the logs tell every free number, and where nothing is free.
+    """
+    rig, logs = driven(rig, logs)
+    structure = structure_of(rig)
+    free = np.array([name in rig.free for name in structure.names])
+    if not free.any() or not any(np.isfinite(y).any() for log in logs for y in log.outputs.values()):
+        return []
+    theta = theta_of(rig, structure)
+    size = sizes_of(rig, structure, theta, logs)
+    problem = pose(structure, cut_up(logs), prior=rig.prior)
+    moves = coordinates(theta, free, bounds_of(rig, structure), size, prior=bool(rig.prior))
+    here = least_squares(problem, moves, theta, most_steps=0)
+    if not all(np.isfinite(a).all() for a in here.evaluation):
+        return []  # the run leaves the range of numbers: the questions about units say why
+    found = uncertainty(here)
+    said = [
+        f"{note}: add runs that tell it, or fix it"
+        for note in found.notes
+        if "bound" not in note and "fix one" not in note
+    ]
+    said += [note for note in found.notes if "fix one" in note]
+    open_ = {name for name, error in found.standard_error.items() if not np.isfinite(error)}
+    said += [
+        f"{a} and {b} are hardly told apart by these logs (correlation {c:+.3f}): fix one, or add a run that moves the rig otherwise"
+        for a, b, c in strongly_tied(found)
+    ]
+    k = moves.index
+    scale = moves.slope(theta)
+    normal = scores(here).normal + np.diag(problem.precision[k] * scale**2)
+    error = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal, hermitian=True)), 0.0)) * np.abs(scale)
+    said += [
+        f"{name} is told to ±{100.0 * e / s:.2g} % by these logs at best: add runs that move more, or fix it"
+        for name, e, s in zip(here.free, error, np.abs(size[k]), strict=True)
+        if name not in open_ and e > BARELY * s
+    ]
+    return said

@@ -1,0 +1,206 @@
+"""What is odd about a log by itself, before any model is asked: clock, command, readings, and a loop that closes over them."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.kinds import GOAL, is_angle
+from rwjax.logs.log import Log
+from rwjax.logs.noise import noise_by_output
+from rwjax.rig.columns import unit_of
+
+GAP, UNEVEN, DRIFTS = 5.0, 0.2, 0.01
+"""Interval over the median one that is a gap; scatter of the others, and change from begin to end, over the median [1]."""
+AT_LIMIT, MANY, CLOSE = 0.1, 20, 0.8
+"""Share of the samples at the largest command, beside as many other values, from which it is clipped, if it comes from as near."""
+MISSING = 0.01
+"""Share of missing readings worth a word [1]."""
+FROZEN = 10
+"""Equal readings in a row of a sensor whose readings otherwise differ."""
+COUNTERS = {256: "8-bit", 4096: "12-bit", 16384: "14-bit", 65536: "16-bit"}
+"""Counts after which a counter begins again."""
+NEAR = 0.1
+"""Share of a counter's length by which a jump may differ from it [1]."""
+MOVES = 10.0
+"""Range of readings, in standard deviations of their noise, below which they hardly move [1]."""
+PAST, LAGS, FED_BACK = 20, 3, 0.3
+"""Samples from which the next is predicted, samples after which a loop may answer, and correlation from which it does."""
+
+
+class Finding(NamedTuple):
+    """Something odd about a log.
+
+    Attributes:
+        log: Name of the log, "" for all of them.
+        about: "clock", "command", "readings", "loop", "units" or "numbers".
+        says: What it is and what to do, one sentence.
+    """
+
+    log: str
+    about: str
+    says: str
+
+    def __str__(self) -> str:
+        """Log and sentence."""
+        return f"{self.log}: {self.says}" if self.log else self.says
+
+
+def findings(log: Log) -> list[Finding]:
+    """What is odd about a log by itself.
+
+    Args:
+        log: The log.
+
+    Returns:
+        The findings; none for a log as it should be.
+    """
+    found = [
+        *(("clock", says) for says in _about_clock(log)),
+        *(("command", says) for says in _about_command(log)),
+        *(("readings", says) for says in _about_readings(log)),
+        *(("loop", says) for says in _about_loop(log)),
+    ]
+    return [Finding(log.name, about, says) for about, says in found]
+
+
+def _about_clock(log: Log) -> Iterator[str]:
+    """Gaps, uneven intervals, and a clock that changes its rate."""
+    step = np.diff(log.time)
+    usual = float(np.median(step))
+    gaps = np.flatnonzero(step > GAP * usual)
+    if len(gaps):
+        k = int(gaps[np.argmax(step[gaps])])
+        yield (
+            f"{len(gaps)} gaps in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
+            "where it was not, split the log"
+        )
+    even = step[step <= GAP * usual]
+    if np.std(even) > UNEVEN * usual:
+        yield (
+            f"samples lie {1e3 * np.min(even):.3g} to {1e3 * np.max(even):.3g} ms apart, {1e3 * usual:.3g} in the median: if the logger "
+            "samples evenly, the time stamps are late, and evenly spaced ones are better"
+        )
+    quarter = len(even) // 4
+    if quarter >= PAST:
+        first, last = float(np.mean(even[:quarter])), float(np.mean(even[-quarter:]))
+        if abs(last - first) > DRIFTS * usual and np.std(even) < UNEVEN * usual:
+            yield f"the interval goes from {1e3 * first:.4g} to {1e3 * last:.4g} ms over the run: does the clock drift?"
+
+
+def _about_command(log: Log) -> Iterator[str]:
+    """A command that never changes, goes one way, or is clipped."""
+    unit = unit_of(log.input)
+    for k, u in enumerate(log.command.reshape(len(log.command), -1).T):
+        name = log.input if log.command.ndim == 1 else f"voltage_{k + 1}_V"
+        low, high = float(u.min()), float(u.max())
+        if low == high:
+            yield f"{name} is {low:g} throughout: it tells friction at most; add runs in which it changes"
+            continue
+        size, values = max(abs(low), abs(high)), len(np.unique(u))
+        at_limit = _clipped(u, size)
+        if values > MANY and at_limit > AT_LIMIT:
+            yield (
+                f"{name} is at its largest, {size:.4g} {unit}".rstrip()
+                + f", in {100 * at_limit:.0f} % of the samples beside {values - 1} other values: where the drive clips it, log what "
+                "is left of it, or free `drive.saturation`"
+            )
+        if name != GOAL and (low >= 0.0 or high <= 0.0):
+            way = "below" if low >= 0.0 else "above"
+            yield f"{name} never goes {way} 0: nothing is told of the other direction; add a run that reverses it"
+
+
+def _clipped(u: np.ndarray, size: float) -> float:
+    """Share of the samples at the largest command [1], 0 where it mostly gets there by a leap."""
+    at = np.isclose(np.abs(u), size, rtol=1e-6)
+    before = np.abs(u[np.flatnonzero(at[1:] & ~at[:-1])])
+    return float(np.mean(at)) if len(before) and np.mean(before > CLOSE * size) > 0.5 else 0.0
+
+
+def _about_readings(log: Log) -> Iterator[str]:
+    """Missing, frozen, wrapped and outlying readings, and those that hardly move."""
+    noise = noise_by_output(log)
+    for name, y in log.outputs.items():
+        out = len(log.left_out.get(name, ()))
+        seen = np.isfinite(y)
+        missing = int((~seen).sum()) - out
+        if missing > MISSING * len(y):
+            gap = int(np.argmax(~seen))
+            yield f"{name}: {missing} of {len(y)} readings are missing, the first at {log.time[gap]:.6g} s: is the sensor read every time?"
+        if out:
+            yield f"{name}: {out} outliers, the first at {log.left_out[name][0]:.6g} s: they are left out; look at the wiring"
+        yield from _wrapped(log, name)
+        if frozen := _frozen(log, name):
+            k, many = frozen
+            lasts = log.time[k + many - 1] - log.time[k]
+            yield f"{name} stays the same for {lasts:.3g} s from {log.time[k]:.6g} s on, and differs from sample to sample elsewhere: a dropout? Leave those cells empty"
+        if float(np.ptp(y[seen])) < MOVES * noise[name]:
+            yield f"{name} hardly moves, by {np.ptp(y[seen]) / noise[name]:.2g} times its noise: drive the rig harder, or leave the column out"
+
+
+def _wrapped(log: Log, name: str) -> Iterator[str]:
+    """Jumps of an angle by a counter's length or by a turn."""
+    y = log.outputs[name][np.isfinite(log.outputs[name])]
+    if not is_angle(name) or len(y) < 2:
+        return
+    count = log.resolution.get(name, 0.0)
+    jump = np.abs(np.diff(y)) / (count or 1.0)
+    usual = float(np.quantile(jump, 0.9))
+    turn = 2.0 * np.pi / (count or 1.0)
+    lengths = {float(many): f"{bits} counter" for many, bits in COUNTERS.items()} if count else {}
+    for length, of in (lengths | {turn: "turn", 0.5 * turn: "half turn"}).items():
+        hits = int(np.sum(np.abs(jump - length) < NEAR * length))
+        if hits and usual < NEAR * length:
+            shown = f"{length:.0f} counts" if count else f"{length:.4g} rad"
+            yield f"{name} jumps by {shown}, a {of}, {hits} times: it wraps; unwrap it first (numpy.unwrap(…, period=…))"
+            return
+
+
+def _frozen(log: Log, name: str) -> tuple[int, int] | None:
+    """First sample and length of the longest stretch of equal readings of a sensor in SI whose readings differ otherwise."""
+    y = log.outputs[name]
+    same = np.diff(y) == 0.0
+    if log.resolution.get(name, 0.0) or not same.any() or np.mean(same) > 0.5:
+        return None
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
+    first, last = ends[::2], ends[1::2]
+    k = int(np.argmax(last - first))
+    many = int(last[k] - first[k]) + 1
+    others = np.delete(last - first, k)
+    usual = float(np.median(others)) + 1.0 if len(others) else 1.0
+    return (int(first[k]), many) if many >= max(FROZEN, 5.0 * usual) else None
+
+
+def _about_loop(log: Log) -> Iterator[str]:
+    """A command that answers the readings, by what in each is new."""
+    if log.input == GOAL or log.command.ndim > 1:
+        return
+    given = _new(log.command)
+    for name, y in log.outputs.items():
+        if name.startswith("current") or not np.isfinite(y).all():
+            continue
+        read = _new(y)
+        lags = range(0 if is_angle(name) else 1, LAGS + 1)
+        answer = max((abs(_correlation(given[lag:], read[: len(read) - lag])) for lag in lags), default=0.0)
+        if answer > FED_BACK and answer > 4.0 / np.sqrt(max(len(given), 1)):
+            yield (
+                f"{log.input} answers {name} (correlation {answer:.2f} of what is new in each): a loop was closed; log its goal and give "
+                "[drive.servo], or add a command of your own to it, since noise that is fed back bends a fit"
+            )
+            return
+
+
+def _new(y: np.ndarray) -> np.ndarray:
+    """What in each sample does not follow from the `PAST` before (n − PAST,)."""
+    n = len(y) - PAST
+    if n < 5 * PAST or not np.ptp(y):
+        return np.zeros(max(n, 0))
+    before = np.stack([np.ones(n), *(y[PAST - k : PAST - k + n] for k in range(1, PAST + 1))], axis=1)
+    rest = y[PAST:] - before @ np.linalg.lstsq(before, y[PAST:], rcond=1e-10)[0]
+    return rest if np.std(rest) > 1e-6 * np.std(y) else np.zeros(n)
+
+
+def _correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Correlation of two signals, 0 where one of them is constant."""
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / size if size > 0.0 else 0.0

@@ -1,0 +1,186 @@
+"""A section `[columns]` proposed for a file, by the names of its columns, the units in them, and their values."""
+
+import json
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.errors import LogError
+from rwjax.logs.sheet import Sheet
+from rwjax.rig.columns import columns_of
+
+UNITS = (
+    (r"rad\s*/\s*s|rad_s|rads|rad_per_s", "rad/s"),
+    (r"deg\s*/\s*s|°\s*/\s*s|deg_s|dps", "deg/s"),
+    (r"rpm|rev\s*/\s*min|1\s*/\s*min|min-1", "rpm"),
+    (r"ms|milli\w*", "ms"),
+    (r"us|µs|micro\w*", "us"),
+    (r"deg|degrees?|°|grad", "deg"),
+    (r"rad", "rad"),
+    (r"counts?|ticks?|cnt|enc\w*|steps?", "count"),
+    (r"mv", "mV"),
+    (r"ma", "mA"),
+    (r"pct|percent|%", "percent"),
+    (r"volts?|v", "V"),
+    (r"amps?|a", "A"),
+    (r"s|sec\w*", "s"),
+)
+"""Words of a column's name, and the unit that they mean; the first that is there counts."""
+WORDS = (
+    ("time_s", r"t|time\w*|zeit|timestamp|millis|micros|clock|ms|us|sec\w*"),
+    ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
+    ("supply_V", r"v?bat\w*|supply\w*|vbus|bus"),
+    ("enabled", r"enabled?|torque_?on|torque"),
+    ("voltage_V", r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty"),
+    ("current_A", r"current\w*|amps?|i|cur|ma|strom|load\w*"),
+    ("rate", r"speed\w*|vel\w*|omega|w|rpm|rate|gyro\w*|drehzahl|geschw\w*|dps"),
+    ("angle", r"angle\w*|pos\w*|theta|yaw|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q"),
+)
+"""Words of a column's name by what they mean; the first that is there counts."""
+FULL_POWER = (100, 127, 255, 400, 511, 1000, 1023, 4095, 8191, 32767, 65535)
+"""Numbers of full power of a PWM."""
+LIKE_VOLTS = 48.0
+"""Largest command that is taken for volts [V]."""
+SEVERAL_TURNS = 7.0
+"""Angle beyond which one without a unit is taken for degrees where it moves in steps of 0.01 or more [rad]."""
+
+
+class Proposal(NamedTuple):
+    """What a column may be.
+
+    Attributes:
+        name: The column of rwjax's.
+        line: Its line under `[columns]`.
+    """
+
+    name: str
+    line: str
+
+
+def proposal(sheet: Sheet, kind: str) -> str:
+    """A section `[columns]` for a file.
+
+    Args:
+        sheet: The table as the file holds it.
+        kind: Kind of the rig.
+
+    Returns:
+        Lines for a rig file, what was not recognised in comments.
+    """
+    found: dict[str, str] = {}
+    other = []
+    for column in sheet.names:
+        values = _values(sheet, column)
+        one = _guess(column, values, kind) if values is not None else None
+        if one is None or one.name in found:
+            other.append(column)
+        else:
+            found[one.name] = one.line
+    commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
+    missing = [] if "time_s" in found else ['# time_s = { column = "…", unit = "ms" }   # every log needs it']
+    missing += [] if commanded else ['# voltage_V = "…"   # every log needs a command']
+    lines = [found[name] for name in columns_of(kind) if name in found]
+    passed = [f"# passed over: {', '.join(other)}"] if other else []
+    return "\n".join(["[columns]", *lines, *missing, *passed])
+
+
+def _values(sheet: Sheet, column: str) -> np.ndarray | None:
+    """A column's numbers, None where it has none."""
+    try:
+        values = sheet.numbers([column])[0]
+    except LogError:
+        return None
+    return values[np.isfinite(values)] if np.isfinite(values).any() else None
+
+
+def _parts(column: str) -> list[str]:
+    """The words of a column's name, units with a stroke among them, the last first."""
+    small = column.lower()
+    return [*re.findall(r"[\[(]([^\])]*)[\])]", small), *reversed(re.split(r"[\s_\-.\[\]()]+", small)), small]
+
+
+def _unit(column: str) -> str:
+    """The unit that a column's name holds, "" for none."""
+    parts = [part for part in _parts(column) if part]
+    return next((unit for pattern, unit in UNITS if any(re.fullmatch(pattern, part) for part in parts)), "")
+
+
+def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
+    """What a column may be by its name, its unit and its values."""
+    valid, parts = columns_of(kind), [part for part in _parts(column) if part]
+    if column in valid:
+        return Proposal(column, f"{column} = {json.dumps(column)}")
+    means = next((word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)), "")
+    unit = _unit(column)
+    if means == "time_s":
+        return _line("time_s", column, unit if unit in ("ms", "us", "s") else _time_unit(values))
+    if means == "voltage_V":
+        return _command(column, values, unit)
+    axis = "wheel" if kind == "wheel" else "yaw"
+    if means == "angle":
+        if unit == "count" or (not unit and np.array_equal(values, np.rint(values)) and np.ptp(values) > 2.0 * np.pi):
+            encoder = "wheel_encoder" if kind == "wheel" else "encoder"
+            return _line(f"{axis}_counts", column, "", f"needs [{encoder}] counts_per_rev")
+        name = "yaw_rad" if axis == "yaw" else "wheel_counts"
+        degrees = not unit and float(np.ptp(values)) > SEVERAL_TURNS
+        return _line(
+            name, column, "deg" if degrees or unit == "deg" else "", "degrees by its size: right?" if degrees else ""
+        )
+    if means == "rate":
+        guessed = "" if unit else "rad/s? Else a unit"
+        return _line(f"{axis}_rad_s", column, unit if unit in ("deg/s", "rpm") else "", guessed)
+    if means == "goal_rad":
+        return _line(
+            "goal_rad",
+            column,
+            "deg" if unit == "deg" or (not unit and float(np.ptp(values)) > SEVERAL_TURNS) else "",
+            "needs [drive.servo]",
+        )
+    if means in ("current_A", "supply_V", "enabled") and means in valid:
+        return _line(means, column, unit if unit in ("mA", "mV") else "")
+    return None
+
+
+def _command(column: str, values: np.ndarray, unit: str) -> Proposal:
+    """A command in volts, or in steps of a PWM."""
+    size = float(np.max(np.abs(values)))
+    if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
+        return _line("voltage_V", column, "mV" if unit == "mV" else "")
+    if unit == "percent":
+        return _line("duty", column, "percent", "needs [drive] supply")
+    full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
+    scale = f"12 V / {full}"
+    line = f"voltage_V = {{ column = {json.dumps(column)}, scale = {json.dumps(scale)} }}"
+    return Proposal("voltage_V", f"{line}   # the supply's voltage over the number of full power: right?")
+
+
+def _time_unit(values: np.ndarray) -> str:
+    """The unit of times whose samples lie 0.1 ms to 0.9 s apart."""
+    step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
+    return "s" if step < 0.9 else "ms" if step < 900.0 else "us"
+
+
+def _line(name: str, column: str, unit: str, why: str = "") -> Proposal:
+    """A line under `[columns]`, with what a user has to look at."""
+    quoted = json.dumps(column, ensure_ascii=False)
+    source = quoted if not unit or unit == "s" else f"{{ column = {quoted}, unit = {json.dumps(unit)} }}"
+    return Proposal(name, f"{name} = {source}" + (f"   # {why}" if why else ""))
+
+
+def description(sheet: Sheet) -> Sequence[str]:
+    """What columns a file holds.
+
+    Args:
+        sheet: The table as the file holds it.
+
+    Returns:
+        A line for each column with its range.
+    """
+    lines = []
+    for column in sheet.names:
+        values = _values(sheet, column)
+        said = "no numbers" if values is None else f"{values.min():.6g} to {values.max():.6g}"
+        lines.append(f"  {column}: {said}")
+    return lines

@@ -1,0 +1,34 @@
+"""The command `check`: what it prints, and its status."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+from rwjax.cli.check import check
+from rwjax.logs.write import write_log
+from rwjax.rig.write import write_rig
+from tests.fitting.questions.test_numbers import RIG, U, log
+
+
+@pytest.mark.parametrize("factor", [1.0, 57.3])
+def test_logs_in_other_units_end_with_status_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], factor: float
+) -> None:
+    run = log(U)
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    write_log(
+        tmp_path / "run.csv", {"time_s": run.time, "voltage_V": run.command, "yaw_rad": factor * run.outputs["yaw_rad"]}
+    )
+    files = tmp_path / "rig.toml", [tmp_path / "run.csv"]
+    if factor == 1.0:
+        check(*files, as_json=False, quiet=True)
+        assert "nothing odd was found" in capsys.readouterr().out
+        return
+    with pytest.raises(typer.Exit) as end:
+        check(*files, as_json=True, quiet=True)
+    said = json.loads(capsys.readouterr().out)
+    assert end.value.exit_code == 2 and said["schema"] == "rwjax.check/1" and not said["usable"]
+    assert said["findings"][0]["about"] == "units" and np.isclose(said["logs"][0]["seconds"], 5.99)

@@ -1,0 +1,56 @@
+"""The command `import`: logs written by [columns], and a section proposed without it."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rwjax.cli.import_logs import import_logs
+from rwjax.errors import InputError
+from rwjax.logs.read import read_log
+from rwjax.rig.write import write_rig
+from tests.logs.forms import FORMS, RIG
+from tests.rig.texts import PLATFORM
+
+
+def files(folder: Path) -> list[Path]:
+    for name in ("semicolons.csv", "packed.csv.gz", "struct.mat"):
+        (folder / name).write_bytes(FORMS[name])
+    (folder / "rig.toml").write_text(write_rig(RIG))
+    return [folder / name for name in ("semicolons.csv", "packed.csv.gz", "struct.mat")]
+
+
+def test_files_become_logs_in_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import_logs(files(tmp_path), tmp_path / "rig.toml", tmp_path / "logs")
+    assert sorted(path.name for path in (tmp_path / "logs").iterdir()) == ["packed.csv", "semicolons.csv", "struct.csv"]
+    read = read_log(tmp_path / "logs" / "packed.csv", RIG)
+    assert len(read.time) == 50 and [*read.outputs] == ["yaw_rad", "yaw_rad_s"]
+    assert "packed.csv.gz: time_s, voltage_V, yaw_rad, yaw_rad_s; written to" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("with_rig", [False, True])
+def test_without_a_section_one_is_proposed(tmp_path: Path, capsys: pytest.CaptureFixture[str], with_rig: bool) -> None:
+    found = files(tmp_path)
+    (tmp_path / "plain.toml").write_text(PLATFORM)
+    import_logs(found[:1], tmp_path / "plain.toml" if with_rig else None, None)
+    said = capsys.readouterr().out
+    assert "semicolons.csv: 5 columns" in said and "  state: no numbers" in said
+    section = said[said.index("[columns]") :]
+    (tmp_path / "rig.toml").write_text(PLATFORM + section)
+    import_logs(found, tmp_path / "rig.toml", tmp_path / "logs")
+    assert (tmp_path / "logs" / "struct.csv").exists()
+
+
+def test_what_cannot_be_written_is_said_before_anything_is(tmp_path: Path) -> None:
+    found = files(tmp_path)
+    for output, given, message in (
+        (None, found, "no folder for the logs; give one with -o"),
+        (tmp_path, [*found, tmp_path / "struct.csv"], "two of the files would have the same name there"),
+        (tmp_path, found, "semicolons.csv: is the input; give another path with -o"),
+    ):
+        with pytest.raises(InputError, match=re.escape(message)):
+            import_logs(given, tmp_path / "rig.toml", output)
+    (tmp_path / "bad.csv").write_text("ms,pwm\n1,2\n")
+    with pytest.raises(InputError, match="bad.csv:1: no column `angle`"):
+        import_logs([*found, tmp_path / "bad.csv"], tmp_path / "rig.toml", tmp_path / "logs")
+    assert not (tmp_path / "logs").exists()

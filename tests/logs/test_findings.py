@@ -1,0 +1,101 @@
+"""What is odd about a log: each oddity is put into a log that has none, and found alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.logs.findings import Finding, findings
+from rwjax.logs.log import Log
+
+RNG = np.random.default_rng(3)
+T = np.arange(2000) * 0.01
+U = 4.0 * np.sin(1.3 * T) + 2.0 * np.sign(np.sin(0.7 * T))
+ANGLE = np.cumsum(np.cumsum(U)) * 1e-4 + 0.001 * RNG.normal(size=2000)
+RATE = np.cumsum(U) * 0.01 + 0.01 * RNG.normal(size=2000)
+GOOD = Log("run", T, U, {"yaw_rad": ANGLE, "yaw_rad_s": RATE}, {"yaw_rad": 0.0, "yaw_rad_s": 0.0}, {}, False, None, 0.0)
+COUNT = 2.0 * np.pi / 4096
+
+
+def said(log: Log) -> list[tuple[str, str]]:
+    return [(found.about, found.says) for found in findings(log)]
+
+
+def at(y: np.ndarray, where: slice, value: float | np.ndarray) -> np.ndarray:
+    out = y.copy()
+    out[where] = value
+    return out
+
+
+def of(**outputs: np.ndarray) -> Log:
+    return replace(GOOD, outputs=GOOD.outputs | outputs)
+
+
+def loop() -> Log:
+    """A position loop that reads the noise of its encoder."""
+    y, rate, u, read = 0.0, 0.0, np.zeros(2000), np.zeros(2000)
+    for k in range(2000):
+        read[k] = y + 0.01 * RNG.normal()
+        u[k] = 20.0 * (np.sin(0.9 * T[k]) - read[k]) - 5.0 * rate
+        rate += 0.01 * (u[k] - rate)
+        y += 0.01 * rate
+    return replace(GOOD, command=u, outputs={"yaw_rad": read}, resolution={"yaw_rad": 0.0})
+
+
+def test_a_log_as_it_should_be_has_no_findings() -> None:
+    assert findings(GOOD) == []
+
+
+wrapped = np.round(ANGLE / COUNT) * COUNT
+ODD = [
+    (
+        replace(GOOD, time=np.where(np.arange(2000) > 700, T + 3.0, T)),
+        "clock",
+        "1 gaps in time, the longest 3.01 s at 7 s",
+    ),
+    (replace(GOOD, time=T + 0.004 * RNG.uniform(-1, 1, 2000)), "clock", "ms apart, "),
+    (replace(GOOD, time=T + 1e-3 * T**2), "clock", "does the clock drift?"),
+    (replace(GOOD, command=np.zeros(2000)), "command", "voltage_V is 0 throughout"),
+    (replace(GOOD, command=np.abs(U)), "command", "voltage_V never goes below 0"),
+    (replace(GOOD, command=np.clip(U, -4.0, 4.0)), "command", "voltage_V is at its largest, 4 V, in "),
+    (
+        of(yaw_rad=at(ANGLE, slice(100, 200), np.nan)),
+        "readings",
+        "yaw_rad: 100 of 2000 readings are missing, the first at 1 s",
+    ),
+    (replace(GOOD, left_out={"yaw_rad": np.array([3.0, 4.0])}), "readings", "yaw_rad: 2 outliers, the first at 3 s"),
+    (of(yaw_rad_s=at(RATE, slice(500, 560), RATE[500])), "readings", "yaw_rad_s stays the same for 0.59 s from 5 s on"),
+    (of(yaw_rad_s=0.01 * RNG.normal(size=2000)), "readings", "yaw_rad_s hardly moves"),
+    (
+        replace(of(yaw_rad=np.mod(wrapped, 4096 * COUNT)), resolution={"yaw_rad": COUNT, "yaw_rad_s": 0.0}),
+        "readings",
+        "yaw_rad jumps by 4096 counts, a turn, ",
+    ),
+    (of(yaw_rad=np.mod(ANGLE + np.pi, 2.0 * np.pi)), "readings", "yaw_rad jumps by 6.283 rad, a turn, "),
+    (loop(), "loop", "voltage_V answers yaw_rad (correlation "),
+]
+
+
+@pytest.mark.parametrize(("log", "about", "says"), ODD, ids=[says for *_, says in ODD])
+def test_an_oddity_is_found(log: Log, about: str, says: str) -> None:
+    found = [one for one in said(log) if one[0] == about and says in one[1]]
+    assert len(found) == 1, said(log)
+
+
+@pytest.mark.parametrize("log", [log for log, *_ in ODD], ids=[says for *_, says in ODD])
+def test_an_oddity_is_not_taken_for_many(log: Log) -> None:
+    assert len(findings(log)) <= 2
+
+
+def test_a_square_wave_is_not_clipped() -> None:
+    square = np.where(np.sin(T) > 0.0, 4.0, -4.0)
+    mixed = np.where(T < 10.0, square, 3.0 * np.sin(2.0 * T))
+    assert not any("largest" in says for u in (square, mixed) for _, says in said(replace(GOOD, command=u)))
+
+
+def test_a_goal_is_no_loop_by_mistake() -> None:
+    assert not any(about == "loop" for about, _ in said(replace(loop(), input="goal_rad")))
+
+
+def test_a_finding_says_its_log() -> None:
+    assert str(Finding("a.csv", "clock", "it is late")) == "a.csv: it is late" and str(Finding("", "units", "x")) == "x"

@@ -1,0 +1,54 @@
+"""Proposed sections: names, units and values of columns as loggers write them."""
+
+import numpy as np
+import pytest
+
+from rwjax.logs.array_sheet import ArraySheet
+from rwjax.logs.propose import description, proposal
+from rwjax.rig.read import parse_rig
+from tests.rig.texts import PLATFORM, WHEEL
+
+K = np.arange(100.0)
+
+
+@pytest.mark.parametrize(
+    ("column", "values", "line"),
+    [
+        ("ms", 10 * K, 'time_s = { column = "ms", unit = "ms" }'),
+        ("t", 0.01 * K, 'time_s = "t"'),
+        ("timestamp", 10 * K, 'time_s = { column = "timestamp", unit = "ms" }'),
+        ("micros", 1e4 * K, 'time_s = { column = "micros", unit = "us" }'),
+        ("Zeit [s]", 0.01 * K, 'time_s = "Zeit [s]"'),
+        ("pwm", 255 - K, 'voltage_V = { column = "pwm", scale = "12 V / 255" }'),
+        ("u", 0.1 * K, 'voltage_V = "u"'),
+        ("volts (mV)", 100 * K, 'voltage_V = { column = "volts (mV)", unit = "mV" }'),
+        ("angle_deg", K, 'yaw_rad = { column = "angle_deg", unit = "deg" }'),
+        ("angle", 0.01 * K, 'yaw_rad = "angle"'),
+        ("angle", 3.3 * K, 'yaw_rad = { column = "angle", unit = "deg" }   # degrees by its size: right?'),
+        ("counts", K, 'yaw_counts = "counts"   # needs [encoder] counts_per_rev'),
+        ("speed [rpm]", K, 'yaw_rad_s = { column = "speed [rpm]", unit = "rpm" }'),
+        ("gyro_dps", K, 'yaw_rad_s = { column = "gyro_dps", unit = "deg/s" }'),
+        ("goal", 0.01 * K, 'goal_rad = "goal"   # needs [drive.servo]'),
+        ("vbat", 12 + 0 * K, 'supply_V = "vbat"'),
+        ("yaw_rad", K, 'yaw_rad = "yaw_rad"'),
+    ],
+)
+def test_a_column_is_known_by_name_unit_and_values(column: str, values: np.ndarray, line: str) -> None:
+    text = proposal(ArraySheet("run", {}, [column, "state"], {column: values, "state": ["on"] * 100}), "platform")
+    assert any(found.startswith(line) for found in text.splitlines()) and "# passed over: state" in text
+    parse_rig(PLATFORM + text)
+
+
+def test_a_wheel_has_a_wheels_columns_and_what_is_missing_is_said() -> None:
+    sheet = ArraySheet("run", {}, ["counts", "rpm", "current_mA"], {"counts": K, "rpm": K, "current_mA": K})
+    text = proposal(sheet, "wheel")
+    assert 'wheel_counts = "counts"   # needs [wheel_encoder] counts_per_rev' in text
+    assert 'wheel_rad_s = { column = "rpm", unit = "rpm" }' in text
+    assert 'current_A = { column = "current_mA", unit = "mA" }' in text
+    assert '# time_s = { column = "…", unit = "ms" }' in text and '# voltage_V = "…"' in text
+    parse_rig(WHEEL + text)
+
+
+def test_columns_are_described_by_their_range() -> None:
+    sheet = ArraySheet("run", {}, ["a", "b"], {"a": K - 3.0, "b": ["x"] * 100})
+    assert [*description(sheet)] == ["  a: -3 to 96", "  b: no numbers"]
