@@ -103,7 +103,7 @@ def _about_command(log: Log) -> Iterator[str]:
             yield (
                 f"{name} is at its largest, {size:.4g} {unit}".rstrip()
                 + f", in {100 * at_limit:.0f} % of the samples beside {values - 1} other values: where the drive clips it, log what "
-                "is left of it, or free `drive.saturation`"
+                "is left of it, or let the rig file clip it, too"
             )
         if name != GOAL and (low >= 0.0 or high <= 0.0):
             way = "below" if low >= 0.0 else "above"

@@ -12,7 +12,7 @@ from tests.fitting.questions.runs import LOGS, beside
 
 
 def commanded(log: Log, command: np.ndarray) -> Log:
-    return replace(log, command=command)
+    return replace(log, command=np.resize(command, log.command.shape))
 
 
 @pytest.mark.parametrize(
