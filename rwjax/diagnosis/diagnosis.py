@@ -29,6 +29,7 @@ from rwjax.fitting.ran_away import runaway_words, without_runaways
 from rwjax.fitting.segments import with_segments
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
+from rwjax.logs.coverage import split_of
 from rwjax.logs.driven import driven
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
@@ -145,7 +146,8 @@ def diagnose(
         LogError: no log may be fitted.
     """
     rig, logs = driven(rig, logs)
-    layout = _laid_out(with_segments(rig, logs, segments))
+    logs = with_segments(rig, logs, segments)
+    layout, parted = _laid_out(logs), split_of(rig, logs)
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, progress)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward())
     judged = _Judged(fits, layout, before, signal)
@@ -177,7 +179,8 @@ def diagnose(
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(*told, *away),
+        remarks=(*told, *parted.said(), *away),
+        split=parted,
         corrected=corrected,
         before=before,
         after=outcome.after,

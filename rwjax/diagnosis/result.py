@@ -15,6 +15,7 @@ from rwjax.effects.library import unit_of_number
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.segments import segment_s
 from rwjax.fitting.uncertainty import Uncertainty
+from rwjax.logs.coverage import Split
 from rwjax.logs.log import Log
 from rwjax.planning.files import Plan
 from rwjax.rig.model import Rig
@@ -60,6 +61,7 @@ class Diagnosis:
         waterfall: the rig as it is, then the named effects one after the other.
         alternatives_waterfall: the same for the alternatives.
         remarks: what the logs cannot tell about the fitted numbers.
+        split: whether held-out runs leave what the fitted ones cover.
         corrected: the rig with what is named.
         before: errors of the rig as it is on the held-out logs.
         after: errors with the named effects.
@@ -85,6 +87,7 @@ class Diagnosis:
     waterfall: tuple[Rung, ...]
     alternatives_waterfall: tuple[Rung, ...]
     remarks: tuple[str, ...]
+    split: Split
     corrected: Rig
     before: HeldOut
     after: HeldOut
@@ -156,6 +159,7 @@ class Diagnosis:
                 "signals": {name: _gap_json(gap) for name, gap in self.gaps.items()},
             },
             "held_out": self.held_out,
+            "split": self.split.json(),
             "next_experiment": self.next_experiment,
             "drift": [_rung_json(rung) for rung in (*self.waterfall, *self.alternatives_waterfall)],
             "remarks": list(self.remarks),

@@ -19,6 +19,7 @@ from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.tied_errors import tied_errors
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.kinds import RANGES
+from rwjax.logs.coverage import split_of
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
@@ -123,6 +124,7 @@ def fit(
         *found.notes,
         *(remark for log in runs for remark in log.remarks()),
         *said(runs),
+        *(split_of(rig, logs).said() if len(runs) < len(logs) else []),
     ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]

@@ -18,6 +18,7 @@ from rwjax.fitting.fit import to_fit
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.fitting.segments import said, segment_s, with_segments
+from rwjax.logs.coverage import Split, split_of
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
@@ -105,6 +106,7 @@ class Comparison:
         rows: One for each method.
         floor: RMS error by output that a perfect model would leave on the held-out data [SI].
         held_out: How the held-out data were chosen.
+        split: Whether held-out runs leave what the fitted ones cover.
         segment_s: Length of the segments in which free runs follow the logs [s]; None for whole runs.
         remarks: What a user should know of the logs, one sentence each.
     """
@@ -113,6 +115,7 @@ class Comparison:
     rows: tuple[Row, ...]
     floor: dict[str, float]
     held_out: str
+    split: Split = Split()
     segment_s: float | None = None
     remarks: tuple[str, ...] = ()
 
@@ -142,6 +145,7 @@ class Comparison:
         return {
             "schema": "rwjax.comparison/1",
             "held_out": self.held_out,
+            "split": self.split.json(),
             "segment_s": self.segment_s,
             "remarks": list(self.remarks),
             "floor": self.floor,
@@ -236,4 +240,5 @@ def compare(
             continue
         rows.append(Row(method, found.rig, _rms([square for square, _ in judged]), seconds, found.notes))
         floor = floor or _rms([f for _, f in judged])
-    return Comparison(rig, tuple(rows), floor, rule, segment_s(logs), tuple(said(logs)))
+    parted = split_of(rig, logs)
+    return Comparison(rig, tuple(rows), floor, rule, parted, segment_s(logs), (*said(logs), *parted.said()))

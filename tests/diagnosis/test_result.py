@@ -14,6 +14,7 @@ from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.uncertainty import Uncertainty
+from rwjax.logs.coverage import Outside, Split
 from tests.systems import platform, reaction, wheel
 
 NONE = HeldOut({}, {}, {}, {})
@@ -43,6 +44,7 @@ DIAGNOSIS = Diagnosis(
     waterfall=(FIRST, SECOND),
     alternatives_waterfall=(),
     remarks=("one run was fitted",),
+    split=Split((Outside("a.csv", "yaw_rad_s [rad/s]", 0.4, (0.0, 3.0), (0.0, 1.0)),), "b.csv"),
     corrected=platform(),
     before=NONE,
     after=NONE,
@@ -55,7 +57,7 @@ DIAGNOSIS = Diagnosis(
 def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     found = json.loads(json.dumps(DIAGNOSIS.json(), allow_nan=False))
     assert list(found) == [
-        "schema", "verdict", "untold", "effects", "alternatives", "ranking", "where", "gap", "held_out", "next_experiment",
+        "schema", "verdict", "untold", "effects", "alternatives", "ranking", "where", "gap", "held_out", "split", "next_experiment",
         "drift", "remarks",
     ]  # fmt: skip
     assert found["schema"] == "rwjax.diagnosis/1" and found["untold"] is None
@@ -63,6 +65,8 @@ def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
         found["gap"]["signal"] == "yaw_rad"
         and found["gap"]["after"] == found["gap"]["signals"]["yaw_rad"]["after"] == 0.01
     )
+    assert found["split"]["proposed"] == "b.csv" and found["split"]["outside"][0]["share"] == 0.4
+    assert found["gap"]["segment_s"] is None
     assert found["where"]["subsystem"] == "axis" and found["where"]["interval"] == [-0.1, 0.2]
     assert found["where"]["windows"] == [{"log": "a.csv", "from_s": 1.0, "to_s": 2.0, "share": 0.5}]
     assert found["drift"][1]["numbers"]["axis.inertia"] == {
