@@ -29,7 +29,7 @@ from rwjax.fitting.ran_away import runaway_words, without_runaways
 from rwjax.fitting.segments import with_segments
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
-from rwjax.logs.coverage import split_of
+from rwjax.logs import coverage
 from rwjax.logs.driven import driven
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
@@ -46,6 +46,7 @@ class _Layout:
     logs: tuple[Log, ...]  # the same, or the segments in which free runs follow them
     train: tuple[int, ...]  # numbers of those on which the hypothesis is chosen
     folds: tuple[Split, ...]  # by number
+    split: coverage.Split  # whether it extrapolates
 
     @property
     def train_runs(self) -> tuple[int, ...]:
@@ -53,7 +54,7 @@ class _Layout:
         return tuple(map(int, np.unique(runs_of(self.logs)[list(self.train)])))
 
 
-def _laid_out(logs: Sequence[Log]) -> _Layout:
+def _laid_out(rig: Rig, logs: Sequence[Log]) -> _Layout:
     """Logs numbered, with the folds by number."""
     rule, splits = folds(logs)
     runs: list[Log] = []
@@ -69,7 +70,8 @@ def _laid_out(logs: Sequence[Log]) -> _Layout:
 
     numbered = tuple((numbers(split.train), numbers(split.test)) for split in splits)
     train = tuple(sorted({k for fitted_to, _ in numbered for k in fitted_to}))
-    return _Layout(rule, tuple(runs), tuple(part for parts in segments for part in parts), train, numbered)
+    pieces = tuple(part for parts in segments for part in parts)
+    return _Layout(rule, tuple(runs), pieces, train, numbered, coverage.split_of(rig, logs))
 
 
 class _Judged:
@@ -146,8 +148,7 @@ def diagnose(
         LogError: no log may be fitted.
     """
     rig, logs = driven(rig, logs)
-    logs = with_segments(rig, logs, segments)
-    layout, parted = _laid_out(logs), split_of(rig, logs)
+    layout = _laid_out(rig, with_segments(rig, logs, segments))
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, progress)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward())
     judged = _Judged(fits, layout, before, signal)
@@ -156,8 +157,7 @@ def diagnose(
     first, ranking = judged.rung(NOTHING), _ranking(judged, choice)
     found = fits(outcome.named)
     spread = uncertainty(found)
-    proposed = _next(fits, outcome, choice)
-    where = _where(fits, choice, outcome)
+    proposed, where = _next(fits, outcome, choice), _where(fits, choice, outcome)
     waterfall, alternatives_waterfall = _waterfalls(judged, first, outcome.named, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
     corrected, away = _corrected(rig, outcome.named, found, spread)
@@ -179,8 +179,8 @@ def diagnose(
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(*told, *parted.said(), *away),
-        split=parted,
+        remarks=(*told, *layout.split.said(), *away),
+        split=layout.split,
         corrected=corrected,
         before=before,
         after=outcome.after,

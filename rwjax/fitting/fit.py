@@ -123,8 +123,7 @@ def fit(
         *ask(problem, theta),
         *found.notes,
         *(remark for log in runs for remark in log.remarks()),
-        *said(runs),
-        *(split_of(rig, logs).said() if len(runs) < len(logs) else []),
+        *(said(runs) + (split_of(rig, logs).said() if len(runs) < len(logs) else [])),
     ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else ["the fit did not settle within its step limit"]

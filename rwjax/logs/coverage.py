@@ -156,7 +156,7 @@ def _outside(rig: Rig, fitted: Sequence[Log], log: Log) -> Outside:
         found.append(
             Outside(log.name, "stretches without a command [share of the run]", still, (0.0, still), (0.0, max(driven)))
         )
-    return max(found, key=lambda one: round(one.share, 1))  # of those about alike the first
+    return next(one for one in found if one.share >= 0.9 * max(other.share for other in found))
 
 
 def _still(log: Log, largest: float) -> float:
