@@ -95,6 +95,10 @@ class Split:
         ]
 
 
+WITHIN = Split()
+"""A split that does not extrapolate."""
+
+
 def split_of(rig: Rig, logs: Sequence[Log]) -> Split:
     """Whether the held-out rule makes a split that extrapolates, and another one that does not.
 
@@ -109,7 +113,7 @@ def split_of(rig: Rig, logs: Sequence[Log]) -> Split:
     found = [_outside(rig, fold.train, log) for fold in splits for log in fold.test]
     leaving = sorted((one for one in found if one.leaves), key=lambda one: -one.share)
     if not leaving:
-        return Split()
+        return WITHIN
     kept = {one.log for one in found if not one.leaves} if rule != "marked" else set()
     held = {one.log for one in leaving}
     tried = [

@@ -18,7 +18,7 @@ from rwjax.fitting.fit import to_fit
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.fitting.segments import said, segment_s, with_segments
-from rwjax.logs.coverage import Split, split_of
+from rwjax.logs.coverage import WITHIN, Split, split_of
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
@@ -115,7 +115,7 @@ class Comparison:
     rows: tuple[Row, ...]
     floor: dict[str, float]
     held_out: str
-    split: Split = Split()
+    split: Split = WITHIN
     segment_s: float | None = None
     remarks: tuple[str, ...] = ()
 

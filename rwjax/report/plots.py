@@ -22,7 +22,7 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
     Returns:
         The same axes.
     """
-    begin, named = 0.0, None
+    begin = 0.0
     for number, by_output in d.before.error.items():
         if d.signal not in by_output:
             continue
@@ -33,9 +33,9 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
             label = "with the effects" if first else None
             ax.plot(t, d.after.error[number][d.signal], color=AFTER, lw=0.9, label=label)
         ax.axvline(begin, color="#dddddd", lw=0.8, zorder=0)
-        if d.logs[number].name != named:
-            named = d.logs[number].name
-            ax.text(begin, 1.0, f" {drawn_name(named)}", transform=ax.get_xaxis_transform(), va="bottom", fontsize=7)
+        if not d.logs[number].goes_on:
+            name = f" {drawn_name(d.logs[number].name)}"
+            ax.text(begin, 1.0, name, transform=ax.get_xaxis_transform(), va="bottom", fontsize=7)
         begin = float(t[-1]) + 0.5
     ax.set_xlabel("time of the held-out runs, one after the other [s]")
     ax.set_ylabel(f"measured − predicted {AXIS_LABEL[d.signal]}")

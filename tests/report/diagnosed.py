@@ -10,6 +10,7 @@ from rwjax.diagnosis.localise.where import Missing, Where
 from rwjax.diagnosis.result import Diagnosis, Ranked
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.waterfall import Rung
+from rwjax.logs.coverage import Split
 from tests.systems import platform, record
 
 TIME = 0.1 * np.arange(50)
@@ -56,6 +57,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "waterfall": (rung(rms=BEFORE), rung("axis.coulomb", rms=AFTER)),
         "alternatives_waterfall": (),
         "remarks": (f"a remark {MARK}",),
+        "split": Split(),
         "corrected": rig,
         "before": held_out(BEFORE),
         "after": held_out(AFTER),
