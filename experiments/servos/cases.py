@@ -58,7 +58,13 @@ def rig_file(
         The text.
     """
     scale = '"axis.gravity.torque"' if free_gravity else '"motor.torque_constant"'
-    free = [scale, *([] if free_gravity else ['"motor.resistance"']), '"motor.inertia"', '"axis.friction.viscous"', '"axis.friction.coulomb"']
+    free = [
+        scale,
+        *([] if free_gravity else ['"motor.resistance"']),
+        '"motor.inertia"',
+        '"axis.friction.viscous"',
+        '"axis.friction.coulomb"',
+    ]
     free += ['"axis.bias_torque.T"', '"drive.goal_delay.tau"']
     return "\n".join(
         [

@@ -3,7 +3,7 @@
 import csv
 import io
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,7 +80,7 @@ class TextSheet(Sheet):
                 return list(np.ascontiguousarray(table.T))
             except ValueError:
                 pass  # an empty cell or a mistake: the reader of every other layout fills the one and names the other
-        return self._read(use)
+        return self._read(use, quoted)
 
     def _check_cells(self, quoted: bool) -> None:
         """`LogError` for the first row that has more or fewer cells than the header."""
@@ -110,21 +110,23 @@ class TextSheet(Sheet):
         by = "" if self.delimiter == "," else f", separated by {SEPARATORS[self.delimiter]}"
         return self.error(row, f"{count} cells; the header names {len(self.names)} columns{by}{hint}")
 
-    def _read(self, use: Sequence[int]) -> list[np.ndarray]:
+    def _read(self, use: Sequence[int], quoted: bool) -> list[np.ndarray]:
         """Columns by their indices, read by polars."""
         import polars as pl  # a tenth of a second, which a log of rwjax's own layout does not need
 
-        text = io.BytesIO("\n".join(self.rows).encode("utf-8", "replace"))
-        table = pl.read_csv(
-            text,
-            has_header=False,
-            separator=self.delimiter,
-            infer_schema=False,
-            truncate_ragged_lines=True,
-            raise_if_empty=False,
-        )
-        if table.shape != (len(self.rows), len(self.names)):
-            table = pl.DataFrame([*zip(*self._cells(), strict=True)], schema=[f"{k}" for k in range(len(self.names))])
+        names = [f"{k}" for k in range(len(self.names))]
+        if quoted:  # what a quote means where it stands amid a cell is as `_check_cells` has it
+            table = pl.DataFrame([*csv.reader(self.rows, delimiter=self.delimiter)], schema=names, orient="row")
+        else:
+            text = io.BytesIO("\n".join(self.rows).encode("utf-8", "replace"))
+            table = pl.read_csv(
+                text,
+                has_header=False,
+                separator=self.delimiter,
+                quote_char=None,
+                infer_schema=False,
+                schema=dict.fromkeys(names, pl.String),
+            )
         columns = [table.to_series(j).cast(pl.String).fill_null("").str.strip_chars() for j in use]
         found = [cells.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False) for cells in columns]
         missing = [(cells == "") | (cells.str.to_lowercase() == "nan") for cells in columns]
@@ -143,10 +145,6 @@ class TextSheet(Sheet):
         commas = cells.str.contains(",", literal=True)
         points = cells.str.contains(".", literal=True)
         return commas & (points | points.any())
-
-    def _cells(self) -> Iterator[list[str]]:
-        """The cells of every row."""
-        return csv.reader(self.rows, delimiter=self.delimiter)
 
     def _no_number(self, row: int, j: int, cell: str) -> LogError:
         """What is wrong with a cell."""

@@ -22,8 +22,8 @@ from rwjax.link.stream_to_logs import write_logs
 from rwjax.planning.files import Run, read_plan, write_plan
 from rwjax.plant.from_rig import structure_of
 from tests.damage import frames, logs, oracle, toml
-from tests.damage.values import texts
-from tests.damage.whole import LOGS, PLAN, RIGS, STREAM
+from tests.damage.values import spoilt, texts
+from tests.damage.whole import FORMS, LOGS, PLAN, RIGS, STREAM
 from tests.link.ports import RIG as ON_BOARD
 
 SLOW_S = 10.0
@@ -39,7 +39,7 @@ class Damaged:
     """A damaged input.
 
     Attributes:
-        kind: What is damaged: "rig", "log", "rig and log", "plan" or "frames".
+        kind: What is damaged: "rig", "log", "rig and log", "form" (a log that is no plain text), "plan" or "frames".
         files: Contents by the names of the files, in the order in which a command takes them.
     """
 
@@ -96,11 +96,14 @@ class Shares:
 @st.composite
 def inputs(draw: st.DrawFn, *, vast: bool = False) -> Damaged:
     """A damaged rig file, log, both, plan or stream; `vast`: very seldom of 10 MB."""
-    kind = draw(st.sampled_from(("rig",) * 4 + ("log",) * 4 + ("rig and log", "plan", "plan", "frames")))
+    kind = draw(st.sampled_from(("rig",) * 4 + ("log",) * 4 + ("rig and log", "form", "plan", "plan", "frames")))
     if kind == "plan":
         return Damaged(kind, {"plan.toml": draw(toml.damaged(PLAN, vast=vast))})
     if kind == "frames":
         return Damaged(kind, {"run.raw": draw(frames.damaged(STREAM)), "run.notes": draw(frames.notes())})
+    if kind == "form":
+        rig, form = draw(st.sampled_from(("columns", "joint"))), draw(st.sampled_from(tuple(FORMS)))
+        return Damaged(kind, {"rig.toml": RIGS[rig].encode(), f"run.{form}": draw(spoilt(FORMS[form]))})
     rig = draw(st.sampled_from(tuple(RIGS)))
     text, log = RIGS[rig].encode(), draw(st.sampled_from(LOGS[rig])).encode()
     if "rig" in kind:

@@ -1,6 +1,12 @@
 """Whole rig files, logs, plans and streams, of every kind, which are then damaged."""
 
+import gzip
+import io
+from collections.abc import Callable
+
 import numpy as np
+import polars as pl
+from scipy.io import savemat
 
 from tests.link.ports import LIKE_RIG, stream
 
@@ -120,7 +126,54 @@ TWO_AXIS = "\n".join(
         *("[fit]", 'free = ["yaw.inertia", "pitch.inertia"]'),
     ]
 )
+COLUMNS = """kind = "platform"
+name = "as an Arduino logs it"
+[drive]
+gain = 0.428
+supply = 12.0
+[axis]
+inertia = 0.228
+[axis.friction]
+viscous = 0.082
+[encoder]
+counts_per_rev = 2048
+[columns]
+time_s = { column = "ms", unit = "ms" }
+voltage_V = { column = "pwm", scale = "12 V / 255", offset = 1.0 }
+yaw_counts = "counts"
+yaw_rad_s = { column = "rpm", unit = "rpm", sign = -1 }
+supply_V = { column = "battery", unit = "mV", scale = 1.0 }
+[fit]
+free = ["axis.inertia"]
+"""
+JOINT = """kind = "joint"
+name = "servo"
+[gear]
+ratio = 200.0
+[motor]
+torque_constant = 0.01
+resistance = 4.0
+[axis]
+inertia = 0.02
+[axis.friction]
+viscous = 0.1
+[drive]
+supply = 7.4
+[drive.servo]
+acts_on = "duty"
+kp = 8.0
+period = 0.01
+[columns]
+time_s = { column = "ms", unit = "ms" }
+goal_rad = { column = "counts", scale = "1/2048", unit = "turn" }
+position_rad = { column = "pwm", unit = "deg" }
+current_A = { column = "battery", unit = "mA", unsigned = true }
+[fit]
+free = ["axis.inertia"]
+"""
 RIGS = {
+    "columns": COLUMNS,
+    "joint": JOINT,
     "platform": PLATFORM,
     "friction": FRICTION,
     "polynomial": POLYNOMIAL,
@@ -167,8 +220,44 @@ def _thesis() -> str:
     return "\n".join(["t;pos1;pos2;speed2;pwm_1;pwm_2", *rows, ""])
 
 
+def _foreign() -> dict[str, np.ndarray]:
+    """Columns as a logger names them, in its own units."""
+    columns = _columns()
+    return {
+        "ms": 1000.0 * columns["time_s"],
+        "pwm": np.rint(20.0 * columns["voltage_V"]),
+        "counts": columns["yaw_counts"],
+        "rpm": np.round(-9.55 * columns["yaw_rad_s"], 2),
+        "battery": 1000.0 * columns["supply_V"],
+    }
+
+
+def _text(separator: str, decimal: str) -> str:
+    columns = _foreign()
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    cells = (separator.join(f"{x:.10g}" for x in row).replace(".", decimal) for row in rows)
+    return "\n".join([separator.join(columns), *cells, ""])
+
+
+def _saved(save: Callable[[io.BytesIO], object]) -> bytes:
+    file = io.BytesIO()
+    save(file)
+    return file.getvalue()
+
+
+FORMS = {
+    "gz": gzip.compress(_text(";", ",").encode(), mtime=0),
+    "parquet": _saved(lambda file: pl.DataFrame(_foreign()).write_parquet(file)),
+    "npz": _saved(lambda file: np.savez(file, **_foreign())),
+    "mat": _saved(lambda file: savemat(file, {"run": _foreign()})),
+    "utf16": _text("\t", ",").encode("utf-16"),
+    "quoted": _text(";", ",").replace(";", '";"').replace("\n", '"\n"').encode(),
+}
+"""Logs of the rigs "columns" and "joint" that are no plain text."""
 NOTES = "# simulated: here\n# add axis.inertia: 0.01\n# role: train\n# ignore: supply_V\n"
 LOGS = {
+    "columns": (_text(",", "."), _text(";", ",")),
+    "joint": (_text(";", "."), _text("\t", ",")),
     "platform": (_log("time_s", "voltage_V", "yaw_counts", notes=NOTES.replace("# ignore: supply_V\n", "")), _thesis()),
     "friction": (_log("time_s", "voltage_V", "yaw_counts", "yaw_rad_s", "supply_V"),),
     "polynomial": (_log("time_s", "voltage_V", "yaw_counts"),),

@@ -121,3 +121,26 @@ def test_a_line_of_megabytes_makes_a_short_message(tmp_path) -> None:
 def test_notes_of_one_key_are_joined(tmp_path) -> None:
     (tmp_path / "run.csv").write_text("\n".join(["# a: 1", "# A: 2", "# a: 3", HEADER, *ROWS]))
     assert read_sheet(tmp_path / "run.csv").notes == {"a": "1; 2; 3"}
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ('0.03;"1";2', ""),
+        ('0.03;"1;2', ":5: "),
+        ("0.03;1,5;2", ""),
+        ("0.03;1.000,5;2", ":5: `voltage_V` is '1.000,5'; it has to be a number"),
+    ],
+)
+def test_quotes_and_decimal_commas_are_read_or_named(log, row: str, message: str) -> None:
+    lines = [line.replace(",", ";") for line in changed(3, row.replace(";", "\0"))]
+    lines[4] = row
+    whole = (
+        [line if k == 4 else line.replace(".", ",") for k, line in enumerate(lines)] if row == "0.03;1,5;2" else lines
+    )
+    whole[4] = whole[4].replace("0.03", "0,03") if row == "0.03;1,5;2" else whole[4]
+    if not message:
+        assert log(whole).command[3] == (1.5 if "," in row else 1.0)
+    else:
+        with pytest.raises(LogError, match=re.escape(message)):
+            log(whole)
