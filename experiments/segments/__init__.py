@@ -1,0 +1,1 @@
+"""Whole runs against segments on measured pendulums that no free run follows."""
