@@ -14,7 +14,7 @@ import numpy as np
 
 from experiments.realdata import need
 from rwjax import Log, Rig, fit, parse_rig, predict
-from rwjax.fitting.segments import segment_s, with_segments
+from rwjax.fitting.segments import said, segment_s, with_segments
 
 PENDULUM = """
 kind = "platform"
@@ -75,9 +75,12 @@ def main() -> None:
     parser.add_argument("rigs", nargs="*", help=" or ".join(rigs))
     print("| rig | fitted by | numbers | held out, in segments [rad] | held out, whole run [rad] | fit [s] |")
     print("| --- | --- | --- | --- | --- | --- |")
+    reasons = []
     for name in parser.parse_args().rigs or rigs:
         rig, train, test = rigs[name]()
-        chosen = segment_s(with_segments(rig, [train, test])) or math.inf
+        logs = with_segments(rig, [train, test])
+        chosen = segment_s(logs) or math.inf
+        reasons += [f"{name}: {sentence}" for sentence in said(logs)]
         for seconds in (chosen, math.inf):
             begin = perf_counter()
             found = fit(rig, [train], segments=seconds).rig
@@ -89,6 +92,7 @@ def main() -> None:
             way = f"segments of {seconds:g} s" if math.isfinite(seconds) else "whole runs"
             errors = f"{_error(found, test, chosen):.3g} | {_error(found, test, math.inf):.3g}"
             print(f"| {name} | {way} | {numbers} | {errors} | {took:.0f} |", flush=True)
+    print("\n".join(["", *reasons]))
 
 
 if __name__ == "__main__":
