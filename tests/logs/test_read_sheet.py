@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import sys
 import zipfile
 from pathlib import Path
 
@@ -13,7 +14,10 @@ from rwjax.errors import LogError
 from rwjax.logs.log import Log
 from rwjax.logs.read import read_log
 from rwjax.logs.read_sheet import read_sheet
+from rwjax.rig.read import parse_rig
+from rwjax.rig.write import write_rig
 from tests.logs.forms import FORMS, MEASURED, RIG, SI
+from tests.logs.texts import HEADER, PLATFORM, ROWS
 
 
 def bits(log: Log) -> list[bytes]:
@@ -79,3 +83,12 @@ def test_what_is_no_table_is_refused_in_one_line(tmp_path: Path, content: bytes,
         read_sheet(tmp_path / "run.x")
     assert message in str(error.value) and str(error.value).startswith(f"{tmp_path / 'run.x'}:")
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_log_of_rwjaxs_own_layout_needs_no_library_that_takes_time_to_import(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("polars", "pandas", "pint", "scipy.io"):
+        monkeypatch.setitem(sys.modules, module, None)
+    (tmp_path / "run.csv").write_text("\n".join([HEADER, *ROWS]))
+    assert len(read_log(tmp_path / "run.csv", parse_rig(write_rig(PLATFORM))).time) == len(ROWS)
