@@ -9,6 +9,7 @@ from rwjax import Log, parse_rig
 from rwjax.fitting.fit import fit
 from rwjax.fitting.predict import predict
 from rwjax.fitting.problem import pose
+from rwjax.fitting.questions.ask import questions
 from rwjax.fitting.segments import FOLLOWED, LONGEST_S, WITHIN, said, segment_s, with_segments
 from rwjax.logs.log import Segments
 from rwjax.logs.segments import cut_up
@@ -122,6 +123,11 @@ def test_a_prediction_goes_on_from_segment_to_segment() -> None:
     assert float(np.std(error)) < 0.01
     ends = [float(np.std(error[k : k + 50])) for k in range(0, 500, 50)]
     assert max(ends[0::2]) < 1.5e-3 < max(ends[1::2])  # the start's half second, and what grows until the segment ends
+
+
+def test_a_balanced_pendulum_asks_for_no_other_clock() -> None:
+    rig = _pendulum(5.0, 0.02)
+    assert questions(rig, with_segments(rig, [balanced(1, 5.0)], 1.0)) == []
 
 
 @pytest.mark.slow

@@ -48,7 +48,10 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         The questions, one sentence each.
     """
     runs = _free_runs(problem, theta, problem.batch, problem.start)
-    clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor))
+    whole = not any(
+        log.goes_on for log in problem.logs
+    )  # in less time a segment hardly leaves its start: no sign of a clock
+    clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor)) if whole else {}
     pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
     explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
     return [*about_readings(runs), *clocks, *pulses, *about_other_runs(runs, explained)]
