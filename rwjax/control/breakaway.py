@@ -69,6 +69,6 @@ def _excess_torque(structure: Structure, theta: Float[Array, " p"], commands: Fl
         for (body, dry), (free, _) in zip(plant.bodies(), torques, strict=True):
             if body.rate == w:
                 return free - friction_level(dry, plant.motion(zero, rest, volts), 1.0)
-        return rates[w] * plant.numbers["axis.inertia"]
+        return rates[w] * plant.whole_inertia()
 
     return jax.vmap(one)(commands)

@@ -144,7 +144,7 @@ def _instant(plant: OneAxis, t: Scalar, x: tuple, u: Scalar) -> Trajectory:
         holds = jnp.stack([friction_level(effects, m, -1.0), friction_level(effects, m, 1.0)])
     else:
         rate = plant.field(t, x, volts)[plant.structure.states.index("w")]
-        torque, holds = rate * plant.numbers["axis.inertia"], jnp.zeros(2)
+        torque, holds = rate * plant.whole_inertia(), jnp.zeros(2)
     return Trajectory(t, m.psi, m.w, m.Omega, m.i, torque, holds, u)
 
 

@@ -27,7 +27,7 @@ from rwjax.logs.segments import cut_up
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.columns import unit_of
-from rwjax.rig.model import Rig
+from rwjax.rig.model import Driven, Rig
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver
 
@@ -169,7 +169,7 @@ def _fit_again(problem: Problem, fitted: Fit) -> Fit:
 
 
 def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
-    """The rig with estimates and standard errors, of numbers of every run the mean over the runs."""
+    """The rig with estimates and standard errors, of numbers of every run the mean over the runs; not how it was driven."""
     problem, structure = fitted.problem, fitted.problem.structure
     count = len(structure.names)
     values = fitted.theta[:count].copy()
@@ -180,7 +180,7 @@ def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
         values[structure.names.index(name)] = mean
         if np.isfinite(error):
             known[name] = error
-    estimated = rig_with(rig, structure, values, known)
+    estimated = replace(rig_with(rig, structure, values, known), driven=Driven())
     if rig.tied:
         names, covariance = _of_rig(rig, problem, errors, known)
         of_tied = tied_errors(rig.tied, estimated.values, names, covariance)

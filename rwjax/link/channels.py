@@ -33,7 +33,7 @@ def channels(rig: Rig) -> Channels:
     """
     axis = int(rig.columns.get("position", "pos1") == "pos2")
     of = {"axis": axis, "wheel": axis if rig.kind == "wheel" else 1 - axis}
-    absent = {"wheel": "axis", "platform": "wheel"}.get(rig.kind)
+    absent = {"wheel": "axis", "platform": "wheel", "joint": "wheel"}.get(rig.kind)
     encoders = {who: k for who, k in of.items() if who in rig.counts_per_rev and who != absent}
     return Channels(int(rig.columns.get("pulse", "pwm_1") == "pwm_2"), encoders)
 

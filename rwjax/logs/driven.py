@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, RigError
 from rwjax.kinds import GIVEN, GOAL, SERVO, TWO_AXIS
 from rwjax.logs.log import Log
 from rwjax.rig.model import Driven, Rig
@@ -73,6 +73,20 @@ def without_servo(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, tuple[Log, ...]]:
     return replace(rig, driven=rig.driven._replace(by=column)), tuple(opened)
 
 
+def check_drive(rig: Rig, by: str) -> None:
+    """Refuses a joint whose rig file lacks a number of its motor that turns what its drive is given into torque.
+
+    Args:
+        rig: The rig.
+        by: What the drive is given: "voltage", "duty", "current" or "torque".
+
+    Raises:
+        RigError: Names the number.
+    """
+    if rig.kind == "joint" and (missing := [name for name in NEEDED[by] if name not in rig.numbers]):
+        raise RigError(f"driven by {by}, a joint needs `{missing[0]}` in the rig file")
+
+
 def _acting(rig: Rig, log: Log, supplied: bool) -> np.ndarray:
     """What a servo gave from sample to sample (n,), by the rig file's numbers and the logged positions; 0 without these."""
     if "yaw_rad" not in log.outputs or rig.servo is None:
@@ -105,7 +119,9 @@ def _check(rig: Rig, log: Log, supplied: bool, switched: bool) -> None:
     by = rig.servo.acts_on if log.input == GOAL and rig.servo is not None else GIVEN[log.input]
     if by == "duty" and not supplied and "drive.supply" not in rig.numbers:
         raise LogError(f"{log.name}: a duty needs the supply's voltage; log `supply_V`, or write [drive] supply = …")
-    if rig.kind == "joint" and (missing := [name for name in NEEDED[by] if name not in rig.numbers]):
-        raise LogError(f"{log.name}: driven by {by}, a joint needs `{missing[0]}` in the rig file")
+    try:
+        check_drive(rig, by)
+    except RigError as error:
+        raise LogError(f"{log.name}: {error}") from None
     if switched and rig.kind == "platform":
         raise LogError(f"{log.name}: `enabled` is 0, and a `platform` has no motor whose circuit could be open")

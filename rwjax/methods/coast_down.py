@@ -1,13 +1,19 @@
-"""Coast-downs: the stretches of a log in which no voltage is applied and the axis slides one way."""
+"""Coast-downs: the stretches of a log in which nothing drives the axis and it slides one way.
+
+Of a joint at 0 V the motor brakes by its back-EMF, which counts as known; with torque off it does not.
+"""
 
 from dataclasses import dataclass, replace
 
+import jax.numpy as jnp
 import numpy as np
 from scipy.signal import lfilter
 
 from rwjax.fitting.initial_guess import NO_COMMAND
 from rwjax.fitting.predict import predict
 from rwjax.logs.log import Log
+from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
 FILTER_S = 0.05
@@ -68,7 +74,8 @@ def coast_downs(rig: Rig, log: Log) -> list[CoastDown]:
     if name not in log.outputs:
         return []
     seen = np.isfinite(log.outputs[name])
-    t, y, u = log.time[seen], log.outputs[name][seen], log.command[seen]
+    on = np.ones(len(log.time), bool) if log.enabled is None else log.enabled
+    t, y, u = log.time[seen], log.outputs[name][seen], np.where(on, log.at_drive, 0.0)[seen]
     if len(t) < 8:
         return []
     speed = filtered_speed(t, y) if name == "yaw_rad" else y
@@ -78,7 +85,7 @@ def coast_downs(rig: Rig, log: Log) -> list[CoastDown]:
     sliding = quiet & (np.abs(u) <= NO_COMMAND) & (np.abs(speed) > SLOWEST * fastest)
     way = np.where(sliding, np.sign(speed), 0.0)
     edges = np.flatnonzero(np.diff(np.concatenate([[0.0], way, [0.0]])))
-    push = (wheel + _gravity(rig, log)[seen]) / rig.numbers["axis.inertia"]
+    push = (wheel + _gravity(rig, log)[seen] + _braking(rig, log)[seen] * speed) / coasting_inertia(rig)
     found = []
     for first, last in zip(edges[:-1], edges[1:], strict=True):
         # the filter's own motion has died out by then
@@ -87,6 +94,28 @@ def coast_downs(rig: Rig, log: Log) -> list[CoastDown]:
         if way[first] and last - begin >= FEWEST and t[last - 1] - t[begin] >= SHORTEST_S:
             found.append(CoastDown(t[part] - t[begin], way[first] * speed[part], way[first] * push[part]))
     return found
+
+
+def coasting_inertia(rig: Rig) -> float:
+    """Inertia of an axis that coasts: of a joint with the motor's behind its gear.
+
+    Args:
+        rig: A rig with an axis.
+
+    Returns:
+        The inertia [kg m2].
+    """
+    structure = structure_of(rig)
+    return float(one_axis_plant_of(structure, jnp.asarray(theta_of(rig, structure))).whole_inertia())
+
+
+def _braking(rig: Rig, log: Log) -> np.ndarray:
+    """Torque of a joint's back-EMF per rate of the axis [N m s/rad], where a voltage holds its motor's terminals."""
+    if rig.kind != "joint" or log.input not in ("voltage_V", "duty"):
+        return np.zeros_like(log.time)
+    K, R = rig.numbers["motor.torque_constant"], rig.numbers["motor.resistance"]
+    braking = -((rig.numbers.get("gear.ratio", 1.0) * K) ** 2) / R
+    return np.full(len(log.time), braking) if log.enabled is None else np.where(log.enabled, braking, 0.0)
 
 
 def _gravity(rig: Rig, log: Log) -> np.ndarray:

@@ -19,6 +19,7 @@ from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.fitting.segments import said, segment_s, with_segments
 from rwjax.logs.coverage import WITHIN, Split, split_of
+from rwjax.logs.driven import driven
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
@@ -170,6 +171,7 @@ class Comparison:
 
 def _judged(rig: Rig, logs: Sequence[Log], solver: Solver) -> list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
     """Squared free-run errors and squared floors of each log or segment by output."""
+    rig, logs = driven(rig, logs)
     structure = structure_of(rig)
     problem = pose(structure, cut_up(logs), pooled_noise(tuple(logs)), solver=solver)
     predictions = predict_logs(problem, theta_of(rig, structure))
@@ -215,19 +217,19 @@ def compare(
         RigError: Nothing is free.
         LogError: No log may be fitted.
     """
+    rig, logs = driven(rig, logs)
     logs = with_segments(rig, logs, segments)
     train = to_fit(rig, logs)
     rule, splits = folds(logs)
     by = solver.suited(rig, train)  # one width for all
-    smooth = by if by.smooth else SMOOTH.suited(rig, train)
     rows, floor = [], {}
     for method in METHODS:
         identify = method.identify
-        if identify is smooth_end_to_end:
-            identify = partial(smooth_end_to_end, solver=smooth)
         progress(method.name)
         begin = perf_counter()
         try:
+            if identify is smooth_end_to_end:
+                identify = partial(smooth_end_to_end, solver=by if by.smooth else SMOOTH.suited(rig, train))
             found = identify(rig, train)
             seconds = perf_counter() - begin
             judged = []

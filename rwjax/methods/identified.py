@@ -9,7 +9,11 @@ from scipy.special import stdtrit
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandDelay, EncoderDelay
 from rwjax.errors import RigError
-from rwjax.rig.model import Rig
+from rwjax.kinds import GOAL
+from rwjax.logs.driven import without_servo
+from rwjax.logs.log import Log
+from rwjax.plant.from_rig import structure_of
+from rwjax.rig.model import Driven, Rig
 from rwjax.simulation.solver import Solver
 
 NORMAL_95 = 1.96
@@ -87,6 +91,33 @@ def left_out(rig: Rig, *, prior: bool) -> tuple[str, ...]:
     return (f"does not know {' and '.join(keys)} of the rig file",) if keys else ()
 
 
+def at_the_drive(rig: Rig, logs: Sequence[Log], method: str) -> tuple[Rig, tuple[Log, ...], tuple[str, ...]]:
+    """A rig and its logs for a method that simulates no loop: what a servo gave stands for its goal.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs.
+        method: The method in words.
+
+    Returns:
+        The rig, of whose numbers those are free that act in these logs, the logs, and notes on both.
+
+    Raises:
+        RigError: None of the free numbers acts.
+        LogError: The rig cannot be driven as the logs say.
+    """
+    by_goal = any(log.input == GOAL for log in logs)
+    opened, logs = without_servo(rig, logs)
+    acts = structure_of(opened).names
+    if rig.free and not any(name in acts for name in rig.free):
+        raise RigError(
+            f"rig `{rig.name}`: no free number acts in these logs; the {method} simulates no loop of a servo"
+        )
+    notes = ["what the servo gave is worked out from the readings"] if by_goal else []
+    notes += [f"{name} is not estimated by the {method}" for name in rig.free if name not in acts]
+    return replace(opened, free=tuple(name for name in rig.free if name in acts)), logs, tuple(notes)
+
+
 def undelayed(rig: Rig, method: str) -> None:
     """Refuses a rig with a delay, for a method that knows none.
 
@@ -133,7 +164,8 @@ def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.nda
         errors: Their standard errors `(k,)` [SI]; those that are not finite are left out.
 
     Returns:
-        A copy of the rig.
+        A copy of the rig, which says no more how it was driven.
     """
     known = {name: float(e) for name, e in zip(names, errors, strict=True) if np.isfinite(e)}
-    return replace(rig.with_values(dict(zip(names, map(float, values), strict=True))), standard_error=known)
+    found = rig.with_values(dict(zip(names, map(float, values), strict=True)))
+    return replace(found, standard_error=known, driven=Driven())

@@ -18,13 +18,16 @@ from rwjax.fitting.fit import to_fit
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.logs.log import Log
-from rwjax.methods.identified import Identified, estimated, left_out, undelayed
+from rwjax.methods.identified import Identified, at_the_drive, estimated, left_out, undelayed
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
+from rwjax.simulation.commands import Switched
 from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
+from rwjax.simulation.windows import prepare
 
+METHOD = "prediction-error method"
 ROUNDS = 4
 """Searches in a row at most, each scaled by the curvature where the last one stopped."""
 QUIET, LOUD = 1e-6, 1e3
@@ -34,12 +37,13 @@ QUIET, LOUD = 1e-6, 1e3
 class _Runs(NamedTuple):
     """Logs at equal steps.
 
-    `h` (l,) step [s]; `command` (l, t) [V]; `reading` (l, t, y) [SI], NaN where there is none; `start`, `unsure` (l, n)
+    `h` (l,) step [s]; `command` (l, t) [V]; `on` (l, t) whether current can flow; `reading` (l, t, y) [SI], NaN where there is none; `start`, `unsure` (l, n)
     initial states and their standard deviations [SI]; `theta_offset` (l, p) what is added to the numbers [SI].
     """
 
     h: Any
     command: Any
+    on: Any
     reading: Any
     start: Any
     unsure: Any
@@ -49,36 +53,38 @@ class _Runs(NamedTuple):
 def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     """Negative log likelihood of one log's innovations."""
     plant = one_axis_plant_of(structure, theta + run.theta_offset)
-    p = EXPONENTIAL_STEP.prepare(plant, run.h)
+    moved = prepare(plant, EXPONENTIAL_STEP, run.h)
     n = len(structure.states)
     rates = jnp.array([1.0 if name in ("w", "Omega") else 0.0 for name in structure.states])
 
-    def move(x, t, u):
-        return jnp.stack(EXPONENTIAL_STEP.step(plant, p, t, tuple(x[k] for k in range(n)), plant.act(u), run.h))
+    def move(x, t, u, on):
+        acting = Switched(plant.act(u), on) if structure.switched else plant.act(u)
+        return jnp.stack(moved.step(t, tuple(x[k] for k in range(n)), acting))
 
-    def read(x, t, u):
-        return jnp.stack(plant.outputs(t, tuple(x[k] for k in range(n)), plant.act(u)))
+    def read(x, t, u, on):
+        at = plant.powered(on) if structure.switched else plant
+        return jnp.stack(at.outputs(t, tuple(x[k] for k in range(n)), plant.act(u)))
 
     def filtered(carry, sample):
         x, P, k = carry
-        u, y = sample
+        u, on, y = sample
         t = k * run.h
-        H = jax.jacfwd(read)(x, t, u)
+        H = jax.jacfwd(read)(x, t, u, on)
         seen = jnp.isfinite(y)
         S = H @ P @ H.T + jnp.diag(noise**2)
         S = jnp.where(seen[:, None] & seen[None], S, 0.0) + jnp.diag(jnp.where(seen, 0.0, 1.0))
-        innovation = jnp.where(seen, y - read(x, t, u), 0.0)
+        innovation = jnp.where(seen, y - read(x, t, u, on), 0.0)
         L = jnp.linalg.cholesky(S)
         white = jax.scipy.linalg.solve_triangular(L, innovation, lower=True)
         cost = 0.5 * white @ white + jnp.sum(jnp.log(jnp.diag(L)))
         gain = jax.scipy.linalg.cho_solve((L, True), jnp.where(seen[:, None], H @ P, 0.0)).T
         x, P = x + gain @ innovation, P - gain @ jnp.where(seen[:, None], H @ P, 0.0)
-        F = jax.jacfwd(move)(x, t, u)
+        F = jax.jacfwd(move)(x, t, u, on)
         P = F @ P @ F.T + jnp.diag(rates * intensity**2 * run.h)
-        return (move(x, t, u), 0.5 * (P + P.T), k + 1.0), cost
+        return (move(x, t, u, on), 0.5 * (P + P.T), k + 1.0), cost
 
     P0 = jnp.diag(run.unsure**2)
-    return jnp.sum(jax.lax.scan(filtered, (run.start, P0, 0.0), (run.command, run.reading))[1])
+    return jnp.sum(jax.lax.scan(filtered, (run.start, P0, 0.0), (run.command, run.on, run.reading))[1])
 
 
 @partial(jax.jit, static_argnums=0)
@@ -166,18 +172,19 @@ def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
         RigError: Nothing is free, or the rig has a delay.
         LogError: No log may be fitted.
     """
-    undelayed(rig, "prediction-error method")
-    train = to_fit(rig, logs)
-    structure = structure_of(rig)
-    likelihood = _Likelihood(rig, structure, train)
+    undelayed(rig, METHOD)
+    opened, logs, about = at_the_drive(rig, logs, METHOD)
+    train = to_fit(opened, logs)
+    structure = structure_of(opened)
+    likelihood = _Likelihood(opened, structure, train)
     free, size = likelihood.free, likelihood.size
-    low, high = bounds_of(rig, structure)[free].T / size
+    low, high = bounds_of(opened, structure)[free].T / size
     z = np.append(np.clip(likelihood.theta[free] / size, low, high), 0.0)
     limits = np.array([*zip(low, high, strict=True), (np.log(QUIET), np.log(LOUD))])
     z, settled = _maximum(likelihood, z, limits)
     variance = np.diag(np.linalg.pinv(likelihood.curvature(z)))[:-1]
     errors = np.sqrt(np.where(variance > 0.0, variance, np.inf)) * size
-    notes = left_out(rig, prior=False) + (() if settled else ("the search did not settle",))
+    notes = left_out(rig, prior=False) + about + (() if settled else ("the search did not settle",))
     names = [structure.names[k] for k in free]
     return Identified(estimated(rig, names, z[:-1] * size, errors), notes)
 
@@ -185,7 +192,7 @@ def prediction_error(rig: Rig, logs: Sequence[Log]) -> Identified:
 def _laid_out(problem: Problem) -> _Runs:
     """Logs at equal steps of their own, padded to the longest; a sample is taken to lie on the nearest step."""
     longest = max(len(log.time) for log in problem.logs)
-    h, commands, readings = [], [], []
+    h, commands, on, readings = [], [], [], []
     for log in problem.logs:
         n = len(log.time)
         nearest = np.searchsorted(log.time, np.linspace(log.time[0], log.time[-1], n) - 1e-9).clip(0, n - 1)
@@ -193,6 +200,9 @@ def _laid_out(problem: Problem) -> _Runs:
         reading = np.stack([log.outputs.get(name, nothing) for name in problem.structure.outputs], axis=1)
         h.append((log.time[-1] - log.time[0]) / (n - 1))
         commands.append(np.pad(log.command[nearest], (0, longest - n), mode="edge"))
+        powered = np.ones(n, bool) if log.enabled is None else log.enabled
+        on.append(np.pad(powered[nearest], (0, longest - n), mode="edge"))
         readings.append(np.pad(reading[nearest], ((0, longest - n), (0, 0)), constant_values=np.nan))
     unsure = np.where(problem.start_free, 0.1 * np.maximum(np.abs(problem.start), 1.0), 1e-6)
-    return _Runs(np.array(h), np.array(commands), np.array(readings), problem.start, unsure, problem.batch.theta_offset)
+    laid = (np.array(values) for values in (h, commands, on, readings))
+    return _Runs(*laid, problem.start, unsure, problem.batch.theta_offset)

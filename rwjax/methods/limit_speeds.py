@@ -37,6 +37,7 @@ from rwjax.effects.ports import (
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
 from rwjax.kinds import WHEELED
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.methods.identified import NORMAL_95, Identified, estimated, left_out, student, within_bounds
 from rwjax.methods.plateaus import FEWEST, Plateau, plateaus, without_standing
@@ -132,6 +133,7 @@ def limit_speeds(rig: Rig, logs: Sequence[Log]) -> Identified:
             from these logs, lie outside their bounds or have the wrong sign.
         LogError: No log may be fitted, none has a plateau on which the wheel turns, or one has numbers of its own added.
     """
+    rig, logs = driven(rig, logs)
     train = to_fit(rig, logs)
     free = _free(rig)
     _check_logs(rig, train)

@@ -24,6 +24,7 @@ class MeasuredMotion:
         time: Equally spaced times `(time,)` [s].
         h: Their step [s].
         command: Mean command around each time `(time,)` [V].
+        on: Whether current can flow at each time `(time,)`; None where it always can.
         states: Each state `(time,)` [SI].
         known: Times at which the sign of every measured rate is known `(time,)`.
         acceleration: Measured acceleration `(time,)` [rad/s²] by the name of the rate.
@@ -47,6 +48,7 @@ class MeasuredMotion:
         held = np.clip(np.searchsorted(log.time, self.time + 1e-9, side="right") - 1, 0, n - 1)
         before = np.clip(held - 1, 0, None)
         self.command = 0.5 * (log.command[before] + log.command[held])  # what acts around a sample, not after it
+        self.on = log.enabled[held] if structure.switched and log.enabled is not None else None
         simulated = predict(rig, log)
         self.states = {name: np.zeros(n) for name in structure.states}
         self.known = np.ones(n, bool)
@@ -61,13 +63,14 @@ class MeasuredMotion:
                 self._from_rate(angle, rate, self._at(log, log.outputs[rate_name]))
             elif rate_name in simulated:
                 self.states[rate] = self._at(log, simulated[rate_name])
+        self._leave_out_switching()
         if "i" in self.states:
             if "current_A" in log.outputs:
                 self.states["i"] = self._at(log, log.outputs["current_A"])
             elif through := next((name for name in rig.effects if name.startswith("drive.")), None):
                 raise LogError(f"{log.name}: no `current_A`, which regression needs to estimate {through} (L > 0)")
             else:
-                self.states["i"] = _current(rig, self.h, log.command[held], self.states["Omega"])
+                self.states["i"] = self._current(rig, log.input, log.command[held])
 
     @property
     def _width(self) -> int:
@@ -97,18 +100,30 @@ class MeasuredMotion:
         slow = np.abs(self.states[rate]) < SLOW * noise
         self.known &= np.convolve(slow, np.ones(self._width), mode="same") == 0.0
 
+    def _leave_out_switching(self) -> None:
+        """Marks the samples as unknown that smoothing takes together with one at which torque went on or off."""
+        if self.on is not None:
+            switches = np.diff(self.on, prepend=self.on[:1])
+            self.known &= np.convolve(switches, np.ones(self._width), mode="same") == 0.0
+
+    def _current(self, rig: Rig, given: str, command: np.ndarray) -> np.ndarray:
+        """Current [A] that the motor's voltage equation gives along a known motion, exact for held inputs; none without torque."""
+        n = rig.numbers
+        rate = self.states["Omega"] if "Omega" in self.states else n.get("gear.ratio", 1.0) * self.states["w"]
+        volts = command * n["drive.supply"] if given == "duty" else command
+        steady = (volts - n["motor.torque_constant"] * rate) / n["motor.resistance"]
+        keep = np.exp(-self.h * n["motor.resistance"] / n["motor.inductance"])
+        found = np.zeros(len(rate))
+        on = np.ones(len(rate), bool) if self.on is None else self.on
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]])))
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            found[first:last] = np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], steady[first:last]))
+        return found
+
     def _at(self, log: Log, values: np.ndarray) -> np.ndarray:
         """Values of a log at the equal times."""
         seen = np.isfinite(values)
         return np.interp(self.time, log.time[seen], values[seen])
-
-
-def _current(rig: Rig, h: float, command: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Current [A] that the motor's voltage equation gives along a known wheel rate, exact for held inputs."""
-    n = rig.numbers
-    steady = (command - n["motor.torque_constant"] * rate) / n["motor.resistance"]
-    keep = np.exp(-h * n["motor.resistance"] / n["motor.inductance"])
-    return np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], steady))
 
 
 def _smoothed(y: np.ndarray, width: int, order: int, *, deriv: int = 0, delta: float) -> np.ndarray:

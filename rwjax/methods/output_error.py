@@ -10,6 +10,7 @@ from rwjax.fitting.problem import pose
 from rwjax.fitting.sandwich import undetermined
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.segments import with_segments
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
 from rwjax.logs.segments import cut_up
@@ -78,6 +79,7 @@ def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
         RigError: Nothing is free.
         LogError: No log may be fitted.
     """
+    rig, logs = driven(rig, logs)
     train = to_fit(rig, with_segments(rig, logs))
     structure = structure_of(rig)
     problem = pose(structure, cut_up(train), pooled_noise(tuple(train)), prior=rig.prior)

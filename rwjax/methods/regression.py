@@ -24,7 +24,7 @@ from rwjax.fitting.fit import to_fit
 from rwjax.fitting.sandwich import meat, undetermined
 from rwjax.fitting.scales import sizes_of
 from rwjax.logs.log import Log
-from rwjax.methods.identified import Identified, estimated, left_out, undelayed
+from rwjax.methods.identified import Identified, at_the_drive, estimated, left_out, undelayed
 from rwjax.methods.measured_motion import MeasuredMotion
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.plant.structure import Structure
@@ -39,9 +39,9 @@ Form = Callable[[MeasuredMotion, str, np.ndarray], tuple[np.ndarray, np.ndarray]
 
 
 @partial(jax.jit, static_argnums=0)
-def _slopes(structure: Structure, theta, t, states, u):
+def _slopes(structure: Structure, theta, t, states, u, on=None):
     """Derivative of `rates_along` by the numbers `(n, s, p)`."""
-    return jax.jacfwd(rates_along, argnums=1)(structure, theta, t, states, u)
+    return jax.jacfwd(rates_along, argnums=1)(structure, theta, t, states, u, on)
 
 
 def _bump(h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -103,6 +103,7 @@ class _Regression:
                 padded(m.time - m.time[0]),
                 padded(np.stack([m.states[name] for name in structure.states], axis=1)),
                 padded(m.command),
+                *(() if m.on is None else (padded(m.on),)),
             )
             for m in self.motions
         ]
@@ -127,10 +128,11 @@ class _Regression:
 def _regress(rig: Rig, logs: Sequence[Log], form: Form) -> Identified:
     """Least squares, every body of every log in units of its first residual, with standard errors by the sandwich."""
     undelayed(rig, "regression")
-    train = to_fit(rig, logs)
-    pieces = _Regression(rig, train, form)
+    opened, logs, about = at_the_drive(rig, logs, "regression")
+    train = to_fit(opened, logs)
+    pieces = _Regression(opened, train, form)
     structure, free, size = pieces.structure, pieces.free, pieces.size
-    bounds = bounds_of(rig, structure)[free].T / size
+    bounds = bounds_of(opened, structure)[free].T / size
     equal = bounds[0] >= bounds[1]
     bounds[1][equal] = np.nextafter(bounds[0][equal], np.inf)
     z0 = np.clip(pieces.theta[free] / size, bounds[0] + 1e-9, bounds[1] - 1e-9)
@@ -151,7 +153,7 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Form) -> Identified:
     covariance = inverse @ meat([J[:, None] for _, J in last], [r[:, None] for r, _ in last]) @ inverse
     errors = np.where(undetermined(np.asarray(H)), np.inf, np.sqrt(np.diag(covariance)) * size)
     names = [structure.names[k] for k in free]
-    return Identified(estimated(rig, names, best.x * size, errors), left_out(rig, prior=False))
+    return Identified(estimated(rig, names, best.x * size, errors), left_out(rig, prior=False) + about)
 
 
 def equation_error(rig: Rig, logs: Sequence[Log]) -> Identified:

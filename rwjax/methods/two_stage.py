@@ -14,8 +14,9 @@ from scipy.optimize import least_squares
 
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
+from rwjax.logs.driven import without_servo
 from rwjax.logs.log import Log
-from rwjax.methods.coast_down import SHORTEST_S, CoastDown, coast_downs
+from rwjax.methods.coast_down import SHORTEST_S, CoastDown, coast_downs, coasting_inertia
 from rwjax.methods.identified import Identified, estimated, left_out, within_bounds
 from rwjax.rig.model import Rig
 
@@ -98,7 +99,7 @@ class _Stages:
 
     def __init__(self, rig: Rig, free: Sequence[str], stretches: Sequence[CoastDown], order: int | None) -> None:
         self.rig, self.free, self.stretches = rig, free, stretches
-        self.inertia = rig.numbers["axis.inertia"]
+        self.inertia = coasting_inertia(rig)
         power = {name: 3 - k for k, name in enumerate(reversed(POLYNOMIAL))} | {CURVE[0]: 0, CURVE[3]: 1}
         self.stribeck = "axis.friction.static" in rig.numbers
         self.powers = [0, 1, 2, 3] if self.stribeck else [power[name] for name in free]
@@ -153,7 +154,7 @@ def _usable(rig: Rig, train: Sequence[Log]) -> tuple[list[str], list[CoastDown]]
     if not stretches:
         names = ", ".join(log.name for log in train)
         raise LogError(
-            f"{names}: no stretch of {SHORTEST_S:.0f} s in which the axis turns at 0 V; the two-stage method needs a coast-down"
+            f"{names}: no stretch of {SHORTEST_S:.0f} s in which the axis turns at 0 V or with torque off; the two-stage method needs a coast-down"
         )
     if loaded := next((log for log in train if log.added), None):
         raise LogError(
@@ -177,9 +178,10 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
         RigError: The rig is a `wheel`, no friction number is free, or an estimate lies outside its bounds.
         LogError: No log may be fitted, none coasts, or one has numbers of its own added.
     """
-    train = to_fit(rig, logs)
-    free, stretches = _usable(rig, train)
-    stages = _Stages(rig, free, stretches, order)
+    opened, logs = without_servo(rig, logs)
+    train = to_fit(opened, logs)
+    free, stretches = _usable(opened, train)
+    stages = _Stages(opened, free, stretches, order)
     values = stages.estimate(stages.fitted)
     within_bounds(rig, "two-stage method", free, values)
     errors = stages.standard_errors()

@@ -1,12 +1,14 @@
 """Rates of a plant along a given motion."""
 
 from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from rwjax.plant.assemble import plant_of
+from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.structure import Structure
 from rwjax.types import Scalar
 
@@ -18,6 +20,7 @@ def rates_along(
     t: Float[Array, " t"],
     states: Float[Array, "t n"],
     command: Float[Array, "t *channels"],
+    on: Bool[Array, " t"] | None = None,
 ) -> Float[Array, "t n"]:
     """Rates of all states along a motion, dry friction included; a body at speed 0 feels what would hold it.
 
@@ -27,14 +30,16 @@ def rates_along(
         t: Times since the run's first sample `(t,)` [s].
         states: States at these times `(t, n)` [SI].
         command: Command before the drive at these times `(t,)` or `(t, 2)` [V].
+        on: Whether current can flow at these times `(t,)`; None where it always can.
 
     Returns:
         Rates `(t, n)` [SI].
     """
     plant = plant_of(structure, theta)
 
-    def one(t: Scalar, x: Float[Array, " n"], u: Float[Array, "*channels"]) -> Float[Array, " n"]:
+    def one(t: Scalar, x: Float[Array, " n"], u: Float[Array, "*channels"], on: Any) -> Float[Array, " n"]:
+        at = plant.powered(on) if isinstance(plant, OneAxis) and on is not None else plant
         state = tuple(x[k] for k in range(len(structure.states)))
-        return jnp.stack(plant.with_friction(t, state, plant.act(u), state).rates)
+        return jnp.stack(at.with_friction(t, state, at.act(u), state).rates)
 
-    return jax.vmap(one)(t, states, command)
+    return jax.vmap(one, in_axes=(0, 0, 0, None if on is None else 0))(t, states, command, on)

@@ -92,6 +92,14 @@ class Smooth(Solver):
             raise InputError(
                 f"width {self.width}: the width of the smooth sign has to be a positive number that JAX does not trace"
             )
+        structure = structure_of(rig)
+        if structure.servo is not None or structure.switched:
+            what = (
+                "the loop of [drive.servo]"
+                if structure.servo is not None
+                else "torque that is off at times (`enabled`)"
+            )
+            raise InputError(f"the smooth solver does not simulate {what}; take the exact one")
         width = default_width(rig, logs) if self.width is None else self.width
         method = method_for(rig, logs, width) if self.method is None else self.method
         return replace(self, width=width, method=method)

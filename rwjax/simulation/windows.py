@@ -136,14 +136,23 @@ class PreparedPlant(NamedTuple):
 
         def one(carry: tuple[Scalar, State], of_step: Any) -> tuple[tuple[Scalar, State], State]:
             t, x = carry
-            return (t + self.h, self._step(t, x, of_step)), x
+            return (t + self.h, self.step(t, x, of_step)), x
 
         n = x0.shape[0]
         (_, end), states = jax.lax.scan(one, (begin, tuple(x0[k] for k in range(n))), given)
         return tuple(jnp.concatenate([s, e[None]]) for s, e in zip(states, end, strict=True))
 
-    def _step(self, t: Scalar, x: State, given: Any) -> State:
-        """State after one step."""
+    def step(self, t: Scalar, x: State, given: Any) -> State:
+        """State after one step.
+
+        Args:
+            t: Time at which it begins [s].
+            x: State at its beginning.
+            given: What moves the plant over it: a voltage [V], `commands.Switched` or `servo.Tick`.
+
+        Returns:
+            State at its end.
+        """
         plant, prepared, structure = self.plant, self.prepared, self.plant.structure
         if not isinstance(plant, OneAxis) or not (structure.switched or structure.servo):
             return self.stepper.step(plant, prepared, t, x, given, self.h)
