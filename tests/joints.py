@@ -55,3 +55,15 @@ def logged(rig: Rig, time: np.ndarray, name: str = "run.csv", **columns: np.ndar
         input=command,
         enabled=on,
     )
+
+
+def as_platform(rig: Rig) -> Rig:
+    """The platform that moves under a voltage as a joint without inductance does: gain N K/R, friction b + (N K)²/R."""
+    n = rig.numbers
+    N, K, R = n["gear.ratio"], n["motor.torque_constant"], n["motor.resistance"]
+    numbers = {name: value for name, value in n.items() if name.startswith("axis.")} | {
+        "drive.gain": N * K / R,
+        "axis.inertia": n["axis.inertia"] + N**2 * n["motor.inertia"],
+        "axis.friction.viscous": n["axis.friction.viscous"] + (N * K) ** 2 / R,
+    }
+    return replace(rig, kind="platform", numbers=numbers, name="the same")

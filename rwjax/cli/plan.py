@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rwjax.planning.envelope import Envelope
 
 BY_HAND = {
+    "joint": "with a known inertia added to the link (`# add axis.inertia: 0.012` in its log), and let go with torque off (`enabled`)",
     "platform": "with a known inertia added to the axis (`# add axis.inertia: 0.012` in its log): fixes gain over inertia",
     "reaction": "with a known inertia added to the axis (`# add axis.inertia: 0.012` in its log), and with the axis held",
     "wheel": "with the motor's terminals open after spin-up: friction without back-EMF",
@@ -26,6 +27,13 @@ BY_HAND = {
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the plan")]
 Volts = Annotated[
     float | None, typer.Option(help="largest command, V; has to be given where the rig file has no `drive.pwm`")
+]
+Goal = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ANGLE",
+        help="largest goal of the rig's servo, either way of 0: the runs are goals; rad, or degrees with `deg` behind the number",
+    ),
 ]
 Amps = Annotated[float | None, typer.Option(help="largest current, A")]
 Rpm = Annotated[float | None, typer.Option(help="largest rate of the wheel, 1/min")]
@@ -48,6 +56,7 @@ def plan(
     rpm: Rpm = None,
     rate: Rate = None,
     travel: Travel = None,
+    goal: Goal = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -58,13 +67,17 @@ def plan(
     from rwjax.report.plan import table
     from rwjax.rig.read import read_one_axis_rig
 
-    angle = None if travel is None else _angle(travel)
+    angle = None if travel is None else _angle("travel", travel)
+    largest = None if goal is None else _angle("goal", goal)
     limits = _limits(volts=volts, amps=amps, rpm=rpm, rate=rate, travel=angle)
+    _limits(goal=largest)
+    if goal is not None and volts is not None:
+        raise InputError("--goal and --volts: the runs are goals of the servo or voltages; leave one out")
     rig = read_one_axis_rig(rig_file)
     target = ResultFolder(output, clear_plan, (rig_file,))
     target.check()
     with of_file(rig_file):
-        within = envelope(rig, volts, limits)
+        within = envelope(rig, volts, limits, largest)
         runs, remarks = recommend(rig, within)
     found = Plan(rig.name, within.known, runs)
     answer, lost = json_text(as_document(found), indent=1), replaced(output, found.rig)
@@ -95,6 +108,7 @@ def _limits(**options: float | None) -> dict[str, float]:
         "rpm": ("wheel_rad_s", "rad/s", RATE),
         "rate": ("yaw_rad_s", "rad/s", 1.0),
         "travel": ("yaw_rad", "rad", 1.0),
+        "goal": ("goal_rad", "rad", 1.0),
     }
     for name, value in given.items():
         if limits := beyond(value * known[name][2], known[name][1], "positive"):
@@ -106,7 +120,8 @@ def _unlimited(within: "Envelope") -> list[str]:
     from rwjax.planning.envelope import LIMITS
 
     names = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.limits if name not in within.known]
-    return [f"no limit is known, and the volts alone bound it: {', '.join(names)}"] if names else []
+    bound = "the volts alone bound" if within.input == "voltage_V" else "the goal alone bounds"
+    return [f"no limit is known, and {bound} it: {', '.join(names)}"] if names else []
 
 
 def _turns(travel: str | None, angle: float | None) -> list[str]:
@@ -117,14 +132,14 @@ def _turns(travel: str | None, angle: float | None) -> list[str]:
     return [f"--travel {travel} is rad, {turns:.3g} turns, if the axis turns; degrees are written --travel {travel}deg"]
 
 
-def _angle(text: str) -> float:
-    """What `--travel` says [rad]. Raises `InputError` for anything but a number, with `deg` or `°` behind it or not."""
+def _angle(option: str, text: str) -> float:
+    """What `--travel` or `--goal` says [rad]. Raises `InputError` for anything but a number, with `deg` or `°` behind it or not."""
     plain = text.strip()
     number = plain.removesuffix("deg").removesuffix("°")
     try:
         value = float(number)
     except ValueError:
         raise InputError(
-            f"--travel {text}: has to be a number of rad, such as 0.7 (a linear axis: m), or of degrees, such as 40deg"
+            f"--{option} {text}: has to be a number of rad, such as 0.7 (a linear axis: m), or of degrees, such as 40deg"
         ) from None
     return value if number == plain else math.radians(value)

@@ -13,7 +13,7 @@ from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import SLIDING, CommandDelay, CommandFilter, Dry, EncoderDelay
 from rwjax.errors import InputError
-from rwjax.logs.driven import check_drive
+from rwjax.logs.driven import driven_by
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_sum
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -68,7 +68,7 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
         raise InputError(
             "kind `wheel`: there is no axis to hold at an angle; take a `platform`, `reaction` or `joint` rig"
         )
-    check_drive(rig, "voltage")
+    rig = driven_by(rig, "voltage_V")
     whole = structure_of(rig)
     structure, theta = _linear_plant(whole, theta_of(rig, whole) if thetas is None else np.asarray(thetas))
     lags = _lags(structure, theta)

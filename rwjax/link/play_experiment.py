@@ -38,6 +38,8 @@ def play_values(experiment: Experiment, rig: Rig) -> tuple[int, ...]:
         RigError: Where the rig file says nothing about pulses or counts.
         InputError: Where the neutral pulse leaves too few others.
     """
+    if experiment.input != "voltage_V":
+        raise LinkError("a board plays voltages, no goals; give the run's CSV to what moves the servo")
     pwm = pwm_of(rig)
     check_neutral(pwm)
     half_us = [_whole(2.0 * volts / pwm.volts_per_us) for volts in (experiment.amplitude, experiment.offset)]

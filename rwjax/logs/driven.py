@@ -42,12 +42,15 @@ def driven(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, tuple[Log, ...]]:
         )
     supplied = all(log.supply is not None for log in logs)
     switched = any(log.enabled is not None and not log.enabled.all() for log in logs)
-    _check(rig, first, supplied, switched)
+    try:
+        rig = driven_by(rig, first.input, switched, supplied)
+    except RigError as error:
+        raise LogError(f"{first.name}: {error}") from None
     if first.input == "duty" and supplied:
         logs = [replace(log, command=log.command * log.supply, input="voltage_V") for log in logs]
     if first.input == GOAL:
         logs = [replace(log, acting=_acting(rig, log, supplied)) for log in logs]
-    return replace(rig, driven=Driven(logs[0].input, switched, supplied)), tuple(logs)
+    return replace(rig, driven=rig.driven._replace(by=logs[0].input)), tuple(logs)
 
 
 def without_servo(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, tuple[Log, ...]]:
@@ -73,18 +76,32 @@ def without_servo(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, tuple[Log, ...]]:
     return replace(rig, driven=rig.driven._replace(by=column)), tuple(opened)
 
 
-def check_drive(rig: Rig, by: str) -> None:
-    """Refuses a joint whose rig file lacks a number of its motor that turns what its drive is given into torque.
+def driven_by(rig: Rig, column: str, switched: bool = False, supplied: bool = False) -> Rig:
+    """A rig as a command drives it.
 
     Args:
         rig: The rig.
-        by: What the drive is given: "voltage", "duty", "current" or "torque".
+        column: Column of the command, as `voltage_V` or `goal_rad`.
+        switched: Whether torque is off at times.
+        supplied: Whether the voltage of the supply is known besides.
+
+    Returns:
+        The rig with `driven` set.
 
     Raises:
-        RigError: Names the number.
+        RigError: Where it cannot be driven so: without a servo for a goal, without a supply for a duty, without a number of its
+            motor for a joint, without a motor for torque that is off.
     """
+    if column == GOAL and rig.servo is None:
+        raise RigError(f"`{GOAL}` needs the loop that follows it; write [{SERVO}] in the rig file")
+    by = rig.servo.acts_on if column == GOAL and rig.servo is not None else GIVEN[column]
+    if by == "duty" and not supplied and "drive.supply" not in rig.numbers:
+        raise RigError("a duty needs the supply's voltage; log `supply_V`, or write [drive] supply = …")
     if rig.kind == "joint" and (missing := [name for name in NEEDED[by] if name not in rig.numbers]):
         raise RigError(f"driven by {by}, a joint needs `{missing[0]}` in the rig file")
+    if switched and rig.kind == "platform":
+        raise RigError("`enabled` is 0, and a `platform` has no motor whose circuit could be open")
+    return replace(rig, driven=Driven(column, switched, supplied))
 
 
 def _acting(rig: Rig, log: Log, supplied: bool) -> np.ndarray:
@@ -110,18 +127,3 @@ def _acting(rig: Rig, log: Log, supplied: bool) -> np.ndarray:
     sign = {"reaction": -1.0, "platform": np.sign(rig.numbers.get("drive.gain", 1.0))}.get(rig.kind, 1.0)
     volts = log.supply if supplied and rig.servo.acts_on == "duty" and log.supply is not None else 1.0
     return sign * volts * given
-
-
-def _check(rig: Rig, log: Log, supplied: bool, switched: bool) -> None:
-    """`LogError` where a rig cannot be driven as a log says."""
-    if log.input == GOAL and rig.servo is None:
-        raise LogError(f"{log.name}: `{GOAL}` needs the loop that follows it; write [{SERVO}] in the rig file")
-    by = rig.servo.acts_on if log.input == GOAL and rig.servo is not None else GIVEN[log.input]
-    if by == "duty" and not supplied and "drive.supply" not in rig.numbers:
-        raise LogError(f"{log.name}: a duty needs the supply's voltage; log `supply_V`, or write [drive] supply = …")
-    try:
-        check_drive(rig, by)
-    except RigError as error:
-        raise LogError(f"{log.name}: {error}") from None
-    if switched and rig.kind == "platform":
-        raise LogError(f"{log.name}: `enabled` is 0, and a `platform` has no motor whose circuit could be open")

@@ -149,7 +149,11 @@ def try_designs(
     Returns:
         How far the limits are used, and which runs move the rig.
     """
-    runs = [d.at(a, pace) for d, row, pace in zip(designs.values(), levels, paces, strict=True) for a in row]
+    runs = [
+        d.at(a, pace, column=within.input)
+        for d, row, pace in zip(designs.values(), levels, paces, strict=True)
+        for a in row
+    ]
     moved = simulated_motion(rig, runs, LONGEST_S + (WAIT_S if within.limits_travel else 0.0))
     found = peaks(moved)
     used = within.largest_share(found)

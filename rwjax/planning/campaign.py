@@ -10,6 +10,7 @@ import jax.numpy as jnp
 
 from rwjax.effects.library import shown_in
 from rwjax.errors import InputError
+from rwjax.kinds import GOAL
 from rwjax.planning.amplitude import size_designs
 from rwjax.planning.designs import DESIGNS, Design
 from rwjax.planning.envelope import Envelope, commanded_volts, rad_and_degrees
@@ -18,6 +19,7 @@ from rwjax.planning.motion import WAIT_S
 from rwjax.planning.sequence import PlayedRun, play_runs
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 
 
@@ -36,13 +38,13 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
     Raises:
         InputError: Where nothing that the limits allow moves the simulated rig.
     """
-    designs = _possible(within)
+    designs = _possible(rig, within)
     found = play_runs(rig, within, size_designs(rig, within, designs))
     runs = [run for name, played in found.items() for run in _runs(rig, name, designs[name], played)]
     if not runs:
         rest = f", or lets it come to rest within {WAIT_S:g} s" if within.limits_travel else ""
         raise InputError(
-            f"within these limits ({within.volts:g} V at most) no run moves the simulated rig{rest}; raise them, or check its "
+            f"within these limits ({within.volts:g} {unit_of(within.input)} at most) no run moves the simulated rig{rest}; raise them, or check its "
             "numbers"
         )
     missing = [name for name in designs if name not in found]
@@ -50,8 +52,13 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
     return tuple(runs), tuple(remarks)
 
 
-def _possible(within: Envelope) -> dict[str, Design]:
-    """The designs for a drive that turns both ways; of one that turns one way, those that do not reverse it."""
+def _possible(rig: Rig, within: Envelope) -> dict[str, Design]:
+    """The designs for a drive that turns both ways; of one that turns one way, those that do not reverse it.
+
+    Where a servo has no torque that could be off, nothing coasts.
+    """
+    if within.input == GOAL and rig.kind == "platform":
+        return {name: design for name, design in DESIGNS.items() if not design.one_way}
     if len(within.directions) == 2:
         return DESIGNS
     direction = within.directions[0]
@@ -86,7 +93,7 @@ def _of_the_drive(rig: Rig, within: Envelope) -> list[str]:
         return [
             "the ESC turns one way (`neutral_us` is at an end of its pulses, or near it): runs that reverse are left out"
         ]
-    if rig.pwm is None:
+    if rig.pwm is None or within.input == GOAL:
         return []
     volts = commanded_volts(rig.pwm).values()
     if min(volts) < max(volts) and within.volts == min(volts):

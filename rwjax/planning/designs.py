@@ -35,20 +35,23 @@ class Design:
     repeats: int = 1
     role: str = "train"
 
-    def at(self, amplitude: float, pace: float = 1.0, sign: float = 1.0) -> Experiment:
+    def at(self, amplitude: float, pace: float = 1.0, sign: float = 1.0, column: str = "voltage_V") -> Experiment:
         """The experiment of one amplitude.
 
         Args:
-            amplitude: Amplitude of the command [V].
+            amplitude: Amplitude of the command [V, of a goal rad].
             pace: Factor on period and length [1]; less than 1 is faster.
             sign: 1, or -1 for the other direction [1].
+            column: Column of the command.
 
         Returns:
             The experiment.
         """
         offset, direction = round(amplitude * self.offset, 4), sign * self.direction
         period, length = round(pace * self.period, 2), round(pace * self.length, 2)
-        return Experiment(self.kind, direction * amplitude, sign * offset + 0.0, period, length)  # 0.0, never -0.0
+        return Experiment(
+            self.kind, direction * amplitude, sign * offset + 0.0, period, length, column
+        )  # 0.0, never -0.0
 
     @property
     def reverses(self) -> bool:

@@ -8,7 +8,8 @@ import numpy as np
 
 from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
-from rwjax.kinds import MOTORED, TURNING, WHEELED
+from rwjax.kinds import GOAL, MOTORED, TURNING, WHEELED
+from rwjax.logs.driven import driven_by
 from rwjax.rig.model import Pwm, Rig
 
 PULSES_US = (1000.0, 2000.0)
@@ -44,15 +45,17 @@ class Envelope(NamedTuple):
     """Limits of a rig within which runs have to stay.
 
     Attributes:
-        volts: Largest command, either way [V].
+        volts: Largest command, either way [V, of goals rad].
         limits: Largest size of other outputs [SI] by name (`LIMITS`), infinite where no limit is known. `yaw_rad` is the
             travel from where the first run begins, either way.
         directions: Signs that a command may have [1].
+        input: Column of the commands: `voltage_V`, or `goal_rad`.
     """
 
     volts: float
     limits: dict[str, float]
     directions: tuple[float, ...] = (1.0, -1.0)
+    input: str = "voltage_V"
 
     def largest_share(self, peaks: dict[str, np.ndarray]) -> np.ndarray:
         """The largest share of a limit that experiments use.
@@ -73,10 +76,12 @@ class Envelope(NamedTuple):
     @property
     def known(self) -> dict[str, float]:
         """The limits that are known [SI], by column of a log."""
-        return {"voltage_V": self.volts} | {name: limit for name, limit in self.limits.items() if math.isfinite(limit)}
+        return {self.input: self.volts} | {name: limit for name, limit in self.limits.items() if math.isfinite(limit)}
 
 
-def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None) -> Envelope:
+def envelope(
+    rig: Rig, volts: float | None = None, most: Mapping[str, float] | None = None, goal: float | None = None
+) -> Envelope:
     """The envelope of a rig, from what is given and what the rig file knows, whichever is less.
 
     A rig file knows the command's range from `drive.pwm`, and both range and travel from effects that limit them. A neutral
@@ -86,30 +91,36 @@ def envelope(rig: Rig, volts: float | None = None, most: Mapping[str, float] | N
         rig: The rig.
         volts: Largest command [V], where it is given.
         most: Largest size of other outputs [SI] by name, of those that are given.
+        goal: Largest goal of the rig's servo [rad], where the runs are to be goals.
 
     Returns:
         The envelope.
 
     Raises:
-        InputError: Where nothing limits the command, and for a limit of something that the kind of rig does not have.
+        InputError: Where nothing limits the command, for a limit of something that the kind of rig does not have, and for a
+            command that cannot drive the rig.
     """
     most = dict(most or {})
+    rig = driven_by(rig, "voltage_V" if goal is None else GOAL)
     if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
         raise InputError(
             f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
         )
+    effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
+    most["yaw_rad"] = min([most.get("yaw_rad", math.inf), *(e.travel(given) for e, given in effects)])
+    limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
+    if goal is not None:
+        return Envelope(goal, limits, input=GOAL)
     known = [volts] if volts is not None else []
     if rig.pwm is not None:
         check_neutral(rig.pwm)
     reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else commanded_volts(rig.pwm)
     directions = tuple(way for way, most_volts in reach.items() if most_volts >= ONE_WAY_SHARE * max(reach.values()))
     known += [reach[way] for way in directions if math.isfinite(reach[way])]
-    effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
     known += [most_volts for e, given in effects if math.isfinite(most_volts := e.largest_command(given))]
     if not known:
-        raise InputError("nothing says how many volts the drive gives; add --volts, such as --volts 12")
-    most["yaw_rad"] = min([most.get("yaw_rad", math.inf), *(e.travel(given) for e, given in effects)])
-    limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
+        goals = "; for goals of its servo --goal, such as --goal 45deg" if rig.servo is not None else ""
+        raise InputError(f"nothing says how many volts the drive gives; add --volts, such as --volts 12{goals}")
     return Envelope(min(known), limits, directions)
 
 

@@ -1,10 +1,16 @@
-"""An experiment: a command of one of five kinds, as the testbed's board plays it and as any other driver may from a table."""
+"""An experiment: a command of one of five kinds, as the testbed's board plays it and as any other driver may from a table.
+
+A command is a voltage, or the goal of a servo. What coasts after a goal has its torque off.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+
+from rwjax.kinds import GOAL
+from rwjax.rig.columns import unit_of
 
 TICK_HZ = 100
 """Rate at which the board gives commands [Hz]."""
@@ -53,14 +59,15 @@ the order too."""
 
 @dataclass(frozen=True)
 class Experiment:
-    """A command of one kind, in volts as the rig file understands them.
+    """A command of one kind, in volts as the rig file understands them, or in rad as a goal of its servo.
 
     Attributes:
         kind: Kind of the command (`SHAPES`).
-        amplitude: Amplitude [V].
-        offset: Offset [V].
+        amplitude: Amplitude [V, of a goal rad].
+        offset: Offset [V, of a goal rad].
         period: Period [s]; of a coast-down the time of drive before the wheel runs free.
         length: Length [s], after `REST_S` of rest.
+        input: Column of the command: `voltage_V`, or `goal_rad`.
     """
 
     kind: str
@@ -68,12 +75,13 @@ class Experiment:
     offset: float
     period: float
     length: float
+    input: str = "voltage_V"
 
     def command(self) -> tuple[Float[np.ndarray, " t"], Float[np.ndarray, " t"]]:
         """The command as a table.
 
         Returns:
-            Time [s] and command [V], `(t,)` each; each value is held until the next, and the last one is 0.
+            Time [s] and command [V, of a goal rad], `(t,)` each; each value is held until the next, and the last one is 0.
         """
         rest, period, length = (round(TICK_HZ * seconds) for seconds in (REST_S, self.period, self.length))
         tick = np.arange(length)
@@ -81,6 +89,20 @@ class Experiment:
         if self.kind == "coast-down":
             volts = np.where(tick < period, volts, 0.0)
         return np.arange(rest + length + 1) / TICK_HZ, np.concatenate([np.zeros(rest), volts, np.zeros(1)])
+
+    @property
+    def switches(self) -> bool:
+        """Whether torque goes off: a servo that is to let its axis coast lets it go."""
+        return self.kind == "coast-down" and self.input == GOAL
+
+    def enabled(self) -> Bool[np.ndarray, " t"]:
+        """Whether torque is on, at the times of the command.
+
+        Returns:
+            True where it is, `(t,)`.
+        """
+        time, _ = self.command()
+        return (time < REST_S + self.period - 0.5 / TICK_HZ) | (not self.switches)
 
     @property
     def most_volts(self) -> float:
@@ -100,5 +122,6 @@ class Experiment:
         Returns:
             The words.
         """
-        shape = f"{self.kind}, {self.amplitude:g} V about {self.offset:g} V"
+        unit = unit_of(self.input)
+        shape = f"{self.kind}, {self.amplitude:g} {unit} about {self.offset:g} {unit}"
         return f"{shape}, period {self.period:g} s, {self.length:g} s"

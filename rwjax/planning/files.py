@@ -11,10 +11,11 @@ from typing import Any
 import tomlkit
 
 from rwjax.errors import LONGEST_NAME, InputError, RigError, nearest, no_name
-from rwjax.kinds import RANGES
+from rwjax.kinds import GOAL, RANGES
 from rwjax.logs.sheet import ROLES
 from rwjax.logs.write import write_log
 from rwjax.planning.experiment import SHAPES, Experiment
+from rwjax.rig.columns import unit_of
 from rwjax.rig.document import number, shown
 from rwjax.text_files import parse_toml, read_text, write_text
 
@@ -24,13 +25,17 @@ HEAD = """\
 # Runs to record, in this order, each from rest: `rwjax run-experiment RIG PORT --plan` plays them on the testbed's board;
 # the CSV of each run beside this file has its command for any other driver. reaches: peaks in a simulation of the rig.
 """
-NUMBERS = {"amplitude_V": "amplitude", "offset_V": "offset", "period_s": "period", "length_s": "length"}
-"""Keys of a run that are numbers of its experiment."""
+_TIMES = {"period_s": "period", "length_s": "length"}
+NUMBERS = {
+    "voltage_V": {"amplitude_V": "amplitude", "offset_V": "offset", **_TIMES},
+    GOAL: {"amplitude_rad": "amplitude", "offset_rad": "offset", **_TIMES},
+}
+"""Keys of a run that are numbers of its experiment, by the column of its command."""
 SHORTEST_S, LONGEST_S = 0.04, 3600.0
 """Shortest and longest period and length of an experiment [s]: four ticks of the board, and the longest run that it plays."""
-MOST_V, MOST = RANGES["V"].most, RANGES["rad"].most
-"""Largest size of a command [V], and of a limit, a peak or an angle [SI]."""
-KEYS = ("name", "kind", *NUMBERS, "role", "why", "tells_apart", "reaches", "way_rad")
+MOST = RANGES["rad"].most
+"""Largest size of a limit, a peak or an angle [SI]."""
+KEYS = ("name", "kind", *NUMBERS["voltage_V"], *NUMBERS[GOAL], "role", "why", "tells_apart", "reaches", "way_rad")
 
 
 @dataclass(frozen=True)
@@ -133,8 +138,11 @@ def write_plan(folder: Path, plan: Plan) -> Path:
     """
     clear_plan(folder)
     for run in plan.runs:
-        time, volts = run.experiment.command()
-        write_log(folder / f"{run.name}.csv", {"time_s": time, "voltage_V": volts}, run.notes)
+        time, given = run.experiment.command()
+        columns = {"time_s": time, run.experiment.input: given}
+        if run.experiment.switches:
+            columns["enabled"] = run.experiment.enabled().astype(int)
+        write_log(folder / f"{run.name}.csv", columns, run.notes)
     plain = as_document(plan)
     for run in plain["runs"]:
         reaches = tomlkit.inline_table()
@@ -191,7 +199,7 @@ def as_document(plan: Plan) -> dict[str, Any]:
     """
     runs = [
         {"name": run.name, "kind": run.experiment.kind}
-        | {key: getattr(run.experiment, field) for key, field in NUMBERS.items()}
+        | {key: getattr(run.experiment, field) for key, field in NUMBERS[run.experiment.input].items()}
         | {"role": run.role, "why": run.why, "tells_apart": list(run.tells_apart)}
         | {"reaches": {name: float(f"{value:.4g}") for name, value in run.reaches.items()}}
         | ({} if run.angle_range is None else {"way_rad": [float(f"{angle:.4g}") for angle in run.angle_range]})
@@ -263,18 +271,22 @@ def _run(given: dict[str, Any], which: str) -> Run:
     for key, valid in (("kind", tuple(SHAPES)), ("role", ROLES)):
         if (value := given.get(key, "train" if key == "role" else None)) not in valid:
             raise _Wrong(f"{which}: `{key}` is {shown(value)}; it has to be one of {', '.join(valid)}")
-    given = {"offset_V": 0.0, "role": "train", "why": "", "tells_apart": [], "reaches": {}} | given
-    numbers = {field: _number(given.get(key), which, key) for key, field in NUMBERS.items()}
-    for key in ("amplitude_V", "offset_V"):
-        _size(given[key], which, key, MOST_V, "V")
+    column = GOAL if "amplitude_rad" in given else "voltage_V"
+    unit, keys = unit_of(column), NUMBERS[column]
+    given = {f"offset_{unit}": 0.0, "role": "train", "why": "", "tells_apart": [], "reaches": {}} | given
+    numbers = {field: _number(given.get(key), which, key) for key, field in keys.items()}
+    if other := next((key for of in NUMBERS.values() for key in of if key in given and key not in keys), None):
+        raise _Wrong(f"{which}: `{other}` stands beside `amplitude_{unit}`; a command is in V, or a goal in rad")
+    for key in (f"amplitude_{unit}", f"offset_{unit}"):
+        _size(given[key], which, key, RANGES[unit].most, unit)
     for key in ("period_s", "length_s"):
-        if not SHORTEST_S - 0.005 <= numbers[NUMBERS[key]] <= LONGEST_S:  # the board rounds to its ticks
+        if not SHORTEST_S - 0.005 <= numbers[keys[key]] <= LONGEST_S:  # the board rounds to its ticks
             raise _Wrong(f"{which}: `{key}` is {given[key]}; it lies between {SHORTEST_S:g} and {LONGEST_S:g} s")
     if not isinstance(given["reaches"], dict) or not isinstance(given["tells_apart"], list):
         raise _Wrong(f"{which}: `reaches` has to be a table and `tells_apart` a list")
     return Run(
         name,
-        Experiment(given["kind"], **numbers),
+        Experiment(given["kind"], **numbers, input=column),
         given["role"],
         _text(given["why"], f"{which}: `why`"),
         tuple(_text(each, f"{which}: a name in `tells_apart`") for each in given["tells_apart"]),

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rwjax.fitting.problem import pose
+from rwjax.logs.driven import driven_by
 from rwjax.logs.log import Log
 from rwjax.planning.experiment import TICK_HZ, Experiment
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -29,23 +30,27 @@ def command_log(experiment: Experiment, name: str, seconds: float) -> Log:
     Args:
         experiment: The experiment.
         name: Name of the log.
-        seconds: Length of the log [s]; the command is 0 V where the experiment is over.
+        seconds: Length of the log [s]; the command is 0 where the experiment is over.
 
     Returns:
         The log.
     """
-    _, volts = experiment.command()
+    _, given = experiment.command()
+    on = experiment.enabled()
     time = np.arange(round(TICK_HZ * seconds)) / TICK_HZ
+    more = max(len(time) - len(given), 0)
     return Log(
         name=name,
         time=time,
-        command=np.pad(volts, (0, max(len(time) - len(volts), 0)))[: len(time)],
+        command=np.pad(given, (0, more))[: len(time)],
         outputs={},
         resolution={},
         notes={},
         validate=False,
         supply=None,
         origin=0.0,
+        input=experiment.input,
+        enabled=np.pad(on, (0, more), mode="edge")[: len(time)] if experiment.switches else None,
     )
 
 
@@ -94,7 +99,11 @@ def simulated_motion(
 
     Returns:
         Each output [SI] at `TICK_HZ`, `(e, t)`.
+
+    Raises:
+        RigError: Where the command of the first experiment cannot drive the rig.
     """
+    rig = driven_by(rig, experiments[0].input, any(experiment.switches for experiment in experiments))
     structure = structure_of(rig)
     found = simulated_outputs(structure, theta_of(rig, structure), experiments, seconds, begin)
     return {name: found[..., k] for k, name in enumerate(structure.outputs)}

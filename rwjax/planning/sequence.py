@@ -57,7 +57,7 @@ def _each_alone(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> di
     for d, (name, each) in enumerate(sized.items()):
         if (size := tried.allowed[d] - 1) >= 0:
             reaches = {output: float(values[d, size]) for output, values in tried.peaks.items()}
-            one = PlayedRun(each.design.at(levels[d, size], each.pace), reaches, None)
+            one = PlayedRun(each.design.at(levels[d, size], each.pace, column=within.input), reaches, None)
             found[name] = [one] * each.design.repeats
     return found
 
@@ -101,7 +101,7 @@ def _play_options(rig: Rig, within: Envelope, parts: list[SizedDesign], begin: f
     options = [(sign, k) for sign in (1.0, -1.0) for k in range(levels.shape[1])]
     at, good = np.full(len(options), begin), np.ones(len(options), bool)
     runs: list[list[PlayedRun]] = []
-    for experiments, reverses in _experiments(parts, levels, options):
+    for experiments, reverses in _experiments(parts, levels, options, within.input):
         moved = simulated_motion(rig, experiments, LONGEST_S + WAIT_S, at)
         peak, rest = peaks(moved), coasting_angle(moved["yaw_rad_s"])
         good &= rest <= COASTING * within.limits["yaw_rad"]
@@ -118,11 +118,11 @@ def _play_options(rig: Rig, within: Envelope, parts: list[SizedDesign], begin: f
 
 
 def _experiments(
-    parts: list[SizedDesign], levels: Float[np.ndarray, "d a"], options: list[tuple[float, int]]
+    parts: list[SizedDesign], levels: Float[np.ndarray, "d a"], options: list[tuple[float, int]], column: str
 ) -> Iterator[tuple[list[Experiment], bool]]:
     """For every run the experiment of each option (sign, index of the amplitude), and whether it has to reverse the rig."""
     for d, part in enumerate(parts):
-        experiments = [part.design.at(levels[d, k], part.pace, sign) for sign, k in options]
+        experiments = [part.design.at(levels[d, k], part.pace, sign, column) for sign, k in options]
         for _ in range(part.design.repeats):
             yield experiments, part.design.reverses
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from rwjax.kinds import GOAL
 from rwjax.planning.experiment import Experiment
 from rwjax.planning.files import Plan
 
@@ -36,7 +37,9 @@ def table(plan: Plan) -> str:
     """
     outputs = [name for name in SHOWN if all(name in run.reaches for run in plan.runs)]
     sheet = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    for head in ("run", "volts\n[V]", "period\n[s]", "length\n[s]", *(SHOWN[name][0] for name in outputs), "for"):
+    columns = {run.experiment.input for run in plan.runs}
+    given = "goal\n[rad]" if GOAL in columns else "volts\n[V]"
+    for head in ("run", given, "period\n[s]", "length\n[s]", *(SHOWN[name][0] for name in outputs), "for"):
         sheet.add_column(Text(head), no_wrap=head != "for", justify="left" if head in ("run", "for") else "right")
     for _, alike in groupby(plan.runs, key=lambda run: (run.experiment, run.role, run.why)):
         runs = list(alike)
@@ -49,7 +52,7 @@ def table(plan: Plan) -> str:
 
 
 def volts(experiment: Experiment) -> str:
-    """The size of a command in volts.
+    """The size of a command, in volts or of a goal in rad.
 
     Args:
         experiment: the command.

@@ -11,6 +11,7 @@ from rwjax.control.closed_loop import run_rig
 from rwjax.control.controller import Controller, LoopTiming
 from rwjax.errors import InputError
 from tests.control.loop_rigs import FREE_TEXT, TESTBED_TEXT
+from tests.joints import joint
 from tests.systems import platform, reaction
 
 GAIN = 0.0182 / 0.83  # N m/V
@@ -88,3 +89,8 @@ def _without_inductance(rig) -> str:
     from rwjax.rig.write import write_rig
 
     return "\n".join(line for line in write_rig(rig).splitlines() if not line.startswith("inductance"))
+
+
+def test_a_joint_breaks_loose_at_the_volts_that_its_gear_turns_into_the_torque() -> None:
+    rig = joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3, axis__gravity__angle=0.2)
+    assert breakaway(rig) == pytest.approx((0.05 + 0.3 * np.sin(0.2)) * 2.0 / (100.0 * 0.02), rel=1e-6)

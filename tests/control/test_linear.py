@@ -11,6 +11,7 @@ from rwjax.errors import InputError
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.control.plant_texts import I, J, K, R, platform, stiff
+from tests.joints import as_platform, joint
 from tests.systems import wheel
 
 
@@ -125,3 +126,24 @@ def test_drag_has_no_slope_at_standstill() -> None:
 def test_a_rig_without_an_axis_is_refused() -> None:
     with pytest.raises(InputError, match="no axis"):
         linearised(wheel())
+
+
+def test_a_joint_is_the_platform_of_its_gain_and_its_back_emf() -> None:
+    """Gravity of 0.3 N m linearised at 0.4 rad, 0.2 rad from its own zero: a stiffness of 0.3 cos 0.6 on 0.02 kg m2."""
+    rig = joint(axis__gravity__torque=0.3, axis__gravity__angle=0.2, axis__friction__coulomb=0.05)
+    found, same = (transfer(linearised(r, 0.4)) for r in (rig, as_platform(rig)))
+    assert found.den == pytest.approx([1.0, (0.02 + 2.0) / 0.02, 0.3 * np.cos(0.6) / 0.02], rel=1e-9)
+    assert found.num == pytest.approx([1.0 / 0.02], rel=1e-9)
+    np.testing.assert_allclose(np.append(found.num, found.den), np.append(same.num, same.den), rtol=1e-12)
+
+
+def test_a_joint_with_inductance_is_of_third_order() -> None:
+    found = transfer(linearised(joint(motor__inductance=2e-3)))
+    I, b, NK, R, L = 0.02, 0.02, 2.0, 2.0, 2e-3
+    assert found.num == pytest.approx([NK / (I * L)], rel=1e-9)
+    assert found.den == pytest.approx([1.0, R / L + b / I, (R * b + NK**2) / (I * L), 0.0], rel=1e-9)
+
+
+def test_what_turns_volts_into_torque_is_asked_for() -> None:
+    with pytest.raises(InputError, match="driven by voltage, a joint needs `motor.resistance` in the rig file"):
+        linearised(joint(motor__resistance=0.0))

@@ -9,6 +9,7 @@ from rwjax.control.loop_polynomial import pd_loop
 from rwjax.control.region import region
 from rwjax.errors import InputError
 from tests.control.thesis_axis import GRID, THESIS
+from tests.joints import as_platform, joint
 
 
 def test_the_region_of_the_thesis() -> None:
@@ -46,3 +47,12 @@ def test_a_damping_ratio_that_cannot_be_asked_for_is_refused() -> None:
         region(THESIS, GRID, GRID, damping=1.0)
     with pytest.raises(InputError, match=r"damping 0\.3: is of the continuous loop"):
         region(THESIS, GRID, GRID, damping=0.3, timing=LoopTiming())
+
+
+def test_the_region_of_a_joint_is_that_of_the_equal_platform() -> None:
+    """1 V holds 1 N m. Upside down, 0.02 s² + 2.02 s + K_p - 0.9 has its roots left of -0.5 1/s from K_p = 1.905 on."""
+    rig = joint(axis__gravity__torque=-0.9)
+    gains = np.array([0.0, 0.9, 1.89, 1.92, 4.0])
+    found, same = (region(r, gains, np.array([0.0, 0.2]), 0.5) for r in (rig, as_platform(rig)))
+    assert np.array_equal(found.stable, same.stable)
+    assert np.array_equal(found.stable[:, 0], gains > 0.9 + 0.5 * 2.02 - 0.25 * 0.02)

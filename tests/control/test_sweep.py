@@ -9,6 +9,7 @@ from rwjax.control.controller import Controller, LoopTiming
 from rwjax.control.response import Response, StepReference, step_response
 from rwjax.control.sweep import GainSweep, step_responses, sweep
 from rwjax.plant.from_rig import structure_of, theta_of
+from tests.joints import as_platform, joint
 from tests.systems import platform
 
 TIMING = LoopTiming(period=0.02, steps=2, delay_steps=1, counts=2048)
@@ -63,3 +64,13 @@ def test_the_fastest_pair_is_the_one_that_settles_first() -> None:
     )
     assert found.settled == 2 and found.fastest == (1, 0)
     assert str(found).splitlines()[-1] == "  fastest: kp 2 V/rad, kd 3 V s/rad after 0.5 s, overshoot 0 %"
+
+
+@pytest.mark.slow
+def test_the_loops_of_a_joint_are_those_of_the_equal_platform() -> None:
+    rig = joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3)
+    reference = np.full((1, 100), 0.4)
+    found, same = (step_responses(r, CONTROLLERS, reference, TIMING) for r in (rig, as_platform(rig)))
+    for a, b in zip(found, same, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)
+    assert 0.0 < float(np.max(np.asarray(found.overshoot)))

@@ -13,6 +13,7 @@ from rwjax.control.sampled_loop import SampledLaw, sampled_loops
 from rwjax.control.tuning import LEAST_MODULUS, loss, loss_and_gradient, tune_from
 from rwjax.errors import InputError
 from tests.control.tuned_platform import REFERENCE, RIG, TIMING
+from tests.joints import as_platform, joint
 from tests.systems import reaction
 
 
@@ -98,3 +99,12 @@ def test_an_unstable_start_is_refused() -> None:
 def test_gains_that_cannot_be_tuned_are_refused(gains: tuple[float, float]) -> None:
     with pytest.raises(InputError, match="have to be positive"):
         tune_from(RIG, Controller(gains[0], kd=gains[1]), REFERENCE, TIMING)
+
+
+@pytest.mark.slow
+def test_a_joint_is_tuned_as_the_equal_platform() -> None:
+    rig = joint(axis__friction__coulomb=0.02)
+    start = Controller(4.0, kd=0.2, filter_time=0.02, voltage_limit=6.0)
+    step = np.full(60, 0.4)
+    found, same = (tune_from(r, start, step, TIMING).controller for r in (rig, as_platform(rig)))
+    assert (found.kp, found.kd) == pytest.approx((same.kp, same.kd), rel=1e-6) and found.kp != start.kp

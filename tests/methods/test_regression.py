@@ -1,8 +1,12 @@
 """Regression: known numbers come back, delays are refused."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from rwjax.methods.regression import equation_error, weak_form
+from tests.joints import joint, logged, servo
 from tests.methods.known_numbers import (
     Method,
     finds_a_wheel,
@@ -29,3 +33,28 @@ def test_an_effect_on_the_command_is_estimated() -> None:
 @pytest.mark.parametrize("method", [weak_form, equation_error])
 def test_a_method_that_knows_no_delay_says_so(method: Method) -> None:
     refuses_a_delay(method)
+
+
+T = np.arange(1001) * 0.01
+VOLTS = np.where(T > 0.5, 3.0 * np.sign(np.sin(1.7 * T)) + 2.0 * np.sin(5.0 * T), 0.0)
+PLAIN = joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3)
+DRIVEN = {
+    "voltage": (PLAIN, {"voltage_V": VOLTS}),
+    "off": (joint(motor__inductance=5e-3), {"voltage_V": VOLTS, "enabled": ((T % 4.0) < 2.5).astype(float)}),
+    "duty": (PLAIN, {"duty": VOLTS / 8.0, "supply_V": np.full(len(T), 8.0)}),
+    "current": (PLAIN, {"command_A": 0.1 * VOLTS}),
+    "torque": (PLAIN, {"command_Nm": 0.2 * VOLTS}),
+    "goal": (servo(PLAIN, kp=2.0, period=0.01), {"goal_rad": 0.6 * np.sin(2.0 * T) + 0.4 * np.sin(7.0 * T)}),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("by", DRIVEN)
+def test_a_joint_is_told_however_it_is_driven(by: str) -> None:
+    """The link has 0.01 kg m2, and the motor behind its gear as much again, which is known."""
+    rig, columns = DRIVEN[by]
+    rig = replace(rig, free=("axis.inertia", "axis.friction.viscous"))
+    found = weak_form(
+        rig.with_values({"axis.inertia": 0.015, "axis.friction.viscous": 0.03}), [logged(rig, T, **columns)]
+    )
+    assert found.rig.values["axis.inertia"] == pytest.approx(0.01, rel=0.1)

@@ -1,11 +1,14 @@
 """The two-stage method: the thesis's coast-down, known friction, what it refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.errors import LogError, RigError
 from rwjax.methods.two_stage import POLYNOMIAL, two_stage
+from tests.joints import joint, logged
 from tests.systems import platform, reaction, record, run, wheel
 
 Q = 2.0 * np.pi / 2048
@@ -96,3 +99,13 @@ def test_what_cannot_be_used_is_said_in_one_line() -> None:
     t = np.arange(301) * 0.01
     with pytest.raises(LogError, match="needs a coast-down"):
         two_stage(POLYNOMIAL_RIG, [record(t, np.ones_like(t), {"yaw_rad": t})])
+
+
+def test_a_joint_that_is_let_go_tells_its_friction_by_its_whole_inertia() -> None:
+    """0.01 kg m2 of the link and as much of the motor behind its gear."""
+    rig = replace(joint(axis__friction__coulomb=0.02), free=("axis.friction.coulomb", "axis.friction.viscous"))
+    t = np.arange(601) * 0.01
+    log = logged(rig, t, voltage_V=np.where(t > 0.5, 8.0, 0.0), enabled=(t < 1.5).astype(float))
+    found = two_stage(rig.with_values({"axis.friction.coulomb": 0.1}), [log]).rig.values
+    assert found["axis.friction.coulomb"] == pytest.approx(0.02, rel=0.05)
+    assert found["axis.friction.viscous"] == pytest.approx(0.02, rel=0.05)

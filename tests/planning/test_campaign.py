@@ -17,6 +17,7 @@ from rwjax.planning.envelope import LIMITS, Envelope, envelope
 from rwjax.planning.files import Plan, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Pwm, Rig
+from tests.joints import as_platform, joint, servo
 from tests.planning.campaign_rigs import RIGS
 
 DEMO = Path(__file__).parents[2] / "data" / "demo" / "rig.toml"
@@ -124,3 +125,15 @@ def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
         envelope(demo, 10.0, {"wheel_rad_s": 100.0})
     with pytest.raises(InputError, match=r"within these limits \(0.1 V at most\) no run moves the simulated rig"):
         recommend(RIGS["platform"], envelope(RIGS["platform"], 0.1))
+
+
+@pytest.mark.slow
+def test_a_servo_is_planned_by_goals_and_let_go() -> None:
+    rig = servo(joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3), kp=15.0, period=0.01)
+    runs, _ = recommend(rig, envelope(rig, most={"yaw_rad_s": 2.0}, goal=1.0))
+    assert {run.experiment.input for run in runs} == {"goal_rad"} and any(run.experiment.switches for run in runs)
+    assert max(run.experiment.most_volts for run in runs) <= 1.0
+    assert 1.0 < max(run.reaches["yaw_rad_s"] for run in runs) <= 2.0
+    still = servo(as_platform(rig), kp=15.0, period=0.01)
+    runs, _ = recommend(still, envelope(still, goal=1.0))
+    assert runs and not any(run.experiment.kind == "coast-down" for run in runs)  # it has no torque that could be off

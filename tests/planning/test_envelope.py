@@ -9,6 +9,7 @@ import pytest
 from rwjax import InputError, read_rig
 from rwjax.planning.envelope import Envelope, commanded_volts, envelope, rad_and_degrees
 from rwjax.rig.model import Pwm
+from tests.joints import joint, servo
 from tests.planning.campaign_rigs import RIGS
 from tests.systems import platform
 
@@ -65,3 +66,16 @@ def test_pulses_tell_what_lies_between_the_neutral_one_and_their_ends(
 
 def test_a_travel_is_said_in_rad_and_in_degrees() -> None:
     assert rad_and_degrees(np.pi / 4.0) == "0.785398 rad (45°; a linear axis: 0.785398 m)"
+
+
+def test_goals_have_limits_of_their_own() -> None:
+    rig = servo(joint(), "current")
+    assert envelope(rig, goal=0.8).known == {"goal_rad": 0.8} and envelope(rig, goal=0.8).input == "goal_rad"
+    with pytest.raises(InputError, match=r"`goal_rad` needs the loop that follows it; write \[drive.servo\]"):
+        envelope(joint(), goal=0.8)
+    with pytest.raises(
+        InputError, match="add --volts, such as --volts 12; for goals of its servo --goal, such as --goal 45deg"
+    ):
+        envelope(rig)
+    with pytest.raises(InputError, match="a duty needs the supply's voltage"):
+        envelope(servo(joint(), "duty"), goal=0.8)

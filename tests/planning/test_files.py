@@ -9,11 +9,13 @@ from hypothesis import strategies as st
 
 from rwjax import InputError
 from rwjax.planning.experiment import SHAPES, Experiment
-from rwjax.planning.files import ROLES, Plan, Run, read_plan, write_next, write_plan
+from rwjax.planning.files import NUMBERS, ROLES, Plan, Run, read_plan, write_next, write_plan
 
 NUMBER = st.floats(-1e3, 1e3)
 SECONDS = st.integers(4, 2000).map(lambda ticks: ticks / 100)
-EXPERIMENT = st.builds(Experiment, st.sampled_from(tuple(SHAPES)), NUMBER, NUMBER, SECONDS, SECONDS)
+EXPERIMENT = st.builds(
+    Experiment, st.sampled_from(tuple(SHAPES)), NUMBER, NUMBER, SECONDS, SECONDS, st.sampled_from(tuple(NUMBERS))
+)
 DIGITS = NUMBER.map(lambda value: float(f"{value:.4g}"))
 WORDS = st.text(st.characters(exclude_categories=("C", "Z"), include_characters=" "), max_size=20)
 RUN = st.builds(
@@ -40,9 +42,9 @@ def test_a_plan_reads_back_equal(plan: Plan, tmp_path: Path) -> None:
     assert read_plan(write_plan(tmp_path, plan)) == plan == read_plan(tmp_path)
     for run in plan.runs:
         lines = [line for line in (tmp_path / f"{run.name}.csv").read_text().splitlines() if not line.startswith("#")]
-        time, volts = run.experiment.command()
-        assert lines[0] == "time_s,voltage_V"
-        assert np.array_equal(np.array([line.split(",") for line in lines[1:]], float), np.column_stack([time, volts]))
+        columns = [*run.experiment.command(), *([run.experiment.enabled()] if run.experiment.switches else [])]
+        assert lines[0] == f"time_s,{run.experiment.input}" + ",enabled" * run.experiment.switches
+        assert np.array_equal(np.array([line.split(",") for line in lines[1:]], float), np.column_stack(columns))
 
 
 GOOD = """schema = "rwjax.plan/1"

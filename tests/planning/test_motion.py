@@ -1,11 +1,14 @@
 """How far experiments move a rig, against the closed form of a platform without friction and of one with viscous friction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rwjax import parse_rig
 from rwjax.planning.experiment import REST_S, TICK_HZ, Experiment
 from rwjax.planning.motion import DECAY_S, TAIL_S, coasting_angle, command_log, peaks, simulated_motion
+from tests.joints import as_platform, joint, servo
 
 PUSH = Experiment("coast-down", 2.0, 0.0, 1.0, 3.0)  # 2 V for 1 s
 FREE = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1')
@@ -37,3 +40,24 @@ def test_what_coasts_to_rest_goes_on_by_the_integral_of_its_decay() -> None:
     late = rates[0, -round(TICK_HZ * TAIL_S)]  # the largest rate of the last seconds
     assert rest[0] == pytest.approx(20.0 * late, rel=1e-9)
     assert rest[1] == 0.0 and np.isinf(rest[2])
+
+
+def test_a_joint_moves_as_the_equal_platform() -> None:
+    rig = joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3)
+    found, same = (simulated_motion(r, [PUSH], 3.0)["yaw_rad"] for r in (rig, as_platform(rig)))
+    np.testing.assert_allclose(found, same, rtol=0.0, atol=1e-9)
+
+
+def test_a_goal_is_followed_and_then_let_go() -> None:
+    """Torque off, a pendulum in viscous friction alone is its exponential."""
+    rig = servo(joint(), kp=30.0, period=0.01)
+    hold = Experiment("coast-down", 0.5, 0.0, 1.0, 3.0, "goal_rad")
+    log = command_log(hold, "hold", 6.0)
+    assert log.input == "goal_rad" and log.enabled is not None
+    assert log.enabled.sum() == round(TICK_HZ * (REST_S + 1.0)) and hold.words().startswith("coast-down, 0.5 rad")
+    moved = simulated_motion(rig, [replace(hold, period=0.1)], 3.0)
+    off = round(TICK_HZ * (REST_S + 0.1))
+    t = np.arange(300 - off) / TICK_HZ
+    w = moved["yaw_rad_s"][0, off:]
+    assert w[0] > 0.5
+    np.testing.assert_allclose(w, w[0] * np.exp(-t * 0.02 / 0.02), rtol=1e-9)
