@@ -204,5 +204,5 @@ def _laid_out(problem: Problem) -> _Runs:
         on.append(np.pad(powered[nearest], (0, longest - n), mode="edge"))
         readings.append(np.pad(reading[nearest], ((0, longest - n), (0, 0)), constant_values=np.nan))
     unsure = np.where(problem.start_free, 0.1 * np.maximum(np.abs(problem.start), 1.0), 1e-6)
-    laid = (np.array(values) for values in (h, commands, on, readings))
-    return _Runs(*laid, problem.start, unsure, problem.batch.theta_offset)
+    laid = _Runs(h, commands, on, readings, problem.start, unsure, problem.batch.theta_offset)
+    return _Runs(*map(np.array, laid))
