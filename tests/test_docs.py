@@ -12,8 +12,9 @@ from rwjax import parse_rig
 from rwjax.cli.main import app
 from rwjax.effects.library import EFFECTS
 from rwjax.effects.parameter import parameters
-from rwjax.kinds import COEFFICIENTS, KEYS
+from rwjax.kinds import COEFFICIENTS, KEYS, SERVO_CHOICES
 from rwjax.rig.columns import COLUMNS, INPUTS
+from tests.command import rwjax as command
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "data").glob("*/README.md"))]
@@ -69,6 +70,32 @@ def test_a_file_that_looks_like_that_is_read_by_the_lines_beside_it(heading: str
         for code in _blocks("python", part):
             exec(code.replace('"rig.toml"', repr(str(tmp_path / "rig.toml"))), names)
         assert names["log"].outputs["yaw_rad"][-1] == t[-1]
+
+
+SERVO = (ROOT / "docs" / "my_rig_is_a_servo.md").read_text()
+
+
+def test_the_page_of_servos_has_a_rig_file_that_can_be_read() -> None:
+    rig = parse_rig(_blocks("toml", SERVO)[0])
+    assert rig.kind == "joint" and rig.servo is not None and rig.servo.acts_on == "voltage"
+    assert all(f'"{choice}"' in SERVO for choice in SERVO_CHOICES["acts_on"])
+
+
+@pytest.mark.slow
+def test_the_first_fit_of_the_page_of_servos_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = _blocks("toml", SERVO)[0]
+    truth = parse_rig(text)
+    Path("rig.toml").write_text(text)
+    exec(_blocks("python", SERVO)[0], {})
+    off = truth.with_values({"axis.inertia": 0.014, "axis.friction.coulomb": 0.06})
+    Path("rig.toml").write_text(rwjax.write_rig(off))
+    for line in re.findall(r"^\$ rwjax +(.*)$", _blocks("console", SERVO)[0], re.M):
+        assert command(monkeypatch, *line.split()) == 0
+    fitted = rwjax.read_rig("fitted.toml")
+    for name in truth.free:
+        assert fitted.values[name] == pytest.approx(truth.values[name], rel=0.05), name
+    assert list(Path("next_runs").glob("coast*.csv"))
 
 
 def _blocks(language: str, page: str) -> list[str]:
