@@ -95,7 +95,7 @@ def judged(case: Case) -> list[tuple[str, float, float, float]]:
     told = {name: float(f"{fitted.rig.values[name]:.4g}") for name in rig.free}
     print(f"  {case.data} {case.name}: {told} in {seconds:.0f} s", flush=True)
     ways = rms(fitted.rig, held_out), by_error(rig, train, held_out), plain(rig, train, held_out)
-    return [(f"{case.data}/{log.name}", *errors) for log, *errors in zip(held_out, *ways, strict=True)]
+    return [(f"{case.data} {case.name}: {log.name}", *errors) for log, *errors in zip(held_out, *ways, strict=True)]
 
 
 def main(only: str) -> None:
@@ -104,7 +104,11 @@ def main(only: str) -> None:
     print("| held-out run | by goal [rad] | error as voltage [rad] | plain [rad] |\n| --- | --- | --- | --- |")
     for name, *errors in rows:
         print(f"| {name} | " + " | ".join(f"{e:.4f}" for e in errors) + " |")
-    print(f"by goal less than both on {sum(goal < min(other, base) for _, goal, other, base in rows)} of {len(rows)}")
+    other, base = (sum(row[1] < row[k] for row in rows) for k in (2, 3))
+    both = sum(goal < min(others) for _, goal, *others in rows)
+    print(
+        f"of {len(rows)} runs by goal less than error as voltage on {other}, than plain on {base}, than both on {both}"
+    )
 
 
 if __name__ == "__main__":
