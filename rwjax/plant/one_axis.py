@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.library import BY_NAME
@@ -73,13 +73,13 @@ class OneAxis(Plant):
         structure: What it is made of.
         numbers: Base numbers and parameters of effects by dotted name, in SI.
         effects: Parts that act on its ports: those of the rig's own friction and load, then the structure's effects.
-        torque_on: Whether current can flow `()`; None where it always can.
+        torque_on: Share of the time in which current can flow `()` [1]; None where it always can.
     """
 
     structure: Structure = eqx.field(static=True)
     numbers: Numbers
     effects: tuple[Effect, ...]
-    torque_on: Bool[Array, ""] | None = None
+    torque_on: Float[Array, ""] | None = None
 
     def on(self, port: type) -> list:
         """The effects on a port.
@@ -108,7 +108,8 @@ class OneAxis(Plant):
         n = self.numbers
         if self.structure.kind == "joint":
             s["Omega"] = self._ratio() * self._drive_side(s)[1]
-        u = self._switched(u)
+        if not self.structure.has_current:
+            u = self._switched(u)
         m = Motion(
             t=t,
             V=u,
@@ -131,7 +132,7 @@ class OneAxis(Plant):
 
     def _switched(self, u: Scalar) -> Scalar:
         """What is left of a voltage or a current where torque may be off."""
-        return u if self.torque_on is None else jnp.where(self.torque_on, u, 0.0)
+        return u if self.torque_on is None else self.torque_on * u
 
     def _ratio(self) -> Scalar:
         """Ratio of a joint's gear [1]."""
@@ -504,7 +505,7 @@ class OneAxis(Plant):
             return jnp.sign(self.numbers["drive.gain"])
         return -jnp.ones(()) if self.structure.kind == "reaction" else jnp.ones(())
 
-    def powered(self, on: Bool[Array, ""]) -> "OneAxis":
+    def powered(self, on: Float[Array, ""]) -> "OneAxis":
         """This plant where torque may be off.
 
         Args:
@@ -527,7 +528,7 @@ class OneAxis(Plant):
         if not self.structure.inductive:
             return x
         k = self.structure.states.index("i")
-        return (*x[:k], self._switched(x[k]), *x[k + 1 :])
+        return (*x[:k], jnp.where(self.torque_on == 0.0, 0.0, x[k]), *x[k + 1 :])
 
 
 def one_axis(structure: Structure, numbers: Numbers) -> OneAxis:

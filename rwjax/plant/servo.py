@@ -35,7 +35,8 @@ class Tick(NamedTuple):
         goal: What is wanted at the tick [rad].
         supply: Voltage of the supply [V]; 1 where the output is no share of it or the plant knows its voltage.
         share: Share of the step in which the newest outputs act, the last one first `(outputs,)` [1].
-        on: Whether current can flow.
+        on: Whether torque is on when the step begins.
+        powered: Share of the step in which current can flow [1].
     """
 
     ticks: Bool[Array, "*s"]
@@ -44,6 +45,7 @@ class Tick(NamedTuple):
     supply: Float[Array, "*s"]
     share: Float[Array, "*s outputs"]
     on: Bool[Array, "*s"]
+    powered: Float[Array, "*s"]
 
 
 def slope(before: Scalar, last: Scalar, now: Scalar, filter_time: Scalar | float, period: Scalar | float) -> Scalar:

@@ -22,11 +22,11 @@ class Switched(NamedTuple):
 
     Attributes:
         u: Mean voltage over every step `(s,)` [V], or current [A] or torque [N m].
-        on: Whether current can flow `(s,)`.
+        powered: Share of every step in which current can flow `(s,)` [1].
     """
 
     u: Float[Array, " s"]
-    on: Bool[Array, " s"]
+    powered: Float[Array, " s"]
 
 
 def given(plant: Plant, run: Batch) -> tuple[Any, Float[Array, "w q *channels"]]:
@@ -43,7 +43,7 @@ def given(plant: Plant, run: Batch) -> tuple[Any, Float[Array, "w q *channels"]]
     if isinstance(plant, OneAxis) and plant.structure.servo is not None:
         return _ticks(plant, run), jnp.zeros(run.slot_step.shape)
     steps, at_reading = commands(plant, run)
-    return (Switched(steps, _on(run)), at_reading) if plant.structure.switched else (steps, at_reading)
+    return (Switched(steps, _powered(run)), at_reading) if plant.structure.switched else (steps, at_reading)
 
 
 def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "s *channels"], Float[Array, "w q *channels"]]:
@@ -129,9 +129,20 @@ def _of_channel(
 
 
 def _on(run: Batch) -> Bool[Array, " s"]:
-    """Whether current can flow in every grid step of one log."""
+    """Whether torque is on when a grid step of one log begins."""
     held = jnp.asarray(run.held)[_early(run) : -1]
     return jnp.asarray(run.enabled)[held] > 0.0 if run.enabled.size else jnp.ones(held.shape, bool)
+
+
+def _powered(run: Batch) -> Float[Array, " s"]:
+    """Share of every grid step of one log in which current can flow [1]."""
+    h, grid = jnp.asarray(run.h), _grid(run)
+    if not run.enabled.size:
+        return jnp.ones(len(grid) - 1)
+    held = _held_command(run, jnp.asarray(run.enabled))
+    share = jnp.diff(held.until(h * grid.astype(float), grid, False)) / h
+    whole = jnp.round(share)
+    return jnp.where(jnp.abs(share - whole) < ON_TIME, whole, share)
 
 
 def _ticks(plant: OneAxis, run: Batch) -> Tick:
@@ -160,6 +171,7 @@ def _ticks(plant: OneAxis, run: Batch) -> Tick:
         supply=jnp.asarray(run.supply)[held] if run.supply.size else jnp.ones(held.shape),
         share=_shares(tick, begin - late, end - late, outputs) / step,
         on=_on(run),
+        powered=_powered(run),
     )
 
 

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from rwjax.kinds import SERVO
 from rwjax.plant.one_axis import OneAxis
@@ -20,13 +20,13 @@ class Slots(NamedTuple):
         u: Voltage at every reading `(q,)` or `(q, 2)` [V].
         step: Grid step in which it lies `(q,)`.
         part: Part of that step that has passed `(q,)` [1].
-        on: Whether current can flow `(q,)`; None where it always can.
+        on: 1 where current can flow `(q,)`, else 0; None where it always can.
     """
 
     u: Float[Array, "q *channels"]
     step: Int[Array, " q"]
     part: Float[Array, " q"]
-    on: Bool[Array, " q"] | None = None
+    on: Float[Array, " q"] | None = None
 
     def beside(self, plant: Plant, states: History, given: Any) -> "Slots":
         """The same slots with what a servo gave there, and whether torque was on.
@@ -43,7 +43,7 @@ class Slots(NamedTuple):
         if structure.servo is not None:
             acting = states[structure.states.index(f"{SERVO}:acting")]
             slots = slots._replace(u=acting[self.step + 1])
-        return slots._replace(on=given.on[self.step]) if structure.switched else slots
+        return slots._replace(on=jnp.round(given.powered[self.step])) if structure.switched else slots
 
 
 def readings(plant: Plant, h: Scalar, begin: Scalar, states: History, slots: Slots) -> Float[Array, "q y"]:

@@ -1,7 +1,6 @@
 """A log's plant moved through one window of its time grid, and the logs of a batch worked out together."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -157,8 +156,8 @@ class PreparedPlant(NamedTuple):
         if not isinstance(plant, OneAxis) or not (structure.switched or structure.servo):
             return self.stepper.step(plant, prepared, t, x, given, self.h)
         if structure.switched:
-            plant = plant.powered(given.on)
-            prepared = jax.tree.map(partial(jnp.where, given.on), prepared, self.without_torque)
+            plant, on = plant.powered(given.powered), given.powered
+            prepared = jax.tree.map(lambda a, b: on * a + (1.0 - on) * b, prepared, self.without_torque)
             x = plant.opened(x)
         x, u = acted(plant, t, x, given, self.h) if structure.servo else (x, given.u)
         body = plant.without_servo()
@@ -180,5 +179,5 @@ def prepare(plant: Plant, stepper: Stepper, h: Scalar) -> PreparedPlant:
     if not isinstance(plant, OneAxis):
         return PreparedPlant(plant, stepper, stepper.prepare(plant, h), None, h)
     body = plant.without_servo()
-    off = stepper.prepare(body.powered(jnp.zeros((), bool)), h) if plant.structure.switched else None
+    off = stepper.prepare(body.powered(jnp.zeros(())), h) if plant.structure.switched else None
     return PreparedPlant(plant, stepper, stepper.prepare(body, h), off, h)

@@ -13,7 +13,7 @@ from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.free_run import free_run
-from rwjax.simulation.layout import lay_out
+from rwjax.simulation.layout import LONGEST_STEP, OF_INDUCTIVE_JOINTS, lay_out
 from rwjax.simulation.trajectory import trajectory_of
 
 JOINT = """
@@ -159,7 +159,9 @@ def test_a_linear_joint_follows_its_loop_exactly_between_ticks(acts_on: str, L: 
     assert np.max(np.abs(found["yaw_rad_s"] - exact[:, 1])) < 1e-8
 
 
-def refined(rig: Rig, time: np.ndarray, columns: dict[str, np.ndarray], refine: int) -> np.ndarray:
+def refined(
+    rig: Rig, time: np.ndarray, columns: dict[str, np.ndarray], refine: int, start: dict[str, float] | None = None
+) -> np.ndarray:
     """Angle of a run whose steps are divided further."""
     name = next(iter(columns))
     enabled = columns["enabled"] > 0.0 if "enabled" in columns else None
@@ -167,7 +169,8 @@ def refined(rig: Rig, time: np.ndarray, columns: dict[str, np.ndarray], refine: 
     rig, logs = driven(rig, [log])
     structure = structure_of(rig)
     batch = lay_out(structure, logs, [{}], refine=refine)
-    readings = free_run(structure, theta_of(rig, structure), np.zeros((1, len(structure.states))), batch)[0][0]
+    first = np.array([[(start or {}).get(name, 0.0) for name in structure.states]])
+    readings = free_run(structure, theta_of(rig, structure), first, batch)[0][0]
     return np.asarray(trajectory_of(structure, batch, logs[0], readings)["yaw_rad"])
 
 
@@ -265,19 +268,21 @@ def test_with_torque_off_a_joint_moves_as_one_without_a_motor() -> None:
     text = text[: text.index("[gear]")] + "[drive]\ngain = 1.0\n" + text[text.index("[axis]") :]
     alone = parse_rig(text.format(friction=STRIBECK, rest=HANGS))
     first = {"psi": found["yaw_rad"][50], "w": found["yaw_rad_s"][50]}
-    free = simulate(alone, FINE[50:], 0.0 * FINE[50:], start=first)
-    assert np.ptp(free["yaw_rad"]) > 0.3
-    assert np.max(np.abs(found["yaw_rad"][50:] - free["yaw_rad"])) < 1e-9
+    steps = round(LONGEST_STEP / OF_INDUCTIVE_JOINTS)  # the same for both
+    free = refined(alone, FINE[50:], {"voltage_V": 0.0 * FINE[50:]}, steps, first)
+    assert np.ptp(free) > 0.3
+    assert np.max(np.abs(found["yaw_rad"][50:] - free)) < 1e-9
     assert not found["current_A"][51:].any()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("motor", ["", "inductance = 5e-3"])
-def test_torque_is_switched_off_and_on_again(motor: str) -> None:
+def test_torque_is_switched_off_and_on_again_between_two_grid_points(motor: str) -> None:
     rig = servo("voltage", motor=motor, friction=STRIBECK, hanging=HANGS)
+    time = np.append(0.0, FINE[1:] + 0.0004)  # s
     columns = {"goal_rad": GOAL, "enabled": np.where(np.abs(FINE - 0.4) < 0.12, 0.0, 1.0)}
-    off = np.abs(refined(rig, FINE, columns, 8) - apart(rig, FINE, columns)[:, 0])
-    assert np.max(off) < 1e-4
+    off = np.abs(refined(rig, time, columns, 1) - apart(rig, time, columns)[:, 0])
+    assert np.max(off) < 3e-5
 
 
 @pytest.mark.slow
