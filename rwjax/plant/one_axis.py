@@ -509,7 +509,7 @@ class OneAxis(Plant):
         """This plant where torque may be off.
 
         Args:
-            on: Whether current can flow `()`.
+            on: Share of the time in which current can flow `()` [1].
 
         Returns:
             The plant.
