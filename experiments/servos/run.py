@@ -84,7 +84,7 @@ def plain(rig: Rig, train: tuple[Log, ...], held_out: tuple[Log, ...]) -> list[f
     return rms(replace(rig, numbers=numbers, effects={"axis.bias_torque": {"T": -bias}}, free=()), held_out)
 
 
-def judged(case: Case) -> list[tuple[str, float, float, float]]:
+def judged(case: Case) -> list[tuple[str, list[float]]]:
     """Held-out logs of a joint with the errors of the three ways [rad]."""
     folder = need() / case.data
     rig = parse_rig(case.rig, f"{case.data}/{case.name}.toml")
@@ -95,17 +95,17 @@ def judged(case: Case) -> list[tuple[str, float, float, float]]:
     told = {name: float(f"{fitted.rig.values[name]:.4g}") for name in rig.free}
     print(f"  {case.data} {case.name}: {told} in {seconds:.0f} s", flush=True)
     ways = rms(fitted.rig, held_out), by_error(rig, train, held_out), plain(rig, train, held_out)
-    return [(f"{case.data} {case.name}: {log.name}", *errors) for log, *errors in zip(held_out, *ways, strict=True)]
+    return [(f"{case.data} {case.name}: {log.name}", errors) for log, *errors in zip(held_out, *ways, strict=True)]
 
 
 def main(only: str) -> None:
     """Prints the errors of all held-out runs, and on how many the goal's are the least."""
     rows = [row for case in cases() if only in f"{case.data}/{case.name}" for row in judged(case)]
     print("| held-out run | by goal [rad] | error as voltage [rad] | plain [rad] |\n| --- | --- | --- | --- |")
-    for name, *errors in rows:
+    for name, errors in rows:
         print(f"| {name} | " + " | ".join(f"{e:.4f}" for e in errors) + " |")
-    other, base = (sum(row[1] < row[k] for row in rows) for k in (2, 3))
-    both = sum(goal < min(others) for _, goal, *others in rows)
+    other, base = (sum(errors[0] < errors[k] for _, errors in rows) for k in (1, 2))
+    both = sum(errors[0] < min(errors[1:]) for _, errors in rows)
     print(
         f"of {len(rows)} runs by goal less than error as voltage on {other}, than plain on {base}, than both on {both}"
     )
