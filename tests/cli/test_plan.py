@@ -57,6 +57,12 @@ def test_a_plan_is_written_and_told(
             "--travel a turn: has to be a number of rad, such as 0.7 (a linear axis: m), or of degrees",
         ),
         (("--travel", "-40deg"), "--travel -0.698132: has to be positive"),
+        (("--goal", "half"), "--goal half: has to be a number of rad, such as 0.7"),
+        (
+            ("--goal", "1", "--volts", "5"),
+            "--goal and --volts: the runs are goals of the servo or voltages; leave one out",
+        ),
+        (("--goal", "1"), "RIG: `goal_rad` needs the loop that follows it; write [drive.servo] in the rig file"),
         (
             ("--volts", "12", "--rpm", "100"),
             "RIG: --rpm: a `platform` rig has no rate of the wheel; leave the option out",

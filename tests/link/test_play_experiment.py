@@ -143,3 +143,8 @@ def test_a_board_that_is_not_seen_to_end_and_hears_no_disarm_gets_no_more_heartb
     while port.now < left + 1.0:
         session.read()
     assert port.heard[-1][0] <= left and port.state == messages.FAULT  # neutral pulses
+
+
+def test_a_board_plays_no_goals() -> None:
+    with pytest.raises(LinkError, match="a board plays voltages, no goals"):
+        play_values(Experiment("square", 0.5, 0.0, 4.0, 8.0, "goal_rad"), read_rig(RIG))

@@ -4,10 +4,12 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from rwjax.methods.comparison import METHODS, Comparison, Row, compare
 from rwjax.report.comparison import write_figure
+from tests.joints import COUNT, joint, logged, servo
 from tests.methods.logs import FREE, axis_log
 from tests.systems import platform
 
@@ -50,3 +52,26 @@ def test_the_table_has_a_row_for_each_method_and_one_for_the_floor() -> None:
         "(floor) 0.01",
     ]
     assert rows[4:] == ["end-to-end: a note", "finite differences: cannot be used"]
+
+
+@pytest.mark.slow
+def test_methods_that_simulate_no_loop_take_what_the_servo_gave() -> None:
+    """All of them find the link's inertia, and the free run that judges them follows the goal."""
+    rig = servo(joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3), kp=4.0, period=0.01)
+    rig = replace(rig, free=("axis.inertia", "drive.servo.kp"))
+    t = np.arange(601) * 0.01
+    on = (t < 4.5).astype(float)
+    logs = [
+        replace(
+            logged(rig, t, goal_rad=np.where(t > 0.6, 0.6 * np.sin(w * t) + 0.3 * np.sin(7.0 * t), 0.0), enabled=on),
+            validate=w == 3.0,
+        )
+        for w in (2.0, 3.0)
+    ]
+    found = {row.method.name: row for row in compare(rig.with_values({"axis.inertia": 0.012}), logs).rows}
+    for name in ("end-to-end", "finite differences", "prediction error", "weak form"):
+        assert found[name].rig.values["axis.inertia"] == pytest.approx(0.01, rel=0.05), name
+        assert found[name].rms["yaw_rad"] < COUNT, name
+    assert "drive.servo.kp" in found["end-to-end"].rig.standard_error
+    assert "drive.servo.kp is not estimated by the prediction-error method" in found["prediction error"].notes
+    assert found["smooth"].rig is None and "the loop of [drive.servo]" in found["smooth"].notes[0]

@@ -12,6 +12,7 @@ import pytest
 from jaxtyping import Array
 
 from rwjax import parse_rig
+from rwjax.errors import InputError
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -22,6 +23,7 @@ from rwjax.simulation.smooth import Smooth, default_width, method_for
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory
 from rwjax.simulation.windows import plant_of_run
+from tests.joints import joint, servo
 from tests.systems import MOTOR, platform, reaction, record, wheel
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, two_axis
 
@@ -226,3 +228,11 @@ def test_the_first_windows_and_each_window_from_its_node_are_those_of_the_whole_
     assert first[:2] == pytest.approx(whole[:2], rel=1e-9) and not first[2:].any()
     assert each == pytest.approx(whole, rel=1e-7, abs=1e-9)
     assert ends[:-1] == pytest.approx(nodes[1:], rel=1e-7, abs=1e-9)
+
+
+def test_the_loop_of_a_servo_and_torque_that_is_off_are_left_to_the_exact_solver() -> None:
+    t = np.arange(20) * 0.01
+    with pytest.raises(InputError, match=r"does not simulate the loop of \[drive.servo\]; take the exact one"):
+        simulate(servo(joint()), t, {"goal_rad": t}, solver=Smooth())
+    with pytest.raises(InputError, match="does not simulate torque that is off at times"):
+        simulate(joint(), t, {"voltage_V": t, "enabled": (t < 0.1).astype(float)}, solver=Smooth())
