@@ -107,17 +107,30 @@ class MeasuredMotion:
             self.known &= np.convolve(switches, np.ones(self._width), mode="same") == 0.0
 
     def _current(self, rig: Rig, given: str, command: np.ndarray) -> np.ndarray:
-        """Current [A] that the motor's voltage equation gives along a known motion, exact for held inputs; none without torque."""
+        """Current [A] that the motor's voltage equation gives along a known motion, exact for held inputs; none without torque.
+
+        A joint's rate changes so much within a step that it counts as straight there, and its current as the mean around a sample;
+        where torque goes on and off a wheel's does, too.
+        """
         n = rig.numbers
-        rate = self.states["Omega"] if "Omega" in self.states else n.get("gear.ratio", 1.0) * self.states["w"]
+        K, R, L = n["motor.torque_constant"], n["motor.resistance"], n["motor.inductance"]
         volts = command * n["drive.supply"] if given == "duty" else command
-        steady = (volts - n["motor.torque_constant"] * rate) / n["motor.resistance"]
-        keep = np.exp(-self.h * n["motor.resistance"] / n["motor.inductance"])
-        found = np.zeros(len(rate))
-        on = np.ones(len(rate), bool) if self.on is None else self.on
+        keep = np.exp(-self.h * R / L)
+        if "Omega" in self.states and self.on is None:
+            return np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], (volts - K * self.states["Omega"]) / R))
+        lost = K * (self.states["Omega"] if "Omega" in self.states else n.get("gear.ratio", 1.0) * self.states["w"])
+        late = (1.0 - keep) * L / (R * self.h)
+        found = np.zeros(len(lost))
+        on = np.ones(len(lost), bool) if self.on is None else self.on
         edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]])))
-        for first, last in zip(edges[::2], edges[1::2], strict=True):
-            found[first:last] = np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], steady[first:last]))
+        for part in (
+            slice(first, last) for first, last in zip(edges[::2], edges[1::2], strict=True) if last > first + 1
+        ):
+            V, emf = volts[part], lost[part]
+            i = lfilter([0.0, 1.0 - keep], [1.0, -keep], V / R)
+            i = i - lfilter([1.0 - late, late - keep], [1.0, -keep], emf / R)
+            mean = (V[:-1] - 0.5 * (emf[1:] + emf[:-1]) - L * np.diff(i) / self.h) / R
+            found[part] = 0.5 * (np.append(mean[0], mean) + np.append(mean, mean[-1]))
         return found
 
     def _at(self, log: Log, values: np.ndarray) -> np.ndarray:

@@ -73,4 +73,4 @@ def test_the_loops_of_a_joint_are_those_of_the_equal_platform() -> None:
     found, same = (step_responses(r, CONTROLLERS, reference, TIMING) for r in (rig, as_platform(rig)))
     for a, b in zip(found, same, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)
-    assert 0.0 < float(np.max(np.asarray(found.overshoot)))
+    assert np.ptp(np.asarray(found.error)) > 0.01  # the gains differ in what they leave
