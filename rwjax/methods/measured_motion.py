@@ -127,8 +127,8 @@ class MeasuredMotion:
             slice(first, last) for first, last in zip(edges[::2], edges[1::2], strict=True) if last > first + 1
         ):
             V, emf = volts[part], lost[part]
-            i = lfilter([0.0, 1.0 - keep], [1.0, -keep], V / R)
-            i = i - lfilter([1.0 - late, late - keep], [1.0, -keep], emf / R)
+            i = np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], V / R))
+            i -= np.asarray(lfilter([1.0 - late, late - keep], [1.0, -keep], emf / R))
             mean = (V[:-1] - 0.5 * (emf[1:] + emf[:-1]) - L * np.diff(i) / self.h) / R
             found[part] = 0.5 * (np.append(mean[0], mean) + np.append(mean, mean[-1]))
         return found
