@@ -33,6 +33,8 @@ from rwjax.simulation.solver import Solver
 
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
+OF_JOINT = 2
+"""Parts into which a joint's steps are divided for its numbers and their errors, which see less than a gap does [1]."""
 FIRST_STEPS = 10
 """Steps from each of these starts."""
 FAR_FROM_PRIOR = 4.0
@@ -102,7 +104,7 @@ def fit(
         pooled_noise(tuple(runs)),
         per_run=rig.per_run,
         prior=rig.prior,
-        refine=refine,
+        refine=refine * (OF_JOINT if rig.kind == "joint" else 1),
         solver=solver.suited(rig, train),
     )
     shared = theta_of(rig, structure)

@@ -20,7 +20,7 @@ from rwjax.simulation.batch import Batch
 LONGEST_STEP = 5e-3
 """Longest time step [s]: the sampling interval is divided until its parts are no longer than this. Where only angles are logged, faster
 samples share a step."""
-OF_JOINTS, OF_INDUCTIVE_JOINTS = 1.25e-3, 0.625e-3
+OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
 """The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
 EARLIEST = 1.0
 """Time before a log's first sample from which a command may still act [s]."""
