@@ -8,7 +8,7 @@ import numpy as np
 
 from rwjax.effects.effect import FittedRig
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import CommandDelay, CommandFilter, CommandMap, GoalDelay, Supply
+from rwjax.effects.ports import Advance, CommandDelay, CommandFilter, CommandMap, GoalDelay, Supply
 from rwjax.effects.shown import DWELLING, FAST, LEVELS
 from rwjax.types import Scalar
 
@@ -90,13 +90,17 @@ class DriveLag(CommandFilter):
     T: Scalar = param("s", bounds=(0.0, 5.0), starts=(0.03, 0.1, 0.03, 0.1), tex="T")
     q: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 0.0, 0.5, 0.5), tex="q", role="form")
 
-    def advance(self, now: tuple[Scalar, ...], wanted: Scalar, h: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
-        end = []
-        for x, T in zip(now, (self.T, self.q * self.T), strict=True):
-            keep, mean = _kept(T, h)
-            end.append(wanted + keep * (x - wanted))
-            wanted = wanted + mean * (x - wanted)
-        return tuple(end), wanted
+    def over(self, h: Scalar) -> Advance:
+        lags = [_kept(T, h) for T in (self.T, self.q * self.T)]
+
+        def step(now: tuple[Scalar, ...], wanted: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+            end = []
+            for x, (keep, mean) in zip(now, lags, strict=True):
+                end.append(wanted + keep * (x - wanted))
+                wanted = wanted + mean * (x - wanted)
+            return tuple(end), wanted
+
+        return step
 
     @classmethod
     def order(cls, given: Mapping[str, Any]) -> int:
@@ -132,11 +136,14 @@ class RateLimit(CommandFilter):
         "V/s", bounds=(1e-3, 1e12), null=1e12, starts=(1e4, 1e3, 100.0, 10.0, 3.0), scale="command", tex="r"
     )
 
-    def advance(self, now: tuple[Scalar, ...], wanted: Scalar, h: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
-        way = wanted - now[0]
-        end = now[0] + jnp.clip(way, -self.r * h, self.r * h)
-        part = jnp.clip(jnp.abs(way) / (self.r * h), 0.0, 1.0)  # of the step until it is there
-        return (end,), end - 0.5 * part * (end - now[0])
+    def over(self, h: Scalar) -> Advance:
+        def step(now: tuple[Scalar, ...], wanted: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+            way = wanted - now[0]
+            end = now[0] + jnp.clip(way, -self.r * h, self.r * h)
+            part = jnp.clip(jnp.abs(way) / (self.r * h), 0.0, 1.0)  # of the step until it is there
+            return (end,), end - 0.5 * part * (end - now[0])
+
+        return step
 
 
 class DriveSaturation(CommandMap):

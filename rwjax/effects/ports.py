@@ -7,7 +7,7 @@ of its own, 0 when a run begins.
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import jax
@@ -19,6 +19,10 @@ from rwjax.types import Scalar
 
 SLIDING = 1e-6
 """Rate [rad/s] at which the slope of dry friction by the speed is taken where it has no slope at standstill itself."""
+
+
+Advance = Callable[[tuple[Scalar, ...], Scalar], tuple[tuple[Scalar, ...], Scalar]]
+"""One step of what follows a command: from its states and the command to its states then and the mean over the step [V]."""
 
 
 class AxisTorque(Effect):
@@ -282,16 +286,15 @@ class CommandFilter(Effect):
     """Names of what it keeps from one step to the next, each a voltage [V]."""
 
     @abstractmethod
-    def advance(self, now: tuple[Scalar, ...], wanted: Scalar, h: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
-        """One step towards a command that is held over it.
+    def over(self, h: Scalar) -> "Advance":
+        """What a step towards a held command does.
 
         Args:
-            now: Its states at the step's beginning [V].
-            wanted: Command over the step [V].
             h: Length of the step [s].
 
         Returns:
-            Its states at the step's end [V], and the mean voltage over the step [V].
+            A function from its states at a step's beginning [V] and the command over the step [V] to its states at the
+            step's end [V] and the mean voltage over the step [V].
         """
 
     def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
@@ -305,7 +308,7 @@ class CommandFilter(Effect):
             The mean voltage over each step [V] `(steps,)`.
         """
         settled = (command[0],) * len(self.filter_states)
-        return jax.lax.scan(lambda now, wanted: self.advance(now, wanted, h), settled, command)[1]
+        return jax.lax.scan(self.over(h), settled, command)[1]
 
     @classmethod
     def order(cls, given: Mapping[str, Any]) -> int:

@@ -138,7 +138,8 @@ def fit(
 
 def _check_free(rig: Rig, structure: Structure) -> None:
     """`RigError` for a free number that acts on nothing, as logs say how the rig was driven."""
-    if idle := [name for name in rig.free if name not in structure.names]:
+    without = {name for name, value in rig.numbers.items() if name.endswith(".inductance") and value == 0.0}
+    if idle := [name for name in rig.free if name not in structure.names and name not in without]:
         raise RigError(
             f"rig `{rig.name}`: `{idle[0]}` is free, and acts on nothing where the logs hold `{rig.driven.by}` and the drive is "
             f"given a {structure.command}; take it out of `fit.free`"

@@ -10,8 +10,8 @@ from rwjax.plant.structure import Structure
 
 START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""
-NO_COMMAND = 1e-3
-"""Voltage below which there is no command [V]."""
+NO_COMMAND, NO_SHARE = 1e-3, 1e-3
+"""Voltage below which there is no command [V]; of a duty, a current, a torque and a servo, the share of its largest one [1]."""
 SWING = 3.0
 """Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves [1]."""
 INTEGRAL = f"{SERVO}:integral"
@@ -56,7 +56,8 @@ def starts_at_rest(log: Log) -> bool:
         True where the run starts at rest.
     """
     early = first_half_second(log)
-    if np.max(np.abs(log.at_drive[early])) > NO_COMMAND:
+    given = np.abs(log.at_drive)
+    if np.max(given[early]) > (NO_COMMAND if log.input == "voltage_V" else NO_SHARE * np.max(given)):
         return False
     for name, value in log.outputs.items():
         if name.startswith("current"):
@@ -117,7 +118,7 @@ def guess_initial_state(structure: Structure, log: Log, rest: bool) -> tuple[np.
             guess[i] = _signed(structure, log, name) if name in log.outputs else 0.0
             free[i] = True
     if INTEGRAL in free:
-        free[INTEGRAL] = not rest
+        free[INTEGRAL] = True  # a servo that has integrated its error away holds a load all the same
     if log.goes_on and not rest:  # the effects' own states were 0 when the run began
         free |= {name: True for name in structure.states if ":" in name and not name.startswith(f"{SERVO}:")}
     return np.array(list(guess.values())), np.array(list(free.values()))

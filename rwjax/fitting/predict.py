@@ -39,7 +39,9 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT, segments: float | Non
     """
     rig, (log,) = driven(rig, (log,))
     structure = structure_of(rig)
-    parts = cut_up(with_segments(rig, (log,), segments))
+    parts = (
+        cut_up(with_segments(rig, (log,), segments)) if log.outputs else (log,)
+    )  # nothing tells where a segment begins
     problem = pose(structure, parts, pooled_noise((log,)), solver=solver.suited(rig, (log,)))
     found = predict_logs(problem, theta_of(rig, structure), with_floor=False)
     outputs = {name: np.concatenate([part.outputs[name] for part in found]) for name in structure.outputs}

@@ -124,7 +124,9 @@ def repeatability(logs: tuple[Log, ...]) -> dict[str, list[tuple[int, np.ndarray
     for k, log in enumerate(logs):
         if not log.goes_on and starts_at_rest(log):  # a run that starts moving repeats only what moved alike
             times = np.round(log.time - log.time[0], 3)
-            groups.setdefault((times.tobytes(), log.command.tobytes()), []).append(k)
+            beside = (None if value is None else value.tobytes() for value in (log.enabled, log.supply))
+            same = (times.tobytes(), log.command.tobytes(), *beside, *sorted(log.added.items()))
+            groups.setdefault(same, []).append(k)
     found: dict[str, list[tuple[int, np.ndarray]]] = {}
     for members in groups.values():
         if len(members) < 2:

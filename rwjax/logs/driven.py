@@ -40,12 +40,15 @@ def driven(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, tuple[Log, ...]]:
             f"{first.name} holds `{first.input}` and {other.name} `{other.input}`; all logs of one rig hold the same command: "
             "take them one kind after the other"
         )
-    supplied = all(log.supply is not None for log in logs)
-    switched = any(log.enabled is not None and not log.enabled.all() for log in logs)
+    logs = _with_supply(rig, logs)
+    unsupplied = next((log for log in logs if log.supply is None), None)
+    off = next((log for log in logs if log.enabled is not None and not log.enabled.all()), None)
+    supplied = unsupplied is None
     try:
-        rig = driven_by(rig, first.input, switched, supplied)
+        rig = driven_by(rig, first.input, off is not None, supplied)
     except RigError as error:
-        raise LogError(f"{first.name}: {error}") from None
+        about = off if off is not None and rig.kind == "platform" else unsupplied
+        raise LogError(f"{(about or first).name}: {error}") from None
     if first.input == "duty" and supplied:
         logs = [replace(log, command=log.command * log.supply, input="voltage_V") for log in logs]
     if first.input == GOAL:
@@ -104,11 +107,23 @@ def driven_by(rig: Rig, column: str, switched: bool = False, supplied: bool = Fa
     return replace(rig, driven=Driven(column, switched, supplied))
 
 
+def _with_supply(rig: Rig, logs: Sequence[Log]) -> Sequence[Log]:
+    """Logs of which all or none hold the supply's voltage, where the rig file has one for those that lack it."""
+    volts = rig.numbers.get("drive.supply")
+    if volts is None or len({log.supply is None for log in logs}) == 1:
+        return logs
+    return [log if log.supply is not None else replace(log, supply=np.full(len(log.time), volts)) for log in logs]
+
+
 def _acting(rig: Rig, log: Log, supplied: bool) -> np.ndarray:
     """What a servo gave from sample to sample (n,), by the rig file's numbers and the logged positions; 0 without these."""
     if "yaw_rad" not in log.outputs or rig.servo is None:
         return np.zeros(len(log.time))
-    n = {name.removeprefix(f"{SERVO}."): value for name, value in rig.numbers.items() if name.startswith(f"{SERVO}.")}
+    n = {
+        name.removeprefix(f"{SERVO}."): value + log.added.get(name, 0.0)
+        for name, value in rig.numbers.items()
+        if name.startswith(f"{SERVO}.")
+    }
     read = np.isfinite(log.outputs["yaw_rad"])
     position = np.interp(log.time, log.time[read], log.outputs["yaw_rad"][read])
     error = np.clip(log.command - position, -n.get("error_limit", np.inf), n.get("error_limit", np.inf))

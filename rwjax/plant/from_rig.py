@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import jax.numpy as jnp
 import numpy as np
 
 from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import CommandDelay, EncoderDelay
+from rwjax.errors import RigError
 from rwjax.kinds import GIVEN, GOAL, NUMBERS, SERVO
 from rwjax.plant.structure import LATE_TICKS, ServoStructure, Structure
 from rwjax.rig.columns import COLUMNS
@@ -62,7 +64,7 @@ def structure_of(rig: Rig) -> Structure:
         servo=servo,
         encoder_side=rig.servo.encoder_side if rig.servo is not None else "link",
         switched=rig.driven.switched,
-        unsigned=tuple(COLUMNS[name].output for name, source in rig.sources.items() if source.unsigned),
+        unsigned=tuple(sorted(COLUMNS[name].output for name, source in rig.sources.items() if source.unsigned)),
     ).with_effects(*rig.effects)
     return found._replace(tied=_tied(rig, found)) if rig.tied else found
 
@@ -84,6 +86,14 @@ def _given(rig: Rig) -> str:
 def _servo(rig: Rig, servo: Servo) -> ServoStructure:
     """The static part of a rig's servo."""
     name = f"{SERVO}.period"
+    for effect, given in rig.effects.items():
+        if issubclass(cls := BY_NAME[effect], CommandDelay | EncoderDelay):
+            numbers = {key: jnp.asarray(value) for key, value in given.items()}
+            late, most = float(cls(**numbers).delay()), LATE_TICKS * rig.numbers[name]
+            if late > most * (1.0 + 1e-9):
+                raise RigError(
+                    f"`{effect}` is {late:g} s late; a servo remembers {LATE_TICKS} ticks, {most:g} s: tick less often, by `{name}`"
+                )
     moves = name in {*rig.free, *rig.per_run}
     return ServoStructure(servo.damping_on, rig.numbers[name], PERIOD_OFF_BY if moves else 1.0)
 

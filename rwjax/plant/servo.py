@@ -208,6 +208,6 @@ def _filtered(plant: OneAxis, memory: Memory, u: Scalar, begun: Bool[Array, ""],
     for effect in plant.on(CommandFilter):
         names = [f"filter:{k + j}" for j in range(len(effect.filter_states))]
         k += len(names)
-        now, u = effect.advance(tuple(jnp.where(begun, memory[name], u) for name in names), u, h)
+        now, u = effect.over(h)(tuple(jnp.where(begun, memory[name], u) for name in names), u)
         memory = memory | dict(zip(names, now, strict=True))
     return memory, u

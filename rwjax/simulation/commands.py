@@ -14,7 +14,7 @@ from rwjax.simulation.batch import Batch
 from rwjax.types import Scalar
 
 ON_TIME = 1e-6
-"""Part of a step by which a servo's tick may be off a grid point and still counts as on it [1]."""
+"""Part of a period by which a servo's tick may be off a grid point and still counts as on it [1]."""
 
 
 class Switched(NamedTuple):

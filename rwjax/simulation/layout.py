@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.effects.library import BY_NAME
+from rwjax.effects.ports import Clock
 from rwjax.errors import LogError
-from rwjax.kinds import is_angle
+from rwjax.kinds import SERVO, is_angle
 from rwjax.logs.log import Log, with_earlier
 from rwjax.logs.segments import runs_of
 from rwjax.plant.structure import Structure
@@ -22,6 +24,8 @@ LONGEST_STEP = 5e-3
 samples share a step."""
 OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
 """The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
+LONG_AGO = 1e4
+"""Time on a logger's clock from which on rounding would move a servo's ticks [s]."""
 EARLIEST = 1.0
 """Time before a log's first sample from which a command may still act [s]."""
 MOST_STEPS = 5_000_000
@@ -70,7 +74,9 @@ def _steps_of(structure: Structure, log: Log, refine: int) -> tuple[float, int]:
     dt, longest, servo = float(np.median(np.diff(log.time))), _longest(structure), structure.servo
     if servo is not None:
         longest = longest if all(map(is_angle, log.outputs)) else min(longest, dt)
-        parts = refine * int(np.ceil(max(servo.period / longest, servo.period_off_by) - 1e-9))
+        moves = any(issubclass(BY_NAME[name], Clock) for name in structure.effects) or f"{SERVO}.period" in log.added
+        off_by = max(servo.period_off_by, 1.0 + moves)  # two ticks would not fit into one step
+        parts = refine * int(np.ceil(max(servo.period / longest, off_by) - 1e-9))
         h = servo.period / parts
         return h, _counted(log, h, max(1, int(np.ceil((log.time[-1] - log.time[0]) / h - 1e-6))))
     if log.outputs and all(map(is_angle, log.outputs)):
@@ -160,9 +166,11 @@ def _sampled(structure: Structure, logs: Sequence[Log], u_command: np.ndarray) -
 
 
 def _clock(structure: Structure, log: Log) -> float:
-    """`clock` of one log of a batch: near 0, whatever a logger counts from."""
+    """`clock` of one log of a batch: of one that counts from long ago, less whole periods."""
     start = log.time[0] - log.origin
-    return start if structure.servo is None else start + log.origin % structure.servo.period
+    if structure.servo is None:
+        return start
+    return start + (log.origin if abs(log.origin) < LONG_AGO else log.origin % structure.servo.period)
 
 
 def _held(t_command: np.ndarray, grid: _Grid) -> np.ndarray:

@@ -58,7 +58,7 @@ def simulate(
         raise InputError("a number of the solver is traced; make the solver outside of what JAX transforms")
     columns = dict(command) if isinstance(command, Mapping) else {"voltage_V": command}
     rig, (log,) = driven(rig, [_log_of(rig, time, columns)])
-    command = columns.get(log.input, log.command)
+    command = columns[log.input] if log.input in columns else log.supply * columns["duty"]
     structure = structure_of(rig)
     _check_names("number", numbers, [name for name in structure.names if name not in rig.tied])
     _check_names("state", start, structure.states)

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from rwjax.errors import RigError
+from rwjax.fitting.predict import predict
 from rwjax.kinds import SERVO
 from rwjax.plant.servo import integral, slope
 from rwjax.rig.model import Rig
 from rwjax.simulation.simulate import simulate
-from tests.joints import joint, servo
+from tests.joints import COUNT, joint, logged, servo
 
 T = np.arange(201) * 0.01
 GOAL = np.where(T > 0.2, 0.8, 0.0) + 0.2 * np.sin(3.0 * T)
@@ -152,3 +154,21 @@ def test_positive_gains_restore_whatever_the_sign_of_a_platform() -> None:
     ]
     np.testing.assert_array_equal(*runs)
     assert abs(float(runs[0][-1]) - GOAL[-1]) < 0.3
+
+
+def test_a_loop_that_has_integrated_its_error_away_goes_on_holding() -> None:
+    """A log that begins long after the last change of its goal: the motor holds gravity, and the error is 0."""
+    rig = servo(joint(axis__gravity__torque=0.6, axis__gravity__angle=0.3), kp=6.0, ki=30.0)
+    time = np.arange(1201) * 0.01
+    held = 512 * COUNT
+    goal = held + np.where(time > 10.0, 0.3, 0.0)
+    log = logged(rig, time, goal_rad=goal).cut(900, 1201)
+    assert np.all(log.outputs["yaw_rad"][:50] == held)
+    np.testing.assert_allclose(predict(rig, log)["yaw_rad"], log.outputs["yaw_rad"], rtol=0.0, atol=COUNT)
+
+
+def test_a_delay_that_its_line_does_not_hold_is_refused() -> None:
+    rig = with_effect(servo(joint(), period=0.001), "drive.delay", tau=0.03)
+    said = "`drive.delay` is 0.03 s late; a servo remembers 24 ticks, 0.024 s: tick less often, by `drive.servo.period`"
+    with pytest.raises(RigError, match=said):
+        simulate(rig, T, {"goal_rad": GOAL})

@@ -13,6 +13,7 @@ from rwjax.simulation.simulate import simulate
 from rwjax.simulation.smooth import Smooth
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory
+from tests.joints import joint
 from tests.systems import platform, reaction, record
 from tests.two_axes import two_axis
 
@@ -102,3 +103,15 @@ def test_a_whole_command_is_differentiated_through_the_smooth_solver_by_reverse_
     left = time[-1] - time[:-1] - 0.01
     expected = 0.4 / 0.02 * (1.0 - np.exp(-0.2 * 0.01)) * np.exp(-0.2 * left)
     np.testing.assert_allclose(jax.jit(jax.grad(last))(u)[:-1], expected, rtol=1e-5)
+
+
+def test_a_duty_is_differentiable_beside_a_logged_supply() -> None:
+    duty = 0.1 * np.sin(9.0 * T)
+
+    def end(scale: jax.Array) -> jax.Array:
+        columns = {"duty": scale * jnp.asarray(duty), "supply_V": np.full_like(T, 12.0)}
+        return simulate(joint(), T, columns)["yaw_rad"][-1]
+
+    one = jnp.ones(())
+    assert abs(float(end(one))) > 1e-3
+    assert float(jax.grad(end)(one)) == pytest.approx(float(end(one)), rel=1e-9)  # a linear joint

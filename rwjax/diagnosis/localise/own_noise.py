@@ -73,9 +73,13 @@ def rates(
     size = -(-n // chunk) * chunk
     X, t, u = (np.pad(a, [(0, size - n)] + [(0, 0)] * (a.ndim - 1), mode="edge") for a in (X, t, u))
     theta = theta + np.array(structure.vector(log.added))
+    on = None
+    if structure.switched:
+        enabled = np.ones(len(log.time), bool) if log.enabled is None else log.enabled
+        on = np.pad(np.broadcast_to(enabled[of_time], shape).ravel(), (0, size - n), mode="edge")
     parts = [
-        rates_along(structure, theta, t[k : k + chunk], X[k : k + chunk], u[k : k + chunk])
-        for k in range(0, size, chunk)
+        rates_along(structure, theta, t[at], X[at], u[at], None if on is None else on[at])
+        for at in (slice(k, k + chunk) for k in range(0, size, chunk))
     ]
     found = np.concatenate([np.asarray(part) for part in parts])[:n]
     return {s: found[:, k].reshape(shape) for k, s in enumerate(structure.states)}
