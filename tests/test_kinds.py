@@ -17,6 +17,7 @@ from rwjax.kinds import (
     SUBSYSTEMS,
     TURNING,
     TWO_AXIS,
+    WHEELED,
     beyond,
     encoder_section,
     half_column,
@@ -28,7 +29,7 @@ from rwjax.kinds import (
 
 def test_kinds_are_those_with_one_axis_and_with_two() -> None:
     assert KINDS == (*ONE_AXIS, *TWO_AXIS) and {*MOTORED, *TURNING} == {*ONE_AXIS}
-    assert {*MOTORED} & {*TURNING} == {"reaction"}
+    assert {*MOTORED} & {*TURNING} == {"reaction", "joint"} and {*WHEELED} == {*MOTORED} - {"joint"}
 
 
 @pytest.mark.parametrize("half", [0, 1])
@@ -52,14 +53,16 @@ def test_columns_of_either_half() -> None:
 
 
 def test_every_number_has_a_unit_a_sign_and_a_kind_and_a_part_that_the_kind_has() -> None:
-    parts = SUBSYSTEMS | {"gimbal": TWO_AXIS}
+    parts = SUBSYSTEMS | {"gimbal": TWO_AXIS, "gear": ("joint",)}
     for name, number in NUMBERS.items():
         assert number.unit and number.symbol and number.sign in SIGNS, name
         assert number.kinds and {*number.kinds} <= {*parts[name.partition(".")[0]]}, name
 
 
 def test_each_half_has_the_numbers_of_a_reaction_rig() -> None:
-    mine = {name for name, n in NUMBERS.items() if "reaction" in n.kinds} - {*COEFFICIENTS}
+    mine = {name for name, n in NUMBERS.items() if "reaction" in n.kinds and not name.startswith("drive.")} - {
+        *COEFFICIENTS
+    }
     for k, parts in enumerate(HALVES):
         there = {of_half(name) for name in NUMBERS if name.partition(".")[0] in parts.values()}
         level = {"axis.gravity.torque", "axis.gravity.angle"} if k == 0 else set()  # yaw turns about the vertical

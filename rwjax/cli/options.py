@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     import numpy as np
 
 RigFile = Annotated[Path, typer.Argument(metavar="RIG", help="rig file (TOML)", show_default=False)]
-LogFiles = Annotated[list[Path], typer.Argument(metavar="LOG…", help="log files (CSV)", show_default=False)]
+LogFiles = Annotated[
+    list[Path],
+    typer.Argument(metavar="LOG…", help="log files: CSV, and others by the rig file's [columns]", show_default=False),
+]
 Json = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="no progress")]
 Segments = Annotated[

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from rwjax.logs.log import Log
 
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="log file (CSV)", show_default=False)]
+LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="log file", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", metavar="PRED.csv", help="stdout without it")]
 
 
@@ -32,7 +32,7 @@ def predict(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the voltage, starts at rest at 0."""
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0."""
     from rwjax.fitting.predict import predict as free_run
     from rwjax.fitting.questions.likeness import Run
     from rwjax.fitting.questions.readings import about_readings

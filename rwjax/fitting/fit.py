@@ -18,7 +18,7 @@ from rwjax.fitting.segments import said, with_segments
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.tied_errors import tied_errors
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
-from rwjax.kinds import RANGES
+from rwjax.kinds import RANGES, SERVO
 from rwjax.logs.coverage import split_of
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
@@ -28,6 +28,7 @@ from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Driven, Rig
+from rwjax.rig.parse import PERIOD
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver
 
@@ -121,7 +122,7 @@ def fit(
     _check_run(rig, best)
     found = uncertainty(best)
     notes = [
-        *problem.solver.notes(rig, train),
+        *(problem.solver.notes(rig, train) + _taken(rig, structure)),
         *ask(problem, theta),
         *found.notes,
         *(remark for log in runs for remark in log.remarks()),
@@ -144,6 +145,18 @@ def _check_free(rig: Rig, structure: Structure) -> None:
             f"rig `{rig.name}`: `{idle[0]}` is free, and acts on nothing where the logs hold `{rig.driven.by}` and the drive is "
             f"given a {structure.command}; take it out of `fit.free`"
         )
+
+
+def _taken(rig: Rig, structure: Structure) -> list[str]:
+    """What is taken for numbers of a joint and its servo that the rig file may lack, though they matter."""
+    found = []
+    if rig.kind == "joint" and "gear.ratio" not in rig.numbers and structure.command != "torque":
+        found.append("the rig file has no gear.ratio: 1 is taken")
+    if structure.servo is not None and structure.servo.period == PERIOD:
+        found.append(
+            f"the servo is taken to tick every {1e3 * PERIOD:g} ms, as where the rig file has no `{SERVO}.period`"
+        )
+    return found
 
 
 def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray]) -> Fit:

@@ -29,6 +29,8 @@ FOLLOWED = 1000.0
 """Growth of a change of an axis's angle [rad] and rate [rad/s] over a run from which no free run follows it [1]."""
 WITHIN, MOST_OF = 100.0, 0.9
 """Growth of such a change within a segment [1], and the share of the segments that keep to it [1]."""
+SWINGS = 2.0
+"""Small swings that a segment of a run over the top holds at most [1]."""
 LONGEST_RUN_S = 1800.0
 """Length of a run from which it is cut in any case [s]: what no model holds adds up."""
 PIECE_S = 60.0
@@ -96,11 +98,34 @@ def _chosen(rig: Rig, logs: Sequence[Log]) -> Segments:
         return Segments()  # a change of the rate grows to as many radians as there are seconds, and no further
     moved = [_moved(rig, structure, log) for log in read] if structure.has_axis else []
     growth = max(map(_growth, moved), default=1.0)
-    if growth <= FOLLOWED and longest <= LONGEST_RUN_S:
+    swings = SWINGS * _swing_s(rig, read)
+    if growth <= FOLLOWED and longest <= LONGEST_RUN_S and not math.isfinite(swings):
         return Segments()
-    seconds = max(min(map(_followed_s, moved), default=LONGEST_S), SHORTEST_S)
-    why = f"a change of the state grows {growth:.2g} times over a run" if growth > FOLLOWED else "the runs are long"
-    return Segments(float(f"{seconds:.2g}"), why)
+    seconds = max(min([swings, *map(_followed_s, moved)], default=LONGEST_S), SHORTEST_S)
+    why = "the runs are long"
+    if math.isfinite(swings):
+        why = "the axis goes over the top, and how often depends on every number"
+    if growth > FOLLOWED:
+        why = f"a change of the state grows {growth:.2g} times over a run"
+    return Segments(float(f"{min(seconds, LONGEST_S):.2g}"), why)
+
+
+def _swing_s(rig: Rig, logs: Sequence[Log]) -> float:
+    """Longest time of a small swing of an axis that goes over the top of its gravity in some log [s]; infinite where none does."""
+    found = []
+    for name, torque in rig.numbers.items():
+        if not name.endswith("gravity.torque") or not torque:
+            continue
+        half = of_half(name)
+        output = "yaw_rad" if half is None else half_column("yaw_rad", half[0])
+        angle = rig.numbers.get(name.replace("torque", "angle"), 0.0) + (math.pi if torque < 0.0 else 0.0)
+        runs = [log.outputs[output] for log in logs if output in log.outputs]
+        turns = [np.floor((y[np.isfinite(y)] + angle + math.pi) / (2.0 * math.pi)) for y in runs]
+        if any(np.ptp(turn) > 0.0 for turn in turns if len(turn)):
+            inertia = rig.numbers[name.replace("gravity.torque", "inertia")]
+            inertia += rig.numbers.get("gear.ratio", 1.0) ** 2 * rig.numbers.get("motor.inertia", 0.0)
+            found.append(2.0 * math.pi * math.sqrt(inertia / abs(torque)))
+    return max(found, default=math.inf)
 
 
 def _pushed(rig: Rig, structure: Structure, logs: Sequence[Log]) -> bool:

@@ -35,6 +35,10 @@ def read_columns(sheet: Sheet, rig: Rig) -> tuple[Sheet, dict[str, np.ndarray]]:
     Raises:
         LogError: Where the columns do not fit the rig, or time and command are not usable.
     """
+    if ENABLED in sheet.names and ENABLED not in columns_of(rig.kind):
+        raise sheet.error(
+            None, f"a `{rig.kind}` rig has no `{ENABLED}`; its columns are {', '.join(columns_of(rig.kind))}"
+        )
     if rig.sources and sheet.notes.get(LAYOUT[0]) != LAYOUT[1]:
         sheet = mapped(sheet, rig.sources, columns_of(rig.kind))
     elif [*sheet.names] == [*THESIS_COLUMNS]:
@@ -146,7 +150,7 @@ def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
     """`LogError` where a column is missing, unknown, of another kind of rig, or there twice."""
     commands = commands_of(rig.kind)
     given = [name for name in used if name in commands]
-    _check_held(sheet, used, ["time_s", *(commands if rig.kind in TWO_AXIS else given[:1] or commands[:1])])
+    _check_held(sheet, used, rig, ["time_s", *(commands if rig.kind in TWO_AXIS else given[:1] or commands[:1])])
     if len(given) > 1 and rig.kind not in TWO_AXIS and given[0] != given[1]:
         raise sheet.error(
             None, f"`{given[0]}` and `{given[1]}` are both commands, and a log holds one; leave the other out"
@@ -168,11 +172,13 @@ def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
         held[output] = name
 
 
-def _check_held(sheet: Sheet, used: list[str], needed: list[str]) -> None:
+def _check_held(sheet: Sheet, used: list[str], rig: Rig, needed: list[str]) -> None:
     """`LogError` where a column is missing that every log needs."""
     for name in needed:
         if name not in used:
             found = ", ".join(f"`{each}`" for each in used) or "none"
             near = f", nearest `{nearest(name, used)}`" if alike(name, used) else ""
             other = " (`rwjax import` says which [columns] would make it one)" if len(used) > 1 and not near else ""
-            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}{near}{other}")
+            others = [each for each in commands_of(rig.kind) if name == "voltage_V" and each != name]
+            or_else = f"; instead of it {', '.join(others)}" if others else ""
+            raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}{near}{other}{or_else}")

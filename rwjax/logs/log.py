@@ -201,7 +201,7 @@ class Log:
         role = ", kept for validation" if self.validate else ""
         lines = [
             f"log `{self.name}`: {seconds:.6g} s, {n} samples{rate}{role}",
-            f"  command: {_range(self.command, 'V')}",
+            f"  command: {_range(self.command, unit_of(self.input))}",
         ]
         for name, y in self.outputs.items():
             missing = int(np.isnan(y).sum())

@@ -72,6 +72,7 @@ def _read(text: str) -> Any:
     """A number with its unit, of pint, or a number alone."""
     if len(text) > LONGEST or not _ALLOWED.fullmatch(text) or "**" in text:
         raise ValueError("is no unit; write one such as ms, deg, rpm, mA or 12 V / 255")
+    text = re.sub(r"\b(m|k|c)?Nm\b", r"\1N m", text)  # as everybody writes it
     try:
         return 1.0 * _registry().parse_expression(text)
     except Exception:  # pint's parser raises what its steps raise, of a dozen kinds
