@@ -34,8 +34,9 @@ from rwjax.simulation.solver import Solver
 
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
-OF_JOINT = 2
-"""Parts into which a joint's steps are divided for its numbers and their errors, which see less than a gap does [1]."""
+OF_JOINT, OF_JOINT_S = 8, 960.0
+"""Parts into which a joint's steps are divided at most for its numbers, which see less than a gap does [1]; and the length of its logs
+times these parts [s], so that long logs take less."""
 FIRST_STEPS = 10
 """Steps from each of these starts."""
 FAR_FROM_PRIOR = 4.0
@@ -105,7 +106,7 @@ def fit(
         pooled_noise(tuple(runs)),
         per_run=rig.per_run,
         prior=rig.prior,
-        refine=refine * (OF_JOINT if rig.kind == "joint" else 1),
+        refine=refine * _finer(rig, train),
         solver=solver.suited(rig, train),
     )
     shared = theta_of(rig, structure)
@@ -145,6 +146,13 @@ def _check_free(rig: Rig, structure: Structure) -> None:
             f"rig `{rig.name}`: `{idle[0]}` is free, and acts on nothing where the logs hold `{rig.driven.by}` and the drive is "
             f"given a {structure.command}; take it out of `fit.free`"
         )
+
+
+def _finer(rig: Rig, logs: Sequence[Log]) -> int:
+    """Parts into which the steps of a free run are divided for a fit [1]."""
+    if rig.kind != "joint":
+        return 1
+    return int(np.clip(OF_JOINT_S / sum(float(np.ptp(log.time)) for log in logs), 1, OF_JOINT))
 
 
 def _taken(rig: Rig, structure: Structure) -> list[str]:
