@@ -51,6 +51,7 @@ def searched(*starts: Unknowns):
     return optimise(p.structure, every, weight, prior, np.array(1e-6), p.batch, solver=SOLVER)
 
 
+@pytest.mark.slow
 def test_side_by_side_each_start_ends_where_the_numbers_are() -> None:
     theta = theta_of(RIG, structure_of(RIG))
     free = np.isin(NAMES, ("axis.inertia", "axis.friction.coulomb"))

@@ -42,6 +42,7 @@ def off_by(found, truth: Rig) -> dict[str, float]:
     return {name: (found.rig.values[name] - truth.values[name]) / found.rig.standard_error[name] for name in truth.free}
 
 
+@pytest.mark.slow
 def test_it_finds_the_numbers_of_a_smooth_rig_from_a_start_that_is_off(logs: list[Log]) -> None:
     begin = rig().with_values({"axis.inertia": 0.16, "axis.friction.viscous": 0.03, "axis.friction.coulomb": 0.03})
     found = fit(begin, logs, solver=SMOOTH)

@@ -54,12 +54,17 @@ STEP = 1e-5
 """Change of each value for the difference, in units of its own size [1]."""
 
 
-def slow(kind: str) -> object:
-    return pytest.param(kind, marks=() if kind == "platform" else pytest.mark.slow)
+FAST = ("exact", "platform")
 
 
-@pytest.mark.parametrize("kind", [slow(kind) for kind in RIGS])
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(
+    ("solver", "kind"),
+    [
+        pytest.param(solver, kind, marks=() if (solver, kind) == FAST else pytest.mark.slow)
+        for solver in SOLVERS
+        for kind in RIGS
+    ],
+)
 def test_derivatives_by_numbers_first_state_and_command_are_those_of_differences(solver: str, kind: str) -> None:
     rig = parse_rig(RIGS[kind])
     names, run = in_one_vector(rig, SOLVERS[solver])

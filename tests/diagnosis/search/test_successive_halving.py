@@ -28,6 +28,7 @@ def test_what_counts_is_what_a_hypothesis_gains_on_its_parent(cost: float, befor
     assert extrapolated_cost(cost, before, 100.0, at_parent=0.01) == pytest.approx(extrapolated)
 
 
+@pytest.mark.slow
 def test_a_rival_that_stands_at_a_wrong_place_begins_again_from_the_choice() -> None:
     rig = platform("viscous = 0.02")
     fits = fits_of(rig, true_log(rig, **{"drive.saturation": {"u_m": 4.0, "n": 2.0}}))
