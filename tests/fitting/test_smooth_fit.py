@@ -57,6 +57,7 @@ def test_it_finds_the_numbers_of_a_smooth_rig_from_a_start_that_is_off(logs: lis
     assert (found.json()["solver"], found.json()["smooth"]) == ("diffrax", WIDTH)
 
 
+@pytest.mark.slow
 def test_the_width_is_chosen_where_the_user_leaves_it_open(logs: list[Log]) -> None:
     fastest = max(np.max(np.abs(np.gradient(log.outputs["yaw_rad"], 0.1))) for log in logs)
     chosen = fit(rig(), logs, solver=Smooth()).fit.problem.solver.width
