@@ -32,28 +32,11 @@ class ArraySheet(Sheet):
     row: str = "row"
 
     def where(self, row: int | None) -> str:
-        """File and number of a row, or the name of what is no file and the number of a sample.
-
-        Args:
-            row: Index of the row, counted from 0; None for all of them.
-
-        Returns:
-            What a message begins with, `run.mat: row 5`.
-        """
+        """File and number of a row, or the name of what is no file and the number of a sample."""
         return f"{self.path}" if row is None else f"{self.path}: {self.row} {row + 1}"
 
     def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
-        """Columns as numbers.
-
-        Args:
-            names: Names of the columns.
-
-        Returns:
-            One array (n,) for each name [as in the file], NaN where there is no value.
-
-        Raises:
-            LogError: For a column that is no row of numbers, one that is shorter than others, and too few samples.
-        """
+        """Columns as numbers, NaN where there is no value."""
         found = [self._number(name) for name in names]
         for name, values in zip(names, found, strict=True):
             if len(values) != len(found[0]):

@@ -82,16 +82,18 @@ def _npz(path: str | os.PathLike[str], content: bytes) -> Sheet:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             names = archive.namelist()
-        if "xl/workbook.xml" in names:
-            raise LogError(f"{path}: is an Excel workbook; save its sheet as CSV")
-        if not names or not all(name.endswith(".npy") for name in names):
-            raise LogError(f"{path}: is an archive of files; unpack it")
+        plain = bool(names) and all(name.endswith(".npy") for name in names)
         with np.load(io.BytesIO(content), allow_pickle=False) as held:
-            return array_sheet(path, {name: held[name] for name in held.files})
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
-        if isinstance(error, LogError):
-            raise
+            arrays = {name: held[name] for name in held.files} if plain else {}
+    # reason: what a damaged archive makes zipfile, zlib and NumPy raise; NotImplementedError is zipfile's for an unknown packing
+    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError):
         raise LogError(f"{path}: the NPZ file is damaged or holds objects; write it again from plain arrays") from None
+    if not plain:
+        workbook = "xl/workbook.xml" in names
+        raise LogError(
+            f"{path}: is an " + ("Excel workbook; save its sheet as CSV" if workbook else "archive of files; unpack it")
+        )
+    return array_sheet(path, arrays)
 
 
 def _mat(path: str | os.PathLike[str], content: bytes) -> Sheet:

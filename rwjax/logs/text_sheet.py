@@ -36,39 +36,15 @@ class TextSheet(Sheet):
     rows: list[str]
 
     def where(self, row: int | None) -> str:
-        """File and line of a row.
-
-        Args:
-            row: Index of the line below the header, counted from 0; None for the header.
-
-        Returns:
-            What a message begins with, `run.csv:5`.
-        """
+        """File and line of a row."""
         return f"{self.path}:{self.header if row is None else self.header + 1 + row}"
 
     def to_leave_out(self, name: str) -> str:
-        """What a user writes to leave a column out.
-
-        Args:
-            name: Name of the column.
-
-        Returns:
-            The end of a sentence.
-        """
+        """The note that leaves a column out."""
         return f"write `# ignore: {name}` above the header to leave it out"
 
     def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
-        """Columns as numbers.
-
-        Args:
-            names: Names of the columns.
-
-        Returns:
-            One array (n,) for each name [as in the file], NaN where a cell is empty.
-
-        Raises:
-            LogError: With the line of the first row that cannot be read, and where the log is too short.
-        """
+        """Columns as numbers, NaN where a cell is empty."""
         if len(self.rows) < FEWEST:
             raise self.error(None, f"{len(self.rows)} samples below the header; a log needs at least {FEWEST}")
         use = [self.names.index(name) for name in names]

@@ -34,7 +34,6 @@ from rwjax.effects.ports import (
     CurrentLimit,
     Encoder,
     EncoderDelay,
-    GoalDelay,
     MotorTorque,
     Reading,
     Supply,
@@ -486,24 +485,6 @@ class OneAxis(Plant):
             The plant.
         """
         return replace(self, structure=self.structure._replace(servo=None))
-
-    def goal_delay(self) -> Scalar:
-        """Time by which a servo's goal acts late.
-
-        Returns:
-            The time [s].
-        """
-        return sum((effect.delay() for effect in self.on(GoalDelay)), start=jnp.zeros(()))
-
-    def servo_sign(self) -> Scalar:
-        """Sign of a servo's output with which positive gains restore.
-
-        Returns:
-            1 or -1 [1].
-        """
-        if self.structure.kind == "platform":
-            return jnp.sign(self.numbers["drive.gain"])
-        return -jnp.ones(()) if self.structure.kind == "reaction" else jnp.ones(())
 
     def powered(self, on: Float[Array, ""]) -> "OneAxis":
         """This plant where torque may be off.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from rwjax.effects.ports import CommandFilter
+from rwjax.effects.ports import CommandFilter, GoalDelay
 from rwjax.kinds import SERVO
 from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.structure import State
@@ -79,6 +79,25 @@ def integral(before: Scalar, error: Scalar, asked: Scalar, given: Scalar, period
     """
     winds_up = (given != asked) & (jnp.sign(asked) == jnp.sign(error))
     return before + jnp.where(winds_up, 0.0, period * error)
+
+
+def goal_delay(plant: OneAxis) -> Scalar:
+    """Time by which a servo's goal acts late.
+
+    Args:
+        plant: A plant with a servo.
+
+    Returns:
+        The time [s].
+    """
+    return sum((effect.delay() for effect in plant.on(GoalDelay)), start=jnp.zeros(()))
+
+
+def _sign(plant: OneAxis) -> Scalar:
+    """Sign of the output with which positive gains restore [1]."""
+    if plant.structure.kind == "platform":
+        return jnp.sign(plant.numbers["drive.gain"])
+    return -jnp.ones(()) if plant.structure.kind == "reaction" else jnp.ones(())
 
 
 def outputs_at_once(plant: OneAxis) -> int:
@@ -199,7 +218,7 @@ def _output(plant: OneAxis, memory: Memory, tick: Tick, position: Scalar, rate: 
         grown = integral(memory["integral"], error, asked, given, T)
         memory = memory | {"integral": jnp.where(tick.on, jnp.where(now, grown, memory["integral"]), 0.0)}
     given = jnp.where(tick.on, given, 0.0)
-    return memory, plant.act(plant.servo_sign() * tick.supply * given)
+    return memory, plant.act(_sign(plant) * tick.supply * given)
 
 
 def _filtered(plant: OneAxis, memory: Memory, u: Scalar, begun: Bool[Array, ""], h: Scalar) -> tuple[Memory, Scalar]:

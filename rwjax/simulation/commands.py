@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, Int
 from rwjax.kinds import SERVO
 from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.plant import Drive, Plant
-from rwjax.plant.servo import Tick, outputs_at_once
+from rwjax.plant.servo import Tick, goal_delay, outputs_at_once
 from rwjax.simulation.batch import Batch
 from rwjax.types import Scalar
 
@@ -162,7 +162,7 @@ def _ticks(plant: OneAxis, run: Batch) -> Tick:
     late = 0.0 if delay is None else delay / pace / T
     outputs = outputs_at_once(plant)
     goal, at = _held_command(run, jnp.asarray(run.u_command)), tick * T - since
-    wait = plant.goal_delay() / pace
+    wait = goal_delay(plant) / pace
     held = jnp.asarray(run.held)[_early(run) : -1]
     return Tick(
         ticks=tick > last[:-1],

@@ -107,7 +107,8 @@ def _exported(flat: Callable, arrays: list[Any]) -> export.Exported | None:
     """A function as JAX can write it to disk; None for one that calls back to Python, as the checks of equinox do."""
     try:
         return export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arrays))
-    except NotImplementedError:  # that is what JAX raises for it
+    # reason: so JAX says that a program calls back; it is traced in every process, and runs all the same
+    except NotImplementedError:
         return None
 
 
