@@ -128,14 +128,8 @@ NOTHING = Hypothesis()
 """The rig as it is."""
 
 
-_OF_ANY_AXIS = ("axis.friction.viscous", "axis.friction.coulomb", "axis.gravity.torque", "axis.gravity.angle")
-
-
 def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
     """Structure of the rig in which a hypothesis is looked for.
-
-    It holds all effects of the groups that the hypothesis's effects belong to, at their null unless the hypothesis holds them. Numbers
-    that the rig file may lack are there at 0. So few compiled programs serve all hypotheses and rigs.
 
     Args:
         rig: the rig as it is.
@@ -144,15 +138,7 @@ def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
     Returns:
         The plant's structure.
     """
-    own = structure_of(rig)
-    if own.has_axis:
-        of_axes = (
-            {on_half(name, k) for name in _OF_ANY_AXIS for k in range(len(HALVES))} if own.halves else _OF_ANY_AXIS
-        )
-        own = own._replace(numbers=tuple(name for name in NUMBERS if name in {*own.numbers, *of_axes}))
-    groups = {BY_NAME[name].group for name in hypothesis.effects}
-    alike = (name for name in Hypothesis(candidates(rig)).effects if BY_NAME[name].group in groups)
-    return own.with_effects(*alike, *hypothesis.effects)
+    return structure_of(rig).with_effects(*hypothesis.effects)
 
 
 def logged_outputs(logs: Iterable[Log]) -> frozenset[str]:

@@ -59,9 +59,8 @@ class _Request:
         slots = batch.slot_step.shape[2]
         self.y = np.empty((self.missing, self.wanted.windows, slots, len(self.wanted.problem.structure.outputs)))
 
-    @property
-    def program(self) -> tuple:
-        """Requests of the same compiled program, whose runs may share a batch."""
+    def program(self, run: int) -> tuple:
+        """Runs of the same log and the same compiled program may share a call."""
         batch = self.wanted.problem.batch
         return (
             self.wanted.problem.structure,
@@ -70,6 +69,7 @@ class _Request:
             id(batch.theta_index),
             id(batch.theta_offset),
             self.wanted.windows,
+            int(self.wanted.logs[run % len(self.wanted.logs)]),
         )
 
 
@@ -78,16 +78,14 @@ _Run = tuple[_Request, int]
 
 
 def _simulated(runs: list[_Run]) -> np.ndarray:
-    """Readings of up to `BATCH` runs."""
-    full = [*runs, *runs[-1:] * (BATCH - len(runs))]  # the last one again fills the batch
-    row = [divmod(run, len(request.wanted.logs)) for request, run in full]
-    theta = np.stack([request.wanted.theta[b] for (request, _), (b, _) in zip(full, row, strict=True)])
-    log = np.array([request.wanted.logs[k] for (request, _), (_, k) in zip(full, row, strict=True)])
-    start = np.stack([request.wanted.start[b, k] for (request, _), (b, _), k in zip(full, row, log, strict=True)])
+    """Readings of up to `BATCH` runs of one log."""
     wanted = runs[0][0].wanted
-    batch = wanted.problem.batch.inputs_of(log)
-    y = free_runs(wanted.problem.structure, theta, start, np.array(wanted.windows), batch, solver=wanted.problem.solver)
-    return np.asarray(y)[: len(runs), : wanted.windows]
+    row = [divmod(run, len(request.wanted.logs)) for request, run in runs]
+    log = int(wanted.logs[row[0][1]])
+    theta = np.stack([request.wanted.theta[b] for (request, _), (b, _) in zip(runs, row, strict=True)])
+    start = np.stack([request.wanted.start[b, log] for (request, _), (b, _) in zip(runs, row, strict=True)])
+    problem = wanted.problem
+    return free_runs(problem.structure, theta, start, wanted.windows, problem.batch.of(log), solver=problem.solver)
 
 
 def together(searches: Sequence[Simulating[T]]) -> list[T]:
@@ -172,7 +170,8 @@ class _Schedule:
             return
         request = _Request(number, wanted)
         with self.changed:
-            self.waiting.setdefault(request.program, []).extend((request, run) for run in range(request.missing))
+            for run in range(request.missing):
+                self.waiting.setdefault(request.program(run), []).append((request, run))
 
     def _simulate(self, runs: list[_Run]) -> None:
         for (request, run), y in zip(runs, _simulated(runs), strict=True):

@@ -8,8 +8,6 @@ from rwjax.simulation.batch import Batch
 from rwjax.simulation.free_run import free_run
 from rwjax.simulation.shooting import Evaluation, evaluate
 
-COLUMNS = 8
-"""Numbers differentiated by come in multiples of this, so that most fits share one compiled program."""
 LONG = 4000
 """Steps of a log from which a call of its own costs less than it saves."""
 
@@ -36,7 +34,7 @@ def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[n
 def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:
     """`evaluate` of a problem's logs, as numpy arrays.
 
-    Its columns are the derivatives by the numbers, zeros up to a multiple of `COLUMNS`, and the derivatives by the
+    Its columns are the derivatives by the numbers, zeros where XLA's program fills them up, and the derivatives by the
     states. Several long logs run at the same time, each in a call of its own; logs without readings are left at 0.
 
     Args:
@@ -48,12 +46,10 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
     Returns:
         Residuals in units of noise [1] and their derivatives [1/SI].
     """
-    padded = np.full(max(-(-len(numbers) // COLUMNS), 1) * COLUMNS, len(theta))
-    padded[: len(numbers)] = numbers
 
     def of(nodes: np.ndarray, batch: Batch) -> Evaluation:
         return Evaluation(
-            *(np.asarray(a) for a in evaluate(problem.structure, theta, padded, nodes, batch, solver=problem.solver))
+            *(np.asarray(a) for a in evaluate(problem.structure, theta, numbers, nodes, batch, solver=problem.solver))
         )
 
     batch, counted = problem.batch, problem.logs_with_readings.tolist()

@@ -65,6 +65,11 @@ class Body(NamedTuple):
     reaction: tuple[Scalar | float, ...]
 
 
+def _pushed(values: State, body: Body, push: Scalar) -> State:
+    """Rates, or states, changed by a body's reaction to a torque [N m], or to an impulse [N m s]."""
+    return tuple(v + c * push if not isinstance(c, float) or c else v for v, c in zip(values, body.reaction, strict=True))
+
+
 class OneAxis(Plant):
     """Base equations and effects of a rig of the kinds `kinds.ONE_AXIS`.
 
@@ -379,7 +384,7 @@ class OneAxis(Plant):
             w = start[body.rate]
             holding = jnp.clip(free, -backward, forward)
             friction = jnp.where(w > 0.0, forward, jnp.where(w < 0.0, -backward, holding))
-            rates = tuple(r + c * friction for r, c in zip(rates, body.reaction, strict=True))
+            rates = _pushed(rates, body, friction)
             torques.append(BodyTorque(free, free - holding))
         return FrictionRates(rates, torques)
 
@@ -388,7 +393,7 @@ class OneAxis(Plant):
         rates, motion = self.field(t, x, u), self.motion(t, x, u)
         for body, effects in self.bodies():
             friction = smooth_friction(effects, motion, x[body.rate], width)
-            rates = tuple(r + c * friction for r, c in zip(rates, body.reaction, strict=True))
+            rates = _pushed(rates, body, friction)
         return self.limited(x, self.deflecting(motion, rates))
 
     def deflecting(self, motion: Motion, rates: State) -> State:
@@ -437,7 +442,7 @@ class OneAxis(Plant):
         rates, angles = (x[body.rate], x1[body.rate]), (x[body.angle], x1[body.angle])
         end, angle, _ = stopped(rates, angles, step.rates[body.rate], step.h, body.inertia, levels, torques)
         impulse = (end - x1[body.rate]) / body.reaction[body.rate]
-        mended = [v + c * impulse for v, c in zip(x1, body.reaction, strict=True)]
+        mended = [*_pushed(x1, body, impulse)]
         mended[body.rate], mended[body.angle] = end, angle
         return tuple(mended)
 

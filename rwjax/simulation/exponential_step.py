@@ -107,9 +107,8 @@ def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _times(M: Matrix, x: State, used: np.ndarray) -> State:
-    return tuple(
-        sum((M[r][c] * x[c] for c in np.flatnonzero(used[r])), start=jnp.zeros_like(x[r])) for r in range(len(x))
-    )
+    terms = [[M[r][c] * x[c] for c in np.flatnonzero(used[r])] for r in range(len(x))]
+    return tuple(sum(row[1:], start=row[0]) if row else jnp.zeros_like(x[r]) for r, row in enumerate(terms))
 
 
 def _add(x: State, y: State) -> State:

@@ -2,17 +2,22 @@
 
 from typing import Any
 
+import jax
+import numpy as np
 from jaxtyping import Float, Int
 
 from rwjax.plant.structure import Structure
+from rwjax.simulation import machine_code
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.program_cache import stored
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.windows import plant_of_run
 
+ROWS = 16
+"""Runs in one call of XLA's program: a run in a full call costs a third of a call of its own."""
 
-@stored(tuple)
+
 def free_run(
     structure: Structure,
     theta: Float[Any, " t"],
@@ -33,32 +38,57 @@ def free_run(
     Returns:
         Readings `(l, w, q, y)` [rad, rad/s or A] and states `(l, w, n)` [SI].
     """
+    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((theta, start, batch))):
+        theta, start = np.asarray(theta), np.asarray(start)
+        found = [machine_code.whole_run(structure, theta, x, batch, log, solver) for log, x in enumerate(start)]
+        if found and all(run is not None for run in found):
+            return tuple(np.stack(part) for part in zip(*found, strict=True))
+    return _free_run(structure, theta, start, batch, solver=solver)
+
+
+@stored(tuple)
+def _free_run(structure: Structure, theta: Any, start: Any, batch: Batch, *, solver: Solver = EXACT) -> Any:
+    """`free_run` through XLA."""
     return solver.of_logs(lambda run, x0: solver.whole(plant_of_run(structure, theta, run), run, x0), batch, start)
 
 
-@stored(lambda found: found[0])
 def free_runs(
     structure: Structure,
-    theta: Float[Any, "l t"],
-    start: Float[Any, "l n"],
-    windows: Int[Any, ""],
+    theta: Float[np.ndarray, "b t"],
+    start: Float[np.ndarray, "b n"],
+    windows: int,
     batch: Batch,
     *,
     solver: Solver = EXACT,
-) -> Any:
-    """Readings of the first windows of logs from their first state, every log with numbers of its own.
+) -> Float[np.ndarray, "b w q y"]:
+    """Readings of the first windows of one log, of several runs with numbers and first states of their own.
 
     Args:
         structure: What the plant is made of.
-        theta: Numbers `(l, t)` for each log [SI].
-        start: First state of every log `(l, n)` [SI].
+        theta: Numbers `(b, t)` for each run [SI].
+        start: First states `(b, n)` [SI].
         windows: How many windows to simulate [1].
-        batch: The logs.
-        solver: What moves the plant through a log.
+        batch: The log.
+        solver: What moves the plant through it.
 
     Returns:
-        Readings `(l, w, q, y)` [rad, rad/s or A]; those of later windows are 0.
+        Readings `(b, w, q, y)` [rad, rad/s or A].
     """
+    found = machine_code.runs(structure, theta, start, windows, batch, solver)
+    if found is None:
+        b = len(theta)
+        fill = -b % ROWS
+        full = [np.concatenate([a, np.repeat(a[-1:], fill, axis=0)]) for a in (theta, start)]
+        runs = batch.inputs_of(np.zeros(b + fill, int))
+        found = np.asarray(_free_runs(structure, *full, np.array(windows), runs, solver=solver))[:b]
+    return found[:, :windows]
+
+
+@stored(lambda found: found[0])
+def _free_runs(
+    structure: Structure, theta: Any, start: Any, windows: Int[Any, ""], batch: Batch, *, solver: Solver = EXACT
+) -> Any:
+    """`free_runs` through XLA."""
     return [
         solver.of_logs(
             lambda run, x0, theta: solver.beginning(plant_of_run(structure, theta, run), run, x0, windows),

@@ -6,14 +6,9 @@ shapes: all of them name its file. Programs of a structure or a solver that is n
 library's source does not say what they compute.
 """
 
-import hashlib
-import os
 from collections.abc import Callable, Hashable
-from contextlib import suppress
-from functools import cache, wraps
-from importlib.metadata import version
+from functools import wraps
 from inspect import Parameter, signature
-from pathlib import Path
 from threading import Lock, RLock
 from typing import Any
 
@@ -22,11 +17,8 @@ import numpy as np
 from jax import export
 from jax.core import Tracer
 
-TRACED = ("jax", "equinox", "diffrax", "optimistix", "lineax")
-"""Distributions whose code becomes part of a program."""
-DIGEST = 32
-"""Bytes of the check sum before a program in its file. It shows that a file was torn; against somebody who can write the folder there is
-`rwjax/cache_folder.py`."""
+from rwjax import program_files
+
 MOST_PROGRAMS = 100
 """Programs that a process holds. Of more, those not called for longest are dropped and read again when they are needed. Each takes up
 to 350 memory maps, of which Linux gives a process 65 530, and up to 50 MB."""
@@ -62,47 +54,6 @@ _programs: dict[object, Callable] = {}
 _lock = RLock()  # a program that is being traced may call another one
 
 
-@cache
-def _origin() -> str:
-    """What a traced program depends on besides its arguments."""
-    source = hashlib.sha256()
-    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
-        source.update(path.read_bytes())
-    return f"{source.hexdigest()} {[version(name) for name in TRACED]} {jax.default_backend()}"
-
-
-def _file(name: str, key: object) -> Path | None:
-    folder = getattr(jax.config, "jax_compilation_cache_dir", None)
-    if not folder:
-        return None
-    digest = hashlib.sha256(f"{_origin()} {name} {key}".encode()).hexdigest()
-    return Path(folder) / f"traced-{name}-{digest}"
-
-
-def _read(path: Path | None) -> bytearray | None:
-    """What `_write` put there, None where nothing is or not all of it."""
-    try:
-        content = path.read_bytes() if path else b""
-    except OSError:
-        return None
-    digest, data = content[:DIGEST], content[DIGEST:]
-    return bytearray(data) if data and hashlib.sha256(data).digest() == digest else None
-
-
-def _write(path: Path | None, data: bytes | bytearray) -> None:
-    """The file appears whole or not at all; a full or read-only disk costs time and nothing else."""
-    if path is None:
-        return
-    new = path.with_suffix(f".{os.getpid()}")
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            new.write_bytes(hashlib.sha256(data).digest() + data)
-            new.replace(path)
-        finally:
-            new.unlink(missing_ok=True)
-
-
 def _exported(flat: Callable, arrays: list[Any]) -> export.Exported | None:
     """A function as JAX can write it to disk; None for one that calls back to Python, as the checks of equinox do."""
     try:
@@ -114,11 +65,11 @@ def _exported(flat: Callable, arrays: list[Any]) -> export.Exported | None:
 
 def _program(name: str, key: object, flat: Callable, arrays: list[Any], keep: bool) -> Callable:
     """The compiled program for arrays of these shapes, from disk or traced and put there; only traced if it is not to be kept."""
-    path = _file(name, key) if keep else None
-    data = _read(path)
+    path = program_files.file_of("traced", name, key) if keep else None
+    data = program_files.read(path)
     traced = _exported(flat, arrays) if data is None else export.deserialize(data)
     if traced is not None and data is None:
-        _write(path, traced.serialize())
+        program_files.write(path, traced.serialize())
     program = flat if traced is None else traced.call
     own = ON_PROCESSOR if jax.default_backend() == "cpu" else {}
     return _Once(jax.jit(program, compiler_options=OPTIONS | own))

@@ -4,14 +4,19 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
 from rwjax.plant.structure import Structure
+from rwjax.simulation import machine_code
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.program_cache import stored
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.windows import log_by_log, plant_of_run, side_by_side
+
+COLUMNS = 8
+"""Numbers by which XLA's program differentiates come in multiples of this, so that most fits share one."""
 
 
 class Evaluation(NamedTuple):
@@ -37,7 +42,6 @@ class Evaluation(NamedTuple):
     defect: Float[Any, "l w n"]
 
 
-@stored(Evaluation._make)
 def evaluate(
     structure: Structure,
     theta: Float[Any, " t"],
@@ -66,6 +70,73 @@ def evaluate(
     Source:
         Bock and Plitt (1984), A multiple shooting algorithm for direct solution of optimal control problems.
     """
+
+    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((theta, nodes, batch))):
+        found = _lowered(structure, np.asarray(theta), np.asarray(numbers), np.asarray(nodes), batch, solver)
+        if found is not None:
+            return found
+        fill = -len(numbers) % COLUMNS if len(numbers) else COLUMNS
+        numbers = np.concatenate([numbers, np.full(fill, len(theta))]).astype(int)
+    return _evaluate(structure, theta, numbers, nodes, batch, solver=solver)
+
+
+def _lowered(
+    structure: Structure, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray, batch: Batch, solver: Solver
+) -> Evaluation | None:
+    """`evaluate` with lowered programs, log by log."""
+    found = []
+    for log in range(len(nodes)):
+        parts = machine_code.sensitivities(structure, theta, numbers, nodes[log], batch, log, solver)
+        each = None if parts is None else _of_log(*parts, nodes[log], batch.reading[log], batch.weight[log])
+        if each is None:
+            return None
+        found.append(each)
+    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}
+    return Evaluation(*(np.stack([getattr(e, name) for e in found], axis[name]) for name in axis))
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _of_log(
+    y: np.ndarray,
+    end: np.ndarray,
+    dy: np.ndarray,
+    d_end: np.ndarray,
+    nodes: np.ndarray,
+    reading: np.ndarray,
+    weight: np.ndarray,
+) -> Evaluation | None:
+    """Residuals and normal equations of one log, whose entries have no axis of logs."""
+    W, n = nodes.shape
+    columns, k = len(dy), len(dy) - n
+    residual, local = (y - reading) * weight, dy * weight
+    defect = np.concatenate([end[:-1] - nodes[1:], np.zeros((1, n))])
+    steps = np.ascontiguousarray(np.moveaxis(d_end[k:], 0, -1))
+    added = np.concatenate([d_end[:k], np.zeros((n, W, n)), defect[None]])
+    first = np.concatenate([np.zeros((k, n)), np.eye(n), np.zeros((1, n))])
+    carried = machine_code.continued(steps, added, first)
+    if carried is None:
+        return None
+    chain, shift = np.moveaxis(carried[:-1], 0, -1), carried[-1]
+    flat = local.reshape(columns, W, -1)
+    by_state = flat[k:].transpose(1, 0, 2)
+    through = np.swapaxes(chain, 1, 2) @ by_state
+    through[:, :k] += flat[:k].transpose(1, 0, 2)
+    moved = residual.reshape(W, -1) + (shift[:, None] @ by_state)[:, 0]
+    G = through.transpose(1, 0, 2).reshape(columns, -1)
+    return Evaluation(residual, local, chain, shift, G @ G.T, G @ moved.ravel(), defect)
+
+
+@stored(Evaluation._make)
+def _evaluate(
+    structure: Structure,
+    theta: Float[Any, " t"],
+    numbers: Int[Any, " k"],
+    nodes: Float[Any, "l w n"],
+    batch: Batch,
+    *,
+    solver: Solver = EXACT,
+) -> Evaluation:
+    """`evaluate` through XLA."""
 
     def outcome(theta: Float[Array, " t"], nodes: Float[Array, "l w n"]) -> tuple[Array, Array]:
         y, end = _simulate_windows(structure, solver, theta, nodes, batch)

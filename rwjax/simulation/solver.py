@@ -156,9 +156,9 @@ class Solver(eqx.Module):
         def one(w: Int[Array, ""], carry: tuple[Array, Array]) -> tuple[Array, Array]:
             x, y = carry
             x, seen = window(x, jax.tree.map(lambda a: a[w], inputs))
-            return x, y.at[w].set(seen)
+            return x, jax.lax.dynamic_update_index_in_dim(y, seen, w, 0)
 
-        nothing = jnp.zeros((*run.slot_step.shape, len(plant.structure.outputs)))
+        nothing = jax.lax.empty((*run.slot_step.shape, len(plant.structure.outputs)), float)
         return jax.lax.fori_loop(0, windows, one, (x0, nothing))[1]
 
     def windows(

@@ -100,7 +100,7 @@ def by_window(steps: Any, run: Batch) -> Any:
         The same arrays `(w, m, …)`.
     """
     W, m = run.slot_step.shape[0], run.step_index.shape[0]
-    index = np.add.outer(m * np.arange(W), np.arange(m + len(run.overlap_index)))
+    index = m * jnp.arange(W)[:, None] + jnp.arange(m + len(run.overlap_index))
     return jax.tree.map(lambda values: values[index], steps)
 
 

@@ -1,0 +1,172 @@
+"""A jaxpr as a flat list of equations, and over what its values differ."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
+
+from rwjax.lowering.arrays import Spread
+
+CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
+"""Primitives that call a program, and the name under which they hold it."""
+CALLS |= {"custom_vjp_call": "call_jaxpr", "remat2": "jaxpr", "checkpoint": "jaxpr", "custom_lin": "jaxpr"}
+
+
+class Constant(NamedTuple):
+    """A constant of a jaxpr in the place of a variable."""
+
+    value: Any
+
+
+class Equation(NamedTuple):
+    """A primitive and what it is applied to.
+
+    Attributes:
+        name: Name of the primitive.
+        params: Its parameters.
+        inputs: Names of variables, literals or constants.
+        outputs: Names of variables with their shapes.
+        avals: Shape and type of each output.
+    """
+
+    name: str
+    params: dict[str, Any]
+    inputs: list
+    outputs: list
+    avals: list
+
+
+class Program(NamedTuple):
+    """Equations in the order in which they are worked out.
+
+    Attributes:
+        inputs: Names of the arguments.
+        equations: The equations, none of them a call.
+        outputs: Names of the results.
+    """
+
+    inputs: list
+    equations: list[Equation]
+    outputs: list
+
+
+@lru_cache(maxsize=512)
+def flattened(closed: ClosedJaxpr | Jaxpr) -> Program:
+    """A jaxpr with all calls written out, and without what nothing needs.
+
+    Args:
+        closed: The jaxpr.
+
+    Returns:
+        Its equations.
+    """
+    jaxpr = closed.jaxpr if isinstance(closed, ClosedJaxpr) else closed
+    constants = closed.consts if isinstance(closed, ClosedJaxpr) else []
+    equations: list[Equation] = []
+    names = {v: object() for v in jaxpr.invars}
+    outputs = _written_out(jaxpr, constants, names, equations)
+    return _needed(Program([names[v] for v in jaxpr.invars], equations, outputs))
+
+
+def _written_out(jaxpr: Jaxpr, constants: Sequence, names: dict[Var, Any], equations: list[Equation]) -> list:
+    names |= {v: Constant(c) for v, c in zip(jaxpr.constvars, constants, strict=True)}
+
+    def read(v: Any) -> Any:
+        return v if isinstance(v, Literal) else names[v]
+
+    for eqn in jaxpr.eqns:
+        name, inputs = eqn.primitive.name, [read(v) for v in eqn.invars]
+        if name in CALLS:
+            inner = eqn.params[CALLS[name]]
+            body = inner.jaxpr if isinstance(inner, ClosedJaxpr) else inner
+            held = inner.consts if isinstance(inner, ClosedJaxpr) else []
+            found = _written_out(body, held, dict(zip(body.invars, inputs, strict=True)), equations)
+            names |= dict(zip(eqn.outvars, found, strict=True))
+            continue
+        outputs = [object() for _ in eqn.outvars]
+        names |= dict(zip(eqn.outvars, outputs, strict=True))
+        equations.append(Equation(name, eqn.params, inputs, outputs, [v.aval for v in eqn.outvars]))
+    return [read(v) for v in jaxpr.outvars]
+
+
+def _needed(program: Program) -> Program:
+    """The equations on which a result depends."""
+    wanted = {id(v) for v in program.outputs}
+    kept = []
+    for equation in reversed(program.equations):
+        if any(id(v) in wanted for v in equation.outputs):
+            kept.append(equation)
+            wanted |= {id(v) for v in equation.inputs}
+    return program._replace(equations=kept[::-1])
+
+
+def spreads(program: Program, given: Sequence[Spread]) -> dict[int, Spread]:
+    """Over what the variables of a program differ.
+
+    Args:
+        program: The program.
+        given: Over what its arguments differ.
+
+    Returns:
+        The spread of each variable by the `id` of its name; what is not listed is the same everywhere.
+    """
+    found = {id(v): s for v, s in zip(program.inputs, given, strict=True)}
+    for equation in program.equations:
+        inputs = [found.get(id(v), Spread()) for v in equation.inputs]
+        for v, s in zip(equation.outputs, _of_equation(equation, inputs), strict=True):
+            found[id(v)] = s
+    return found
+
+
+def result_spreads(program: Program, given: Sequence[Spread]) -> list[Spread]:
+    """Over what the results of a program differ.
+
+    Args:
+        program: The program.
+        given: Over what its arguments differ.
+
+    Returns:
+        One spread for each result.
+    """
+    found = spreads(program, given)
+    return [found.get(id(v), Spread()) for v in program.outputs]
+
+
+def carried_spreads(body: Program, consts: Sequence[Spread], carry: Sequence[Spread], rest: Sequence[Spread]) -> list[Spread]:
+    """Over what the values differ that a loop hands on.
+
+    Args:
+        body: Body of the loop: from what stays, what is handed on and all else to what is handed on and all else.
+        consts: Over what the values differ that stay.
+        carry: The same of what is handed on, when the loop begins.
+        rest: The same of all else.
+
+    Returns:
+        The same of what is handed on, in all turns.
+    """
+    carry = list(carry)
+    while True:
+        found = result_spreads(body, [*consts, *carry, *rest])[: len(carry)]
+        joined = [a | b for a, b in zip(carry, found, strict=True)]
+        if joined == carry:
+            return carry
+        carry = joined
+
+
+def _of_equation(equation: Equation, inputs: Sequence[Spread]) -> list[Spread]:
+    p = equation.params
+    if equation.name == "scan":
+        consts, carry = inputs[: p["num_consts"]], inputs[p["num_consts"] :][: p["num_carry"]]
+        xs, body = inputs[p["num_consts"] + p["num_carry"] :], flattened(p["jaxpr"])
+        carry = carried_spreads(body, consts, carry, xs)
+        return [*carry, *result_spreads(body, [*consts, *carry, *xs])[len(carry) :]]
+    if equation.name == "while":
+        n, m = p["cond_nconsts"], p["body_nconsts"]
+        carry = carried_spreads(flattened(p["body_jaxpr"]), inputs[n : n + m], inputs[n + m :], [])
+        goes_on = result_spreads(flattened(p["cond_jaxpr"]), [*inputs[:n], *carry])[0]
+        return [s | goes_on for s in carry]
+    joined = Spread()
+    for s in inputs:
+        joined |= s
+    return [joined] * len(equation.outputs)

@@ -1,0 +1,94 @@
+"""Lowered programs of this process and on disk: what was lowered once is loaded from there."""
+
+import json
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from threading import Lock
+
+import jax
+import llvmlite
+import numpy as np
+
+from rwjax import program_files
+from rwjax.lowering.arrays import Spread
+from rwjax.lowering.lower import Unsupported
+from rwjax.lowering.machine import processor
+from rwjax.lowering.program import Code, Lowered, Slot, build
+
+LANES = 8
+"""Runs side by side in a vector [1]."""
+_programs: dict[object, "Lowered | None"] = {}
+_locks: dict[object, Lock] = {}
+_lock = Lock()
+_off: list[None] = []
+
+
+@contextmanager
+def through_xla() -> Iterator[None]:
+    """Inside it no program is lowered: XLA runs them all, as on a GPU."""
+    _off.append(None)
+    try:
+        yield
+    finally:
+        _off.pop()
+
+
+def lowered(
+    name: str, key: object, function: Callable, arguments: Sequence[np.ndarray], given: Sequence[Spread], keep: bool
+) -> Lowered | None:
+    """A function as machine code.
+
+    Args:
+        name: Name under which it is kept.
+        key: What it depends on besides the shapes of its arguments.
+        function: The function of one run and one direction.
+        arguments: Arguments of one run and one direction.
+        given: Over what they differ.
+        keep: Whether it may be kept on disk: whether the library's source and the key determine it.
+
+    Returns:
+        The program; None where it runs through XLA: not on a processor, or because it holds what is not lowered.
+    """
+    if _off or jax.default_backend() != "cpu":
+        return None
+    whole = (name, key, tuple((np.shape(a), np.asarray(a).dtype.name) for a in arguments), tuple(given))
+    with _lock:
+        if whole in _programs:
+            return _programs[whole]
+        lock = _locks.setdefault(whole, Lock())
+    with lock:
+        if whole not in _programs:
+            _programs[whole] = _found(name, whole, function, arguments, given, keep)
+    return _programs[whole]
+
+
+def _found(
+    name: str, whole: object, function: Callable, arguments: Sequence[np.ndarray], given: Sequence[Spread], keep: bool
+) -> Lowered | None:
+    key = (whole, LANES, processor(), llvmlite.__version__)
+    path = program_files.file_of("lowered", name, key) if keep else None
+    if (data := program_files.read(path)) is not None:
+        return Lowered(_unpacked(data))
+    try:
+        code = build(function, arguments, given, LANES)
+    except Unsupported as what:
+        logging.getLogger("rwjax").warning("rwjax: note: %s runs through XLA, which is slower: %s", name, what)
+        return None
+    program_files.write(path, _packed(code))
+    return Lowered(code)
+
+
+def _packed(code: Code) -> bytes:
+    about = {"lanes": code.lanes, "arguments": code.arguments, "results": code.results, "workspace": code.workspace}
+    return json.dumps(about).encode() + b"\n" + code.code
+
+
+def _unpacked(data: bytearray) -> Code:
+    about, _, code = bytes(data).partition(b"\n")
+    held = json.loads(about)
+
+    def slots(every: list) -> tuple[Slot, ...]:
+        return tuple(Slot(tuple(shape), kind, Spread(*spread)) for shape, kind, spread in every)
+
+    return Code(code, held["lanes"], slots(held["arguments"]), slots(held["results"]), tuple(held["workspace"]))

@@ -1,0 +1,75 @@
+"""The processor: LLVM's code for it, and functions of object code that can be called."""
+
+import ctypes
+from functools import cache
+from threading import Lock
+
+import llvmlite.binding as llvm
+
+_lock = Lock()  # LLVM's contexts are not for several threads at once
+_engines: list = []  # what was loaded stays while the process lives
+
+
+@cache
+def _target() -> llvm.Target:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple()
+
+
+@cache
+def processor() -> tuple[str, str]:
+    """Name of this processor, and what it can do, as LLVM writes it.
+
+    Returns:
+        Name and features.
+    """
+    _target()
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def _machine(features: str) -> llvm.TargetMachine:
+    name, own = processor()
+    joined = ",".join(part for part in (own, features) if part)
+    return _target().create_target_machine(cpu=name, features=joined, opt=2, reloc="pic", codemodel="jitdefault")
+
+
+def compiled(text: str, features: str = "") -> bytes:
+    """Object code of a module.
+
+    Args:
+        text: The module in LLVM's own language.
+        features: What the processor is to be taken to have or lack besides its own, as `-avx512f`.
+
+    Returns:
+        The object code.
+    """
+    with _lock:
+        machine = _machine(features)
+        module = llvm.parse_assembly(text, context=llvm.create_context())
+        options = llvm.create_pipeline_tuning_options(speed_level=2)
+        options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+        builder = llvm.create_pass_builder(machine, options)
+        builder.getModulePassManager().run(module, builder)
+        return machine.emit_object(module)
+
+
+def loaded(code: bytes, name: str, result: type | None, *arguments: type) -> ctypes._CFuncPtr:
+    """A function of object code.
+
+    Args:
+        code: The object code.
+        name: Name of the function.
+        result: Type of its result, of `ctypes`.
+        *arguments: Types of its arguments.
+
+    Returns:
+        The function.
+    """
+    with _lock:
+        empty = llvm.parse_assembly("", context=llvm.create_context())
+        engine = llvm.create_mcjit_compiler(empty, _machine(""))
+        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        engine.finalize_object()
+        _engines.append(engine)
+        return ctypes.CFUNCTYPE(result, *arguments)(engine.get_function_address(name))
