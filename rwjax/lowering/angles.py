@@ -6,7 +6,7 @@ bits of 2/π as they need (Payne and Hanek), one lane after the other, behind a 
 
 from llvmlite import ir
 
-from rwjax.lowering.lanes import DOUBLE, INTEGER, Lanes, fast_two_sum, packed, polynomial, two_product, two_sum
+from rwjax.lowering.lanes import DOUBLE, INTEGER, Lanes, Value, fast_two_sum, packed, polynomial, two_product, two_sum
 
 PI_HALF = (
     float.fromhex("0x1.921fb54440000p+0"),
@@ -183,10 +183,10 @@ def _payne_hanek(x: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     return n, negative.where(-y, y), negative.where(-lost, lost)
 
 
-def _bits_of_two_over_pi(builder: ir.IRBuilder, begin: Lanes) -> ir.Value:
+def _bits_of_two_over_pi(builder: ir.IRBuilder, begin: Lanes) -> Value:
     """192 bits of 2/π with 64 zeros before it, from this place on."""
     kind = ir.ArrayType(INTEGER, len(WORDS))
-    table = ir.GlobalVariable(builder.module, kind, "rwjax.two_over_pi")
+    table: Value = ir.GlobalVariable(builder.module, kind, "rwjax.two_over_pi")
     table.linkage, table.global_constant = "internal", True
     table.initializer = ir.Constant(kind, WORDS)
     first, wide = begin >> 6, ir.IntType(256)

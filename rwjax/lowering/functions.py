@@ -9,7 +9,7 @@ from collections.abc import Callable
 from llvmlite import ir
 
 from rwjax.lowering import angles, exponentials
-from rwjax.lowering.lanes import DOUBLE, Lanes, packed, shaped
+from rwjax.lowering.lanes import DOUBLE, Lanes, Value, packed, shaped
 
 Body = Callable[..., Lanes | tuple[Lanes, Lanes]]
 
@@ -87,7 +87,7 @@ PAIRS = {whole for whole, _ in PARTS.values()}
 NAMES = (*BODIES, *PARTS)
 
 
-def call(builder: ir.IRBuilder, name: str, *operands: ir.Value) -> ir.Value:
+def call(builder: ir.IRBuilder, name: str, *operands: Value) -> Value:
     """Calls a mathematical function, which is written into the module at its first call.
 
     Args:
@@ -103,7 +103,7 @@ def call(builder: ir.IRBuilder, name: str, *operands: ir.Value) -> ir.Value:
     return found if part is None else builder.extract_value(found, part)
 
 
-def _function(module: ir.Module, name: str, operands: tuple[ir.Value, ...]) -> ir.Function:
+def _function(module: ir.Module, name: str, operands: tuple[Value, ...]) -> ir.Function:
     """The function `rwjax.<name>.<lanes>`, written if the module does not have it."""
     kind = operands[0].type
     lanes = kind.count if isinstance(kind, ir.VectorType) else 1

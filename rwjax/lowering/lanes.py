@@ -4,11 +4,12 @@ Doubles and integers are told apart by their type. No operation may be reordered
 the same, bit by bit, on every vector unit.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from llvmlite import ir
 
 DOUBLE, INTEGER, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+Value: TypeAlias = Any  # an `ir.Value`, of whose members llvmlite declares no types
 Operand: TypeAlias = "Lanes | float | int"
 
 
@@ -16,7 +17,7 @@ class Lanes(NamedTuple):
     """A value of a function that is being written; Python's numbers become constants in each lane."""
 
     builder: ir.IRBuilder
-    value: ir.Value
+    value: Value
 
     @property
     def count(self) -> int | None:
@@ -32,7 +33,7 @@ class Lanes(NamedTuple):
         """The same number in as many lanes.
 
         Args:
-            number: What stands in each lane.
+            number: What stands in each lane [1].
             element: Type of one lane, of this value's by default.
 
         Returns:
@@ -125,15 +126,27 @@ class Lanes(NamedTuple):
         return self._compared("==", other)
 
     def nan(self) -> "Lanes":
-        """Where this is no number: a bit for each lane."""
+        """Where this is no number.
+
+        Returns:
+            A bit for each lane.
+        """
         return Lanes(self.builder, self.builder.fcmp_unordered("uno", self.value, self.value))
 
     def bits(self) -> "Lanes":
-        """The 64 bits of each double."""
+        """The 64 bits of each double.
+
+        Returns:
+            Them as integers.
+        """
         return Lanes(self.builder, self.builder.bitcast(self.value, shaped(INTEGER, self.count)))
 
     def double(self) -> "Lanes":
-        """The doubles that have these 64 bits each."""
+        """The doubles that have these 64 bits each.
+
+        Returns:
+            The doubles.
+        """
         return Lanes(self.builder, self.builder.bitcast(self.value, shaped(DOUBLE, self.count)))
 
     def where(self, yes: Operand, no: Operand) -> "Lanes":
@@ -172,7 +185,7 @@ def shaped(element: ir.Type, count: int | None) -> ir.Type:
     return element if count is None else ir.VectorType(element, count)
 
 
-def packed(builder: ir.IRBuilder, kind: ir.LiteralStructType, parts: "tuple[Lanes, ...]") -> ir.Value:
+def packed(builder: ir.IRBuilder, kind: ir.LiteralStructType, parts: "tuple[Lanes, ...]") -> Value:
     """Several values as one, so that a function can return them.
 
     Args:
@@ -194,7 +207,7 @@ def polynomial(x: Lanes, coefficients: tuple[float, ...]) -> Lanes:
 
     Args:
         x: Argument.
-        coefficients: From the constant up.
+        coefficients: From the constant up [1].
 
     Returns:
         Its values.

@@ -100,3 +100,13 @@ def test_operands_of_other_types_are_refused() -> None:
         builder = ir.IRBuilder(function.append_basic_block())
         with pytest.raises(TypeError, match="takes doubles, or vectors of two or more doubles; got"):
             call(builder, "exp", *function.args)
+
+
+@pytest.mark.parametrize("name", ONE_VALUE)
+def test_flushing_denormal_numbers_changes_no_normal_result(name: str) -> None:
+    given_ = _arguments(name)
+    plain, flushed = (compiled(name, len(given_), flush=flush)(*given_) for flush in (False, True))
+    normal = ~(np.abs(plain) < 2.0**-1022)
+    assert np.count_nonzero(normal) > 500
+    assert _same(flushed[normal], plain[normal])
+    assert np.all(flushed[~normal] == 0.0)
