@@ -6,7 +6,18 @@ bits of 2/π as they need (Payne and Hanek), one lane after the other, behind a 
 
 from llvmlite import ir
 
-from rwjax.lowering.lanes import DOUBLE, INTEGER, Lanes, Value, fast_two_sum, packed, polynomial, two_product, two_sum
+from rwjax.lowering.lanes import (
+    DOUBLE,
+    INTEGER,
+    Lanes,
+    Value,
+    fast_two_sum,
+    packed,
+    polynomial,
+    shaped,
+    two_product,
+    two_sum,
+)
 
 PI_HALF = (
     float.fromhex("0x1.921fb54440000p+0"),
@@ -114,8 +125,9 @@ def _with_large_angles(x: Lanes, large: Lanes, found: tuple[Lanes, Lanes, Lanes]
         )
     )
     with builder.if_then(any_large, likely=False):
-        exact = _each_lane(large.where(x, LARGEST))
-        chosen = [large.where(new, old).value for new, old in zip(exact, found, strict=True)]
+        exact = builder.call(_large_angles(builder.module, x.count), [large.where(x, LARGEST).value])
+        parts = [Lanes(builder, builder.extract_value(exact, k)) for k in range(3)]
+        chosen = [large.where(new, old).value for new, old in zip(parts, found, strict=True)]
         inside = builder.block
     merged = []
     for old, new in zip(found, chosen, strict=True):
@@ -126,35 +138,32 @@ def _with_large_angles(x: Lanes, large: Lanes, found: tuple[Lanes, Lanes, Lanes]
     return merged[0], merged[1], merged[2]
 
 
-def _each_lane(x: Lanes) -> list[Lanes]:
-    """The reduction of large angles, lane by lane."""
-    builder, function = x.builder, _large_angle(x.builder.module)
-    if x.count is None:
-        found = builder.call(function, [x.value])
-        return [Lanes(builder, builder.extract_value(found, k)) for k in range(3)]
-    all_lanes = [x.bits().constant(0).value, x.constant(0.0).value, x.constant(0.0).value]
-    for lane in range(x.count):
-        at = ir.Constant(ir.IntType(32), lane)
-        found = builder.call(function, [builder.extract_element(x.value, at)])
-        all_lanes = [
-            builder.insert_element(whole, builder.extract_value(found, k), at) for k, whole in enumerate(all_lanes)
-        ]
-    return [Lanes(builder, whole) for whole in all_lanes]
-
-
-def _large_angle(module: ir.Module) -> ir.Function:
-    """The function that reduces one angle above `LARGEST`, to be had once in each module."""
-    name = "rwjax.large_angle"
+def _large_angles(module: ir.Module, count: int | None) -> ir.Function:
+    """The function that reduces angles above `LARGEST`, once in each module for each number of lanes; off the common way."""
+    name = f"rwjax.large_angles.{count or 1}"
     if name in module.globals:
         return module.globals[name]
-    kind = ir.FunctionType(ir.LiteralStructType([INTEGER, DOUBLE, DOUBLE]), [DOUBLE])
-    function = ir.Function(module, kind, name)
+    parts = ir.LiteralStructType([shaped(INTEGER, count), shaped(DOUBLE, count), shaped(DOUBLE, count)])
+    function = ir.Function(module, ir.FunctionType(parts, [shaped(DOUBLE, count)]), name)
     function.linkage = "internal"
-    function.attributes.add("noinline")
-    builder = ir.IRBuilder(function.append_basic_block())
-    parts = _payne_hanek(Lanes(builder, function.args[0]))
-    builder.ret(packed(builder, kind.return_type, parts))
+    for attribute in ("cold", "noinline", "nounwind"):
+        function.attributes.add(attribute)
+    x = Lanes(ir.IRBuilder(function.append_basic_block()), function.args[0])
+    x.builder.ret(packed(x.builder, parts, _payne_hanek(x) if count is None else _each_lane(x)))
     return function
+
+
+def _each_lane(x: Lanes) -> tuple[Lanes, ...]:
+    """The reduction of large angles, one lane after the other."""
+    builder, one = x.builder, _large_angles(x.builder.module, None)
+    wholes = [x.bits().constant(0).value, x.constant(0.0).value, x.constant(0.0).value]
+    for lane in range(x.count or 1):
+        place = ir.Constant(ir.IntType(32), lane)
+        found = builder.call(one, [builder.extract_element(x.value, place)])
+        wholes = [
+            builder.insert_element(whole, builder.extract_value(found, k), place) for k, whole in enumerate(wholes)
+        ]
+    return tuple(Lanes(builder, whole) for whole in wholes)
 
 
 def _payne_hanek(x: Lanes) -> tuple[Lanes, Lanes, Lanes]:

@@ -117,7 +117,8 @@ def _function(module: ir.Module, name: str, operands: tuple[Value, ...]) -> ir.F
     pair = ir.LiteralStructType([kind, kind])
     function = ir.Function(module, ir.FunctionType(pair if name in PAIRS else kind, [kind] * len(operands)), full)
     function.linkage = "internal"
-    function.attributes.add("nounwind")
+    for attribute in ("nounwind", "readnone"):  # calls of the same operands are one call
+        function.attributes.add(attribute)
     inner = ir.IRBuilder(function.append_basic_block())
     found = BODIES[name](*(Lanes(inner, argument) for argument in function.args))
     if isinstance(found, Lanes):
