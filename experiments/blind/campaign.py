@@ -1,7 +1,8 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
-[--index 17 …]` skips what the file holds already. With a limit the cases are spread evenly over the set, or over the groups asked for.
+[--index 17 …] [--of RESULTS.jsonl]` skips what the file holds already. With a limit the cases are spread evenly over the set, or over
+the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares.
 """
 
 import argparse
@@ -104,8 +105,11 @@ def main() -> None:
     parser.add_argument("--limit", type=int)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
+    parser.add_argument("--of", type=Path, help="the cases of these results alone")
     a = parser.parse_args()
-    wanted = [row for row in cases(a.name) if row["group"] in a.group and (a.index is None or row["index"] in a.index)]
+    wanted = [row for row in cases(a.name) if row["group"] in a.group]
+    for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
+        wanted = [row for row in wanted if alone is None or row["index"] in alone]
     run(spread(wanted, a.limit), a.path, a.processes)
 
 
