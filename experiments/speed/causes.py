@@ -2,7 +2,7 @@
 
 `python -m experiments.speed.causes -o build/causes.jsonl [--cases 40] [--most SECONDS] [--set explore]` diagnoses each case twice in this
 process: the first time may compile, the second has all its programs. It appends a line a case, skips what the file holds already, and
-prints the table of the whole file. A diagnosis that takes longer than `--most` is broken off and counts as longer than all others.
+prints the table of the whole file. A second diagnosis that takes longer than `--most` is broken off and counts as longer than all others.
 `--xla` does all of it by XLA's programs, the yardstick; give it a file of its own.
 
 Half of the cases lack two effects, the other half has a cause outside the list. The first n of them are the same whatever n is.
@@ -11,7 +11,7 @@ Half of the cases lack two effects, the other half has a cause outside the list.
 import argparse
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from itertools import chain
 from json import dumps
 from pathlib import Path
@@ -29,6 +29,9 @@ GROUPS = {"pair": "two causes", "outside": "one outside the list"}
 CASES = 40
 LEVEL = 0.95
 """Of the intervals, which hold whatever the times' distribution is."""
+FIRST = 4.0
+"""Times as long as the second may the first diagnosis take, which compiles."""
+Work = Callable[[dict, AbstractContextManager], dict]
 QUANTILES = {"median": 0.5, "95 %": 0.95}
 
 
@@ -62,21 +65,13 @@ def chosen(rows: Sequence[dict], count: int) -> list[dict]:
     return list(chain.from_iterable(zip(*each, strict=False)))[:count]
 
 
-def diagnosed(row: dict, most: float | None, work: Callable[[dict], dict] = answer) -> dict:
+def diagnosed(row: dict, most: float | None, work: Work = answer) -> dict:
     """A case's line: what the second diagnosis says, its `seconds`, and those of the `first`."""
-    first, second = (_attempt(row, most, work) for _ in range(2))
-    return second | {"first": first["seconds"], "most": most}
+    first = work(row, at_most(most and FIRST * most))
+    return work(row, at_most(most)) | {"first": first["seconds"], "most": most}
 
 
-def _attempt(row: dict, most: float | None, work: Callable[[dict], dict]) -> dict:
-    try:
-        with at_most(most):
-            return work(row)
-    except OutOfTime as error:  # while the case was made, or its answer put together
-        return row | {"error": f"{OutOfTime.__name__}: {error}", "seconds": most}
-
-
-def run(rows: Sequence[dict], path: Path, most: float | None, work: Callable[[dict], dict] = answer) -> None:
+def run(rows: Sequence[dict], path: Path, most: float | None, work: Work = answer) -> None:
     """Appends the line of every case that the file does not hold."""
     done = {line["index"] for line in read(path)}
     rest = [row for row in rows if row["index"] not in done]

@@ -23,7 +23,6 @@ from rwjax.rig.model import Rig
 from rwjax.rig.write import write_rig
 
 OURS = "rwjax"
-LONGEST = 10800.0  # s
 STRUCTURES: dict[str, Callable[[Path], object]] = {
     "platform, Coulomb friction": lambda folder: put(folder, rig(), log()),
     "platform, Stribeck friction": lambda folder: put(folder, with_effects(STRIBECK)[0], log()),
