@@ -36,7 +36,7 @@ lint: $(READY)
 	@$(BIN)/pyright
 	@$(BIN)/lint-imports --no-logo --no-cache
 
-# The benchmark of the fit against its rivals and a C program (about ten minutes; gcc); PARTS="contenders" for one table.
+# The benchmark of the fit against its rivals and a C program (half an hour; gcc); PARTS="contenders" for one table.
 bench: .venv/.bench
 	@$(BIN)/python -m experiments.speed.run $(PARTS)
 

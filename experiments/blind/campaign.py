@@ -1,7 +1,8 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
-[--index 17 …]` skips what the file holds already. With a limit the cases are spread evenly over the set, or over the groups asked for.
+[--index 17 …] [--of RESULTS.jsonl]` skips what the file holds already. With a limit the cases are spread evenly over the set, or over
+the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, nullcontext
 from json import dumps
 from pathlib import Path
 from time import perf_counter
@@ -24,19 +26,21 @@ from rwjax.diagnosis.diagnosis import diagnose
 
 EACH = 40  # cases until a worker, whose memory grows with every program, gives way to a new one
 LISTED = 5  # names of the ranking that are kept
+NO_LIMIT = nullcontext()
 COPIED = ("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable")
 
 
-def answer(row: dict) -> dict:
-    """One case's line: what it is, and what the diagnosis says of it or how it failed."""
+def answer(row: dict, within: AbstractContextManager = NO_LIMIT) -> dict:
+    """One case's line: what it is, and what the diagnosis, inside a context, says of it or how it failed."""
     case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
     line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"]}
     with tempfile.TemporaryDirectory() as folder:
         write_case(case, Path(folder))
         begin = perf_counter()
         try:
-            rig = read_rig(Path(folder) / "rig.toml")
-            found = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig)).json()
+            with within:
+                rig = read_rig(Path(folder) / "rig.toml")
+                found = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig)).json()
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
@@ -104,8 +108,11 @@ def main() -> None:
     parser.add_argument("--limit", type=int)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
+    parser.add_argument("--of", type=Path, help="the cases of these results alone")
     a = parser.parse_args()
-    wanted = [row for row in cases(a.name) if row["group"] in a.group and (a.index is None or row["index"] in a.index)]
+    wanted = [row for row in cases(a.name) if row["group"] in a.group]
+    for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
+        wanted = [row for row in wanted if alone is None or row["index"] in alone]
     run(spread(wanted, a.limit), a.path, a.processes)
 
 

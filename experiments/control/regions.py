@@ -14,8 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from experiments.control.random_loops import FAMILIES, Loops
-from experiments.speed.run import machine
-from experiments.speed.table import show, timed
+from experiments.speed.table import machine, show, timed
 from rwjax.control.linear import Linear
 from rwjax.control.loop_polynomial import LoopPolynomial, pd_loop
 from rwjax.control.over_gains import gain_grid, over_gains, over_plants

@@ -3,7 +3,6 @@
 Contenders of a table run in interleaved rounds; ratios are medians of the ratios round by round, times the best of all rounds.
 """
 
-import statistics
 import sys
 from collections.abc import Callable
 
@@ -12,8 +11,8 @@ import numpy as np
 
 from experiments.control import c_limit, peers
 from experiments.control.problem import LIMIT, PERIOD, SIGMA, SMOOTH, gains, reference, rig
-from experiments.speed.run import machine
-from experiments.speed.table import ratio, show, timed
+from experiments.speed.lowering import XLA, by_xla
+from experiments.speed.table import machine, race, ratio, show
 from rwjax.control.closed_loop import run_rig
 from rwjax.control.controller import Controller, LoopTiming
 from rwjax.control.linear import linearised
@@ -24,22 +23,15 @@ from rwjax.control.sweep import step_responses
 from rwjax.control.transfer import transfer
 from rwjax.plant.from_rig import structure_of, theta_of
 
-ROUNDS = 9
 SAME = 1e-9
 """Share by which the squared errors of loops that take the same steps may differ."""
 
 
 def rounds(contenders: dict[str, tuple[Callable[[], object], int]], quick: tuple[str, ...]) -> dict[str, list[float]]:
-    """Seconds per item of every contender in interleaved rounds; those not `quick` run in the first three only."""
-    for name in quick:
-        contenders[name][0]()  # compile
-    times: dict[str, list[float]] = {name: [] for name in contenders}
-    for k in range(ROUNDS):
-        for name, (call, items) in contenders.items():
-            if name in quick or k < 3:
-                repeats = 5 if name in quick else 1
-                times[name].append(min(timed(call)[0] for _ in range(repeats)) / items)
-    return times
+    """Seconds per item of every contender in interleaved rounds; those not `quick` run in the first ones only."""
+    calls = {name: call for name, (call, _) in contenders.items()}
+    raced = race(calls, slow=[name for name in calls if name not in quick], repeats=5)
+    return {name: [spent / contenders[name][1] for spent in times] for name, times in raced.times.items()}
 
 
 def report(title: str, unit: str, times: dict[str, list[float]], ours: str, notes: dict[str, str]) -> None:
@@ -143,6 +135,7 @@ def loops() -> None:
 
     several = (
         "rwjax, `sweep`, two threads",
+        f"rwjax, `sweep`, {XLA}",
         "C, eight loops a vector, one thread",
         "C, two threads",
         "numba, two threads",
@@ -150,24 +143,24 @@ def loops() -> None:
     times = rounds(
         {
             several[0]: (here, len(kp)),
-            several[1]: (lambda: c_limit.sweep(wave, kp, kd, 1), len(kp)),
-            several[2]: (lambda: c_limit.sweep(wave, kp, kd, 2), len(kp)),
-            several[3]: (lambda: peers.numba_sweep(wave, kp, kd, E, P, Q), len(kp)),
+            several[1]: (by_xla(here), len(kp)),
+            several[2]: (lambda: c_limit.sweep(wave, kp, kd, 1), len(kp)),
+            several[3]: (lambda: c_limit.sweep(wave, kp, kd, 2), len(kp)),
+            several[4]: (lambda: peers.numba_sweep(wave, kp, kd, E, P, Q), len(kp)),
             "numba, Runge-Kutta steps of 1 ms, two threads": (lambda: peers.numba_runge_kutta(wave, kp, kd), len(kp)),
             "scipy, `solve_ivp` each period": (lambda: peers.scipy_loop(wave, kp[700], kd[700]), 1),
         },
         several,
     )
     notes = {
-        several[1]: f"squared error within {off['C']:.0e}",
-        several[3]: f"within {off['numba']:.0e}",
+        several[2]: f"squared error within {off['C']:.0e}",
+        several[4]: f"within {off['numba']:.0e}",
         "numba, Runge-Kutta steps of 1 ms, two threads": f"sign smoothed over {peers.SMOOTH_SIGN:g} rad/s; within {off['smooth']:.0e}",
         "scipy, `solve_ivp` each period": f"sign smoothed over {peers.WIDTH:g} rad/s; within {np.max(np.abs(by_scipy / own[:3] - 1.0)):.0e}",
     }
     report("10 s closed loops, 1600 gain pairs", "loop", times, several[0], notes)
-    one = statistics.median(b / a for a, b in zip(times[several[1]], times[several[0]], strict=True))
-    both = statistics.median(b / a for a, b in zip(times[several[2]], times[several[0]], strict=True))
-    print(f"rwjax takes {one:.2f} times C on one thread and {both:.2f} times C on two")
+    takes = ", ".join(f"{ratio(times[several[0]], times[name]):.2f} times {name}" for name in several[1:])
+    print(f"rwjax takes {takes}")
 
 
 PARTS = {"region": region, "plants": plants, "loops": loops}

@@ -6,12 +6,14 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import IO
 
 import numpy as np
 
 from experiments.speed import c_limit, scipy_ivp, scipy_numba
 from experiments.speed.curves import one_start
+from experiments.speed.lowering import XLA, by_xla
 from experiments.speed.problem import BELIEVED, FREE, arrays, log, rig
 from experiments.speed.table import ratio, seconds, show, timed
 from rwjax.fitting.fit import fit
@@ -85,14 +87,16 @@ def newcomer(adjoint: str) -> Entry:
     return entry
 
 
-def measure() -> list[Entry]:
-    """Runs all contenders; the first entry is the C program, the second the library."""
+def measure(quick: bool = False) -> list[Entry]:
+    """Runs all contenders, or the fast ones once; the first entry is the C program, the second the library."""
+    rounds = 1 if quick else ROUNDS
     a, believed, record = arrays(log()), rig(), log()
     limit, ours, plain = (
         Entry("C, SIMD windows"),
         Entry("rwjax, `fit`"),
         Entry("rwjax, one start without standard errors"),
     )
+    xla = Entry(f"rwjax, `fit`, {XLA}")
     numba, smooth, casadi = (
         Entry("scipy least_squares + numba, same step"),
         Entry("scipy least_squares + numba RK4"),
@@ -104,13 +108,17 @@ def measure() -> list[Entry]:
     ours.first = f"first call {seconds(spent)}, programs from disk"
     numba.first = f"first call {seconds(timed(scipy_numba.fit, a)[0])}, from disk"
     smooth.first = f"first call {seconds(timed(scipy_numba.fit, a, scipy_numba.smooth_residual)[0])}, from disk"
+    xla.first = f"first call {seconds(timed(by_xla(fit), believed, [record])[0])}, programs from disk"
     one_start(), fitter.fit(BELIEVED)
-    shooting = Casadi(CASADI_ROUNDS)
-    casadi.first = f"build {seconds(shooting.build)}"
-    for k in range(ROUNDS):
+    shooting = Casadi(CASADI_ROUNDS) if find_spec("casadi") else None
+    casadi.first = f"build {seconds(shooting.build)}" if shooting else "not installed"
+    for k in range(rounds):
         spent, found = timed(fit, believed, [record])
         ours.times.append(spent)
         ours.numbers, ours.cost = [found.rig.values[name] for name in FREE], found.fit.cost
+        spent, found = timed(by_xla(fit), believed, [record])
+        xla.times.append(spent)
+        xla.numbers, xla.cost = [found.rig.values[name] for name in FREE], found.fit.cost
         spent, single = timed(one_start)
         plain.times.append(spent)
         plain.numbers, plain.cost = [single.numbers()[name] for name in FREE], single.cost
@@ -123,7 +131,7 @@ def measure() -> list[Entry]:
             spent, best = timed(call)
             entry.times.append(spent)
             entry.numbers, entry.cost, entry.evaluations = best.numbers, best.cost, str(best.evaluations)
-        if k < CASADI_ROUNDS:
+        if shooting and k < CASADI_ROUNDS:
             r = shooting.fit()
             casadi.times.append(r["time"])
             casadi.numbers, casadi.cost, casadi.evaluations = r["numbers"], r["cost"], f"{r['iterations']} iterations"
@@ -132,6 +140,8 @@ def measure() -> list[Entry]:
     smooth.note = f"sign smoothed over {scipy_numba.WIDTH:g} rad/s"
     limit.evaluations += " with sensitivities"
     casadi.note = "RK4, sign smoothed over 0.003 rad/s"
+    if quick:
+        return [limit, ours, xla, plain, numba, smooth, casadi]
     spent, best = timed(scipy_ivp.fit, a)
     ivp.times, ivp.numbers, ivp.cost, ivp.evaluations = (
         [spent],
@@ -140,7 +150,7 @@ def measure() -> list[Entry]:
         f"{best.evaluations} simulations",
     )
     ivp.note = "sign smoothed over 0.03 rad/s"
-    return [limit, ours, plain, numba, smooth, casadi, ivp, newcomer("default"), newcomer("forward")]
+    return [limit, ours, xla, plain, numba, smooth, casadi, ivp, newcomer("default"), newcomer("forward")]
 
 
 def report(entries: list[Entry]) -> None:

@@ -1,26 +1,31 @@
-"""How long a diagnosis takes: `python -m experiments.speed.diagnosis [CASE …]`, four logs of 30 s, all effects, the whole process.
+"""How long a diagnosis takes: `python -m experiments.speed.diagnosis [--xla] [CASE …]`, four logs of 30 s, all effects, the whole process.
 
 Each case is a rig of the separate simulator (`experiments/blind`) that lacks one effect. `rwjax diagnose` runs twice in processes of
 their own with a cache of their own: the first compiles everything, the second finds it on disk.
 """
 
+import argparse
 import json
 import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from experiments.blind.commands import TICK, command
 from experiments.blind.simulator import simulate
 from experiments.blind.truth import OMEGA, PSI, THETA, Truth
-from experiments.speed.run import machine
-from experiments.speed.table import show, timed
+from experiments.speed.lowering import XLA, by_xla
+from experiments.speed.table import machine, show, timed
 from rwjax import write_log
+from rwjax.cache_folder import VARIABLE
 
+ROOT = Path(__file__).parents[2]
 SECONDS, TOP, COUNTS = 30.0, 6.0, 2048
 RUNS = {"square": "train", "multisine": "train", "triangle": "train", "mixed": "validate"}
 MOTOR = "[motor]\ntorque_constant = 0.0182\nresistance = 0.83\ninductance = 0.0641\nfriction = 4.07e-6\n[wheel]\ninertia = 1.24e-4\n"
@@ -61,30 +66,65 @@ def write(truth: Truth, folder: Path) -> list[str]:
     return [f"{name}.csv" for name in RUNS]
 
 
-def once(folder: Path, logs: list[str], cache: Path) -> dict:
+def once(folder: Path, logs: list[str], cache: Path, out: str = "out") -> dict:
     """The answer of `rwjax diagnose` in a process of its own."""
-    call = [sys.executable, "-m", "rwjax", "diagnose", "rig.toml", *logs, "--json", "-o", "out"]
-    env = os.environ | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join(["", *sys.path])}
-    return json.loads(subprocess.run(call, cwd=folder, env=env, check=True, capture_output=True, text=True).stdout)
+    call = [sys.executable, "-m", "rwjax", "diagnose", "rig.toml", *logs, "--json", "-o", out]
+    done = subprocess.run(call, cwd=folder, env=environment(cache), check=True, capture_output=True, text=True)
+    return json.loads(done.stdout)
 
 
-def main(names: list[str]) -> None:
+def environment(cache: Path) -> dict[str, str]:
+    """Variables for a process with a cache of its own, which may start in another folder."""
+    kept = {name: value for name, value in os.environ.items() if name != VARIABLE}
+    return kept | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
+
+
+class Timed(NamedTuple):
+    """Seconds of a case, cold and then warm, and its answer."""
+
+    seconds: list[float]
+    answer: dict
+
+    def __str__(self) -> str:
+        """The answer in short."""
+        return f"{self.answer['verdict']}: {', '.join(self.answer['effects']) or '-'}"
+
+
+def cold_and_warm(name: str, ways: dict[str, Callable[..., dict]]) -> dict[str, Timed]:
+    """A case by each way in turn, first all cold and then all warm, each with a cache of its own."""
+    found: dict[str, Timed] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        logs = write(CASES[name], Path(folder))
+        for state in ("cold", "warm"):
+            for k, (way, call) in enumerate(ways.items()):
+                took, answer = timed(call, Path(folder), logs, Path(folder) / f"cache{k}")
+                before = found.setdefault(way, Timed([], answer))
+                assert answer == before.answer, f"{name}: {way} answers otherwise {state}"
+                before.seconds.append(took)
+    return found
+
+
+def main() -> None:
     """Prints a line for each case."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="CASE", help=", ".join(CASES))
+    parser.add_argument("--xla", action="store_true", help=f"each case with {XLA} too, in turn")
+    a = parser.parse_args()
+    if unknown := {*a.names} - {*CASES}:
+        parser.error(f"unknown case {', '.join(unknown)}; cases are {'; '.join(CASES)}")
+    ways: dict[str, Callable[..., dict]] = {"rwjax": once} | ({XLA: by_xla(once)} if a.xla else {})
     rows = []
-    for name in names or CASES:
-        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cache:
-            logs = write(CASES[name], Path(folder))
-            cold, found = timed(once, Path(folder), logs, Path(cache))
-            warm, again = timed(once, Path(folder), logs, Path(cache))
-        assert again == found, name
-        rows.append([name, f"{found['verdict']}: {', '.join(found['effects']) or '-'}", f"{cold:.1f}", f"{warm:.1f}"])
+    for name in a.names or CASES:
+        found = cold_and_warm(name, ways)
+        answers = " | ".join(dict.fromkeys(str(found[way]) for way in ways))
+        rows.append([name, answers, *(f"{seconds:.1f}" for way in ways for seconds in found[way].seconds)])
         print(rows[-1], file=sys.stderr, flush=True)
     show(
         f"`rwjax diagnose`, four logs of {SECONDS:g} s; {machine()}",
-        ("rig and what it lacks", "answer", "cold [s]", "warm [s]"),
+        ("rig and what it lacks", "answer", *(f"{way}, {kind} [s]" for way in ways for kind in ("cold", "warm"))),
         rows,
     )
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

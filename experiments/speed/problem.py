@@ -55,23 +55,24 @@ class Added(NamedTuple):
     free: tuple[str, ...]
 
 
+STRIBECK = Added(
+    "axis.stribeck",
+    {"excess": 0.03, "v_s": 0.3},
+    {"M_c": 0.0, "M_e": 0.05, "v_s": 0.2},
+    ("M_e", "v_s"),
+)
 EFFECTS = (
     Added("axis.bias_torque", {"bias_torque": 0.01}, {"T": 0.005}, ("T",)),
     Added("drive.deadzone", {"deadzone": 0.05}, {"u_0": 0.08}, ("u_0",)),
-    Added(
-        "axis.stribeck",
-        {"excess": 0.03, "v_s": 0.3},
-        {"M_c": 0.0, "M_e": 0.05, "v_s": 0.2},
-        ("M_e", "v_s"),
-    ),
+    STRIBECK,
     Added("drive.delay", {"delay": 0.02}, {"tau": 0.03}, ("tau",)),
 )
 
 
-def with_effects(count: int) -> tuple[Rig, Truth]:
-    """The believed rig with the first effects of `EFFECTS`, and the true one."""
+def with_effects(*added: Added) -> tuple[Rig, Truth]:
+    """The believed rig with some effects, and the true one."""
     base, truth = rig(), TRUTH
-    for effect in EFFECTS[:count]:
+    for effect in added:
         truth = replace(truth, **effect.truth)
         free = (*base.free, *(f"{effect.name}.{number}" for number in effect.free))
         base = replace(base, effects=base.effects | {effect.name: effect.believed}, free=free)
@@ -128,12 +129,12 @@ class Arrays:
     first: np.ndarray
 
 
-def posed(record: Log, believed: np.ndarray = BELIEVED) -> tuple[Problem, Coordinates, np.ndarray]:
-    """Problem, coordinates and numbers as `fit` makes them."""
-    r = rig(believed)
+def posed(record: Log, r: Rig | None = None) -> tuple[Problem, Coordinates, np.ndarray]:
+    """Problem, coordinates and numbers as `fit` makes them; without a rig, of the one believed."""
+    r = rig() if r is None else r
     structure = structure_of(r)
     theta = theta_of(r, structure)
-    free = np.array([name in FREE for name in structure.names])
+    free = np.array([name in r.free for name in structure.names])
     moves = coordinates(theta, free, bounds_of(r, structure), sizes_of(r, structure, theta, [record]))
     return pose(structure, (record,)), moves, theta
 

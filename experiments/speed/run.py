@@ -1,11 +1,11 @@
-"""The project's benchmark of the end-to-end fit. `python -m experiments.speed.run [PART …]`; all parts without names.
+"""The project's benchmark of the end-to-end fit. `python -m experiments.speed.run [--quick] [PART …]`; all parts without names.
 
-Prints tables in Markdown and draws the curves into build/speed.png.
+Prints tables in Markdown and draws the curves into build/speed.png. `--quick` takes each part at its smallest size, to see that it
+works: its figures mean nothing.
 """
 
-import os
-import platform
-import sys
+import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib
@@ -14,21 +14,25 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from experiments.speed import c_limit, contenders, curves
+from experiments.speed import c_limit, contenders, curves, free_runs, processes
+from experiments.speed.table import machine
 
-PARTS = ("contenders", "fresh", "effects", "length", "threads", "starts")
 PICTURE = c_limit.BUILD / "speed.png"
 
 
-def machine() -> str:
-    """Processor and load, in words."""
-    cpu = Path("/proc/cpuinfo")
-    model = (
-        next((row.split(":")[1].strip() for row in cpu.read_text().splitlines() if "model name" in row), "")
-        if cpu.exists()
-        else ""
-    )
-    return f"{model or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
+PARTS: dict[str, Callable[[bool], list | None]] = {
+    "contenders": lambda quick: contenders.report(contenders.measure(quick)),
+    "runs": lambda quick: free_runs.runs(5.0, 1, 1) if quick else free_runs.runs(),
+    "fresh": lambda quick: processes.fresh(1 if quick else 5),
+    "compile": lambda quick: processes.compile(1, ["wheel"]) if quick else processes.compile(),
+    "memory": lambda quick: processes.memory((10.0,), ()) if quick else processes.memory(curves.LENGTHS),
+    "effects": lambda quick: curves.effects((0, 1), 1) if quick else curves.effects(),
+    "length": lambda quick: curves.length((10.0, 20.0), 1) if quick else curves.length(),
+    "logs": lambda quick: curves.logs((1, 2), 1) if quick else curves.logs(),
+    "threads": lambda quick: curves.threads(2, 1) if quick else curves.threads(),
+    "starts": lambda quick: curves.starts(2) if quick else curves.starts(),
+}
+"""Each part, at its smallest size or whole; some return the points of a curve."""
 
 
 def draw(over_effects: list, over_length: list) -> None:
@@ -50,25 +54,19 @@ def draw(over_effects: list, over_length: list) -> None:
     print(f"{PICTURE.relative_to(Path.cwd()) if PICTURE.is_relative_to(Path.cwd()) else PICTURE}")
 
 
-def main(parts: list[str]) -> None:
+def main() -> None:
     """Runs the parts in order."""
-    if unknown := [part for part in parts if part not in PARTS]:
-        sys.exit(f"unknown part {', '.join(unknown)}; parts are {', '.join(PARTS)}")
-    wanted = parts or list(PARTS)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--quick", action="store_true")
+    a = parser.parse_args()
+    if unknown := [part for part in a.parts if part not in PARTS]:
+        parser.error(f"unknown part {', '.join(unknown)}; parts are {', '.join(PARTS)}")
     print(machine())
-    if "contenders" in wanted:
-        contenders.report(contenders.measure())
-    if "fresh" in wanted:
-        curves.fresh()
-    over_effects = curves.effects() if "effects" in wanted else []
-    over_length = curves.length() if "length" in wanted else []
-    if "threads" in wanted:
-        curves.threads()
-    if "starts" in wanted:
-        curves.starts()
-    if over_effects or over_length:
-        draw(over_effects, over_length)
+    points = {part: run(a.quick) for part, run in PARTS.items() if not a.parts or part in a.parts}
+    if {"effects", "length"} & {*points}:
+        draw(points.get("effects") or [], points.get("length") or [])
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.speed.diagnosis import CASES, write
-from experiments.speed.run import machine
-from experiments.speed.table import show, timed
+from experiments.speed.table import machine, show, timed
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis import diagnosis, exact_fits
 from rwjax.diagnosis.model_comparison import ModelComparison

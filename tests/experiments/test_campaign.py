@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
-from experiments.blind import calibrate, campaign, draw, score
+from experiments.blind import calibrate, campaign, changed, draw, score
 from experiments.blind.draws import EFFECTS
 from experiments.blind.inseparable import beside, questions
 from experiments.blind.oracle import perfect, refit, size
@@ -208,3 +208,43 @@ def test_limits_are_counted_on_what_a_campaign_found() -> None:
     assert calibrate.counted(lines, {}, Limits(barely=0.7)) == (2 / 3, 1.0, 0.0, 0.0)
     assert calibrate.counted(lines, {}, Limits(barely=0.8)) == (1 / 3, 1.0, 0.0, 0.0)
     assert calibrate.counted(lines, {}, Limits(nothing=20.0)) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_same_answer_in_other_words_is_no_difference() -> None:
+    old = line(0, "axis.bias_torque", "ambiguous", BIAS, COMMAND, [*VISCOUS, *DRAG], signal="yaw_rad")
+    new = old | {"alternatives": [[*DRAG, *VISCOUS], COMMAND], "after": 1.009, "seconds": 50.0}
+    assert changed.differences(old, new) == []
+    assert changed.differences(old, new, gap=0.001) == ["after: +0.009 floors"]
+
+
+def test_every_difference_is_told() -> None:
+    old = line(0, "axis.bias_torque", "ambiguous", BIAS, COMMAND, signal="yaw_rad")
+    new = line(0, "axis.bias_torque", "effect", COMMAND, signal="yaw_rad", before=3.0, floor=2.0)
+    assert changed.differences(old, new) == [
+        "verdict: ambiguous → effect",
+        "names: axis.bias_torque → drive.bias",
+        "alternative - drive.bias",
+        "before: -1 floors",
+        "floor: +1 floors",
+    ]
+    assert changed.differences(old, old | {"signal": "wheel_rad", "before": 90.0}) == ["signal: yaw_rad → wheel_rad"]
+    failed = {key: old[key] for key in ("index", "group")} | {"error": "ValueError"}
+    assert changed.differences(old, failed) == ["error: None → ValueError", "verdict: ambiguous → None"]
+    assert changed.differences(old, old | {"after": float("nan")}) == ["after: +nan floors"]
+
+
+def test_changed_lists_cases_one_by_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = [line(k, "axis.viscous", "effect", VISCOUS, signal="yaw_rad") for k in range(3)]
+    new = [old[0], line(1, "axis.viscous", "effect", DRAG, signal="yaw_rad")]
+    for name, lines in (("old", old), ("new", new)):
+        (tmp_path / f"{name}.jsonl").write_text("".join(json.dumps(one) + "\n" for one in lines))
+    monkeypatch.setattr(
+        "sys.argv", ["changed", *(str(tmp_path / f"{name}.jsonl") for name in ("old", "new")), "--each"]
+    )
+    changed.main()
+    text = capsys.readouterr().out
+    assert "2 cases in both files; 1 in the earlier one alone" in text
+    assert "Answered otherwise: 1 of 2 cases" in text
+    assert "| 1: platform axis.viscous 1 | names: axis.viscous → axis.quadratic_drag |" in text
