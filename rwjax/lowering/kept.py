@@ -2,8 +2,8 @@
 
 import json
 import logging
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import os
+from collections.abc import Callable, Sequence
 from threading import Lock
 
 import jax
@@ -21,17 +21,8 @@ LANES = 8
 _programs: dict[object, "Lowered | None"] = {}
 _locks: dict[object, Lock] = {}
 _lock = Lock()
-_off: list[None] = []
-
-
-@contextmanager
-def through_xla() -> Iterator[None]:
-    """Inside it no program is lowered: XLA runs them all, as on a GPU."""
-    _off.append(None)
-    try:
-        yield
-    finally:
-        _off.pop()
+THROUGH_XLA = "RWJAX_THROUGH_XLA"
+"""Environment variable that, set to 1, has XLA run all programs, as on a GPU."""
 
 
 def lowered(
@@ -50,7 +41,7 @@ def lowered(
     Returns:
         The program; None where it runs through XLA: not on a processor, or because it holds what is not lowered.
     """
-    if _off or jax.default_backend() != "cpu":
+    if os.environ.get(THROUGH_XLA) == "1" or jax.default_backend() != "cpu":
         return None
     whole = (name, key, tuple((np.shape(a), np.asarray(a).dtype.name) for a in arguments), tuple(given))
     with _lock:
