@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,9 @@ from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+
+if TYPE_CHECKING:
+    from rwjax.diagnosis.result import Diagnosis
 
 BUDGET_S = 120.0
 """Time that a search may take [s]."""
@@ -43,11 +46,7 @@ def diagnose(
     from rwjax.diagnosis.diagnosis import diagnose as run
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
-    from rwjax.planning.files import write_next
-    from rwjax.report.html import write_report
     from rwjax.rig.read import read_rig
-    from rwjax.rig.write import write_rig
-    from rwjax.text_files import write_text
 
     check_segments(segments)
     positive(budget=budget)
@@ -62,17 +61,7 @@ def diagnose(
         asked = ask_first(rig, logs, force)
         result = run(rig, logs, only=only or (), without=without or (), budget=limit, progress=show)
         show("writing the report")
-        answer = json_text(result.json(), indent=1)
-        with target.renewed() as folder:
-            write_text(folder / "diagnosis.json", answer + "\n", InputError)
-            write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
-            report = write_report(result, folder)
-            plan = write_next(folder, result.proposal)
-            written = {
-                name: output / path.relative_to(folder)
-                for name, path in (("plan of the next experiment", plan), ("report", report))
-                if path is not None
-            }
+        answer, written = _written(result, target)
     if as_json:
         document(answer + "\n")
     else:
@@ -80,6 +69,27 @@ def diagnose(
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)
+
+
+def _written(result: "Diagnosis", target: ResultFolder) -> tuple[str, dict[str, Path]]:
+    """Writes a diagnosis into its folder; its JSON, and the paths of what a user opens first by what they are."""
+    from rwjax.planning.files import write_next
+    from rwjax.report.html import write_report
+    from rwjax.rig.write import write_rig
+    from rwjax.text_files import write_text
+
+    answer = json_text(result.json(), indent=1)
+    with target.renewed() as folder:
+        write_text(folder / "diagnosis.json", answer + "\n", InputError)
+        write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
+        report = write_report(result, folder)
+        plan = write_next(folder, result.proposal)
+        written = {
+            name: target.path / path.relative_to(folder)
+            for name, path in (("plan of the next experiment", plan), ("report", report))
+            if path is not None
+        }
+    return answer, written
 
 
 def _clear(folder: Path) -> None:

@@ -168,7 +168,13 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     layout = _laid_out(rig, with_segments(rig, logs, segments))
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward(), among)
-    judged = _Judged(fits, layout, before, signal)
+    return _answer(_Judged(fits, layout, before, signal), choice, among)
+
+
+def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
+    """What is told of a choice."""
+    fits, layout = judged.fits, judged.layout
+    rig, before, signal = fits.rig, judged.before, judged.signal
     outcome = _how_far(judged, choice)
     rivals = _rivals(outcome, choice, fits.settings.report.most_rivals)
     first, ranking = judged.rung(NOTHING), _ranking(judged, choice)
@@ -200,7 +206,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(choice, headway.budget)),
+        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(choice, fits.headway.budget)),
         split=layout.split,
         corrected=corrected,
         before=before,
