@@ -68,7 +68,7 @@ def write(truth: Truth, folder: Path) -> list[str]:
 
 def once(folder: Path, logs: list[str], cache: Path, out: str = "out") -> dict:
     """The answer of `rwjax diagnose` in a process of its own."""
-    call = [sys.executable, "-m", "rwjax", "diagnose", "rig.toml", *logs, "--json", "-o", out]
+    call = [sys.executable, "-m", "rwjax", "diagnose", "rig.toml", *logs, "--json", "--budget", "inf", "-o", out]
     done = subprocess.run(call, cwd=folder, env=environment(cache), check=True, capture_output=True, text=True)
     return json.loads(done.stdout)
 

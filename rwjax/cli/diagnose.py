@@ -2,18 +2,25 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rwjax.cli.answer import json_text
 from rwjax.cli.ask_first import Force, ask_first
-from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments
+from rwjax.cli.interrupt import STATUS, first
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 
+if TYPE_CHECKING:
+    from rwjax.diagnosis.result import Diagnosis
+
+BUDGET_S = 120.0
+"""Time that a search may take [s]."""
+Names = list[str] | None
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
 
 
@@ -21,48 +28,68 @@ def diagnose(
     rig_file: RigFile,
     log_files: LogFiles,
     segments: Segments = None,
+    budget: Annotated[
+        float,
+        typer.Option(
+            "--budget", metavar="SECONDS", help="time after which the search gives its answer so far; inf: none"
+        ),
+    ] = BUDGET_S,
+    only: Annotated[Names, typer.Option("--only", metavar="NAME…", help="compare these candidates alone")] = None,
+    without: Annotated[Names, typer.Option("--without", metavar="NAME…", help="leave these candidates out")] = None,
     output: Output = Path("diagnosis"),
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
+    from rwjax.diagnosis.budget import Budget
     from rwjax.diagnosis.diagnosis import diagnose as run
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
-    from rwjax.planning.files import write_next
-    from rwjax.report.html import write_report
     from rwjax.rig.read import read_rig
-    from rwjax.rig.write import write_rig
-    from rwjax.text_files import write_text
 
     check_segments(segments)
+    positive(budget=budget)
+    limit = Budget(budget)
     rig = read_rig(rig_file)
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
-    with progress(quiet) as show:
+    with first(limit.stop), progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
-        result = run(rig, logs, progress=show)
+        result = run(rig, logs, only=only or (), without=without or (), budget=limit, progress=show)
         show("writing the report")
-        answer = json_text(result.json(), indent=1)
-        with target.renewed() as folder:
-            write_text(folder / "diagnosis.json", answer + "\n", InputError)
-            write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
-            report = write_report(result, folder)
-            plan = write_next(folder, result.proposal)
-            written = {
-                name: output / path.relative_to(folder)
-                for name, path in (("plan of the next experiment", plan), ("report", report))
-                if path is not None
-            }
+        answer, written = _written(result, target)
     if as_json:
         document(answer + "\n")
     else:
         say("\n".join([str(result), *(f"  {name}: {path}" for name, path in written.items())]))
     note(*asked)
+    if limit.stopped:
+        raise typer.Exit(STATUS)
+
+
+def _written(result: "Diagnosis", target: ResultFolder) -> tuple[str, dict[str, Path]]:
+    """Writes a diagnosis into its folder; its JSON, and the paths of what a user opens first by what they are."""
+    from rwjax.planning.files import write_next
+    from rwjax.report.html import write_report
+    from rwjax.rig.write import write_rig
+    from rwjax.text_files import write_text
+
+    answer = json_text(result.json(), indent=1)
+    with target.renewed() as folder:
+        write_text(folder / "diagnosis.json", answer + "\n", InputError)
+        write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
+        report = write_report(result, folder)
+        plan = write_next(folder, result.proposal)
+        written = {
+            name: target.path / path.relative_to(folder)
+            for name, path in (("plan of the next experiment", plan), ("report", report))
+            if path is not None
+        }
+    return answer, written
 
 
 def _clear(folder: Path) -> None:

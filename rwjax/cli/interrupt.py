@@ -9,13 +9,17 @@ The room imports this module before anything else.
 import os
 import signal
 import sys
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 
 STATUS = 130
 """Status of a program that Ctrl-C ended."""
 CLEAR = "\r\x1b[K\x1b[?25h"
 """What a terminal is told on which a live view may have left a line and hidden the cursor."""
+
+ASKED = "rwjax: stopping; the answer so far follows (Ctrl-C again leaves at once)"
+"""What the first Ctrl-C says where there is an answer to come."""
 
 
 def leave() -> None:
@@ -47,6 +51,34 @@ def heard(number: int, frame: FrameType | None) -> None:
             leave()
         frame = frame.f_back
     raise KeyboardInterrupt
+
+
+@contextmanager
+def first(ask: Callable[[], bool]) -> Iterator[None]:
+    """What the first Ctrl-C does in place of an interruption; the next one is as everywhere.
+
+    Args:
+        ask: asks for the answer so far; False where there is none to come, so that the program is interrupted.
+
+    Yields:
+        Nothing.
+    """
+
+    def asked(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, heard)
+        if not ask():
+            heard(number, frame)
+        with suppress(OSError):
+            os.write(2, f"{CLEAR if os.isatty(2) else ''}{ASKED}\n".encode())
+
+    if signal.getsignal(signal.SIGINT) is not heard:  # a program that imports the library
+        yield
+        return
+    signal.signal(signal.SIGINT, asked)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, heard)
 
 
 def begin() -> None:

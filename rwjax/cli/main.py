@@ -18,6 +18,7 @@ from rwjax.cli.dump import dump
 from rwjax.cli.fit import fit
 from rwjax.cli.import_logs import import_logs
 from rwjax.cli.monitor import monitor
+from rwjax.cli.options import one_name_each
 from rwjax.cli.plan import plan
 from rwjax.cli.predict import predict
 from rwjax.cli.record import record
@@ -74,7 +75,7 @@ def main() -> None:
     # checks: a run that fails is seen by its readings. A user who wants them sets the variable.
     os.environ.setdefault("EQX_ON_ERROR", "off")
     try:
-        status = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        status = app(one_name_each(sys.argv[1:]) or ["--help"], standalone_mode=False)
         if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C
             raise KeyboardInterrupt
         terminal.end()

@@ -1,7 +1,7 @@
 """What the arguments of several commands share."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.errors import InputError
-from rwjax.kinds import OTHER
+from rwjax.kinds import OTHER, SUBSYSTEMS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,6 +31,34 @@ Segments = Annotated[
 ]
 MOST_VALUES = 10_000  # along one axis
 RATE = 2.0 * math.pi / 60.0  # rad/s per 1/min
+
+
+OF_NAMES = {"diagnose": ("--only", "--without")}
+"""Options that take one name or several, by the command."""
+
+
+def one_name_each(arguments: Sequence[str]) -> list[str]:
+    """The program's arguments, with an option that takes several names repeated before each of them.
+
+    Args:
+        arguments: what the user has typed, the command first.
+
+    Returns:
+        The same for a parser whose options take one value each. A word behind the first name is a further one where it begins as
+        names do and is no file.
+    """
+    options, found, option = OF_NAMES.get(arguments[0], ()) if arguments else (), [], ""
+    for before, word in zip(("", *arguments), arguments, strict=False):
+        if word in options:
+            option = word
+        elif before not in options and option:
+            first, dot, _ = word.partition(".")
+            if dot and first in {*SUBSYSTEMS, "parameter"} and not Path(word).exists():
+                found.append(option)
+            else:
+                option = ""
+        found.append(word)
+    return found
 
 
 @contextmanager

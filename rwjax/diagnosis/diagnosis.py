@@ -1,14 +1,18 @@
 """The diagnosis of the sim-to-real gap, step by step: floor, which, how far, verdict, where, next experiment."""
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rwjax.diagnosis.asked import Asked, asked
+from rwjax.diagnosis.budget import Budget, Stopped
 from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, candidates, coordinate_of, shown_by
+from rwjax.diagnosis.headway import Headway
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by
 from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -17,6 +21,7 @@ from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Ranked
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import ForwardBackward
+from rwjax.diagnosis.search.so_far import so_far
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
@@ -117,13 +122,16 @@ class _Outcome:
     diverged: tuple[str, ...]  # numbers that ran away from the rig file
 
 
-def diagnose(
+def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     rig: Rig,
     logs: Sequence[Log],
     *,
     strategy: Strategy | None = None,
     settings: Settings | None = None,
     segments: float | None = None,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
+    budget: float | Budget | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Where the gap between a rig and its logs lies, which effect causes it, and how far it closes.
@@ -139,26 +147,42 @@ def diagnose(
         settings: limits of the diagnosis, `Settings()` where none are given.
         segments: length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the rig
             and the logs where none is given.
-        progress: hears of every step.
+        only: names of the only candidates to compare, all of them where none are given.
+        without: names of candidates to leave out.
+        budget: time [s] after which the search ends and the answer so far is given, or a `Budget`, which can also be stopped; no
+            limit where none is given. The rig as it is is fitted and judged in any case.
+        progress: hears of every step, on any thread.
 
     Returns:
         The diagnosis.
 
     Raises:
         LogError: no log may be fitted.
+        InputError: a name of `only` or `without` is none, or the budget is not positive.
     """
     rig, logs = driven(rig, logs)
+    among = asked(rig, only, without)
+    headway = Headway(
+        budget if isinstance(budget, Budget) else Budget(math.inf if budget is None else budget), progress
+    )
     layout = _laid_out(rig, with_segments(rig, logs, segments))
-    fits = ModelFits.of(rig, layout.logs, layout.train, settings, progress)
-    before, signal, choice = _which(fits, layout, strategy or ForwardBackward())
-    judged = _Judged(fits, layout, before, signal)
+    fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway)
+    before, signal, choice = _which(fits, layout, strategy or ForwardBackward(), among)
+    return _answer(_Judged(fits, layout, before, signal), choice, among)
+
+
+def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
+    """What is told of a choice."""
+    fits, layout = judged.fits, judged.layout
+    rig, before, signal = fits.rig, judged.before, judged.signal
     outcome = _how_far(judged, choice)
     rivals = _rivals(outcome, choice, fits.settings.report.most_rivals)
     first, ranking = judged.rung(NOTHING), _ranking(judged, choice)
     found = fits(outcome.named)
     spread = uncertainty(found)
-    proposed, where = _next(fits, outcome, choice), _where(fits, choice, outcome)
-    waterfall, alternatives_waterfall = _waterfalls(judged, first, outcome.named, rivals)
+    proposed, where = _next(fits, outcome, choice, among), _where(fits, choice, outcome)
+    steps = _growing(outcome.named) if choice.complete else [outcome.named][: len(outcome.named.names)]
+    waterfall, alternatives_waterfall = _waterfalls(judged, first, steps, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
     corrected, away = _corrected(rig, outcome.named, found, spread)
     told = remarks(rig, layout.runs, layout.train_runs, fits(NOTHING), shown, spread, outcome.diverged, limits)
@@ -166,6 +190,9 @@ def diagnose(
         rig=rig,
         logs=layout.logs,
         verdict=outcome.verdict,
+        complete=choice.complete,
+        untried=choice.untried,
+        restricted=among.restricted,
         uninformative=outcome.uninformative,
         effects=outcome.named.names,
         alternatives=tuple(e.names for e in choice.alternatives) if outcome.verdict == "ambiguous" else (),
@@ -179,7 +206,7 @@ def diagnose(
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(*told, *layout.split.said(), *away),
+        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(choice, fits.headway.budget)),
         split=layout.split,
         corrected=corrected,
         before=before,
@@ -196,7 +223,18 @@ def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> 
     return without_runaways(rig, corrected), runaway_words(rig, corrected)
 
 
-def _which(fits: ModelFits, layout: _Layout, strategy: Strategy) -> tuple[HeldOut, str, Choice]:
+def _ended(choice: Choice, budget: Budget) -> list[str]:
+    """The remark on a search that did not come to its end."""
+    if choice.complete:
+        return []
+    why = "Ctrl-C" if budget.stopped else f"the budget of {budget.seconds:g} s"
+    untried = (
+        f"not compared were {', '.join(choice.untried)}" if choice.untried else "every candidate was compared by then"
+    )
+    return [f"{why} ended the search, and nothing is claimed; {untried}"]
+
+
+def _which(fits: ModelFits, layout: _Layout, strategy: Strategy, among: Asked) -> tuple[HeldOut, str, Choice]:
     """Floor and which: errors of the rig as it is, the headline signal, and the choice where its gap stands out."""
     settings = fits.settings
     fits(NOTHING)
@@ -206,13 +244,27 @@ def _which(fits: ModelFits, layout: _Layout, strategy: Strategy) -> tuple[HeldOu
     if not stands_out(bare[signal], settings.verdict):
         return before, signal, Choice.nothing()
     fits.start_from_first_readings()
-    choice = strategy.choose(fits, shown_by(candidates(fits.rig), fits.outputs))
-    if choice.best.names:
-        if choice.best not in fits:
-            fitted(fits, choice.best)
-        polish(fits, choice.best)
+    fits.headway.signal = signal
+    choice = _searched(fits, strategy, shown_by(among.names, fits.outputs))
     before = held_out(fits, NOTHING, layout.folds, with_floor=True)  # the search may have found better numbers
     return before, signal, choice
+
+
+def _searched(fits: ModelFits, strategy: Strategy, names: Sequence[str]) -> Choice:
+    """The choice with its fit to the last digit, or what leads where the budget ends first."""
+    choice = None
+    try:
+        with fits.headway.budget.searching():
+            choice = strategy.choose(fits, names)
+            if choice.best.names:
+                if choice.best not in fits:
+                    fitted(fits, choice.best)
+                polish(fits, choice.best)
+    except Stopped:
+        choice = so_far(fits, names) if choice is None else replace(choice, complete=False)
+        if choice.best in fits:
+            fits.as_it_stands(choice.best)
+    return choice
 
 
 def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
@@ -225,7 +277,7 @@ def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
 def _how_far(judged: _Judged, choice: Choice) -> _Outcome:
     """How far the choice closes the gap on held-out logs, and the verdict."""
     fits, settings = judged.fits, judged.fits.settings
-    best = _by_importance(choice.best, judged)
+    best = _by_importance(choice.best, judged) if choice.complete else choice.best
     after = judged(best)
     gaps = judged.gaps(after)
     headline_gap = gaps[judged.signal]
@@ -256,10 +308,9 @@ def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:
 
 
 def _waterfalls(
-    judged: _Judged, first: Rung, named: Hypothesis, rivals: Sequence[Hypothesis]
+    judged: _Judged, first: Rung, steps: Sequence[Hypothesis], rivals: Sequence[Hypothesis]
 ) -> tuple[tuple[Rung, ...], tuple[Rung, ...]]:
     """The rig as it is and the named effects one after the other, and the steps of the rivals that are not among them."""
-    steps = _growing(named)
     others = [e for e in dict.fromkeys(e for rival in rivals for e in _growing(rival)) if e not in steps]
     named_steps = (first, *(judged.rung(step, first.numbers) for step in steps))
     return named_steps, tuple(judged.rung(other, first.numbers) for other in others)
@@ -269,7 +320,7 @@ def _ranking(judged: _Judged, choice: Choice) -> tuple[Ranked, ...]:
     """The ranking, with the held-out gap of the first few whose fit is at its end."""
     fits, ranked = judged.fits, []
     for k, (e, probability) in enumerate(choice.ranking):
-        told = k < fits.settings.report.ranked and fits.ended(e)
+        told = k < fits.settings.report.ranked and fits.ended(e) and (choice.complete or e == choice.best)
         ranked.append(Ranked(" + ".join(e.names) or "none", probability, judged.rms(e) if told else None))
     return tuple(ranked)
 
@@ -296,8 +347,10 @@ def _shares(fits: ModelFits, choice: Choice) -> dict[str, float]:
     return found
 
 
-def _next(fits: ModelFits, outcome: _Outcome, choice: Choice) -> Proposal:
+def _next(fits: ModelFits, outcome: _Outcome, choice: Choice, among: Asked) -> Proposal:
     """The next experiment that the outcome asks for."""
+    if not choice.complete:
+        return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
     if outcome.uninformative:
         return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
     rivals = [e for e in dict.fromkeys([outcome.best, *choice.alternatives]) if e not in choice.equivalents]
@@ -315,5 +368,6 @@ def _next(fits: ModelFits, outcome: _Outcome, choice: Choice) -> Proposal:
             "repeat one of these runs three times, so that what never repeats can be told from what is missing"
         )
     if verdict == "effect":
-        return Proposal("none needed: no other explanation comes close on these logs")
+        other = "explanation that was asked for" if among.restricted else "explanation"
+        return Proposal(f"none needed: no other {other} comes close on these logs")
     return Proposal("none needed: the rig explains these logs down to their floor")

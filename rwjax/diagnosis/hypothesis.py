@@ -61,6 +61,20 @@ def coordinate_of(name: str) -> str:
     return BY_NAME[name].coordinate
 
 
+def spoken(name: str) -> str:
+    """An effect in words.
+
+    Args:
+        name: name of an effect, or `parameter.NAME`.
+
+    Returns:
+        The effect's label, or the name of the wrong number.
+    """
+    if name.startswith("parameter."):
+        return f"wrong {name.removeprefix('parameter.')}"
+    return BY_NAME[name].label if name in BY_NAME else name
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """What may be missing in a rig. Two hypotheses with the same names are equal: the order is for the reader alone.

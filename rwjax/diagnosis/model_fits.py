@@ -2,9 +2,13 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
+from rwjax.diagnosis.budget import Stopped
+from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, logged_outputs, space, structure_for
 from rwjax.diagnosis.settings import FittingSettings, Settings
 from rwjax.effects.library import null_of_optional
@@ -21,6 +25,8 @@ from rwjax.logs.noise import pooled_noise
 from rwjax.logs.segments import whole_runs
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
+
+T = TypeVar("T")
 
 
 def _carried_on(problem: Problem, begun: Fit, steps: int, tolerance: float) -> Simulating[Fit]:
@@ -55,7 +61,7 @@ class ModelFits:
         problem: all logs with the rig's own structure.
         train: numbers of the training logs.
         settings: limits of the diagnosis.
-        progress: hears of every step.
+        headway: how far the search is, and when it has to end.
         by_start_rule: whether first states follow the start rule.
         fitted_exactly: hypotheses fitted by exact derivatives, and whether that was by the start rule.
     """
@@ -64,7 +70,7 @@ class ModelFits:
     problem: Problem
     train: tuple[int, ...]
     settings: Settings
-    progress: Callable[[str], None]
+    headway: Headway
     by_start_rule: bool = True
     fitted_exactly: dict[Hypothesis, bool] = field(default_factory=dict)
     _problems: dict[Structure, Problem] = field(default_factory=dict)
@@ -80,7 +86,7 @@ class ModelFits:
         logs: Sequence[Log],
         train: Sequence[int],
         settings: Settings | None = None,
-        progress: Callable[[str], None] = lambda text: None,
+        headway: Headway | None = None,
     ) -> "ModelFits":
         """Fits of a rig to logs, none of them done yet.
 
@@ -89,7 +95,7 @@ class ModelFits:
             logs: all logs.
             train: numbers of the logs to fit.
             settings: limits of the diagnosis, the usual ones where none are given.
-            progress: hears of every step.
+            headway: takes down how far the search is; without it there is no limit and nobody hears.
 
         Returns:
             The empty store.
@@ -97,7 +103,7 @@ class ModelFits:
         noise = pooled_noise(whole_runs([logs[k] for k in train]))
         unseen = pooled_noise(whole_runs(logs))  # for outputs that no training log holds
         problem = pose(structure_for(rig, NOTHING), logs, unseen | noise, prior=rig.prior)
-        return cls(rig, problem, tuple(train), Settings() if settings is None else settings, progress)
+        return cls(rig, problem, tuple(train), Settings() if settings is None else settings, headway or Headway())
 
     @property
     def outputs(self) -> frozenset[str]:
@@ -139,6 +145,42 @@ class ModelFits:
             self.put(
                 NOTHING, least_squares(begun.problem.from_start, begun.coordinates, begun.theta, start=begun.start)
             )
+
+    def as_it_stands(self, hypothesis: Hypothesis) -> Fit:
+        """Takes the fit of a hypothesis for one at its end, however far a search has come.
+
+        Args:
+            hypothesis: a hypothesis with a fit that a search has begun.
+
+        Returns:
+            The fit, with its derivatives.
+        """
+        if hypothesis not in self._finished:
+            self.put(hypothesis, together([with_derivatives(self._best[hypothesis])])[0], ended=True)
+        return self._best[hypothesis]
+
+    def together(
+        self,
+        searches: Sequence[Simulating[T]],
+        work: float = 0.0,
+        done: Callable[[int, T], None] = lambda number, found: None,
+    ) -> list[T]:
+        """Results of several searches that end with the budget.
+
+        Args:
+            searches: generators that have not begun.
+            work: what all of them count for [hypotheses].
+            done: takes the number and the result of each that is done, on any thread.
+
+        Returns:
+            What each generator returns, in the given order.
+
+        Raises:
+            Stopped: the budget has ended.
+        """
+        each = work / max(len(searches), 1)
+        followed = self.headway.followed
+        return together([followed(search, each, partial(done, k)) for k, search in enumerate(searches)])
 
     def known(self, hypothesis: Hypothesis) -> Fit:
         """Best fit of a hypothesis as far as a search has brought it.
@@ -225,7 +267,7 @@ class ModelFits:
 
     def _begin(self) -> Fit:
         """The start of the rig as it is that the first few steps bring furthest."""
-        self.progress("the rig as it is")
+        self.headway.say("the rig as it is")
         problem = self.problem_of(NOTHING).only(self.train)
         coordinates, starts = self.space(NOTHING)
         begin = [(start, nodes) for start in starts for nodes in (measured_nodes(problem, start), None)]
@@ -299,10 +341,7 @@ class ModelFits:
         """
         if not hypotheses:
             return
-        for e in hypotheses:
-            self.progress(" + ".join(e.names) or "the rig as it is")
-        ends = together([self._to_the_end(self._best[e]) for e in hypotheses])
-        self._best |= zip(hypotheses, ends, strict=True)
+        self._best |= zip(hypotheses, self.ends_of([self._best[e] for e in hypotheses]), strict=True)
         self._finished |= {*hypotheses}
         self.free_starts()
 
@@ -318,7 +357,7 @@ class ModelFits:
         Returns:
             Each at its end.
         """
-        return together([self._to_the_end(f) for f in begun])
+        return self.together([self._to_the_end(f) for f in begun])
 
     def free_starts(self) -> None:
         """Frees the first states where the best finished fit is then complete.
@@ -331,12 +370,17 @@ class ModelFits:
         if not self.by_start_rule or best.cost > most:
             return
         problem = self._with_free_starts(best.problem.structure)
-        if is_complete(together([_carried_on(problem, best, limits.fold_steps, limits.tolerance)])[0]):
-            self.by_start_rule = False
+        if is_complete(self.together([_carried_on(problem, best, limits.fold_steps, limits.tolerance)])[0]):
             maybe = sorted((e for e in self._best if self._best[e].cost <= most), key=lambda e: self._best[e].cost)
-            self._finished |= {*maybe[: limits.refitted]}
-            every = [*self._finished]
-            self._best |= zip(every, self.ends_of([self._best[e] for e in every]), strict=True)
+            every = [*(self._finished | {*maybe[: limits.refitted]})]
+            self.by_start_rule = False
+            try:
+                ends = self.ends_of([self._best[e] for e in every])
+            except Stopped:
+                self.by_start_rule = True  # as in all fits that are known
+                raise
+            self._finished |= {*every}
+            self._best |= zip(every, ends, strict=True)
 
     def settle(self) -> None:
         """Carries on those of the finished fits that come close to the best one and have not converged."""
@@ -356,7 +400,7 @@ class ModelFits:
         begun = [self._best[e] for e in hypotheses]
         most = self.settings.fitting.most_steps
         runs = [_carried_on(self.training(f.problem.structure), f, most, tolerance) for f in begun]
-        self.keep(dict(zip(hypotheses, together(runs), strict=True)))
+        self.keep(dict(zip(hypotheses, self.together(runs), strict=True)))
 
     def on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Simulating[Fit]:
         """Fit of a hypothesis to other logs than those marked for training, from its estimates on those.

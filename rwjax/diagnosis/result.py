@@ -9,7 +9,7 @@ from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, verdict_sentence, where_words
+from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, unfinished_sentence, verdict_sentence, where_words
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import unit_of_number
 from rwjax.fitting.multiple_shooting import Fit
@@ -47,6 +47,9 @@ class Diagnosis:
         rig: the rig as it is.
         logs: all logs, or the parts into which a single one was split; segments where free runs follow those.
         verdict: one of the four outcomes.
+        complete: whether the search came to its end; one that the budget or Ctrl-C has ended claims nothing.
+        untried: candidates that were then not compared.
+        restricted: whether some candidates were left out on purpose.
         uninformative: why the logs say nothing, None where they do.
         effects: the named effects, the most important one first.
         alternatives: sets of names that cannot be told apart from the named effects.
@@ -73,6 +76,9 @@ class Diagnosis:
     rig: Rig
     logs: tuple[Log, ...]
     verdict: Verdict
+    complete: bool
+    untried: tuple[str, ...]
+    restricted: bool
     uninformative: str | None
     effects: tuple[str, ...]
     alternatives: tuple[tuple[str, ...], ...]
@@ -99,7 +105,12 @@ class Diagnosis:
     def sentence(self) -> str:
         """What the diagnosis says, as one sentence."""
         gap, unit = self.gaps[self.signal], UNIT[self.signal]
-        return verdict_sentence(self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative)
+        if not self.complete:
+            return unfinished_sentence(self.effects, len(self.untried), gap)
+        known = "candidate that was asked for" if self.restricted else "effect of the library"
+        said = verdict_sentence(self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known)
+        claims = self.verdict in ("effect", "ambiguous")
+        return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
 
     def __str__(self) -> str:
         """The result in lines, readable without colour."""
@@ -145,6 +156,8 @@ class Diagnosis:
         return {
             "schema": SCHEMA,
             "verdict": self.verdict,
+            "complete": self.complete,
+            "untried": list(self.untried),
             "untold": self.uninformative,
             "effects": list(self.effects),
             "alternatives": [list(names) for names in self.alternatives],

@@ -7,13 +7,13 @@ probes see what a derivative at the null does not, such as a dead zone, a delay 
 torques that local residuals miss.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rwjax.diagnosis.settings import ScreeningSettings
-from rwjax.fitting.batched_runs import together
+from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
@@ -80,11 +80,18 @@ class ScoreScreen:
     Attributes:
         fitted: the fit, at its end.
         limits: limits of the screen.
+        run: how several searches are run.
     """
 
-    def __init__(self, fitted: Fit, limits: ScreeningSettings) -> None:
+    def __init__(
+        self,
+        fitted: Fit,
+        limits: ScreeningSettings,
+        run: Callable[[list[Simulating[np.ndarray]]], list[np.ndarray]] = together,
+    ) -> None:
         self.fitted = fitted
         self.limits = limits
+        self.run = run
         problem, e = fitted.problem, fitted.evaluation
         k = np.arange(len(fitted.coordinates.index))
         p = len(e.local) - problem.start.shape[1]
@@ -153,7 +160,7 @@ class ScoreScreen:
 
     def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""
-        return together([residuals(c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))) for c in candidates])
+        return self.run([residuals(c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))) for c in candidates])
 
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
         """The candidate with amplitudes of its starts that change a part of what is left."""

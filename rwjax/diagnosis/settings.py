@@ -284,6 +284,16 @@ class ReportSettings:
 
 
 @dataclass(frozen=True)
+class HeadwaySettings:
+    """Work by which the time that a search still takes is told, in hypotheses; measured where one effect explains the gap."""
+
+    screened: float = _limit(0.125, "work of each of the three batches of free runs that begin a hypothesis")
+    first_round: float = _limit(0.375, "work of the first round of successive halving")
+    later_round: float = _limit(0.125, "work of each later one")
+    exact: float = _limit(6.0, "work of a fit by exact derivatives")
+
+
+@dataclass(frozen=True)
 class Settings:
     """Every limit of the diagnosis, grouped by what it limits."""
 
@@ -297,6 +307,7 @@ class Settings:
     next_experiment: NextExperimentSettings = NextExperimentSettings()
     remarks: RemarkSettings = RemarkSettings()
     report: ReportSettings = ReportSettings()
+    headway: HeadwaySettings = HeadwaySettings()
 
     def __str__(self) -> str:
         """One line for each limit: its name, its value, what it means."""

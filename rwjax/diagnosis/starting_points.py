@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -9,7 +10,6 @@ from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names, han
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import Candidate, ScoreScreen, Screened
 from rwjax.effects.library import included_numbers, limit_numbers
-from rwjax.fitting.batched_runs import together
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import search_point, with_residual
@@ -43,14 +43,15 @@ def begin(fits: ModelFits, hypotheses: Sequence[Hypothesis], parent: Hypothesis)
     Returns:
         The places by hypothesis; two places of the same cost count as one.
     """
-    screen = ScoreScreen(fits(parent), fits.settings.screening)
+    run = partial(fits.together, work=fits.settings.headway.screened * len(hypotheses))
+    screen = ScoreScreen(fits(parent), fits.settings.screening, run)
     found = screen.predict([candidate_of(fits, e, parent) for e in hypotheses])
     screened = dict(zip(hypotheses, found, strict=True))
     here = {e: _here(fits, e, parent, s) for e, s in screened.items()}
     points = [(e, replace(here[e], theta=theta)) for e, s in screened.items() for theta in s.begin]
     places: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
     same = fits.settings.halving.same_place
-    for (e, _), f in zip(points, together([with_residual(f) for _, f in points]), strict=True):
+    for (e, _), f in zip(points, run([with_residual(f) for _, f in points]), strict=True):
         known = any(abs(f.cost - other.cost) <= same * other.cost for other in places[e])
         places[e] += () if known else (f,)
     return {e: Begun(s.predicted, here[e], sorted(places[e], key=lambda f: f.cost)) for e, s in screened.items()}

@@ -23,7 +23,7 @@ def stands_out(gap: Gap, limits: Limits) -> bool:
 
 
 def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
-    """The outcome for the headline signal.
+    """The outcome for the headline signal; a choice that is not complete claims nothing.
 
     Args:
         choice: what the search has chosen.
@@ -33,6 +33,8 @@ def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
     Returns:
         One of the four outcomes.
     """
+    if not choice.complete:
+        return "unknown"
     return verdict(len(choice.best.names), bool(choice.alternatives), gap, limits)
 
 

@@ -3,6 +3,7 @@
 from math import isfinite
 
 from rwjax.diagnosis.gap import Gap
+from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import ReportSettings
 from rwjax.diagnosis.verdict import Verdict
@@ -24,20 +25,6 @@ UNIT = {name: unit_of(name) for name in _SIGNALS}
 """Unit of every output that a log may hold."""
 
 
-def spoken(name: str) -> str:
-    """An effect in words.
-
-    Args:
-        name: name of an effect, or `parameter.NAME`.
-
-    Returns:
-        The effect's label, or the name of the wrong number.
-    """
-    if name.startswith("parameter."):
-        return f"wrong {name.removeprefix('parameter.')}"
-    return BY_NAME[name].label if name in BY_NAME else name
-
-
 def _listed(names: tuple[str, ...]) -> str:
     """Effects in words with their names."""
     return " and ".join(f"{spoken(name)} ({name})" for name in names)
@@ -50,6 +37,7 @@ def verdict_sentence(
     gap: Gap,
     unit: str,
     uninformative: str | None,
+    known: str = "effect of the library",
 ) -> str:
     """What a diagnosis says, as one sentence.
 
@@ -60,6 +48,7 @@ def verdict_sentence(
         gap: the gap of the headline signal [SI].
         unit: the signal's unit.
         uninformative: why the logs say nothing, None where they do.
+        known: what each of the candidates is.
 
     Returns:
         The sentence.
@@ -81,11 +70,28 @@ def verdict_sentence(
     if effects:
         part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
         explain = "explains" if len(effects) == 1 else "together explain"
-        return (
-            f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor and fits no effect of the "
-            "library."
-        )
-    return "Unknown: a gap above the floor remains that no effect of the library explains."
+        return f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor and fits no {known}."
+    return f"Unknown: a gap above the floor remains that no {known} explains."
+
+
+def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str:
+    """What a diagnosis says whose search did not come to its end, as one sentence.
+
+    Args:
+        effects: what leads so far.
+        untried: how many candidates were not compared.
+        gap: the gap of the headline signal [SI].
+
+    Returns:
+        The sentence.
+    """
+    many = f"{untried} candidate{'s' if untried > 1 else ''}"
+    ended = f"with {many} not compared" if untried else "before what leads was compared with all its rivals"
+    if not effects:
+        return f"Unfinished: a gap above the floor remains, and the search was ended {ended}."
+    close = "close" if len(effects) > 1 else "closes"
+    part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
+    return f"Unfinished: so far {_listed(effects)} {close} {part}, but the search was ended {ended}."
 
 
 def gap_line(name: str, gap: Gap, *, marked: bool) -> str:

@@ -12,6 +12,7 @@ solver, needs the residual of the whole log as one function. Its derivatives go 
 run side by side.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -144,7 +145,7 @@ def _better_through_windows(problem: Problem, c: Coordinates, here: _Run, nodes:
     return here
 
 
-def least_squares(
+def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
     problem: Problem,
     coordinates: Coordinates,
     theta: np.ndarray,
@@ -154,6 +155,7 @@ def least_squares(
     damping: float = 1e-3,
     most_steps: int = 60,
     tolerance: float = 1e-7,
+    check: Callable[[], None] = lambda: None,
 ) -> Fit:
     """Least squares of the free run over the free numbers and the logs' initial states.
 
@@ -169,10 +171,12 @@ def least_squares(
         damping: Levenberg-Marquardt damping of the first step [1].
         most_steps: Steps at most [1].
         tolerance: Share of the cost below which a step's gain ends the fit [1].
+        check: Is called before every step; what it raises ends the fit.
 
     Returns:
         The fit.
     """
+    check()
     here = _run(problem, coordinates.clip(theta), problem.start if start is None else start)
     if nodes is not None:
         here = _better_through_windows(problem, coordinates, here, nodes)
@@ -180,6 +184,7 @@ def least_squares(
     e = sensitivities(problem, here.theta, coordinates.index, here.nodes)
     converged, taken = most_steps == 0, 0
     while taken < most_steps:
+        check()
         taken += 1
         step = gauss_newton_step(problem, e, coordinates, here.theta, damping)
         if step is None or not np.isfinite(here.cost):

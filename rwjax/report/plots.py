@@ -3,8 +3,9 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.result import Diagnosis
-from rwjax.diagnosis.words import UNIT, spoken
+from rwjax.diagnosis.words import UNIT
 from rwjax.report.style import AFTER, AXIS_LABEL, BEFORE, FLOOR, MEASURED, drawn_name
 
 MOST_POINTS = 4000  # samples drawn of a missing torque

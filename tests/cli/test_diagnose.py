@@ -4,22 +4,28 @@ import json
 import os
 import resource
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from rwjax import read_rig
+from rwjax.cli import interrupt
 from rwjax.planning.experiment import Experiment
 from rwjax.planning.files import Plan, Run
 from rwjax.report.plots import plot_ranking, plot_runs
-from tests.cli.shell import DEMO, LOGS, Shell, program
+from tests.cli.shell import DEMO, LOGS, ROOT, Shell, program
 from tests.report.diagnosed import diagnosed
 
 
 @pytest.mark.slow
 def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path) -> None:
-    done = program("diagnose", str(DEMO / "rig.toml"), *LOGS, "-o", "out", "--json", cwd=tmp_path)
+    done = program("diagnose", str(DEMO / "rig.toml"), *LOGS, "-o", "out", "--json", "--budget", "inf", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
     assert answer == json.loads((tmp_path / "out" / "diagnosis.json").read_text())
@@ -60,7 +66,7 @@ ALWAYS = {"diagnosis.json", "corrected.toml", "report.html"}
 def quick(shell: Shell) -> Shell:
     """The command with a diagnosis made by hand."""
     shutil.copy(LOGS[0], shell.folder / "run.csv")
-    shell.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, progress: diagnosed(proposal=PLAN))
+    shell.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: diagnosed(proposal=PLAN))
     shell.patch.setattr("rwjax.report.html.figures_of", lambda d: {"ranking": (plot_ranking, (3.0, 1.0))})
     return shell
 
@@ -84,7 +90,7 @@ def test_a_diagnosis_replaces_the_earlier_one_and_nothing_else(quick: Shell) -> 
     assert files(quick.folder / "out") == ALWAYS | {"ranking.png", "next/plan.toml", "next/square.csv"}
     for name in ("notes.txt", "next/notes.txt"):
         (quick.folder / "out" / name).write_text("mine")
-    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, progress: diagnosed(verdict="none"))
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: diagnosed(verdict="none"))
     quick.patch.setattr("rwjax.report.html.figures_of", lambda d: {"runs": (plot_runs, (3.0, 1.0))})
     assert quick("diagnose", "rig.toml", "run.csv", "-o", "out", "--json")[0] == 0
     assert files(quick.folder / "out") == ALWAYS | {"runs.png", "notes.txt", "next/notes.txt"}
@@ -143,8 +149,88 @@ def test_a_logs_name_that_is_no_text_ends_no_command(quick: Shell) -> None:
     shutil.copy("run.csv", name)
     logs = tuple(replace(log, name=name) for log in diagnosed().logs)
     found = diagnosed(logs=logs, windows=((name, 0.0, 1.0, 0.5),), remarks=(name,))
-    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, given, progress: found)
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: found)
     code, out, err = quick("diagnose", "rig.toml", name, "-o", "out")
     assert (code, err) == (0, "") and r"note: run\udcff\x1b[31m.csv" in out and out.count("\x1b") == 0
     answer = json.loads((quick.folder / "out" / "diagnosis.json").read_bytes().decode("utf-8"))
     assert answer["remarks"][0].encode("utf-8") and answer["remarks"][0].startswith(r"run\udcff")
+
+
+def test_budget_and_candidates_reach_the_diagnosis(quick: Shell) -> None:
+    seen: list[dict] = []
+
+    def heard(rig: object, logs: object, **given: object) -> object:
+        seen.append(given)
+        return diagnosed()
+
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", heard)
+    names = ("--only", "drive.lag", "axis.coulomb", "--without", "drive.lag")
+    for more in ((), ("--budget", "inf", *names), ("--budget", "2.5")):
+        assert quick("diagnose", *more, "rig.toml", "run.csv", "-o", "out")[0] == 0
+    assert [given["budget"].seconds for given in seen] == [120.0, float("inf"), 2.5]
+    assert [tuple(given["only"]) for given in seen] == [(), ("drive.lag", "axis.coulomb"), ()]
+    assert [tuple(given["without"]) for given in seen] == [(), ("drive.lag",), ()]
+    for wrong in ("0", "-1", "nan"):
+        code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out", "--budget", wrong)
+        assert (code, out) == (2, "") and err.startswith("rwjax: --budget ") and err.count("\n") == 1
+
+
+def test_a_name_that_is_none_is_one_line(quick: Shell) -> None:
+    quick.patch.undo()
+    quick.patch.chdir(quick.folder)
+    shutil.copy(DEMO / "rig.toml", "demo.toml")
+    code, out, err = quick("diagnose", "demo.toml", "run.csv", "-o", "out", "--without", "axis.colomb", "--quiet")
+    assert (code, out) == (2, "") and not (quick.folder / "out").exists()
+    assert err == "rwjax: `axis.colomb` is no effect and no fixed number of this rig; nearest `axis.coulomb`\n"
+
+
+def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -> None:
+    """The signal comes while the diagnosis works, and once more while the results are written."""
+
+    def stopped(rig: object, logs: object, **given: Any) -> object:
+        with given["budget"].searching():
+            signal.raise_signal(signal.SIGINT)
+        return diagnosed(verdict="unknown", complete=False, untried=("drive.lag",))
+
+    quick.patch.setattr("os._exit", left)
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", stopped)
+    before = signal.signal(signal.SIGINT, interrupt.heard)
+    try:
+        code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out", "--json")
+        assert signal.getsignal(signal.SIGINT) is interrupt.heard
+    finally:
+        signal.signal(signal.SIGINT, before)
+    answer = json.loads(out)
+    assert code == 130 and err == "rwjax: interrupted\n"
+    assert answer == json.loads((quick.folder / "out" / "diagnosis.json").read_text())
+    assert (answer["complete"], answer["untried"]) == (False, ["drive.lag"])
+    assert "Unfinished: so far" in (quick.folder / "out" / "report.html").read_text()
+
+
+def left(status: int) -> None:
+    raise SystemExit(status)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_in_a_search_gives_the_answer_so_far(tmp_path: Path) -> None:
+    begun = subprocess.Popen(
+        [sys.executable, "-m", "rwjax", "diagnose", str(DEMO / "rig.toml"), *LOGS, "-o", "out", "--budget", "inf"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert begun.stderr is not None
+    while "candidates" not in (line := begun.stderr.readline()):
+        assert line, "ended before it searched"
+    begun.send_signal(signal.SIGINT)
+    asked = time.monotonic()
+    out, err = begun.communicate(timeout=300)
+    assert begun.returncode == 130 and out.startswith("Unfinished: ") and interrupt.ASKED in err
+    assert err.endswith("rwjax: interrupted\n") and time.monotonic() - asked < 120.0  # cold programs end first
+    answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert answer["complete"] is False and answer["verdict"] == "unknown"
+    assert {path.name for path in (tmp_path / "out").iterdir()} > ALWAYS
+    read_rig(tmp_path / "out" / "corrected.toml")

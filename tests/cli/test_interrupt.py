@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -151,3 +152,39 @@ def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> N
         check=True,
     )
     assert done.stdout == "False\nTrue\n"
+
+
+@pytest.fixture
+def own_handler() -> Iterator[None]:
+    """The command's handler of Ctrl-C, within a test."""
+    before = signal.signal(signal.SIGINT, interrupt.heard)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("own_handler")
+def test_the_first_ctrl_c_asks_and_the_second_interrupts(capfd: pytest.CaptureFixture[str]) -> None:
+    asked: list[int] = []
+
+    def ask() -> bool:
+        asked.append(1)
+        return True
+
+    with pytest.raises(KeyboardInterrupt), interrupt.first(ask):
+        signal.raise_signal(signal.SIGINT)
+        assert asked == [1] and capfd.readouterr().err == f"{interrupt.ASKED}\n"
+        signal.raise_signal(signal.SIGINT)
+    assert asked == [1] and signal.getsignal(signal.SIGINT) is interrupt.heard
+
+
+@pytest.mark.usefixtures("own_handler")
+def test_where_there_is_no_answer_to_come_the_first_ctrl_c_interrupts(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(KeyboardInterrupt), interrupt.first(lambda: False):
+        signal.raise_signal(signal.SIGINT)
+    assert capfd.readouterr().err == "" and signal.getsignal(signal.SIGINT) is interrupt.heard
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_program_that_calls_a_command_keeps_its_own_handler() -> None:
+    with interrupt.first(lambda: True):
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rwjax.cli.options import axis, finite, keep_input, of_file, positive, results, span
+from rwjax.cli.options import axis, finite, keep_input, of_file, one_name_each, positive, results, span
 from rwjax.errors import InputError, LogError, RigError
 
 
@@ -82,3 +82,20 @@ def test_a_folder_without_results_is_gone_again(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="part.json: is a file, and a folder is wanted; give another with -o"):
         with results(tmp_path / "c" / "part.json"):
             pass
+
+
+def test_an_option_of_several_names_stands_before_each_of_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = (
+        "diagnose --only axis.coulomb drive.lag parameter.axis.inertia rig.toml a.csv --without x y.z --json".split()
+    )
+    assert (
+        one_name_each(given)
+        == (
+            "diagnose --only axis.coulomb --only drive.lag --only parameter.axis.inertia rig.toml a.csv --without x y.z --json"
+        ).split()
+    )
+    (tmp_path / "drive.lag").touch()  # which is a file then
+    assert one_name_each(given)[:4] == ["diagnose", "--only", "axis.coulomb", "drive.lag"]
+    region = ["region", "rig.toml", "--without", "axis.coulomb", "drive.lag"]
+    assert one_name_each(region) == region and one_name_each([]) == []

@@ -1,8 +1,11 @@
 """The spinner: on a terminal only, and never where the user wants none."""
 
+import time
+
 import pytest
 from rich.console import Console
 
+from rwjax.cli import progress as shown
 from rwjax.cli.progress import progress
 
 
@@ -25,3 +28,21 @@ def test_a_terminal_sees_the_step_that_runs(
         show("fitting [s]")
     out, err = capsys.readouterr()
     assert out == "" and "fitting [s]" in err
+
+
+def test_elsewhere_the_latest_step_is_a_line_now_and_then(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shown, "EVERY_S", 0.05)
+    with progress(quiet=False, lines=True) as show:
+        time.sleep(0.2)
+        assert capsys.readouterr().err == ""  # no step has begun
+        show("3 of 36 candidates")
+        show("7 of 36 candidates")
+        time.sleep(0.3)
+    lines = capsys.readouterr().err.splitlines()
+    assert 1 <= len(lines) <= 7 and {*lines} == {"7 of 36 candidates"}
+    with progress(quiet=True, lines=True) as show:
+        show("fitting")
+        time.sleep(0.1)
+    assert capsys.readouterr().err == ""

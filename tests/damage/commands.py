@@ -45,7 +45,7 @@ OPTIONS = {
     "decode": "RIG RAW -o OUT.csv|RIG RAW",
     "record": "RIG PORT -o OUT.csv --seconds 0.4|RIG PORT --seconds 0.4",
     "run-experiment": "RIG PORT --plan PLAN -o OUT|RIG PORT --kind square --volts N --seconds 1 -o OUT.csv",
-    "diagnose": "RIG LOG LOG2 -o OUT",
+    "diagnose": "RIG LOG LOG2 -o OUT --quiet",
 }
 """Options of every command, apart by `|`; the words in capitals are replaced, N by a number."""
 OFTEN = dict.fromkeys(OPTIONS, 6) | {

@@ -1,16 +1,20 @@
 """Verdicts on labelled cases, and on logs that say nothing."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rwjax import read_logs, read_rig
+from rwjax import InputError, Log, parse_rig, read_logs, read_rig, write_rig
+from rwjax.diagnosis.budget import Budget
 from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.diagnosis.hypothesis import candidates
 from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
 from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.fitting.fit import fit
+from rwjax.rig.model import Rig
 from tests.diagnosis.simulated import TIME, true_log
 from tests.systems import platform, record, run, wheel
 
@@ -67,6 +71,71 @@ def test_other_settings_give_another_verdict_and_are_recorded() -> None:
     found = diagnose(rig, [log], settings=blind, progress=steps.append)
     assert found.verdict == "none" and found.settings is blind and not found.effects
     assert steps == ["the rig as it is"]
+
+
+@pytest.fixture(scope="module")
+def pushed() -> tuple[Rig, Log]:
+    """A platform that lacks a constant torque, and its log."""
+    rig = platform("viscous = 0.02")
+    return rig, true_log(rig, **{"axis.bias_torque": {"T": 0.03}})
+
+
+FEW = ("axis.coulomb", "axis.bias_torque", "drive.bias", "sensor.scale")
+
+
+class Counted:
+    """A clock that goes by one second at each look: the budget then ends at the same place of the search on any machine."""
+
+    def __init__(self) -> None:
+        self.looks = 0.0
+
+    def __call__(self) -> float:
+        self.looks += 1.0
+        return self.looks
+
+
+@pytest.mark.slow
+def test_wherever_a_search_is_ended_the_answer_is_whole_and_claims_nothing(pushed: tuple[Rig, Log]) -> None:
+    rig, log = pushed
+    clock = Counted()
+    whole = diagnose(rig, [log], only=FEW, budget=Budget(math.inf, clock))
+    assert whole.complete and whole.untried == () and whole.verdict == "ambiguous"
+    for share in (0.0, 0.3, 0.6, 0.85, 0.98):
+        looks = max(share * clock.looks, 1.0)
+        found = diagnose(rig, [log], only=FEW, budget=Budget(looks, Counted()))
+        answer = json.loads(json.dumps(found.json(), allow_nan=False))
+        assert answer["complete"] is found.complete is False and answer["verdict"] == "unknown", share
+        assert {*answer["untried"]} < {*FEW} if share > 0.5 else {*answer["untried"]} <= {*FEW}
+        assert found.sentence.startswith("Unfinished") and "`--budget inf`" in found.next_experiment
+        assert any("ended the search, and nothing is claimed" in remark for remark in found.remarks)
+        assert np.isfinite([gap for one in found.gaps.values() for gap in (one.before, one.after, one.floor)]).all()
+        assert parse_rig(write_rig(found.corrected)).effects == found.corrected.effects
+    assert answer["untried"] == [] and {*found.effects} & {"axis.bias_torque", "drive.bias"}  # the same thing here
+
+
+def test_with_no_time_at_all_the_gap_is_told_and_every_candidate_is_untried(pushed: tuple[Rig, Log]) -> None:
+    rig, log = pushed
+    budget = Budget()
+    assert not budget.stop()
+    found = diagnose(rig, [log], budget=budget)
+    assert not found.complete and found.verdict == "unknown" and found.effects == () and found.waterfall[0].names == ()
+    assert found.untried == tuple(name for name in candidates(rig) if name not in ("sensor.offset",))
+    assert found.gaps["yaw_rad"].before > 10.0 * found.gaps["yaw_rad"].floor
+    assert any(remark.startswith("Ctrl-C ended the search") for remark in found.remarks)
+
+
+def test_where_nothing_is_missing_no_budget_is_too_short() -> None:
+    rig = platform("viscous = 0.02")
+    found = diagnose(rig, [true_log(rig)], budget=1e-9)
+    assert found.complete and found.verdict == "none" and found.untried == ()
+
+
+def test_names_that_are_none_are_refused_before_the_work(pushed: tuple[Rig, Log]) -> None:
+    rig, log = pushed
+    with pytest.raises(InputError, match="`axis.colomb` is no effect .* nearest `axis.coulomb`"):
+        diagnose(rig, [log], without=["axis.colomb"])
+    with pytest.raises(InputError, match="budget 0: has to be positive"):
+        diagnose(rig, [log], budget=0.0)
 
 
 @pytest.mark.slow

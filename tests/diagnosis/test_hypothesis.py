@@ -13,6 +13,7 @@ from rwjax.diagnosis.hypothesis import (
     free_names,
     shown_by,
     space,
+    spoken,
     structure_for,
 )
 from rwjax.rig.model import Driven
@@ -115,3 +116,7 @@ def test_a_wrong_number_is_looked_for_within_a_factor() -> None:
     k = structure_for(rig, wrong).names.index("motor.resistance")
     assert coordinates.bounds[list(coordinates.index).index(k)] == pytest.approx([0.5 * 0.83, 2.0 * 0.83])
     assert all(start[k] == 0.83 for start in starts)
+
+
+def test_names_in_words() -> None:
+    assert spoken("parameter.axis.inertia") == "wrong axis.inertia" and spoken("axis.coulomb") == "dry friction"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.fitting.batched_runs import together
@@ -75,3 +76,29 @@ def test_a_fit_to_a_fold_begins_from_the_estimates_on_all_logs() -> None:
     found = together([fits.on(NOTHING, [0])])[0]
     assert found.numbers()["axis.inertia"] == pytest.approx(fits(NOTHING).numbers()["axis.inertia"], rel=1e-3)
     assert np.array_equal(found.problem.logs_with_readings, [0])
+
+
+def test_a_fit_is_taken_as_it_stands_with_its_derivatives(fits: ModelFits) -> None:
+    known = replace(fits(NOTHING), evaluation=fits(NOTHING).evaluation._replace(local=np.zeros(0)))
+    fits.put(NAMED, known)
+    fits.reopen([NAMED])
+    found = fits.as_it_stands(NAMED)
+    assert fits.ended(NAMED) and np.array_equal(found.theta, known.theta) and found.cost == known.cost
+    assert found.evaluation.local.size and fits.as_it_stands(NAMED) is found
+
+
+def test_where_the_budget_ends_the_fits_stay_as_they_are() -> None:
+    rig = platform()
+    fits = fits_of(rig, true_log(rig))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    before, budget = fits(NOTHING), fits.headway.budget
+    assert fits.by_start_rule  # which the next step would end, since the rig as it is is complete
+    budget.stop()
+    with budget.searching():
+        for step in (fits.free_starts, lambda: fits.finish([NOTHING]), lambda: fits.carry_on([NOTHING], 1e-9)):
+            with pytest.raises(Stopped):
+                step()
+            assert fits.by_start_rule and fits.known(NOTHING) is before and fits.ended(NOTHING)
+    fits.free_starts()
+    assert not fits.by_start_rule

@@ -30,6 +30,9 @@ DIAGNOSIS = Diagnosis(
     rig=platform(),
     logs=(),
     verdict="effect",
+    complete=True,
+    untried=(),
+    restricted=False,
     uninformative=None,
     effects=("axis.coulomb",),
     alternatives=(),
@@ -57,7 +60,7 @@ DIAGNOSIS = Diagnosis(
 def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     found = json.loads(json.dumps(DIAGNOSIS.json(), allow_nan=False))
     assert list(found) == [
-        "schema", "verdict", "untold", "effects", "alternatives", "ranking", "where", "gap", "held_out", "split", "next_experiment",
+        "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "gap", "held_out", "split", "next_experiment",
         "drift", "remarks",
     ]  # fmt: skip
     assert found["schema"] == "rwjax.diagnosis/1" and found["untold"] is None
@@ -77,6 +80,23 @@ def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
         "standard_error": 0.001,
         "unit": "N m",
     }
+
+
+def test_an_unfinished_answer_says_so_in_the_text_and_the_json() -> None:
+    found = replace(DIAGNOSIS, verdict="unknown", complete=False, untried=("drive.lag",))
+    assert str(found).startswith("Unfinished: so far dry friction (axis.coulomb) closes 98 % of the gap")
+    assert found.json()["complete"] is False and found.json()["untried"] == ["drive.lag"]
+    assert DIAGNOSIS.json()["complete"] is True and DIAGNOSIS.json()["untried"] == []
+
+
+def test_a_claim_among_some_candidates_says_so() -> None:
+    asked = replace(DIAGNOSIS, restricted=True)
+    assert asked.sentence == f"{DIAGNOSIS.sentence[:-1]}; only the candidates asked for were compared."
+    assert (
+        replace(asked, verdict="none", effects=()).sentence == replace(DIAGNOSIS, verdict="none", effects=()).sentence
+    )
+    unknown = replace(asked, verdict="unknown", effects=()).sentence
+    assert unknown == "Unknown: a gap above the floor remains that no candidate that was asked for explains."
 
 
 def test_where_nothing_is_missing_no_place_is_told() -> None:

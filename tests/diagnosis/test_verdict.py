@@ -13,6 +13,14 @@ from rwjax.diagnosis.verdict import judge, stands_out, verdict
 LIMITS = Limits()
 
 
+def test_a_search_that_was_ended_claims_nothing() -> None:
+    gap = Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0))
+    rival = (Hypothesis(("drive.bias",)),)
+    for choice in (chosen("axis.coulomb"), chosen("axis.coulomb", alternatives=rival), chosen()):
+        assert judge(replace(choice, complete=False), gap, LIMITS) == "unknown"
+        assert judge(replace(choice, complete=False), Gap(1.0, 1.0, 1.0, None, None), LIMITS) == "unknown"
+
+
 def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
     return Choice(Hypothesis(names), alternatives)
 

@@ -7,7 +7,15 @@ from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import ReportSettings
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, spoken, verdict_sentence, where_words
+from rwjax.diagnosis.words import (
+    UNIT,
+    gap_line,
+    moved,
+    numbers_of,
+    unfinished_sentence,
+    verdict_sentence,
+    where_words,
+)
 
 SETTINGS = ReportSettings()
 GAP = Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99))
@@ -93,6 +101,27 @@ def test_every_verdict_has_its_sentence(verdict, effects, alternatives, uninform
     assert verdict_sentence(verdict, effects, alternatives, GAP, "rad", uninformative) == said
 
 
+@pytest.mark.parametrize(
+    ("effects", "untried", "said"),
+    [
+        ((), 36, "a gap above the floor remains, and the search was ended with 36 candidates not compared."),
+        (
+            ("axis.coulomb",),
+            1,
+            "so far dry friction (axis.coulomb) closes 98 % of the gap, but the search was ended with 1 candidate not compared.",
+        ),
+        (
+            ("a", "b"),
+            0,
+            "so far a (a) and b (b) close 98 % of the gap, but the search was ended before what leads was compared with all its "
+            "rivals.",
+        ),
+    ],
+)
+def test_an_unfinished_search_says_what_leads_and_what_is_left(effects, untried: int, said: str) -> None:
+    assert unfinished_sentence(effects, untried, GAP) == f"Unfinished: {said}"
+
+
 def test_a_gap_is_a_line() -> None:
     said = "* yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)"
     assert gap_line("yaw_rad", GAP, marked=True) == said
@@ -100,10 +129,9 @@ def test_a_gap_is_a_line() -> None:
     assert gap_line("current_A", Gap(0.1, 0.1, 0.1, None, None), marked=False) == bare
 
 
-def test_units_and_labels() -> None:
+def test_units() -> None:
     assert (
         UNIT["yaw_rad_s"] == UNIT["wheel_2_rad_s"] == "rad/s"
         and UNIT["pitch_rad"] == "rad"
         and UNIT["current_1_A"] == "A"
     )
-    assert spoken("parameter.axis.inertia") == "wrong axis.inertia" and spoken("axis.coulomb") != "axis.coulomb"

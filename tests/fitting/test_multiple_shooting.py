@@ -120,3 +120,26 @@ def test_another_optimiser_finds_the_same_numbers_in_a_motor() -> None:
     for name, value in zip(ours.free, theta[index] * np.exp(np.asarray(z)), strict=True):
         assert ours.numbers()[name] == pytest.approx(value, rel=1e-6), name
         assert ours.numbers()[name] != pytest.approx(rig.values[name], rel=1e-6), name  # noise has moved the optimum
+
+
+def test_what_is_asked_before_every_step_may_end_the_fit() -> None:
+    class Ended(Exception):
+        pass
+
+    rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
+    structure = structure_of(rig)
+    problem, theta = pose(structure, (log_of(rig, noise=1e-3),)), theta_of(rig, structure)
+    free = np.array([name in rig.free for name in structure.names])
+    moves = coordinates(1.5 * theta, free, bounds_of(rig, structure), np.ones_like(theta))
+    asked: list[int] = []
+    found = least_squares(problem, moves, 1.5 * theta, check=lambda: asked.append(0))
+    assert len(asked) == found.steps + 1  # once before the first run, too
+
+    def end() -> None:
+        asked.append(1)
+        if sum(asked) == 2:
+            raise Ended
+
+    with pytest.raises(Ended):
+        least_squares(problem, moves, 1.5 * theta, check=end)
+    assert sum(asked) == 2

@@ -15,6 +15,8 @@ class Choice:
         equivalents: those of the alternatives that no logs of this kind of rig can tell apart.
         criterion: information criterion of every hypothesis that was tried, relative to the rig as it is; larger is better.
         ranking: single names, the best set and the rig as it is, each with its probability among these; the most probable first.
+        complete: whether the search came to its end; one that did not claims nothing.
+        untried: single names that were then not compared.
     """
 
     best: Hypothesis
@@ -22,6 +24,8 @@ class Choice:
     equivalents: tuple[Hypothesis, ...] = ()
     criterion: dict[Hypothesis, float] = field(default_factory=dict)
     ranking: tuple[tuple[Hypothesis, float], ...] = ()
+    complete: bool = True
+    untried: tuple[str, ...] = ()
 
     @classmethod
     def nothing(cls) -> "Choice":

@@ -9,7 +9,7 @@ to be the same thing for the kind of rig.
 from collections.abc import Sequence
 
 from rwjax.diagnosis.exact_fits import fit_exactly
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, spoken
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
@@ -102,6 +102,7 @@ class Search:
             The hypothesis with the names added.
         """
         excess, limits = self.comparison.excess, self.limits
+        work = self.fits.settings.headway
         enough = max(limits.nothing_left, limits.negligible * excess(hypothesis))
         while len(hypothesis.names) < limits.most_names and excess(hypothesis) > enough:
             if self.comparison.removed(hypothesis) < limits.removed_so_far[len(hypothesis.names)]:
@@ -109,6 +110,12 @@ class Search:
             tried = extensions(self.candidates, hypothesis)
             if not tried:
                 break
+            self.fits.headway.enter(
+                tried,
+                " beside ".join(["candidates", *map(spoken, hypothesis.names)]),
+                besides=work.exact,
+                further=len(self.candidates) + limits.rivals_exactly * work.exact,
+            )
             self._fit(tried, hypothesis)
             self._fit_thoroughly(tried, hypothesis, enough)
             best = self.comparison.leader(tried)
@@ -154,6 +161,8 @@ class Search:
         if compare.removed(best) < limits.rivals_removed and compare.excess(best) > limits.rivals_excess:
             return []
         rivals = exchanges(self.candidates, best)
+        exact = limits.rivals_exactly * self.fits.settings.headway.exact
+        self.fits.headway.enter(rivals, "rivals", besides=limits.again + exact, further=0.0)
         fit_exactly(self.fits, [best])  # which may free the first states
         self._fit([e for e in rivals if e not in self.fits], best)
         near = [e for e in self._by_cost(rivals) if not e.contains(best) and not self._far_behind(e, best)]

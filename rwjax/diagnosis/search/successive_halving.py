@@ -5,16 +5,16 @@ cost advance to the next round, which has fewer of them and more steps (Jamieson
 matters because a fit that begins far off may be on its way.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import Round
 from rwjax.diagnosis.starting_points import begin
-from rwjax.fitting.batched_runs import together
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.secant import descend
 
@@ -95,8 +95,10 @@ class SuccessiveHalving:
             parent: the hypothesis from whose estimates they begin.
         """
         ended = self.fits.reopen(hypotheses)
-        self.fit(hypotheses, parent)
-        self.fits.close_again(ended)
+        try:
+            self.fit(hypotheses, parent)
+        finally:
+            self.fits.close_again(ended)
 
     def fit_from_all_places(self, hypothesis: Hypothesis, parent: Hypothesis) -> None:
         """Fits one hypothesis from all places where it may begin, the best of which the rounds may have left behind.
@@ -111,10 +113,16 @@ class SuccessiveHalving:
         best = sorted(found, key=lambda f: f.cost)[: limits.places]
         fits.keep({hypothesis: min(fits.ends_of(best), key=lambda f: f.cost)})
 
-    def _stepped(self, begun: Sequence[Fit], steps: int) -> list[Fit]:
+    def _stepped(
+        self,
+        begun: Sequence[Fit],
+        steps: int,
+        work: float = 0.0,
+        done: Callable[[int, Fit], None] = lambda number, found: None,
+    ) -> list[Fit]:
         """Fits after some steps."""
         tolerance = self.fits.settings.fitting.tolerance
-        return together([descend(f, most_steps=steps, tolerance=tolerance) for f in begun])
+        return self.fits.together([descend(f, most_steps=steps, tolerance=tolerance) for f in begun], work, done)
 
     def _halve(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, float]:
         """Runs the rounds; returns the extrapolated cost of every hypothesis."""
@@ -126,12 +134,33 @@ class SuccessiveHalving:
         promise = {e: min(b.predicted, b.here.cost) for e, b in begun.items()}
         # a complete parent leaves no room far above it
         most = np.inf if fits.by_start_rule else limits.behind * fits(parent).cost
+        work = fits.settings.headway
         for one in limits.rounds:
             ahead = [e for e in hypotheses if promise[e] <= most or one.steps == 1 or parent.contains(e)]
             ahead = sorted(ahead, key=promise.__getitem__)[: one.hypotheses]
-            self._round(one, ahead, parent, places, best, promise)
+            share = work.first_round if one is limits.rounds[0] else work.later_round
+            self._round(one, ahead, parent, places, best, promise, share * len(hypotheses))
             fits.keep({e: best[e] for e in ahead})
         return promise
+
+    def _stepped_as_far_as_can_be(self, runs: Sequence[tuple[Hypothesis, Fit]], steps: int, work: float) -> list[Fit]:
+        """Fits after some steps, counted as they are done; where the budget ends, those that are done are kept."""
+        fits, landed = self.fits, dict[int, Fit]()
+        waiting = {e: {k for k, (other, _) in enumerate(runs) if other == e} for e, _ in runs}
+
+        def done(number: int, found: Fit) -> None:
+            e = runs[number][0]
+            landed[number] = found
+            fits.headway.lead(e, found)
+            if waiting[e] <= {*landed}:
+                fits.headway.compare(e)
+
+        try:
+            return self._stepped([f for _, f in runs], steps, work, done)
+        except Stopped:
+            for number, found in [*landed.items()]:
+                fits.keep({runs[number][0]: found})
+            raise
 
     def _round(
         self,
@@ -141,10 +170,11 @@ class SuccessiveHalving:
         places: dict[Hypothesis, list[Fit]],
         best: dict[Hypothesis, Fit],
         promise: dict[Hypothesis, float],
+        work: float,
     ) -> None:
         """Steps of one round; updates places, best fits and extrapolated costs of those that take part."""
         runs = [(e, f) for e in ahead for f in places[e][: self.limits.places]]
-        found = self._stepped([f for _, f in runs], one.steps)
+        found = self._stepped_as_far_as_can_be(runs, one.steps, work)
         parent_cost = self.fits(parent).cost
         for e in ahead:
             pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]

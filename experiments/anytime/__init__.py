@@ -1,0 +1,1 @@
+"""Diagnoses that are stopped at random moments, and what their answers are worth."""

@@ -1,0 +1,150 @@
+"""Headway of a search: how far it has come, what leads, and about how long it still takes, in one line."""
+
+import time
+from collections.abc import Callable, Collection
+from threading import Lock
+from typing import TypeVar
+
+import numpy as np
+
+from rwjax.diagnosis.budget import Budget
+from rwjax.diagnosis.hypothesis import Hypothesis, spoken
+from rwjax.diagnosis.information_criterion import residuals
+from rwjax.fitting.batched_runs import Simulating
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.rig.columns import unit_of
+
+T = TypeVar("T")
+
+
+class Headway:
+    """What a search has done and has still to do. Its work goes in passes over some hypotheses each.
+
+    Work is counted in hypotheses. The time that is left follows from the time that a hypothesis has taken so far.
+
+    Attributes:
+        budget: when the search has to end.
+        signal: the output by whose error a hypothesis is told.
+        compared: hypotheses that were compared, those of every pass.
+    """
+
+    def __init__(
+        self,
+        budget: Budget | None = None,
+        tell: Callable[[str], None] = lambda text: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.budget = Budget() if budget is None else budget
+        self.signal: str | None = None
+        self.compared: set[Hypothesis] = set()
+        self._tell, self._clock, self._lock = tell, clock, Lock()
+        self._begun: float | None = None  # time of the first pass
+        self._what, self._of = "candidates", frozenset[Hypothesis]()
+        self._whole, self._further = 0.0, 0.0
+        self._done, self._before = 0.0, 0.0  # work of this pass and of those before it
+        self._shown = np.inf  # time left as told last [s]
+        self._best: tuple[float, str] = np.inf, ""
+
+    def say(self, text: str) -> None:
+        """Tells of a step outside the search.
+
+        Args:
+            text: the step, in words.
+        """
+        self._tell(text)
+
+    def enter(self, hypotheses: Collection[Hypothesis], what: str, *, besides: float, further: float) -> None:
+        """Begins a pass.
+
+        Args:
+            hypotheses: those that it compares.
+            what: what they are, in words.
+            besides: work of the pass besides their comparison [hypotheses].
+            further: work of the passes that follow it [hypotheses].
+        """
+        with self._lock:
+            self._begun = self._clock() if self._begun is None else self._begun
+            self._before += self._done
+            self._what, self._of = what, frozenset(hypotheses)
+            self._whole, self._further, self._done = len(self._of - self.compared) + besides, further, 0.0
+            self._shown = np.inf
+
+    def advance(self, work: float) -> None:
+        """Counts work that was done, and tells how far the search is.
+
+        Args:
+            work: the work [hypotheses].
+        """
+        with self._lock:
+            self._done = min(self._done + work, self._whole)
+            text = self._line()
+        if text:
+            self._tell(text)
+
+    def compare(self, hypothesis: Hypothesis) -> None:
+        """Counts a hypothesis as compared.
+
+        Args:
+            hypothesis: the hypothesis.
+        """
+        with self._lock:
+            self.compared.add(hypothesis)
+
+    def lead(self, hypothesis: Hypothesis, fitted: Fit) -> None:
+        """Takes down a fit that leaves less than every one before it.
+
+        Args:
+            hypothesis: its hypothesis.
+            fitted: the fit.
+        """
+        if not (self.signal and hypothesis.names and fitted.cost < self._best[0]):
+            return
+        left = np.concatenate(
+            residuals(fitted, fitted.problem.logs_with_readings.tolist()).get(self.signal, [np.zeros(1)])
+        )
+        rms = fitted.problem.noise[self.signal] * float(np.sqrt(np.mean(left**2)))
+        words = f"{' and '.join(map(spoken, hypothesis.names))} ({rms:.3g} {unit_of(self.signal)} left)"
+        with self._lock:
+            self._best = min(self._best, (fitted.cost, words))
+
+    def followed(
+        self, search: Simulating[T], work: float = 0.0, done: Callable[[T], None] = lambda found: None
+    ) -> Simulating[T]:
+        """The same search, which ends with the budget and is counted when it is done.
+
+        Args:
+            search: free runs that it waits for, and its result.
+            work: what it counts for [hypotheses].
+            done: takes its result before it is counted.
+
+        Yields:
+            Free runs to simulate.
+
+        Returns:
+            The search's result.
+        """
+        found = yield from self.budget.heeded(search)
+        done(found)
+        self.advance(work)
+        return found
+
+    @property
+    def left(self) -> float | None:
+        """About how long the search still takes [s], and no longer than its budget; None before anything is known."""
+        done = self._before + self._done
+        if self._begun is None or not done:
+            return None
+        pace = (self._clock() - self._begun) / done
+        return min(pace * (self._whole - self._done + self._further), self.budget.left)
+
+    def _line(self) -> str:
+        """How far the search is; empty before the first pass. Within a pass the time left only falls."""
+        if self._begun is None:
+            return ""
+        parts = [f"{len(self._of & self.compared)} of {len(self._of)} {self._what}"]
+        if self._best[1]:
+            parts.append(f"best so far {self._best[1]}")
+        if (left := self.left) is not None:
+            self._shown = min(self._shown, left)
+            parts.append(f"about {max(round(self._shown), 1)} s left")
+        return ", ".join(parts)

@@ -1,0 +1,81 @@
+"""Headway: what is counted, and how long it is said to take."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rwjax.diagnosis.budget import Budget
+from rwjax.diagnosis.headway import Headway
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
+from tests.diagnosis.simulated import fits_of, true_log
+from tests.diagnosis.test_budget import Clock
+from tests.systems import platform
+
+SOME = [Hypothesis((name,)) for name in ("axis.coulomb", "drive.bias", "drive.lag", "sensor.delay")]
+
+
+def seconds(line: str) -> int:
+    found = re.search(r"about (\d+) s left$", line)
+    assert found, line
+    return int(found[1])
+
+
+def test_at_an_even_pace_the_time_left_is_what_is_left() -> None:
+    clock, told = Clock(), list[str]()
+    headway = Headway(Budget(clock=clock), told.append, clock)
+    headway.enter(SOME, "candidates", besides=2.0, further=4.0)
+    for k, hypothesis in enumerate(SOME):
+        clock.now += 3.0
+        headway.compare(hypothesis)
+        headway.advance(1.0)
+        assert told[-1] == f"{k + 1} of 4 candidates, about {3 * (10 - k - 1)} s left"
+    headway.enter(SOME, "rivals", besides=4.0, further=0.0)  # all of them compared: the rest is what is besides
+    clock.now += 3.0
+    headway.advance(1.0)
+    assert told[-1] == "4 of 4 rivals, about 9 s left"  # 12 + 3 s for 5 pieces of work
+
+
+def test_before_a_pass_nothing_is_told() -> None:
+    told: list[str] = []
+    headway = Headway(tell=told.append)
+    headway.advance(1.0)
+    assert told == [] and headway.left is None
+    headway.say("the rig as it is")
+    assert told == ["the rig as it is"]
+
+
+@given(steps=st.lists(st.tuples(st.floats(0.0, 30.0), st.floats(0.0, 2.0)), min_size=1, max_size=30))
+def test_within_a_pass_the_time_left_falls_and_stays_within_the_budget(steps: list[tuple[float, float]]) -> None:
+    clock, told = Clock(), list[str]()
+    budget = Budget(60.0, clock)
+    headway = Headway(budget, told.append, clock)
+    headway.enter(SOME, "candidates", besides=1.0, further=5.0)
+    last = np.inf
+    for wait, work in steps:
+        clock.now += wait
+        headway.advance(work)
+        if not told[-1].endswith("left"):
+            continue  # no work is done yet
+        left = seconds(told[-1])
+        assert 1 <= left <= max(budget.left + 0.5, 1.0) and left <= last
+        last = left
+
+
+@pytest.mark.slow
+def test_what_leaves_least_is_told_by_its_error() -> None:
+    rig, told = platform("viscous = 0.02"), list[str]()
+    fits = fits_of(rig, true_log(rig, noise=2e-3, **{"axis.bias_torque": {"T": 0.03}}))
+    fits(Hypothesis())
+    fits.headway = Headway(tell=told.append)
+    fits.headway.signal = "yaw_rad"
+    right, wrong = Hypothesis(("axis.bias_torque",)), Hypothesis(("sensor.scale",))
+    fits.headway.enter([right, wrong], "candidates", besides=0.0, further=0.0)
+    SuccessiveHalving(fits).fit([wrong, right], Hypothesis())
+    assert told[0].startswith("0 of 2 candidates, about")
+    found = re.match(r"2 of 2 candidates, best so far constant torque \((.*) rad left\), about", told[-1])
+    assert found and 0.5 * 2e-3 < float(found[1]) < 3.0 * 2e-3  # the noise, and what a few steps leave
+    assert fits.headway.compared == {right, wrong}
