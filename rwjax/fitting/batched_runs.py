@@ -7,7 +7,7 @@ full batch costs a third of a call of its own.
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from threading import Condition
 from typing import Any, NamedTuple, TypeVar
 
@@ -59,18 +59,16 @@ class _Request:
         slots = batch.slot_step.shape[2]
         self.y = np.empty((self.missing, self.wanted.windows, slots, len(self.wanted.problem.structure.outputs)))
 
-    def program(self, run: int) -> tuple:
-        """Runs of the same log and the same compiled program may share a call."""
-        batch = self.wanted.problem.batch
-        return (
-            self.wanted.problem.structure,
-            self.wanted.problem.solver,
-            id(batch.slot_step),
-            id(batch.theta_index),
-            id(batch.theta_offset),
-            self.wanted.windows,
-            int(self.wanted.logs[run % len(self.wanted.logs)]),
-        )
+    @cached_property
+    def program(self) -> int:
+        """Number of the program and the batch: runs of the same one and of the same log may share a call."""
+        problem, batch = self.wanted.problem, self.wanted.problem.batch
+        parts = (batch.slot_step, batch.theta_index, batch.theta_offset)
+        return hash((problem.structure, problem.solver, self.wanted.windows, *map(id, parts)))
+
+    def shared(self, run: int) -> tuple[int, int]:
+        """What runs that may share a call have in common."""
+        return self.program, int(self.wanted.logs[run % len(self.wanted.logs)])
 
 
 _Run = tuple[_Request, int]
@@ -171,7 +169,7 @@ class _Schedule:
         request = _Request(number, wanted)
         with self.changed:
             for run in range(request.missing):
-                self.waiting.setdefault(request.program(run), []).append((request, run))
+                self.waiting.setdefault(request.shared(run), []).append((request, run))
 
     def _simulate(self, runs: list[_Run]) -> None:
         for (request, run), y in zip(runs, _simulated(runs), strict=True):

@@ -1,5 +1,6 @@
 """Gauss-Newton steps whose initial states follow the numbers, log by log."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ def initial_state_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.
 
 
 def initial_state_response(
-    H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, damping: float
+    H: np.ndarray, g: np.ndarray, k: np.ndarray, s: np.ndarray, damping: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change of an initial state that minimises the cost, per change of the numbers and by itself.
 
@@ -46,21 +47,22 @@ def initial_state_response(
         g: Gradient `(k+n,)` [1/SI].
         k: Rows of the numbers `(k,)` [index].
         s: Rows of the unknown entries of the initial state `(s,)` [index].
-        damping: Levenberg-Marquardt damping [1].
+        damping: Levenberg-Marquardt damping [1], or several `(d,)`.
 
     Returns:
-        Change per change of the numbers `(s, k)`, and at fixed numbers `(s,)` [SI]; NaN where the normal matrix is not finite.
+        Change per change of the numbers `(s, k)`, and at fixed numbers `(s,)` [SI], of several dampings `(d, s, k)` and `(d, s)`;
+        NaN where the normal matrix is not finite.
     """
-    Hss = H[np.ix_(s, s)]
+    shape, Hss = np.shape(damping), H[s[:, None], s]
     if not np.isfinite(Hss).all():  # a run that leaves the range of numbers: the step is refused where it is taken
-        return np.full((len(s), len(k)), np.nan), np.full(len(s), np.nan)
+        return np.full((*shape, len(s), len(k)), np.nan), np.full((*shape, len(s)), np.nan)
     diagonal = np.diag(Hss)
     if not np.any(diagonal):  # no reading depends on these entries: they stay
-        return np.zeros((len(s), len(k))), np.zeros(len(s))
-    ridge = damping * diagonal + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
+        return np.zeros((*shape, len(s), len(k))), np.zeros((*shape, len(s)))
+    ridge = np.multiply.outer(damping, diagonal) + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
     with np.errstate(all="ignore"):
-        inverse = np.linalg.pinv(Hss + np.diag(ridge), hermitian=True) if len(s) else np.zeros((0, 0))
-        return -inverse @ H[np.ix_(s, k)], -inverse @ g[s]
+        inverse = np.linalg.pinv(Hss + ridge[..., None] * np.eye(len(s)), hermitian=True)
+        return -inverse @ H[s[:, None], k], -inverse @ g[s]
 
 
 class _Reduced(NamedTuple):
@@ -75,26 +77,27 @@ class _Reduced(NamedTuple):
     responses: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
-def _reduced(problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float) -> _Reduced:
-    """The damped normal equations at a point."""
-    k = np.arange(len(coordinates.index))
-    scale = coordinates.slope(theta)
-    L, n = problem.start.shape
-    p = e.g.shape[1] - n
-    free = coordinates.index
-    A, responses = np.diag(problem.precision[free] * scale**2), []
-    b = problem.prior_cost(theta)[1][free] * scale
+def _reduced(
+    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, dampings: Sequence[float]
+) -> list[_Reduced]:
+    """The normal equations at a point with each of several dampings."""
+    k, (L, n) = np.arange(len(coordinates.index)), problem.start.shape
+    p, free, scale, every = e.g.shape[1] - n, coordinates.index, coordinates.slope(theta), np.array(dampings)
+    A = np.tile(np.diag(problem.precision[free] * scale**2), (len(every), 1, 1))
+    b = np.tile(problem.prior_cost(theta)[1][free] * scale, (len(every), 1))
+    responses = []
     for log in range(L):
         s = np.flatnonzero(problem.start_free[log])
-        P, q = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, damping)
-        P = P * scale
         H, g = e.H[log], e.g[log]
-        Hts, Hss = H[np.ix_(k, p + s)] * scale[:, None], H[np.ix_(p + s, p + s)]
-        A += H[np.ix_(k, k)] * scale[:, None] * scale + Hts @ P + P.T @ Hts.T + P.T @ Hss @ P
-        A[np.diag_indices(len(k))] += damping * H[k, k] * scale**2
-        b += g[k] * scale + P.T @ g[p + s] + (Hts + P.T @ Hss) @ q
+        P, q = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, every)
+        P, transposed = P * scale, np.swapaxes(P * scale, 1, 2)
+        Hts, Hss = H[k[:, None], p + s] * scale[:, None], H[(p + s)[:, None], p + s]
+        across = Hts @ P
+        A += H[k[:, None], k] * scale[:, None] * scale + across + np.swapaxes(across, 1, 2) + transposed @ Hss @ P
+        A[:, k, k] += np.multiply.outer(every, H[k, k] * scale**2)
+        b += g[k] * scale + transposed @ g[p + s] + ((Hts + transposed @ Hss) @ q[..., None])[..., 0]
         responses.append((s, P, q))
-    return _Reduced(A, b, responses)
+    return [_Reduced(A[d], b[d], [(s, P[d], q[d]) for s, P, q in responses]) for d in range(len(every))]
 
 
 def _within_bounds(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -116,13 +119,33 @@ def _within_bounds(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarr
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def gauss_newton_step(
-    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Damped Gauss-Newton step of the coordinates and of each log's initial state.
+def gauss_newton_steps(
+    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, dampings: Sequence[float]
+) -> list[tuple[np.ndarray, np.ndarray] | None]:
+    """Damped Gauss-Newton steps of the coordinates and of each log's initial state.
 
     Initial states follow the numbers by `initial_state_response`. A number on a bound is held where the step would
     leave through it.
+
+    Args:
+        problem: Logs and structure.
+        e: Derivatives at `theta`.
+        coordinates: The free numbers.
+        theta: Parameter vector `(t,)` [SI].
+        dampings: Levenberg-Marquardt dampings [1].
+
+    Returns:
+        For each damping the change of the coordinates `(k,)` [1] and of the initial states `(l, n)` [SI]; None where the
+        derivatives are not finite.
+    """
+    bounds = coordinates.on_bound(theta)
+    return [_step(problem, reduced, *bounds) for reduced in _reduced(problem, e, coordinates, theta, dampings)]
+
+
+def gauss_newton_step(
+    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, damping: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """The step of `gauss_newton_steps` with one damping.
 
     Args:
         problem: Logs and structure.
@@ -135,10 +158,16 @@ def gauss_newton_step(
         Change of the coordinates `(k,)` [1] and of the initial states `(l, n)` [SI]; None where the derivatives are not
         finite.
     """
-    A, b, responses = _reduced(problem, e, coordinates, theta, damping)
+    return gauss_newton_steps(problem, e, coordinates, theta, [damping])[0]
+
+
+def _step(
+    problem: Problem, reduced: _Reduced, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    A, b, responses = reduced
     if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
         return None
-    dz = _within_bounds(A, b, *coordinates.on_bound(theta))
+    dz = _within_bounds(A, b, low, high)
     dx = np.zeros(problem.start.shape)
     for log, (s, P, q) in enumerate(responses):
         dx[log, s] = q + P @ dz

@@ -12,7 +12,7 @@ import numpy as np
 
 from rwjax.fitting.batched_runs import Simulating, Wanted
 from rwjax.fitting.coordinates import Coordinates
-from rwjax.fitting.gauss_newton import gauss_newton_step
+from rwjax.fitting.gauss_newton import gauss_newton_steps
 from rwjax.fitting.initial_state_by_secants import initial_states_by_secants, linearised_initial_states, moved_starts
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
@@ -199,8 +199,9 @@ def _trials(here: Fit, e: Evaluation) -> Simulating[list[Fit]]:
     """Points after one step with each of several dampings, the lowest cost first; initial states to first order."""
     problem, c, k = here.problem, here.coordinates, len(here.coordinates.index)
     thetas, starts = [], []
-    for damping in DAMPINGS[: max(3, MOST_TRIALS // max(len(problem.logs_with_readings), 1))]:
-        if (step := gauss_newton_step(problem, e, c, here.theta, damping)) is not None:
+    dampings = DAMPINGS[: max(3, MOST_TRIALS // max(len(problem.logs_with_readings), 1))]
+    for step in gauss_newton_steps(problem, e, c, here.theta, dampings):
+        if step is not None:
             dz, dx = step
             share = c.shorten(dz)
             thetas.append(c.move(here.theta, share * dz))

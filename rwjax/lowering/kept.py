@@ -43,10 +43,10 @@ def lowered(
     """
     if os.environ.get(THROUGH_XLA) == "1" or jax.default_backend() != "cpu":
         return None
-    whole = (name, key, tuple((np.shape(a), np.asarray(a).dtype.name) for a in arguments), tuple(given))
+    whole = (name, key, tuple((a.shape, a.dtype.char) for a in arguments), tuple(given))
+    if whole in _programs:
+        return _programs[whole]
     with _lock:
-        if whole in _programs:
-            return _programs[whole]
         lock = _locks.setdefault(whole, Lock())
     with lock:
         if whole not in _programs:
