@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+import numpy as np
 from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
 
 from rwjax.lowering.arrays import Spread
@@ -66,7 +67,7 @@ def flattened(closed: ClosedJaxpr | Jaxpr) -> Program:
     equations: list[Equation] = []
     names = {v: object() for v in jaxpr.invars}
     outputs = _written_out(jaxpr, constants, names, equations)
-    return _needed(Program([names[v] for v in jaxpr.invars], equations, outputs))
+    return _needed(_without_repeats(Program([names[v] for v in jaxpr.invars], equations, outputs)))
 
 
 def _written_out(jaxpr: Jaxpr, constants: Sequence, names: dict[Var, Any], equations: list[Equation]) -> list:
@@ -88,6 +89,50 @@ def _written_out(jaxpr: Jaxpr, constants: Sequence, names: dict[Var, Any], equat
         names |= dict(zip(eqn.outvars, outputs, strict=True))
         equations.append(Equation(name, eqn.params, inputs, outputs, [v.aval for v in eqn.outvars]))
     return [read(v) for v in jaxpr.outvars]
+
+
+def _without_repeats(program: Program) -> Program:
+    """The equations without those that work out the same once more."""
+    known: dict[Any, list] = {}
+    stands_for: dict[int, Any] = {}
+    kept = []
+
+    def name(v: Any) -> Any:
+        if isinstance(v, Literal) and not np.ndim(v.val):
+            return ("literal", str(v.aval), repr(v.val))
+        return id(stands_for.get(id(v), v))
+
+    for q in program.equations:
+        inputs = [stands_for.get(id(v), v) for v in q.inputs]
+        parts = (q.name, *((k, repr(v) if not hasattr(v, "eqns") else id(v)) for k, v in q.params.items()))
+        key = (parts, tuple(map(name, q.inputs)), tuple(str(a) for a in q.avals))
+        if key in known and q.name not in ("scan", "while", "cond", "empty"):
+            stands_for |= zip(map(id, q.outputs), known[key], strict=True)
+            continue
+        known[key] = q.outputs
+        kept.append(q._replace(inputs=inputs))
+    return Program(program.inputs, kept, [stands_for.get(id(v), v) for v in program.outputs])
+
+
+def invariant(program: Program, moving: Sequence) -> tuple[list[Equation], list[Equation]]:
+    """The equations that do not depend on some variables, and all others.
+
+    Args:
+        program: The program.
+        moving: Names of the variables.
+
+    Returns:
+        Both, in order.
+    """
+    depends = {id(v) for v in moving}
+    still, rest = [], []
+    for q in program.equations:
+        if any(id(v) in depends for v in q.inputs):
+            depends |= {id(v) for v in q.outputs}
+            rest.append(q)
+        else:
+            still.append(q)
+    return still, rest
 
 
 def _needed(program: Program) -> Program:

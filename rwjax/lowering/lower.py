@@ -16,7 +16,7 @@ from llvmlite import ir
 from rwjax.lowering import elementwise, movement
 from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, each_entry, entries_of
 from rwjax.lowering.emitter import Emitter, Loop, Term, kind_of
-from rwjax.lowering.flow import Constant, Equation, Program, carried_spreads, flattened, result_spreads, spreads
+from rwjax.lowering.flow import Constant, Equation, Program, carried_spreads, flattened, invariant, result_spreads
 
 LOOKED_UP = ("gather", "dynamic_slice")
 
@@ -278,13 +278,18 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     xs = [self.in_memory(a) if a.spread.directions else a for a in xs]
     spread = carried_spreads(body, [a.spread for a in consts], [a.spread for a in first], [a.spread for a in xs])
     of_results = result_spreads(body, [*(a.spread for a in consts), *spread, *(a.spread for a in xs)])
+    known = {id(v): a for v, a in zip(body.inputs, consts, strict=False)}
+    still, moving = invariant(body, body.inputs[n:])
+    self.all_of(still, known)
     handed = _Handed(self, first, spread)
     places = [self.room(v, aval, s) for v, aval, s in zip(q.outputs[m:], q.avals[m:], of_results[m:], strict=True)]
     loop = Loop(e, p["length"], handed.first)
     turn = loop.turn if not p["reverse"] else e.builder.sub(e.constant(p["length"] - 1, "i"), loop.turn)
     given = [_sliced(a, turn) for a in xs]
     given = [entries_of(e, a) if a.few and not a.spread.directions else a for a in given]
-    found = self.run(body, [*consts, *handed.arrays(loop.carried), *given])
+    known |= {id(v): a for v, a in zip(body.inputs[n:], [*handed.arrays(loop.carried), *given], strict=True)}
+    self.all_of(moving, known)
+    found = [self.read(v, known) for v in body.outputs]
     values = handed.ended(found[:m], list(zip(found[m:], places, strict=True)), (turn,))
     return [*handed.arrays(loop.close(values)), *places]
 

@@ -1,5 +1,6 @@
 """What acts on a plant in time: the logged command after the drive, over every time step and at every reading."""
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -85,17 +86,32 @@ class _Held(NamedTuple):
 
     def until(self, time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
         """Area of the command up to some times, given the grid points before them."""
-        t = jnp.asarray(self.run.t_command)
-        i = jnp.asarray(self.run.held)[point + _early(self.run)]
-        for _ in self.run.sample_index if between else ():
-            i = jnp.where(t[i + 1] <= time, i + 1, i)
-        return self.area[i] + self.u[i] * (time - t[i])  # the first command is taken to have been held before the log
+        held, t = jnp.asarray(self.run.held), jnp.asarray(self.run.t_command)
+        later = len(self.run.sample_index) if between else 0
+        return _area_until(held, t, self.u, self.area, time, point + _early(self.run), later)
 
     def any_until(self, time: Float[Array, " s"]) -> Float[Array, " s"]:
         """`until` any time."""
         first, last = -_early(self.run), self.run.held.shape[0] - _early(self.run) - 1
         point = jnp.clip(jnp.floor(time / jnp.asarray(self.run.h)).astype(int), first, last)
         return self.until(time, point, True)
+
+
+@partial(jax.jit, static_argnames="later")  # traced once for all plants
+def _area_until(
+    held: Int[Array, " g"],
+    t: Float[Array, " k1"],
+    u: Float[Array, " k"],
+    area: Float[Array, " k1"],
+    time: Float[Array, " s"],
+    point: Int[Array, " s"],
+    later: int,
+) -> Float[Array, " s"]:
+    """Area of a command up to some times; `later`: how many samples the held one may be behind."""
+    i = held[point]
+    for _ in range(later):
+        i = jnp.where(t[i + 1] <= time, i + 1, i)
+    return area[i] + u[i] * (time - t[i])  # the first command is taken to have been held before the log
 
 
 def _held_command(run: Batch, u: Float[Array, " k"]) -> _Held:

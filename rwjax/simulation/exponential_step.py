@@ -54,11 +54,16 @@ class Propagator(NamedTuple):
 
 def _propagator(plant: Plant, h: Scalar) -> Propagator:
     r"""$e^{hA}$, $h\varphi_1(hA)$ and $h\varphi_2(hA)$ by scaling and doubling."""
-    n = len(plant.structure.states)
     # an entry that `_couplings` does not see, of an effect with a threshold, stays with the part that is not linear
     A = jnp.where(_couplings(plant.structure)[0], linear_part(plant), 0.0)
+    return Propagator(*(tuple(tuple(row) for row in M) for M in (A, *_exponentials(A, h))))
+
+
+@jax.jit  # traced once for all plants of as many states
+def _exponentials(A: Float[Array, "n n"], h: Scalar) -> tuple[Array, Array, Array]:
+    r"""$e^{hA}$, $h\varphi_1(hA)$ and $h\varphi_2(hA)$."""
     z = A * (h / 2.0**SQUARINGS)
-    eye = jnp.eye(n)
+    eye = jnp.eye(len(A))
     # phi2(z) = sum z^k / (k+2)!, then phi1 = I + z phi2 ... by their recurrence
     phi2 = eye
     for k in range(TAYLOR_TERMS, 0, -1):
@@ -72,7 +77,7 @@ def _propagator(plant: Plant, h: Scalar) -> Propagator:
         return E @ E, (E @ phi1 + phi1) / 2.0, (E @ phi2 + phi1 + phi2) / 4.0
 
     E, phi1, phi2 = jax.lax.fori_loop(0, SQUARINGS, double, (E, phi1, phi2))
-    return Propagator(*(tuple(tuple(row) for row in M) for M in (A, E, h * phi1, h * phi2)))
+    return E, h * phi1, h * phi2
 
 
 def linear_part(plant: Plant) -> Float[Array, "n n"]:
