@@ -140,6 +140,7 @@ class Memory(Array):
     Attributes:
         base: Address of its first entry.
         strides: Distances in numbers between lanes and between directions, where it differs over them.
+        cleared: Whether all of it is 0 before the program begins.
     """
 
     in_place = True
@@ -149,6 +150,7 @@ class Memory(Array):
     ) -> None:
         super().__init__(shape, kind, spread)
         self.base, self.of_lane, self.of_direction, self.of_entry = base, of_lane, of_direction, of_entry
+        self.cleared = False
 
     def _place(self, e: Emitter, index: Index) -> Term:
         """Number of the first lane's entry from the base on."""
@@ -186,6 +188,8 @@ class Memory(Array):
             index: Its index, the same in all lanes.
             term: The entry.
         """
+        if self.cleared and not isinstance(term, ir.Value) and term == 0.0:
+            return
         b, place = e.builder, self._place(e, index)
         stored = DOUBLE if self.kind == "f" else INT
         value = e.vector(term, self.kind) if self.spread.lanes else e.value(term, self.kind)

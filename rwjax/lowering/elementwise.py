@@ -120,7 +120,7 @@ def _selected(e: Emitter, of: Operation, terms: list[Term]) -> Term:
         which = _compared(e, Operation("ne", "ii", "b", {}), [which, 0])
     if not isinstance(which, ir.Value):
         return yes if which else no
-    if yes is no:
+    if yes is no or (not isinstance(yes, ir.Value) and not isinstance(no, ir.Value) and yes == no):
         return yes
     chosen, a, b = e.alike("b" + of.kinds[1:], which, yes, no)
     return e.builder.select(chosen, a, b)

@@ -127,6 +127,25 @@ class Lowering:
 
         return movement.lazy(equation, inputs, entry)
 
+    def ready(self, equations: Sequence[Equation], known: dict[int, Array]) -> None:
+        """Puts into memory, before a loop over the lanes, what equations in it look up.
+
+        Args:
+            equations: The equations in the loop.
+            known: What the variables stand for before it.
+        """
+        for q in equations:
+            held = [v for v in q.inputs if id(v) in known]
+            if q.name in LOOKED_UP and id(q.inputs[0]) in known and not known[id(q.inputs[0])].few:
+                known[id(q.inputs[0])] = self.in_memory(known[id(q.inputs[0])])
+            elif q.name == "scan":
+                body = flattened(q.params["jaxpr"])
+                sought = {id(b.inputs[0]) for b in body.equations if b.name in LOOKED_UP}
+                inner = dict(zip(map(id, q.inputs), map(id, body.inputs), strict=True))
+                for v in held:
+                    if inner[id(v)] in sought and not known[id(v)].few:
+                        known[id(v)] = self.in_memory(known[id(v)])
+
     def in_memory(self, array: Array) -> Array:
         """An array in memory, put there where it does not yet lie there.
 

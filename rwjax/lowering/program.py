@@ -138,9 +138,11 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
     bind(False, 0)
     lowering.all_of([q for q in program.equations if not any(spread[id(v)].lanes for v in q.outputs)], known)
     finish(False)
+    of_lanes = [q for q in program.equations if any(spread[id(v)].lanes for v in q.outputs)]
+    lowering.ready(of_lanes, known)
     with e.loop(e.builder.sdiv(count, e.constant(lanes, "i"))) as turn:
         bind(True, e.add(first, e.times(turn, lanes)))
-        lowering.all_of([q for q in program.equations if any(spread[id(v)].lanes for v in q.outputs)], known)
+        lowering.all_of(of_lanes, known)
         finish(True)
     _restore(e, kept)
     e.builder.ret_void()
@@ -188,7 +190,9 @@ def _result(e: Emitter, table: ir.Value, k: int, slot: Slot, lane: ir.Value | in
     if slot.spread.lanes:
         base = e.builder.gep(base, [e.value(e.times(lane, size), "i")], source_etype=DOUBLE)
     of_direction = e.times(rows, size) if slot.spread.lanes else size
-    return Memory(slot.shape, slot.kind, slot.spread, base, size, of_direction, 1)
+    place = Memory(slot.shape, slot.kind, slot.spread, base, size, of_direction, 1)
+    place.cleared = True
+    return place
 
 
 class Lowered:
@@ -259,7 +263,7 @@ def _laid(a: np.ndarray, slot: Slot, rows: int) -> np.ndarray:
 
 def _made(slot: Slot, rows: int, directions: int) -> np.ndarray:
     front = (*([directions] if slot.spread.directions else []), *([rows] if slot.spread.lanes else []))
-    return np.empty((*front, *slot.shape), np.float64 if slot.kind == "f" else np.int64)
+    return np.zeros((*front, *slot.shape), np.float64 if slot.kind == "f" else np.int64)
 
 
 def _rows(slot: Slot, rows: int) -> tuple[slice, ...]:
