@@ -65,9 +65,10 @@ def _exponentials(A: Float[Array, "n n"], h: Scalar) -> tuple[Array, Array, Arra
     z = A * (h / 2.0**SQUARINGS)
     eye = jnp.eye(len(A))
     # phi2(z) = sum z^k / (k+2)!, then phi1 = I + z phi2 ... by their recurrence
-    phi2 = eye
-    for k in range(TAYLOR_TERMS, 0, -1):
-        phi2 = eye + (z @ phi2) / (k + 2.0)
+    def add(k: Int[Array, ""], phi2: Array) -> Array:
+        return eye + (z @ phi2) / (TAYLOR_TERMS + 2.0 - k)
+
+    phi2 = jax.lax.fori_loop(0, TAYLOR_TERMS, add, eye)
     phi2 = phi2 / 2.0
     phi1 = eye + z @ phi2
     E = eye + z @ phi1
