@@ -9,7 +9,13 @@ from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
 
 from rwjax.lowering.arrays import Spread
 
-CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "core_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
+CALLS = {
+    "jit": "jaxpr",
+    "pjit": "jaxpr",
+    "closed_call": "call_jaxpr",
+    "core_call": "call_jaxpr",
+    "custom_jvp_call": "call_jaxpr",
+}
 """Primitives that call a program, and the name under which they hold it."""
 CALLS |= {"custom_vjp_call": "call_jaxpr", "remat2": "jaxpr", "checkpoint": "jaxpr", "custom_lin": "jaxpr"}
 
@@ -78,11 +84,14 @@ def _written_out(jaxpr: Jaxpr, constants: Sequence, names: dict[Var, Any], equat
 
     for eqn in jaxpr.eqns:
         name, inputs = eqn.primitive.name, [read(v) for v in eqn.invars]
-        if name in CALLS:
-            inner = eqn.params[CALLS[name]]
+        if name == "platform_index":
+            names[eqn.outvars[0]] = Constant(_of_processor(eqn.params["platforms"]))
+            continue
+        if (inner := _called(name, eqn.params, inputs)) is not None:
             body = inner.jaxpr if isinstance(inner, ClosedJaxpr) else inner
             held = inner.consts if isinstance(inner, ClosedJaxpr) else []
-            found = _written_out(body, held, dict(zip(body.invars, inputs, strict=True)), equations)
+            given = inputs[1:] if name == "cond" else inputs
+            found = _written_out(body, held, dict(zip(body.invars, given, strict=True)), equations)
             names |= dict(zip(eqn.outvars, found, strict=True))
             continue
         outputs = [object() for _ in eqn.outvars]
@@ -135,6 +144,21 @@ def invariant(program: Program, moving: Sequence) -> tuple[list[Equation], list[
     return still, rest
 
 
+def _called(name: str, params: dict[str, Any], inputs: Sequence) -> ClosedJaxpr | Jaxpr | None:
+    """The program that a primitive stands for: that of a call, or the branch that is known when the program is lowered."""
+    if name in CALLS:
+        return params[CALLS[name]]
+    if name == "cond" and isinstance(inputs[0], Constant | Literal):
+        index = inputs[0].value if isinstance(inputs[0], Constant) else inputs[0].val
+        return params["branches"][min(max(int(index), 0), len(params["branches"]) - 1)]
+    return None
+
+
+def _of_processor(platforms: Sequence[tuple[str, ...] | None]) -> int:
+    """Number of the branch that is meant for a processor, or else for any platform."""
+    return next(k for k, names in enumerate(platforms) if names is None or "cpu" in names)
+
+
 def _needed(program: Program) -> Program:
     """The equations on which a result depends."""
     wanted = {id(v) for v in program.outputs}
@@ -178,7 +202,9 @@ def result_spreads(program: Program, given: Sequence[Spread]) -> list[Spread]:
     return [found.get(id(v), Spread()) for v in program.outputs]
 
 
-def carried_spreads(body: Program, consts: Sequence[Spread], carry: Sequence[Spread], rest: Sequence[Spread]) -> list[Spread]:
+def carried_spreads(
+    body: Program, consts: Sequence[Spread], carry: Sequence[Spread], rest: Sequence[Spread]
+) -> list[Spread]:
     """Over what the values differ that a loop hands on.
 
     Args:

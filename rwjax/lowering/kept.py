@@ -12,7 +12,6 @@ import numpy as np
 
 from rwjax import program_files
 from rwjax.lowering.arrays import Spread
-from rwjax.lowering.lower import Unsupported
 from rwjax.lowering.machine import processor
 from rwjax.lowering.program import Code, Lowered, Slot, build
 
@@ -63,7 +62,8 @@ def _found(
         return Lowered(_unpacked(data))
     try:
         code = build(function, arguments, given, LANES)
-    except Unsupported as what:
+    except Exception as error:  # XLA runs every program of JAX, and tells the user of a fault in an effect of their own
+        what = str(error) if isinstance(error, NotImplementedError) else f"{type(error).__name__}: {error}"
         logging.getLogger("rwjax").warning("rwjax: note: %s runs through XLA, which is slower: %s", name, what)
         return None
     program_files.write(path, _packed(code))

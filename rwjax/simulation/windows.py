@@ -100,7 +100,7 @@ def by_window(steps: Any, run: Batch) -> Any:
         The same arrays `(w, m, …)`.
     """
     W, m = run.slot_step.shape[0], run.step_index.shape[0]
-    index = m * jnp.arange(W)[:, None] + jnp.arange(m + len(run.overlap_index))
+    index = m * jnp.arange(W)[:, None] + jnp.arange(m + len(run.overlap_index))[None]
     return jax.tree.map(lambda values: values[index], steps)
 
 
