@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from math import prod
 from threading import local
 from typing import NamedTuple
@@ -18,6 +19,8 @@ from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
 
 ENTRY = "rwjax.run"
+PARTS = 4
+"""Parts into which the runs are divided for each of several threads, so that none waits long for another one [1]."""
 FLUSH_TO_ZERO = 0x8040
 """Bits of the processor's control word by which numbers below the range of normal ones are 0, as XLA has them."""
 
@@ -210,13 +213,16 @@ class Lowered:
             setattr(self._own, f"work{k}", held)
         return held
 
-    def __call__(self, arguments: Sequence[np.ndarray], rows: int = 1, directions: int = 0) -> list[np.ndarray]:
+    def __call__(
+        self, arguments: Sequence[np.ndarray], rows: int = 1, directions: int = 0, threads: int = 1
+    ) -> list[np.ndarray]:
         """Runs the program.
 
         Args:
             arguments: Arrays of the slots' shapes, behind axes of directions and of runs where they differ over these.
             rows: How many runs [1].
             directions: How many directions [1].
+            threads: How many threads share the runs [1]; the results do not depend on it.
 
         Returns:
             The results, with the same axes in front.
@@ -225,7 +231,17 @@ class Lowered:
         padded = -(-rows // lanes) * lanes
         held = [_laid(a, slot, padded) for a, slot in zip(arguments, self.code.arguments, strict=True)]
         out = [_made(slot, padded, directions) for slot in self.code.results]
-        self.fill(held, out, 0, padded, padded, directions)
+        parts = min(padded // lanes, PARTS * threads) if threads > 1 else 1
+        ends = [padded // lanes * k // parts * lanes for k in range(parts + 1)]
+
+        def fill(first: int, end: int) -> None:
+            self.fill(held, out, first, end - first, padded, directions)
+
+        if parts == 1:
+            fill(*ends)
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(fill, ends[:-1], ends[1:]))
         return [a[_rows(slot, rows)] for a, slot in zip(out, self.code.results, strict=True)]
 
     def fill(
