@@ -14,7 +14,7 @@ from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Memory, Spread
 from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, kind_of
-from rwjax.lowering.flow import flattened, spreads
+from rwjax.lowering.flow import Program, flattened, spreads
 from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
 
@@ -131,23 +131,35 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
             if slot.spread.lanes == of_lanes:
                 lowering.results[id(v)] = _result(e, outputs, k, slot, lane, rows)
 
+    late = _of_lanes(program, spread)
+
     def finish(of_lanes: bool) -> None:
         pairs = []
         for v, slot in zip(program.outputs, results, strict=True):
-            if slot.spread.lanes == of_lanes and lowering.read(v, known) is not lowering.results[id(v)]:
+            mine = (slot.spread.lanes or id(v) in late) == of_lanes
+            if mine and lowering.read(v, known) is not lowering.results[id(v)]:
                 pairs.append((lowering.read(v, known), lowering.results[id(v)]))
         lowering.put(pairs)
 
     bind(False, 0)
-    lowering.all_of([q for q in program.equations if not any(spread[id(v)].lanes for v in q.outputs)], known)
+    lowering.all_of([q for q in program.equations if id(q.outputs[0]) not in late], known)
     finish(False)
     with e.loop(e.builder.sdiv(count, e.constant(lanes, "i"))) as turn:
         bind(True, e.add(first, e.times(turn, lanes)))
-        lowering.all_of([q for q in program.equations if any(spread[id(v)].lanes for v in q.outputs)], known)
+        lowering.all_of([q for q in program.equations if id(q.outputs[0]) in late], known)
         finish(True)
     _restore(e, kept)
     e.builder.ret_void()
     return str(module), Code(b"", lanes, slots, results, tuple(rooms.used))
+
+
+def _of_lanes(program: Program, spread: dict[int, Spread]) -> set[int]:
+    """What is worked out for every vector of runs, by the `id` of its name: also what no run changes but a loop gives that has lanes."""
+    late: set[int] = set()
+    for q in program.equations:
+        if any(spread[id(v)].lanes for v in q.outputs) or any(id(v) in late for v in q.inputs):
+            late |= {id(v) for v in q.outputs}
+    return late
 
 
 def _flush(e: Emitter) -> ir.Value | None:
