@@ -16,6 +16,8 @@ from rwjax.control.transfer import transfer
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandFilter, Coupling
 from rwjax.errors import InputError
+from rwjax.lowering.arrays import Spread
+from rwjax.lowering.kept import lowered
 from rwjax.plant import servo
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -166,8 +168,17 @@ def run_rig(
     if unknown := sorted({*start} - {*structure.states}):
         raise InputError(f"no state `{unknown[0]}`; this rig has {', '.join(structure.states)}")
     first = jnp.array([start.get(name, 0.0) for name in structure.states])
-    values = Controller(*(jnp.asarray(float(v)) for v in controller))
-    return closed_loop(structure, theta, delayed, values, jnp.asarray(reference), first, sign)
+    values = np.array(controller, float)
+
+    def function(theta: Array, gains: Array, reference: Array, first: Array, sign: Array) -> tuple[Array, ...]:
+        return tuple(closed_loop(structure, theta, delayed, Controller(*gains), reference, first, sign))
+
+    arguments = [np.asarray(theta), values, np.asarray(reference, float), np.asarray(first), np.array(sign)]
+    known = (structure, delayed)
+    program = lowered("closed_loop", known, function, arguments, [Spread()] * len(arguments), structure.from_library)
+    if program is not None:
+        return ClosedLoopRun(*program(arguments))
+    return closed_loop(structure, theta, delayed, Controller(*map(jnp.asarray, values)), *arguments[2:])
 
 
 class LoopSetup(NamedTuple):

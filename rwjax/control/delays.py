@@ -1,5 +1,6 @@
 """Delays of a rig itself: of the commands that act, and of the readings that a controller gets."""
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -9,6 +10,7 @@ from jaxtyping import Array, Float
 
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
@@ -42,10 +44,17 @@ def delays_of(rig: Rig, thetas: Float[np.ndarray, "k p"] | None = None) -> Delay
     """
     structure = structure_of(rig)
     rows = theta_of(rig, structure)[None] if thetas is None else np.asarray(thetas)
-
-    def of(theta: Float[Array, " p"]) -> tuple[Scalar, ...]:
-        plant = one_axis_plant_of(structure, theta)
-        return tuple(jnp.zeros(()) if time is None else time for time in (plant.delay(), plant.age()))
-
-    commands, readings = jax.vmap(of)(jnp.asarray(rows))
+    commands, readings = _delays(structure, rows)
     return Delays(np.asarray(commands), np.asarray(readings))
+
+
+@partial(jax.jit, static_argnums=0)
+def _delays(structure: Structure, rows: Float[Array, "k p"]) -> tuple[Array, Array]:
+    """Delays [s] of commands and readings, `(k,)` each, of plants with the parameter vectors `rows`."""
+
+    def of(theta: Float[Array, " p"]) -> tuple[Scalar, Scalar]:
+        plant = one_axis_plant_of(structure, theta)
+        command, reading = (jnp.zeros(()) if time is None else time for time in (plant.delay(), plant.age()))
+        return command, reading
+
+    return jax.vmap(of)(rows)

@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 
 from rwjax.control.drive_limits import Limits
 from rwjax.control.open_loop import Sliding, Trajectory, open_loop, trajectory
+from rwjax.lowering.slopes import with_slopes
 from rwjax.plant.structure import Structure
 from rwjax.types import Scalar
 
@@ -170,7 +171,7 @@ class _Search:
         if key not in self.known:
             self.known.clear()
             z = self.scale * y
-            found = jax.tree.map(np.asarray, _with_slopes(*self.manoeuvre, self.task, jnp.asarray(z)))
+            found = _with_slopes(self.manoeuvre, self.task, z)
             if _missed(*found[0]) <= REACHED and (not self.met or z[-1] < self.met[-1][-1]):
                 self.met.append(z)
             self.known[key] = found
@@ -221,9 +222,23 @@ def _outcome(
     return _judged(conditions, task, found)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _with_slopes(structure: Structure, conditions: Conditions, slides_from: int, task: Task, z: Array) -> tuple:
+def _with_slopes(manoeuvre: Manoeuvre, task: Task, z: np.ndarray) -> tuple:
     """The conditions and their derivatives by the unknowns."""
+    leaves, tree = jax.tree.flatten(task)
+    arrays = [np.asarray(leaf, float) for leaf in leaves]
+
+    def of(z: Array, *arrays: Array) -> tuple[Array, Array]:
+        return _outcome(*manoeuvre, jax.tree.unflatten(tree, arrays), z)
+
+    structure, conditions, slides_from = manoeuvre
+    key = (structure, conditions.__module__, conditions.__qualname__, slides_from)
+    found = with_slopes("manoeuvre", key, of, z, arrays, structure.from_library)
+    return jax.tree.map(np.asarray, _by_xla(*manoeuvre, task, z)) if found is None else found
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _by_xla(structure: Structure, conditions: Conditions, slides_from: int, task: Task, z: Array) -> tuple:
+    """The same by a program of XLA."""
     one = partial(_outcome, structure, conditions, slides_from, task)
     return one(z), jax.jacfwd(one)(z)
 

@@ -96,12 +96,11 @@ def step_response(
     way = (angle - angle[..., :1]) * jnp.sign(step)
     n = angle.shape[-1]
     outside = ~(jnp.abs(target - angle) <= BAND * size)  # as is what diverged and is no number
-    last = n - jnp.argmax(outside[..., ::-1], axis=-1)  # samples until the last one outside, it included
-    settled = jnp.where(last < n, period * last.astype(float), jnp.inf)
+    last = jnp.max(jnp.where(outside, jnp.arange(1, n + 1), 0), axis=-1)  # samples until the last one outside, it included
     end = angle[..., n - max(int(LATE * n), 1) :]
     return Response(
         overshoot=jnp.maximum(way.max(-1) / size[..., 0] - 1.0, 0.0),
-        settling=jnp.where(outside.any(-1), settled, 0.0),
+        settling=jnp.where(last < n, period * last.astype(float), jnp.inf),
         error=jnp.mean(target - end, axis=-1),
         cycle=0.5 * jnp.ptp(end, axis=-1),
         saturated=jnp.mean((jnp.abs(jnp.asarray(run.command)) >= voltage_limit * (1.0 - 1e-12)).astype(float), axis=-1),

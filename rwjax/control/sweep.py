@@ -1,25 +1,31 @@
 """The nonlinear closed loop at many gains, along many references, on many plants: maps of what the responses show."""
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.control.closed_loop import ClosedLoopRun, closed_loop, loop_setup
 from rwjax.control.controller import DEFAULT_CONTROLLER, DEFAULT_TIMING, Controller, LoopTiming, loop_timing
 from rwjax.control.response import DEFAULT_STEP, Response, StepReference, step_response
+from rwjax.fitting.threads import THREADS
+from rwjax.lowering.arrays import Spread
+from rwjax.lowering.kept import lowered
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
+SAME, OF_LANE = Spread(), Spread(lanes=True)
+LANES = 16
+"""Closed loops side by side in machine code: two vectors, since the operations of a single one wait for each other [1]."""
 BATCH = 800
-"""Closed loops that run as one batch on one core: the batch stays in the cache."""
+"""Closed loops that run as one batch of XLA on one core: the batch stays in the cache."""
 SAMPLES = 8_000_000
 """Samples of all loops of a batch that are held at a time."""
 
@@ -128,40 +134,79 @@ def step_responses(
         InputError: As `loop_setup` does.
         ValueError: For references that go on changing.
     """
-    references = np.asarray(references)
+    references = np.asarray(references, float)
     if np.any(references[:, since:] != references[:, -1:]):
         raise ValueError(f"the references have to keep their last value from sample {since} on")
     structure, theta, delayed, sign = loop_setup(rig, timing, *controllers)
-    plants = theta[None] if thetas is None else jnp.asarray(thetas)
-    gains = jnp.asarray(np.array(controllers, float).reshape(-1, len(Controller._fields)))
+    plants = theta[None] if thetas is None else np.asarray(thetas)
+    gains = np.array(controllers, float).reshape(-1, len(Controller._fields))
     shape = len(gains), len(references), len(plants)
-    runs = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape))
-    batches = -(-runs.shape[1] // max(1, min(BATCH, SAMPLES // references.shape[1])))
-    padded = np.pad(runs, ((0, 0), (0, -runs.shape[1] % batches)), mode="edge").reshape(3, batches, -1)
-    one = partial(_batch, structure, delayed, since, gains, jnp.asarray(references), plants, sign)
-    with ThreadPoolExecutor(min(batches, os.cpu_count() or 1)) as pool:
-        found = list(pool.map(one, jnp.asarray(np.moveaxis(padded, 1, 0))))
-    return Response(*(jnp.concatenate(x)[: runs.shape[1]].reshape(shape) for x in zip(*found, strict=True)))
+    g, r, k = np.unravel_index(np.arange(np.prod(shape)), shape)
+    known = _Known(structure, delayed, since)
+    each = gains[g], r, np.asarray(plants)[k if len(plants) > 1 else 0]
+    found = _by_machine_code(known, references, sign, *each)
+    if found is None:
+        found = _by_xla(known, references, sign, *each)
+    return Response(*(x.reshape(shape) for x in found))
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
+class _Known(NamedTuple):
+    """What is known when a program is made: structure of the plant, timing with its delay, first sample that is judged."""
+
+    structure: Structure
+    timing: LoopTiming
+    since: int
+
+    def response(self, references: Array, sign: Scalar | float, gain: Array, r: Array, theta: Array) -> Response:
+        """Response along the reference numbered `r`."""
+        reference = references[0] if len(references) == 1 else references[r]
+        start = jnp.zeros(len(self.structure.states))
+        run = closed_loop(self.structure, theta, self.timing, Controller(*gain), reference, start, sign)
+        late = ClosedLoopRun(*(x[self.since :] for x in run))
+        return step_response(late, reference[-1], self.timing.period, Controller(*gain).voltage_limit)
+
+
+def _by_machine_code(
+    known: _Known, references: np.ndarray, sign: float, gains: np.ndarray, r: np.ndarray, thetas: np.ndarray
+) -> list[np.ndarray] | None:
+    """Figures of runs, each with gains, a reference and, unless `thetas` has one axis only, a plant of its own.
+
+    None where the program runs through XLA.
+    """
+    first = [references, np.array(sign), gains[0], r[0], thetas[0] if thetas.ndim > 1 else thetas]
+    given = [SAME, SAME, OF_LANE, OF_LANE, OF_LANE if thetas.ndim > 1 else SAME]
+    lanes = LANES if len(gains) > LANES else 8
+    program = lowered("responses", known, known.response, first, given, known.structure.from_library, lanes)
+    if program is None:
+        return None
+    return program([references, np.array(sign), gains, r, thetas], rows=len(gains), threads=THREADS)
+
+
+def _by_xla(
+    known: _Known, references: np.ndarray, sign: float, gains: np.ndarray, r: np.ndarray, thetas: np.ndarray
+) -> list[np.ndarray]:
+    """The same by programs of XLA, in batches of equal length."""
+    runs = len(gains)
+    batches = -(-runs // max(1, min(BATCH, SAMPLES // references.shape[1])))
+    which = np.pad(np.arange(runs), (0, -runs % batches), mode="edge").reshape(batches, -1)
+
+    def one(k: np.ndarray) -> Response:
+        return _batch(known, references, sign, gains[k], r[k], thetas[k] if thetas.ndim > 1 else thetas)
+
+    with ThreadPoolExecutor(min(batches, THREADS)) as pool:
+        found = list(pool.map(one, which))
+    return [np.concatenate(x)[:runs] for x in zip(*found, strict=True)]
+
+
+@partial(jax.jit, static_argnums=0)
 def _batch(
-    structure: Structure,
-    timing: LoopTiming,
-    since: int,
-    gains: Float[Array, "g c"],
+    known: _Known,
     references: Float[Array, "r s"],
-    plants: Float[Array, "k p"],
     sign: Scalar | float,
-    runs: Array,
+    gains: Float[Array, "b c"],
+    r: Int[Array, " b"],
+    thetas: Float[Array, "*b p"],
 ) -> Response:
-    """Responses of runs side by side; `runs` `(3, b)`: indices of controller, reference and plant."""
-    start = jnp.zeros(len(structure.states))
-
-    def one(gain: Float[Array, " c"], reference: Float[Array, " s"], theta: Float[Array, " p"]) -> Response:
-        run = closed_loop(structure, theta, timing, Controller(*gain), reference, start, sign)
-        late = ClosedLoopRun(*(x[since:] for x in run))
-        return step_response(late, reference[-1], timing.period, Controller(*gain).voltage_limit)
-
-    many = jax.vmap(one, in_axes=(0, 0, 0 if len(plants) > 1 else None))
-    return many(gains[runs[0]], references[runs[1]], plants[runs[2]] if len(plants) > 1 else plants[0])
+    """Responses of runs side by side."""
+    many = jax.vmap(known.response, in_axes=(None, None, 0, 0, 0 if thetas.ndim > 1 else None))
+    return many(references, sign, gains, r, thetas)

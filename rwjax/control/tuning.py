@@ -18,6 +18,7 @@ from rwjax.control.margins import distance_from_minus_one, frequency_responses
 from rwjax.control.sampled_loop import SampledLaw, sampled_loops
 from rwjax.control.stability import is_stable
 from rwjax.errors import InputError
+from rwjax.lowering.slopes import with_slopes
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
@@ -85,7 +86,6 @@ def loss(
     return jnp.mean(time * error**2 + EFFORT * (run.command / most) ** 2)
 
 
-@partial(jax.jit, static_argnums=(0, 2))
 def loss_and_gradient(
     structure: Structure,
     theta: Float[Array, " p"],
@@ -95,7 +95,7 @@ def loss_and_gradient(
     sign: Scalar | float,
     logs: Float[Array, " g"],
     free: Float[Array, "g 3"],
-) -> tuple[Array, Array]:
+) -> tuple[float, Float[np.ndarray, " g"]]:
     """Loss [s] and its gradient by the logarithms of the free gains, through stick, slip and limits.
 
     Args:
@@ -112,11 +112,37 @@ def loss_and_gradient(
         Loss [s], and its gradient [s], `(g,)`.
     """
 
-    def of(logs: Array) -> Array:
-        kp, ki, kd = jnp.exp(logs) @ free
-        return loss(structure, theta, timing, controller._replace(kp=kp, ki=ki, kd=kd), reference, sign)
+    arrays = [np.asarray(a, float) for a in (theta, controller, reference, sign, free)]
+    of = partial(_of_logs, structure, timing)
+    found = with_slopes("tuned_loss", (structure, timing), of, np.asarray(logs), arrays, structure.from_library)
+    if found is None:
+        (value,), (slope,) = _with_slope(structure, timing, logs, *arrays)
+    else:
+        (value,), (slope,) = found
+    return float(value), np.asarray(slope)
 
-    return of(logs), jax.jacfwd(of)(logs)
+
+def _of_logs(
+    structure: Structure,
+    timing: LoopTiming,
+    logs: Float[Array, " g"],
+    theta: Float[Array, " p"],
+    controller: Float[Array, " c"],
+    reference: Float[Array, " s"],
+    sign: Scalar,
+    free: Float[Array, "g 3"],
+) -> tuple[Array]:
+    """Loss by the logarithms of the free gains, all that is known as arrays."""
+    kp, ki, kd = jnp.exp(logs) @ free
+    law = Controller(*controller)._replace(kp=kp, ki=ki, kd=kd)
+    return (loss(structure, theta, timing, law, reference, sign),)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _with_slope(structure: Structure, timing: LoopTiming, logs: Array, *arrays: Array) -> tuple:
+    """`_of_logs` and its derivative by a program of XLA."""
+    of = partial(_of_logs, structure, timing)
+    return of(logs, *arrays), jax.jacfwd(of)(logs, *arrays)
 
 
 def tune_from(

@@ -186,6 +186,14 @@ def _whole_power(e: Emitter, of: Operation, terms: list[Term]) -> Term:
     return e.builder.fdiv(one, found) if n < 0 else found
 
 
+def _power(e: Emitter, of: Operation, terms: list[Term]) -> Term:
+    """A power; by products where the program itself gives a small whole number as the exponent."""
+    base, exponent = terms
+    if isinstance(exponent, ir.Value) or exponent not in (1.0, 2.0, 3.0):
+        return _function(e, of, terms)
+    return _whole_power(e, Operation("integer_pow", "f", "f", {"y": int(exponent)}), [base])
+
+
 def _square(e: Emitter, of: Operation, terms: list[Term]) -> Term:
     return _arithmetic(e, Operation("mul", of.kinds * 2, of.result, {}), [terms[0], terms[0]])
 
@@ -246,6 +254,7 @@ RULES: dict[str, Callable[[Emitter, Operation, list[Term]], Term]] = {
     "ceil": _of_llvm("ceil"),
     "round": _rounded,
     "integer_pow": _whole_power,
+    "pow": _power,
     "square": _square,
     "convert_element_type": _converted,
     "is_finite": _finite,

@@ -25,7 +25,13 @@ THROUGH_XLA = "RWJAX_THROUGH_XLA"
 
 
 def lowered(
-    name: str, key: object, function: Callable, arguments: Sequence[np.ndarray], given: Sequence[Spread], keep: bool
+    name: str,
+    key: object,
+    function: Callable,
+    arguments: Sequence[np.ndarray],
+    given: Sequence[Spread],
+    keep: bool,
+    lanes: int = LANES,
 ) -> Lowered | None:
     """A function as machine code.
 
@@ -36,32 +42,39 @@ def lowered(
         arguments: Arguments of one run and one direction.
         given: Over what they differ.
         keep: Whether it may be kept on disk: whether the library's source and the key determine it.
+        lanes: Runs side by side in a vector [1].
 
     Returns:
         The program; None where it runs through XLA: not on a processor, or because it holds what is not lowered.
     """
     if os.environ.get(THROUGH_XLA) == "1" or jax.default_backend() != "cpu":
         return None
-    whole = (name, key, tuple((a.shape, a.dtype.char) for a in arguments), tuple(given))
+    whole = (name, key, tuple((a.shape, a.dtype.char) for a in arguments), tuple(given), lanes)
     if whole in _programs:
         return _programs[whole]
     with _lock:
         lock = _locks.setdefault(whole, Lock())
     with lock:
         if whole not in _programs:
-            _programs[whole] = _found(name, whole, function, arguments, given, keep)
+            _programs[whole] = _found(name, whole, function, arguments, given, keep, lanes)
     return _programs[whole]
 
 
 def _found(
-    name: str, whole: object, function: Callable, arguments: Sequence[np.ndarray], given: Sequence[Spread], keep: bool
+    name: str,
+    whole: object,
+    function: Callable,
+    arguments: Sequence[np.ndarray],
+    given: Sequence[Spread],
+    keep: bool,
+    lanes: int,
 ) -> Lowered | None:
-    key = (whole, LANES, processor(), llvmlite.__version__)
+    key = (whole, processor(), llvmlite.__version__)
     path = program_files.file_of("lowered", name, key) if keep else None
     if (data := program_files.read(path)) is not None:
         return Lowered(_unpacked(data))
     try:
-        code = build(function, arguments, given, LANES)
+        code = build(function, arguments, given, lanes)
     except Exception as error:  # XLA runs every program of JAX, and tells the user of a fault in an effect of their own
         what = str(error) if isinstance(error, NotImplementedError) else f"{type(error).__name__}: {error}"
         logging.getLogger("rwjax").warning("rwjax: note: %s runs through XLA, which is slower: %s", name, what)

@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from math import prod
 from threading import local
 from typing import NamedTuple
@@ -13,11 +14,13 @@ from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Memory, Spread
 from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, kind_of
-from rwjax.lowering.flow import flattened, spreads
+from rwjax.lowering.flow import Program, flattened, spreads
 from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
 
 ENTRY = "rwjax.run"
+PARTS = 4
+"""Parts into which the runs are divided for each of several threads, so that none waits long for another one [1]."""
 FLUSH_TO_ZERO = 0x8040
 """Bits of the processor's control word by which numbers below the range of normal ones are 0, as XLA has them."""
 
@@ -128,17 +131,20 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
             if slot.spread.lanes == of_lanes:
                 lowering.results[id(v)] = _result(e, outputs, k, slot, lane, rows)
 
+    late = _of_lanes(program, spread)
+
     def finish(of_lanes: bool) -> None:
         pairs = []
         for v, slot in zip(program.outputs, results, strict=True):
-            if slot.spread.lanes == of_lanes and lowering.read(v, known) is not lowering.results[id(v)]:
+            mine = (slot.spread.lanes or id(v) in late) == of_lanes
+            if mine and lowering.read(v, known) is not lowering.results[id(v)]:
                 pairs.append((lowering.read(v, known), lowering.results[id(v)]))
         lowering.put(pairs)
 
     bind(False, 0)
-    lowering.all_of([q for q in program.equations if not any(spread[id(v)].lanes for v in q.outputs)], known)
+    lowering.all_of([q for q in program.equations if id(q.outputs[0]) not in late], known)
     finish(False)
-    of_lanes = [q for q in program.equations if any(spread[id(v)].lanes for v in q.outputs)]
+    of_lanes = [q for q in program.equations if id(q.outputs[0]) in late]
     lowering.ready(of_lanes, known)
     with e.loop(e.builder.sdiv(count, e.constant(lanes, "i"))) as turn:
         bind(True, e.add(first, e.times(turn, lanes)))
@@ -147,6 +153,15 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
     _restore(e, kept)
     e.builder.ret_void()
     return str(module), Code(b"", lanes, slots, results, tuple(rooms.used))
+
+
+def _of_lanes(program: Program, spread: dict[int, Spread]) -> set[int]:
+    """What is worked out for every vector of runs, by the `id` of its name: also what no run changes but a loop gives that has lanes."""
+    late: set[int] = set()
+    for q in program.equations:
+        if any(spread[id(v)].lanes for v in q.outputs) or any(id(v) in late for v in q.inputs):
+            late |= {id(v) for v in q.outputs}
+    return late
 
 
 def _flush(e: Emitter) -> ir.Value | None:
@@ -214,13 +229,16 @@ class Lowered:
             setattr(self._own, f"work{k}", held)
         return held
 
-    def __call__(self, arguments: Sequence[np.ndarray], rows: int = 1, directions: int = 0) -> list[np.ndarray]:
+    def __call__(
+        self, arguments: Sequence[np.ndarray], rows: int = 1, directions: int = 0, threads: int = 1
+    ) -> list[np.ndarray]:
         """Runs the program.
 
         Args:
             arguments: Arrays of the slots' shapes, behind axes of directions and of runs where they differ over these.
             rows: How many runs [1].
             directions: How many directions [1].
+            threads: How many threads share the runs [1]; the results do not depend on it.
 
         Returns:
             The results, with the same axes in front.
@@ -229,7 +247,17 @@ class Lowered:
         padded = -(-rows // lanes) * lanes
         held = [_laid(a, slot, padded) for a, slot in zip(arguments, self.code.arguments, strict=True)]
         out = [_made(slot, padded, directions) for slot in self.code.results]
-        self.fill(held, out, 0, padded, padded, directions)
+        parts = min(padded // lanes, PARTS * threads) if threads > 1 else 1
+        ends = [padded // lanes * k // parts * lanes for k in range(parts + 1)]
+
+        def fill(first: int, end: int) -> None:
+            self.fill(held, out, first, end - first, padded, directions)
+
+        if parts == 1:
+            fill(*ends)
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(fill, ends[:-1], ends[1:]))
         return [a[_rows(slot, rows)] for a, slot in zip(out, self.code.results, strict=True)]
 
     def fill(
