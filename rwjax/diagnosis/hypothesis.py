@@ -10,7 +10,7 @@ from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling, Supply
 from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.scales import scales_for, sizes_of
-from rwjax.kinds import HALVES, NUMBERS, SERVO, of_half, on_half
+from rwjax.kinds import SERVO, of_half
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.plant.structure import Structure

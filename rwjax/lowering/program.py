@@ -273,7 +273,9 @@ class Lowered:
             rows: How many runs the results have room for [1].
             directions: How many directions [1].
         """
-        pointers = [(ctypes.c_void_p * max(len(a), 1))(*(x.__array_interface__["data"][0] for x in a)) for a in (held, out)]
+        pointers = [
+            (ctypes.c_void_p * max(len(a), 1))(*(x.__array_interface__["data"][0] for x in a)) for a in (held, out)
+        ]
         fixed, each = self.code.workspace
         work = [self._workspace(0, fixed), self._workspace(1, each * directions)]
         addresses = [(w.ctypes.data + 63) // 64 * 64 for w in work]

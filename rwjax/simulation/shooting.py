@@ -70,7 +70,6 @@ def evaluate(
     Source:
         Bock and Plitt (1984), A multiple shooting algorithm for direct solution of optimal control problems.
     """
-
     if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((theta, nodes, batch))):
         found = _lowered(structure, np.asarray(theta), np.asarray(numbers), np.asarray(nodes), batch, solver)
         if found is not None:

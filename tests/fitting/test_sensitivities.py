@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rwjax.fitting.sensitivities import COLUMNS, sensitivities
+from rwjax.fitting.sensitivities import sensitivities
 from rwjax.plant.from_rig import theta_of
 from rwjax.simulation.free_run import free_run
 from rwjax.simulation.shooting import evaluate
@@ -19,8 +19,7 @@ def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_rea
     theta = theta_of(platform("viscous = 0.02"), problem.structure)
     numbers = np.array([problem.structure.names.index(name) for name in ("axis.inertia", "axis.friction.viscous")])
     _, nodes = (np.asarray(a) for a in free_run(problem.structure, theta, problem.start, problem.batch))
-    padded = np.append(numbers, [len(theta)] * (COLUMNS - len(numbers)))
-    at_once = evaluate(problem.structure, theta, padded, nodes, problem.batch)
+    at_once = evaluate(problem.structure, theta, numbers, nodes, problem.batch)
     found = sensitivities(problem, theta, numbers, nodes)
     for name, one, all_of_them in zip(found._fields, found, at_once, strict=True):
         one, whole = (np.moveaxis(np.asarray(a), 1 if name == "local" else 0, 0) for a in (one, all_of_them))

@@ -117,8 +117,8 @@ def test_programs_of_the_step_are_kept_on_disk(tmp_path: Path) -> None:
     before = jax.config.jax_compilation_cache_dir
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
     try:
-        run(platform("viscous = 0.02"), record(TIME[:7], np.zeros(7)), {})
-        assert [*tmp_path.glob("traced-*")]
+        run(platform("viscous = 0.02"), record(TIME[:7], np.zeros(7)), {})  # a length that no other test has
+        assert [*tmp_path.glob("lowered-*")]
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
 
