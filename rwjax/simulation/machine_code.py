@@ -114,7 +114,13 @@ def runs(
 
 
 def sensitivities(
-    structure: Structure, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray, batch: Batch, log: int, solver: Solver
+    structure: Structure,
+    theta: np.ndarray,
+    numbers: np.ndarray,
+    nodes: np.ndarray,
+    batch: Batch,
+    log: int,
+    solver: Solver,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
     """Windows of one log, each from a first state of its own, with derivatives by numbers and by these states.
 
