@@ -251,7 +251,7 @@ class Lowered:
         held = [_laid(a, slot, padded) for a, slot in zip(arguments, self.code.arguments, strict=True)]
         out = [_made(slot, padded, directions) for slot in self.code.results]
         self.fill(held, out, 0, padded, padded, directions)
-        return [a[_rows(slot, rows)] for a, slot in zip(out, self.code.results, strict=True)]
+        return [a[(*_rows(slot, rows), ...)] for a, slot in zip(out, self.code.results, strict=True)]
 
     def fill(
         self, held: Sequence[np.ndarray], out: Sequence[np.ndarray], first: int, count: int, rows: int, directions: int
