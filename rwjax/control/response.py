@@ -96,7 +96,9 @@ def step_response(
     way = (angle - angle[..., :1]) * jnp.sign(step)
     n = angle.shape[-1]
     outside = ~(jnp.abs(target - angle) <= BAND * size)  # as is what diverged and is no number
-    last = jnp.max(jnp.where(outside, jnp.arange(1, n + 1), 0), axis=-1)  # samples until the last one outside, it included
+    last = jnp.max(
+        jnp.where(outside, jnp.arange(1, n + 1), 0), axis=-1
+    )  # samples until the last one outside, it included
     end = angle[..., n - max(int(LATE * n), 1) :]
     return Response(
         overshoot=jnp.maximum(way.max(-1) / size[..., 0] - 1.0, 0.0),

@@ -111,7 +111,6 @@ def loss_and_gradient(
     Returns:
         Loss [s], and its gradient [s], `(g,)`.
     """
-
     arrays = [np.asarray(a, float) for a in (theta, controller, reference, sign, free)]
     of = partial(_of_logs, structure, timing)
     found = with_slopes("tuned_loss", (structure, timing), of, np.asarray(logs), arrays, structure.from_library)
