@@ -1,4 +1,4 @@
-"""Float64, loops as one kernel, and the persistent compilation cache; imported before anything that computes with JAX."""
+"""Float64 and the persistent compilation cache; imported before anything that computes with JAX."""
 
 import logging
 import os
@@ -13,18 +13,8 @@ import jax.monitoring
 from rwjax.cache_folder import VARIABLE, has_room, opened, place, trim
 from rwjax.errors import InputError
 
-WHOLE_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000000"
-"""A loop's body as one function: else every step of a simulation starts some twenty kernels, which takes longer than what they
-compute. XLA reads its flags once, when it is first used; set later, loops are slower and give the same."""
-
-
 WRITES_BETWEEN_TRIMS = 100
 """Programs that a process writes until it looks again at the size of their folder; it looks first when it writes the first."""
-
-
-def _with_whole_loops(flags: str) -> str:
-    """XLA's flags with this one before a user's own, of which the last counts. The name of a file of flags stays what it is."""
-    return flags if WHOLE_LOOPS in flags or flags[:1] not in ("", "-") else f"{WHOLE_LOOPS} {flags}".strip()
 
 
 def _current_folder() -> str | None:
@@ -55,7 +45,6 @@ def _trim_now_and_then(event: str, **_: str | int) -> None:
         trim(Path(folder))
 
 
-os.environ["XLA_FLAGS"] = _with_whole_loops(os.environ.get("XLA_FLAGS", "").strip())
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

@@ -6,6 +6,7 @@ that noise. The method is therefore robust against unmodelled torques, and blind
 """
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -17,7 +18,9 @@ from scipy.optimize import minimize
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.scales import sizes_of
+from rwjax.fitting.threads import THREADS
 from rwjax.logs.log import Log
+from rwjax.lowering.slopes import with_slopes
 from rwjax.methods.identified import Identified, at_the_drive, estimated, left_out, undelayed
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -69,16 +72,15 @@ def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
         x, P, k = carry
         u, on, y = sample
         t = k * run.h
-        H = jax.jacfwd(read)(x, t, u, on)
-        seen = jnp.isfinite(y)
-        S = H @ P @ H.T + jnp.diag(noise**2)
-        S = jnp.where(seen[:, None] & seen[None], S, 0.0) + jnp.diag(jnp.where(seen, 0.0, 1.0))
-        innovation = jnp.where(seen, y - read(x, t, u, on), 0.0)
-        L = jnp.linalg.cholesky(S)
-        white = jax.scipy.linalg.solve_triangular(L, innovation, lower=True)
-        cost = 0.5 * white @ white + jnp.sum(jnp.log(jnp.diag(L)))
-        gain = jax.scipy.linalg.cho_solve((L, True), jnp.where(seen[:, None], H @ P, 0.0)).T
-        x, P = x + gain @ innovation, P - gain @ jnp.where(seen[:, None], H @ P, 0.0)
+        H, innovations, before, cost = jax.jacfwd(read)(x, t, u, on), y - read(x, t, u, on), x, 0.0
+        for one in range(len(structure.outputs)):  # one after the other: their errors are independent
+            seen = jnp.isfinite(y[one])
+            towards = P @ H[one]
+            variance = H[one] @ towards + noise[one] ** 2
+            innovation = jnp.where(seen, innovations[one] - H[one] @ (x - before), 0.0)
+            cost += jnp.where(seen, 0.5 * (innovation**2 / variance + jnp.log(variance)), 0.0)
+            gain = jnp.where(seen, towards / variance, 0.0)
+            x, P = x + gain * innovation, P - gain[:, None] * towards
         F = jax.jacfwd(move)(x, t, u, on)
         P = F @ P @ F.T + jnp.diag(rates * intensity**2 * run.h)
         return (move(x, t, u, on), 0.5 * (P + P.T), k + 1.0), cost
@@ -87,14 +89,34 @@ def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
     return jnp.sum(jax.lax.scan(filtered, (run.start, P0, 0.0), (run.command, run.on, run.reading))[1])
 
 
+def _of_unknowns(structure: Structure, z, basis, theta, noise, *run) -> tuple[Any]:
+    """`_cost` by the free numbers and the intensity, `z`; `basis` (k, p) says which number each of them is."""
+    return (_cost(structure, theta + z[:-1] @ basis, z[-1], _Runs(*run), noise),)
+
+
+def _slope(structure: Structure, z, basis, theta, noise, runs: _Runs) -> tuple[float, np.ndarray]:
+    """Negative log likelihood over all logs, and its derivatives by the free numbers and the intensity, `z`."""
+    of = partial(_of_unknowns, structure)
+
+    def one(*run: np.ndarray) -> tuple | None:
+        return with_slopes("likelihood", structure, of, z, [basis, theta, noise, *run], structure.from_library)
+
+    with ThreadPoolExecutor(min(THREADS, len(runs.h))) as pool:
+        found = list(pool.map(one, *runs))
+    if any(part is None for part in found):
+        value, slope = _by_xla(structure, z, basis, theta, noise, runs)
+        return float(value), np.asarray(slope)
+    return float(sum(value[0] for value, _ in found)), sum((slope[0] for _, slope in found), np.zeros(len(z)))
+
+
 @partial(jax.jit, static_argnums=0)
-def _slope(structure: Structure, theta, intensity, runs: _Runs, noise):
-    """Negative log likelihood over all logs, and its derivatives by the numbers and the intensity."""
+def _by_xla(structure: Structure, z, basis, theta, noise, runs: _Runs):
+    """The same by a program of XLA."""
 
-    def total(theta, intensity):
-        return jnp.sum(jax.vmap(lambda run: _cost(structure, theta, intensity, run, noise))(runs))
+    def total(z):
+        return jnp.sum(jax.vmap(lambda run: _of_unknowns(structure, z, basis, theta, noise, *run)[0])(runs))
 
-    return jax.value_and_grad(total, argnums=(0, 1))(theta, intensity)
+    return jax.value_and_grad(total)(z)
 
 
 class _Likelihood:
@@ -107,6 +129,8 @@ class _Likelihood:
         problem = pose(structure, train)
         self.structure, self.theta = structure, theta_of(rig, structure)
         self.free = np.flatnonzero([name in rig.free for name in structure.names])
+        self.basis = np.eye(len(self.theta))[self.free]
+        self.known = self.theta * (1.0 - self.basis.sum(axis=0))
         self.size = sizes_of(rig, structure, self.theta, train)[self.free]
         self.noise = np.array([problem.noise.get(name, 1.0) for name in structure.outputs])
         self.runs = _laid_out(problem)
@@ -115,14 +139,13 @@ class _Likelihood:
 
     def __call__(self, z: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and slope `(k+1,)`; a large value without slope where they are not finite."""
-        numbers = self.theta.copy()
-        numbers[self.free] = z[:-1] * self.size
         intensity = self.unit * np.exp(z[-1])
-        value, (by_theta, by_intensity) = _slope(self.structure, numbers, intensity, self.runs, self.noise)
-        slope = np.append(np.asarray(by_theta)[self.free] * self.size, float(by_intensity) * intensity)
+        unknowns = np.append(z[:-1] * self.size, intensity)
+        value, slope = _slope(self.structure, unknowns, self.basis, self.known, self.noise, self.runs)
+        slope = slope * np.append(self.size, intensity)
         if not (np.isfinite(value) and np.all(np.isfinite(slope))):
             return 1e12, np.zeros(len(z))
-        return float(value), slope
+        return value, slope
 
     def curvature(self, z: np.ndarray) -> np.ndarray:
         """Second derivative `(k+1, k+1)`, by differences of the slope."""

@@ -36,6 +36,20 @@ def test_every_run_is_the_loop_run_by_itself(runs: int, monkeypatch: pytest.Monk
                     assert float(whole[g, r, k]) == pytest.approx(float(one), rel=1e-9, abs=1e-12)
 
 
+def test_machine_code_and_xla_give_the_same_figures_on_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    laws = [law._replace(kp=law.kp * share) for law in CONTROLLERS for share in np.linspace(0.8, 1.2, 7)]
+    references = np.array([[0.2] * 150, [-0.1] * 150])
+    found = {}
+    for threads in (1, 2):
+        monkeypatch.setattr(module, "THREADS", threads)
+        found[threads] = step_responses(platform(), laws, references, TIMING)
+    monkeypatch.setenv("RWJAX_THROUGH_XLA", "1")
+    by_xla = step_responses(platform(), laws, references, TIMING)
+    for one, two, other in zip(found[1], found[2], by_xla, strict=True):
+        assert np.array_equal(one, two)
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
 def test_a_reference_that_goes_on_changing_is_refused() -> None:
     with pytest.raises(ValueError, match="from sample 10 on"):
         step_responses(platform(), CONTROLLERS, np.linspace(0.0, 1.0, 50)[None], TIMING, since=10)

@@ -49,6 +49,16 @@ def test_the_slope_is_that_of_the_loss() -> None:
         assert float(slope[k]) == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-3)
 
 
+def test_machine_code_and_xla_give_the_same_slope(monkeypatch: pytest.MonkeyPatch) -> None:
+    structure, theta, _, sign = loop_setup(RIG, TIMING)
+    law = Controller(6.0, 0.7, 2.5, 0.02, voltage_limit=5.0)
+    given = (structure, theta, TIMING, law, REFERENCE, sign, np.log([6.0, 0.7, 2.5]), np.eye(3))
+    value, slope = loss_and_gradient(*given)
+    monkeypatch.setenv("RWJAX_THROUGH_XLA", "1")
+    other = loss_and_gradient(*given)
+    assert value == pytest.approx(other[0], rel=1e-9) and slope == pytest.approx(other[1], rel=1e-9)
+
+
 @pytest.mark.slow
 def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
     start = Controller(2.0, kd=0.5, filter_time=0.02, voltage_limit=5.0)

@@ -9,6 +9,8 @@ from tests.methods.known_numbers import (
     finds_an_effect_on_the_command,
     refuses_a_delay,
 )
+from tests.methods.logs import FREE, axis_log
+from tests.systems import platform
 
 
 @pytest.mark.slow
@@ -27,3 +29,14 @@ def test_an_effect_on_the_command_is_estimated() -> None:
 
 def test_a_method_that_knows_no_delay_says_so() -> None:
     refuses_a_delay(prediction_error)
+
+
+def test_machine_code_and_xla_lead_to_the_same_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    truth = platform(free=FREE)
+    believed = truth.with_values({name: 1.15 * truth.values[name] for name in truth.free})
+    log = axis_log(truth)
+    found = prediction_error(believed, [log]).rig
+    monkeypatch.setenv("RWJAX_THROUGH_XLA", "1")
+    other = prediction_error(believed, [log]).rig
+    for name in FREE:
+        assert found.values[name] == pytest.approx(other.values[name], rel=1e-3 * found.standard_error[name] / found.values[name])
