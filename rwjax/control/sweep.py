@@ -179,7 +179,8 @@ def _by_machine_code(
     program = lowered("responses", known, known.response, first, given, known.structure.from_library, lanes)
     if program is None:
         return None
-    return program([references, np.array(sign), gains, r, thetas], rows=len(gains), threads=THREADS)
+    found = program([references, np.array(sign), gains, r, thetas], rows=len(gains), threads=THREADS)
+    return [np.broadcast_to(x, len(gains)) for x in found]  # all alike where there is no wheel
 
 
 def _by_xla(
