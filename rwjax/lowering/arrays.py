@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from llvmlite import ir
 
-from rwjax.lowering.emitter import DOUBLE, INT, Emitter, Term
+from rwjax.lowering.emitter import DOUBLE, INT, Emitter, Term, Value
 
 FEW = 12
 """Longest axis of an array whose entries are worked out one by one, each a value of its own."""
@@ -152,7 +152,7 @@ class Memory(Array):
         shape: tuple[int, ...],
         kind: str,
         spread: Spread,
-        base: ir.Value,
+        base: Value,
         of_lane: Term,
         of_direction: Term,
         of_entry: Term,
@@ -186,7 +186,7 @@ class Memory(Array):
         zero = e.vector(0, "i") if e.is_vector(found) else e.constant(0, "i")
         return b.icmp_signed("!=", found, zero)
 
-    def _address(self, e: Emitter, place: Term, stored: ir.Type) -> ir.Value:
+    def _address(self, e: Emitter, place: Term, stored: ir.Type) -> Value:
         return e.builder.gep(self.base, [e.value(place, "i")], source_etype=stored)
 
     def store(self, e: Emitter, index: Index, term: Term) -> None:
@@ -212,11 +212,11 @@ class Memory(Array):
             b.store(one, self._address(e, e.add(place, e.times(self.of_lane, lane)), stored), align=8)
 
 
-def _lane_numbers(e: Emitter) -> ir.Value:
+def _lane_numbers(e: Emitter) -> Value:
     return ir.Constant(ir.VectorType(INT, e.lanes), list(range(e.lanes)))
 
 
-def _gathered(e: Emitter, base: ir.Value, places: ir.Value, stored: ir.Type) -> ir.Value:
+def _gathered(e: Emitter, base: Value, places: Value, stored: ir.Type) -> Value:
     """Numbers at places of their own, one for each lane."""
     b = e.builder
     found = ir.Constant(ir.VectorType(stored, e.lanes), ir.Undefined)

@@ -6,12 +6,15 @@ of Python are worked out at once; where a vector meets a shared value, that is r
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
 
-Term = bool | int | float | ir.Value
-"""A number of Python, or a value of LLVM: `double`, `i64`, `i1`, or a vector of these."""
+Value = Any
+"""A value of LLVM: `double`, `i64`, `i1`, or a vector of these; llvmlite declares no types of its members."""
+Term = Any
+"""A number of Python, or a value of LLVM."""
 
 DOUBLE, INT, BOOL, POINTER = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.PointerType()
 TYPES = {"f": DOUBLE, "i": INT, "b": BOOL}
@@ -78,7 +81,7 @@ class Emitter:
         of = {"f": float, "i": int, "b": bool}[kind]
         return ir.Constant(TYPES[kind], of(value))
 
-    def value(self, term: Term, kind: str) -> ir.Value:
+    def value(self, term: Term, kind: str) -> Value:
         """A term as a value of LLVM."""
         return term if isinstance(term, ir.Value) else self.constant(term, kind)
 
@@ -86,7 +89,7 @@ class Emitter:
         """Whether a term has an element for every lane."""
         return isinstance(term, ir.Value) and isinstance(term.type, ir.VectorType)
 
-    def vector(self, term: Term, kind: str) -> ir.Value:
+    def vector(self, term: Term, kind: str) -> Value:
         """A term with an element for every lane."""
         if self.is_vector(term):
             return term
@@ -103,7 +106,7 @@ class Emitter:
 
         return self.once(("vector", id(term), term), emit)
 
-    def alike(self, kinds: str, *terms: Term) -> list[ir.Value]:
+    def alike(self, kinds: str, *terms: Term) -> list[Value]:
         """Terms as values that are all shared by the lanes, or all vectors.
 
         Args:
@@ -117,7 +120,7 @@ class Emitter:
             return [self.vector(term, kind) for kind, term in zip(kinds, terms, strict=True)]
         return [self.value(term, kind) for kind, term in zip(kinds, terms, strict=True)]
 
-    def intrinsic(self, name: str, *operands: ir.Value) -> ir.Value:
+    def intrinsic(self, name: str, *operands: Value) -> Value:
         """Calls one of LLVM's own functions of numbers of one type."""
         of = operands[0].type
         inner = of.element if isinstance(of, ir.VectorType) else of
@@ -131,7 +134,7 @@ class Emitter:
         found = module.globals.get(name)
         return ir.Function(module, ir.FunctionType(result, operands), name) if found is None else found
 
-    def depth(self, term: ir.Value) -> int:
+    def depth(self, term: Value) -> int:
         """How many loops stand around the instruction of a value."""
         return self._depths.get(id(term.parent), 0) if isinstance(term, ir.Instruction) else 0
 
@@ -178,7 +181,7 @@ class Emitter:
         return self.intrinsic("smin", self.intrinsic("smax", i, lowest), highest)
 
     @contextmanager
-    def loop(self, count: Term) -> Iterator[ir.Value]:
+    def loop(self, count: Term) -> Iterator[Value]:
         """A loop whose body is what is emitted inside.
 
         Args:
@@ -200,7 +203,7 @@ class Loop:
         carried: What is handed on, at the beginning of a turn.
     """
 
-    def __init__(self, emitter: Emitter, count: Term, first: list[ir.Value]) -> None:
+    def __init__(self, emitter: Emitter, count: Term, first: list[Value]) -> None:
         b = emitter.builder
         self.emitter, self.count = emitter, emitter.value(count, "i")
         self.entry, self.head = b.block, b.append_basic_block("loop")
@@ -218,7 +221,7 @@ class Loop:
         for phi, value in zip(self.carried, first, strict=True):
             phi.add_incoming(value, self.entry)
 
-    def close(self, last: list[ir.Value], go_on: ir.Value | None = None) -> list[ir.Value]:
+    def close(self, last: list[Value], go_on: Value | None = None) -> list[Value]:
         """Ends the body.
 
         Args:

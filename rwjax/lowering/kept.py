@@ -10,7 +10,7 @@ import jax
 import llvmlite
 import numpy as np
 
-from rwjax import program_files
+from rwjax.lowering import program_files
 from rwjax.lowering.arrays import Spread
 from rwjax.lowering.machine import processor
 from rwjax.lowering.program import Code, Lowered, Slot, build
@@ -28,7 +28,7 @@ def lowered(
     name: str,
     key: object,
     function: Callable,
-    arguments: Sequence[np.ndarray],
+    arguments: Sequence[np.ndarray | np.generic],
     given: Sequence[Spread],
     keep: bool,
     lanes: int = LANES,
@@ -64,7 +64,7 @@ def _found(
     name: str,
     whole: object,
     function: Callable,
-    arguments: Sequence[np.ndarray],
+    arguments: Sequence[np.ndarray | np.generic],
     given: Sequence[Spread],
     keep: bool,
     lanes: int,

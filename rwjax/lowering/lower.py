@@ -15,7 +15,7 @@ from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
 from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, each_entry, entries_of
-from rwjax.lowering.emitter import Emitter, Loop, Term, kind_of
+from rwjax.lowering.emitter import Emitter, Loop, Term, Value, kind_of
 from rwjax.lowering.flow import Constant, Equation, Program, carried_spreads, flattened, invariant, result_spreads
 
 LOOKED_UP = ("gather", "dynamic_slice")
@@ -43,7 +43,7 @@ class Lowering:
     def __init__(
         self,
         e: Emitter,
-        directions: ir.Value,
+        directions: Value,
         allocate: Callable[[tuple[int, ...], str, Spread], Memory],
         constant: Callable[[np.ndarray], Array],
     ) -> None:
@@ -246,11 +246,11 @@ class _Handed:
         self.first = values
         self.e = e
 
-    def _values(self, array: Array, s: Spread) -> list[ir.Value]:
+    def _values(self, array: Array, s: Spread) -> list[Value]:
         e, terms = self.lowering.e, entries_of(self.lowering.e, array).terms.ravel()
         return [e.vector(t, array.kind) if s.lanes else e.value(t, array.kind) for t in terms]
 
-    def arrays(self, values: Sequence[ir.Value]) -> list[Array]:
+    def arrays(self, values: Sequence[Value]) -> list[Array]:
         """What is handed on as arrays."""
         left, found = iter(values), []
         for k, (shape, kind, s) in enumerate(zip(self.shapes, self.kinds, self.spread, strict=True)):
@@ -263,9 +263,7 @@ class _Handed:
             found.append(Entries(terms.reshape(shape), kind, s))
         return found
 
-    def ended(
-        self, arrays: Sequence[Array], more: Sequence[tuple[Array, Memory]], before: Index = ()
-    ) -> list[ir.Value]:
+    def ended(self, arrays: Sequence[Array], more: Sequence[tuple[Array, Memory]], before: Index = ()) -> list[Value]:
         """Values at the end of a turn; what depends on directions is written, together with what else the turn gives out.
 
         Args:
@@ -335,11 +333,11 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     short = [k for k in range(len(first)) if k not in long]
     handed = _Handed(self, [first[k] for k in short], [spread[k] for k in short])
 
-    def whole(values: Sequence[ir.Value]) -> list[Array]:
+    def whole(values: Sequence[Value]) -> list[Array]:
         found: dict[int, Array] = dict(zip(short, handed.arrays(values), strict=True)) | rooms
         return [found[k] for k in range(len(first))]
 
-    def wanted(values: Sequence[ir.Value]) -> ir.Value:
+    def wanted(values: Sequence[Value]) -> Value:
         return e.value(self.run(test, [*of_test, *whole(values)])[0].at(e, ()), "b")
 
     most = e.builder.select(_any(e, wanted(handed.first)), e.constant(2**62, "i"), e.constant(0, "i"))
@@ -366,14 +364,14 @@ def _updating(body: Program, consts: int, k: int) -> Equation:
     return found
 
 
-def _any(e: Emitter, found: ir.Value) -> ir.Value:
+def _any(e: Emitter, found: Value) -> Value:
     if not isinstance(found.type, ir.VectorType):
         return found
     fn = e.function(f"llvm.vector.reduce.or.v{e.lanes}i1", ir.IntType(1), [found.type])
     return e.builder.call(fn, [found])
 
 
-def _kept(e: Emitter, mine: ir.Value, new: ir.Value, old: ir.Value) -> ir.Value:
+def _kept(e: Emitter, mine: Value, new: Value, old: Value) -> Value:
     """What a lane hands on: the new value where it takes this turn."""
     if not isinstance(mine.type, ir.VectorType):
         return new

@@ -7,7 +7,7 @@ import numpy as np
 from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Index, Lazy, Spread
-from rwjax.lowering.emitter import Emitter, Term, kind_of
+from rwjax.lowering.emitter import Emitter, Term, Value, kind_of
 from rwjax.lowering.flow import Equation
 
 Rule = Callable[[Emitter, Equation, list[Array]], list[Array]]
@@ -127,7 +127,7 @@ def _reversed(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     return lazy(q, inputs, of)
 
 
-def choose(e: Emitter, kind: str, which: ir.Value | bool, yes: Term, no: Term) -> Term:
+def choose(e: Emitter, kind: str, which: Value | bool, yes: Term, no: Term) -> Term:
     """One of two terms.
 
     Args:
@@ -146,7 +146,7 @@ def choose(e: Emitter, kind: str, which: ir.Value | bool, yes: Term, no: Term) -
     return e.builder.select(chosen, a, b)
 
 
-def below(e: Emitter, i: Term, bound: Term) -> ir.Value | bool:
+def below(e: Emitter, i: Term, bound: Term) -> Value | bool:
     """Whether one whole number is less than another.
 
     Args:
@@ -248,7 +248,7 @@ def _updated(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
 
 def _replaced(e: Emitter, a: Array, new: Array, index: Index, own: list[Term]) -> Term:
     """An entry of an array of which a window is replaced; `own` is its index in the window, which may lie outside."""
-    inside: ir.Value | bool = True
+    inside: Value | bool = True
     for i, n in zip(own, new.shape, strict=True):
         for test in (below(e, i, n), below(e, -1, i)):
             if isinstance(test, ir.Value) and isinstance(inside, ir.Value):

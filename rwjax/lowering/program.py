@@ -14,7 +14,7 @@ from jax.extend.core import ClosedJaxpr
 from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Memory, Spread
-from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, kind_of
+from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, Value, kind_of
 from rwjax.lowering.flow import flattened, invariant, result_spreads
 from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
@@ -61,7 +61,7 @@ class Code(NamedTuple):
 class _Rooms:
     """Working memory, given out while a program is lowered."""
 
-    def __init__(self, bases: tuple[ir.Value, ir.Value], e: Emitter, directions: ir.Value) -> None:
+    def __init__(self, bases: tuple[Value, ir.Value], e: Emitter, directions: Value) -> None:
         self.bases, self.e, self.directions, self.used = bases, e, directions, [0, 0]
 
     def __call__(self, shape: tuple[int, ...], kind: str, spread: Spread) -> Memory:
@@ -136,7 +136,7 @@ class _Function:
         _restore(e, kept)
         e.builder.ret_void()
 
-    def _bind(self, of_lanes: bool, lane: ir.Value | int) -> None:
+    def _bind(self, of_lanes: bool, lane: Value | int) -> None:
         """Says where the arguments and the results lie that differ from run to run, or those that do not."""
         for k, (v, slot) in enumerate(zip(self.program.inputs, self.slots, strict=True)):
             if slot.spread.lanes == of_lanes:
@@ -175,7 +175,7 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
     return str(function.module), Code(b"", lanes, function.slots, function.results, tuple(function.rooms.used))
 
 
-def _flush(e: Emitter) -> ir.Value | None:
+def _flush(e: Emitter) -> Value | None:
     """Sets the processor to flush what is below the range of normal numbers; the control word of before."""
     if not _is_x86():
         return None
@@ -188,7 +188,7 @@ def _flush(e: Emitter) -> ir.Value | None:
     return place
 
 
-def _restore(e: Emitter, kept: ir.Value | None) -> None:
+def _restore(e: Emitter, kept: Value | None) -> None:
     if kept is not None:
         e.builder.call(e.function("llvm.x86.sse.ldmxcsr", ir.VoidType(), [POINTER]), [kept])
 
@@ -197,19 +197,19 @@ def _is_x86() -> bool:
     return platform.machine().lower() in ("x86_64", "amd64")
 
 
-def _pointer(e: Emitter, table: ir.Value, k: int) -> ir.Value:
+def _pointer(e: Emitter, table: Value, k: int) -> Value:
     place = e.builder.gep(table, [ir.Constant(INT, k)], source_etype=POINTER)
     return e.builder.load(place, typ=POINTER)
 
 
-def _argument(e: Emitter, table: ir.Value, k: int, slot: Slot, lane: ir.Value | int) -> Memory:
+def _argument(e: Emitter, table: Value, k: int, slot: Slot, lane: Value | int) -> Memory:
     size, base = prod(slot.shape), _pointer(e, table, k)
     if slot.spread.lanes:
         base = e.builder.gep(base, [e.value(e.times(lane, size), "i")], source_etype=DOUBLE)
     return Memory(slot.shape, slot.kind, slot.spread, base, size, size, 1)
 
 
-def _result(e: Emitter, table: ir.Value, k: int, slot: Slot, lane: ir.Value | int, rows: ir.Value) -> Memory:
+def _result(e: Emitter, table: Value, k: int, slot: Slot, lane: Value | int, rows: Value) -> Memory:
     size, base = prod(slot.shape), _pointer(e, table, k)
     if slot.spread.lanes:
         base = e.builder.gep(base, [e.value(e.times(lane, size), "i")], source_etype=DOUBLE)
@@ -239,7 +239,7 @@ class Lowered:
         return held
 
     def __call__(
-        self, arguments: Sequence[np.ndarray], rows: int = 1, directions: int = 0, threads: int = 1
+        self, arguments: Sequence[np.ndarray | np.generic], rows: int = 1, directions: int = 0, threads: int = 1
     ) -> list[np.ndarray]:
         """Runs the program.
 

@@ -17,7 +17,7 @@ import numpy as np
 from jax import export
 from jax.core import Tracer
 
-from rwjax import program_files
+from rwjax.lowering import program_files
 
 MOST_PROGRAMS = 100
 """Programs that a process holds. Of more, those not called for longest are dropped and read again when they are needed. Each takes up

@@ -39,4 +39,6 @@ def test_machine_code_and_xla_lead_to_the_same_numbers(monkeypatch: pytest.Monke
     monkeypatch.setenv("RWJAX_THROUGH_XLA", "1")
     other = prediction_error(believed, [log]).rig
     for name in FREE:
-        assert found.values[name] == pytest.approx(other.values[name], rel=1e-3 * found.standard_error[name] / found.values[name])
+        assert found.values[name] == pytest.approx(
+            other.values[name], rel=1e-3 * found.standard_error[name] / found.values[name]
+        )

@@ -20,7 +20,7 @@ DIGEST = 32
 def _origin() -> str:
     """What a program depends on besides its arguments: the library's source and the versions of what is built on."""
     source = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         source.update(path.read_bytes())
     return f"{source.hexdigest()} {[version(name) for name in TRACED]} {jax.default_backend()}"
 
