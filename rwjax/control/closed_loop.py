@@ -177,7 +177,7 @@ def run_rig(
     known = (structure, delayed)
     program = lowered("closed_loop", known, function, arguments, [Spread()] * len(arguments), structure.from_library)
     if program is not None:
-        return ClosedLoopRun(*program(arguments))
+        return ClosedLoopRun(*map(jnp.asarray, program(arguments)))
     return closed_loop(structure, theta, delayed, Controller(*map(jnp.asarray, values)), *arguments[2:])
 
 

@@ -147,7 +147,7 @@ def step_responses(
     found = _by_machine_code(known, references, sign, *each)
     if found is None:
         found = _by_xla(known, references, sign, *each)
-    return Response(*(x.reshape(shape) for x in found))
+    return Response(*(jnp.asarray(x.reshape(shape)) for x in found))
 
 
 class _Known(NamedTuple):

@@ -88,13 +88,13 @@ def loss(
 
 def loss_and_gradient(
     structure: Structure,
-    theta: Float[Array, " p"],
+    theta: Float[Any, " p"],
     timing: LoopTiming,
     controller: Controller,
-    reference: Float[Array, " s"],
+    reference: Float[Any, " s"],
     sign: Scalar | float,
-    logs: Float[Array, " g"],
-    free: Float[Array, "g 3"],
+    logs: Float[Any, " g"],
+    free: Float[Any, "g 3"],
 ) -> tuple[float, Float[np.ndarray, " g"]]:
     """Loss [s] and its gradient by the logarithms of the free gains, through stick, slip and limits.
 

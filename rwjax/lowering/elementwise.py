@@ -8,7 +8,7 @@ import numpy as np
 from llvmlite import ir
 
 from rwjax.lowering import functions
-from rwjax.lowering.emitter import Emitter, Term
+from rwjax.lowering.emitter import TYPES, Emitter, Term
 
 COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 NUMBERS = {"add": "fadd", "add_any": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
@@ -215,13 +215,14 @@ def _square(e: Emitter, of: Operation, terms: list[Term]) -> Term:
 
 
 def _converted(e: Emitter, of: Operation, terms: list[Term]) -> Term:
-    (term,), given, wanted = terms, of.kinds, of.result
+    term: Any = terms[0]
+    given, wanted = of.kinds, of.result
     if given == wanted:
         return term
     if not isinstance(term, ir.Value):
         return {"f": float, "i": int, "b": bool}[wanted](term)
-    kind = {"f": ir.DoubleType(), "i": ir.IntType(64)}.get(wanted)
-    target = ir.VectorType(kind, e.lanes) if e.is_vector(term) and kind else kind
+    kind = TYPES[wanted]
+    target = ir.VectorType(kind, e.lanes) if e.is_vector(term) else kind
     if wanted == "b":
         zero = e.vector(0, given) if e.is_vector(term) else e.constant(0, given)
         compare = e.builder.fcmp_unordered if given == "f" else e.builder.icmp_signed
@@ -231,7 +232,8 @@ def _converted(e: Emitter, of: Operation, terms: list[Term]) -> Term:
     if wanted == "f":
         return e.builder.sitofp(term, target)
     suffix = f"v{e.lanes}i64.v{e.lanes}f64" if e.is_vector(term) else "i64.f64"
-    return e.builder.call(e.function(f"llvm.fptosi.sat.{suffix}", target, [term.type]), [term])
+    (value,) = e.alike("f", term)
+    return e.builder.call(e.function(f"llvm.fptosi.sat.{suffix}", target, [value.type]), [value])
 
 
 def _finite(e: Emitter, of: Operation, terms: list[Term]) -> Term:

@@ -50,8 +50,8 @@ class Emitter:
         self.direction: Term | None = None
         self._known: list[dict] = [{}]
         self._depths: dict[int, int] = {}
-        self._loops: list[ir.Block] = []
-        self._inverses: dict[int, ir.Value] = {}
+        self._loops: list[Any] = []
+        self._inverses: dict[int, Any] = {}
 
     def once(self, key: object, make: Callable[[], Term]) -> Term:
         """What was emitted before under a key in this block or one around it, or else now.
@@ -87,17 +87,17 @@ class Emitter:
 
     def is_vector(self, term: Term) -> bool:
         """Whether a term has an element for every lane."""
-        return isinstance(term, ir.Value) and isinstance(term.type, ir.VectorType)
+        return isinstance(term, ir.Value) and isinstance(getattr(term, "type", None), ir.VectorType)
 
     def vector(self, term: Term, kind: str) -> Value:
         """A term with an element for every lane."""
         if self.is_vector(term):
             return term
-        wide = ir.VectorType(TYPES[kind], self.lanes)
+        wide: Any = ir.VectorType(TYPES[kind], self.lanes)
         if not isinstance(term, ir.Value):
-            return ir.Constant(wide, [self.constant(term, kind).constant] * self.lanes)
+            return self._repeated(wide, self.constant(term, kind))
         if isinstance(term, ir.Constant):
-            return ir.Constant(wide, [term.constant] * self.lanes)
+            return self._repeated(wide, term)
 
         def emit() -> Term:
             first = self.builder.insert_element(ir.Constant(wide, ir.Undefined), term, ir.Constant(ir.IntType(32), 0))
@@ -105,6 +105,10 @@ class Emitter:
             return self.builder.shuffle_vector(first, ir.Constant(wide, ir.Undefined), mask)
 
         return self.once(("vector", id(term), term), emit)
+
+    def _repeated(self, wide: Any, number: Any) -> Value:
+        """A constant with the same number in every lane."""
+        return ir.Constant(wide, [number.constant] * self.lanes)
 
     def alike(self, kinds: str, *terms: Term) -> list[Value]:
         """Terms as values that are all shared by the lanes, or all vectors.

@@ -356,10 +356,9 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
 def _updating(body: Program, consts: int, k: int) -> Equation:
     """The equation by which a loop writes one row of a long array and leaves the others."""
     held = body.inputs[consts + k]
-    (found,) = [q for q in body.equations if any(v is body.outputs[k] for v in q.outputs)] or [None]
+    found = next((q for q in body.equations if any(v is body.outputs[k] for v in q.outputs)), None)
     users = [q for q in body.equations if any(v is held for v in q.inputs)]
-    row = found is not None and found.name == "dynamic_update_slice" and found.inputs[0] is held and users == [found]
-    if not row:
+    if found is None or found.name != "dynamic_update_slice" or found.inputs[0] is not held or users != [found]:
         raise Unsupported("a loop that changes a long array other than row by row")
     return found
 

@@ -1,6 +1,7 @@
 """The processor: LLVM's code for it, and functions of object code that can be called."""
 
 import ctypes
+from collections.abc import Callable
 from functools import cache
 from threading import Lock
 
@@ -65,7 +66,7 @@ def compiled(text: str, features: str = "") -> bytes:
         return machine.emit_object(module)
 
 
-def loaded(code: bytes, name: str, result: type | None, *arguments: type) -> ctypes._CFuncPtr:
+def loaded(code: bytes, name: str, result: type | None, *arguments: type) -> Callable[..., None]:
     """A function of object code.
 
     Args:

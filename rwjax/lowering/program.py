@@ -2,7 +2,7 @@
 
 import ctypes
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from math import prod
 from threading import local
@@ -75,7 +75,7 @@ class _Rooms:
         return Memory(shape, kind, spread, base, 1, lanes, of_entry)
 
 
-def _constant(module: ir.Module) -> object:
+def _constant(module: ir.Module) -> Callable[[np.ndarray], Array]:
     """What puts an array of numbers into the module."""
 
     def put(value: np.ndarray) -> Memory:
@@ -83,7 +83,7 @@ def _constant(module: ir.Module) -> object:
         inner = DOUBLE if kind == "f" else INT
         flat = [float(v) if kind == "f" else int(v) for v in value.ravel()]
         of = ir.ArrayType(inner, len(flat))
-        found = ir.GlobalVariable(module, of, f"constant.{len(module.globals)}")
+        found: Any = ir.GlobalVariable(module, of, f"constant.{len(module.globals)}")
         found.global_constant, found.linkage = True, "internal"
         found.initializer = ir.Constant(of, [ir.Constant(inner, v) for v in flat])
         return Memory(value.shape, kind, Spread(), found, 1, 1, 1)
@@ -172,7 +172,9 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
     """
     function = _Function(closed, given, lanes)
     function.write()
-    return str(function.module), Code(b"", lanes, function.slots, function.results, tuple(function.rooms.used))
+    return str(function.module), Code(
+        b"", lanes, function.slots, function.results, (function.rooms.used[0], function.rooms.used[1])
+    )
 
 
 def _flush(e: Emitter) -> Value | None:
@@ -291,10 +293,10 @@ class Lowered:
         self._entry(*pointers, *addresses, first, count, rows, directions)
 
 
-def _laid(a: np.ndarray, slot: Slot, rows: int) -> np.ndarray:
+def _laid(a: np.ndarray | np.generic, slot: Slot, rows: int) -> np.ndarray:
     """An argument in memory, its last run repeated up to a number of runs."""
     of = np.float64 if slot.kind == "f" else np.int64
-    a = np.ascontiguousarray(a, of)
+    a = np.ascontiguousarray(a, of).reshape(np.shape(a))
     if slot.spread.lanes and len(a) < rows:
         a = np.concatenate([a, np.repeat(a[-1:], rows - len(a), axis=0)])
     return a
@@ -310,7 +312,7 @@ def _rows(slot: Slot, rows: int) -> tuple[slice, ...]:
     return (*every, slice(rows)) if slot.spread.lanes else (*every,)
 
 
-def build(function: object, arguments: Sequence, given: Sequence[Spread], lanes: int, features: str = "") -> Code:
+def build(function: Callable, arguments: Sequence, given: Sequence[Spread], lanes: int, features: str = "") -> Code:
     """A function of JAX as object code.
 
     Args:

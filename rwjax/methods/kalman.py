@@ -98,15 +98,16 @@ def _slope(structure: Structure, z, basis, theta, noise, runs: _Runs) -> tuple[f
     """Negative log likelihood over all logs, and its derivatives by the free numbers and the intensity, `z`."""
     of = partial(_of_unknowns, structure)
 
-    def one(*run: np.ndarray) -> tuple | None:
+    def one(*run: Any) -> tuple | None:
         return with_slopes("likelihood", structure, of, z, [basis, theta, noise, *run], structure.from_library)
 
     with ThreadPoolExecutor(min(THREADS, len(runs.h))) as pool:
         found = list(pool.map(one, *runs))
-    if any(part is None for part in found):
+    lowered = [part for part in found if part is not None]
+    if len(lowered) < len(found):
         value, slope = _by_xla(structure, z, basis, theta, noise, runs)
         return float(value), np.asarray(slope)
-    return float(sum(value[0] for value, _ in found)), sum((slope[0] for _, slope in found), np.zeros(len(z)))
+    return float(sum(value[0] for value, _ in lowered)), sum((slope[0] for _, slope in lowered), np.zeros(len(z)))
 
 
 @partial(jax.jit, static_argnums=0)

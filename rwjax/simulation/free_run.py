@@ -4,6 +4,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Float, Int
 
 from rwjax.plant.structure import Structure
@@ -38,7 +39,7 @@ def free_run(
     Returns:
         Readings `(l, w, q, y)` [rad, rad/s or A] and states `(l, w, n)` [SI].
     """
-    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((theta, start, batch))):
+    if not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((theta, start, batch))):
         theta, start = np.asarray(theta), np.asarray(start)
         found = [machine_code.whole_run(structure, theta, x, batch, log, solver) for log, x in enumerate(start)]
         if found and all(run is not None for run in found):
@@ -78,9 +79,9 @@ def free_runs(
     if found is None:
         b = len(theta)
         fill = -b % ROWS
-        full = [np.concatenate([a, np.repeat(a[-1:], fill, axis=0)]) for a in (theta, start)]
+        theta, start = (np.concatenate([a, np.repeat(a[-1:], fill, axis=0)]) for a in (theta, start))
         runs = batch.inputs_of(np.zeros(b + fill, int))
-        found = np.asarray(_free_runs(structure, *full, np.array(windows), runs, solver=solver))[:b]
+        found = np.asarray(_free_runs(structure, theta, start, np.array(windows), runs, solver=solver))[:b]
     return found[:, :windows]
 
 

@@ -37,7 +37,7 @@ def _leaves(batch: Batch, log: int) -> tuple[list[np.ndarray], Callable[[list], 
 
 def _seen(batch: Batch) -> tuple[bool, ...]:
     """Which outputs any log of a batch holds."""
-    return tuple(map(bool, batch.weight.any(axis=(0, 1, 2))))
+    return tuple(bool(batch.weight[..., y].any()) for y in range(batch.weight.shape[-1]))
 
 
 def _program(

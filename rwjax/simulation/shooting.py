@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
 from rwjax.plant.structure import Structure
@@ -70,7 +71,7 @@ def evaluate(
     Source:
         Bock and Plitt (1984), A multiple shooting algorithm for direct solution of optimal control problems.
     """
-    if not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((theta, nodes, batch))):
+    if not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((theta, nodes, batch))):
         found = _lowered(structure, np.asarray(theta), np.asarray(numbers), np.asarray(nodes), batch, solver)
         if found is not None:
             return found
