@@ -35,6 +35,7 @@ class Spread(NamedTuple):
         return Spread(self.lanes or other.lanes, self.directions or other.directions)
 
 
+SAME = Spread()
 _numbers = count()
 
 
@@ -100,7 +101,7 @@ class Array(ABC):
 class Entries(Array):
     """An array each entry of which is a term of its own."""
 
-    def __init__(self, terms: np.ndarray, kind: str, spread: Spread = Spread()) -> None:
+    def __init__(self, terms: np.ndarray, kind: str, spread: Spread = SAME) -> None:
         super().__init__(terms.shape, kind, spread)
         self.terms = terms
 
@@ -146,7 +147,14 @@ class Memory(Array):
     in_place = True
 
     def __init__(
-        self, shape: tuple[int, ...], kind: str, spread: Spread, base: ir.Value, of_lane: Term, of_direction: Term, of_entry: Term
+        self,
+        shape: tuple[int, ...],
+        kind: str,
+        spread: Spread,
+        base: ir.Value,
+        of_lane: Term,
+        of_direction: Term,
+        of_entry: Term,
     ) -> None:
         super().__init__(shape, kind, spread)
         self.base, self.of_lane, self.of_direction, self.of_entry = base, of_lane, of_direction, of_entry

@@ -22,7 +22,23 @@ OF_PYTHON = {
     **{name: getattr(operator, name) for name in COMPARED},
 }
 """Operations on two numbers of Python that are worked out when the program is lowered."""
-FUNCTIONS = ("exp", "exp2", "expm1", "log", "log1p", "sin", "cos", "tan", "tanh", "logistic", "atan2", "pow", "sign", "max", "min")
+FUNCTIONS = (
+    "exp",
+    "exp2",
+    "expm1",
+    "log",
+    "log1p",
+    "sin",
+    "cos",
+    "tan",
+    "tanh",
+    "logistic",
+    "atan2",
+    "pow",
+    "sign",
+    "max",
+    "min",
+)
 """Functions of `rwjax.lowering.functions`, by the names of JAX's primitives."""
 NAMES = {"max": "maximum", "min": "minimum"}
 

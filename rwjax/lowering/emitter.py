@@ -172,7 +172,9 @@ class Emitter:
         """A whole number brought into the range from 0 to `last`."""
         if not isinstance(i, ir.Value):
             return min(max(int(i), 0), last)
-        lowest, highest = self.alike("ii", 0, last) if not self.is_vector(i) else (self.vector(0, "i"), self.vector(last, "i"))
+        lowest, highest = (
+            self.alike("ii", 0, last) if not self.is_vector(i) else (self.vector(0, "i"), self.vector(last, "i"))
+        )
         return self.intrinsic("smin", self.intrinsic("smax", i, lowest), highest)
 
     @contextmanager

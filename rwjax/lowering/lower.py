@@ -263,7 +263,9 @@ class _Handed:
             found.append(Entries(terms.reshape(shape), kind, s))
         return found
 
-    def ended(self, arrays: Sequence[Array], more: Sequence[tuple[Array, Memory]], before: Index = ()) -> list[ir.Value]:
+    def ended(
+        self, arrays: Sequence[Array], more: Sequence[tuple[Array, Memory]], before: Index = ()
+    ) -> list[ir.Value]:
         """Values at the end of a turn; what depends on directions is written, together with what else the turn gives out.
 
         Args:
@@ -418,7 +420,9 @@ def _running(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
         zero = e.vector(0.0, a.kind) if a.spread.lanes else e.constant(0.0, a.kind)
         loop = Loop(e, n, [zero])
         turn = loop.turn if not q.params["reverse"] else e.builder.sub(e.constant(n - 1, "i"), loop.turn)
-        found = elementwise.emit(e, elementwise.Operation("add", a.kind * 2, a.kind, {}), [loop.carried[0], a.at(e, (turn,))])
+        found = elementwise.emit(
+            e, elementwise.Operation("add", a.kind * 2, a.kind, {}), [loop.carried[0], a.at(e, (turn,))]
+        )
         place.store(e, (turn,), found)
         loop.close([found])
 
@@ -441,8 +445,12 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     if prod(inner) > 100:
         raise Unsupported("a product over a long axis")
 
-    def full(own: list[int], of: Sequence[int], shared: Sequence[int], mine: Index, batch: Index, j: Index, rank: int) -> Index:
-        place = dict(zip(own, mine, strict=True)) | dict(zip(of, j, strict=True)) | dict(zip(shared, batch, strict=True))
+    def full(
+        own: list[int], of: Sequence[int], shared: Sequence[int], mine: Index, batch: Index, j: Index, rank: int
+    ) -> Index:
+        place = (
+            dict(zip(own, mine, strict=True)) | dict(zip(of, j, strict=True)) | dict(zip(shared, batch, strict=True))
+        )
         return tuple(place[k] for k in range(rank))
 
     def entry(e: Emitter, index: Index) -> Term:
@@ -452,7 +460,11 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
             left = a.at(e, full(own_a, of_a, shared_a, rest[: len(own_a)], batch, j, len(a.shape)))
             right = b.at(e, full(own_b, of_b, shared_b, rest[len(own_a) :], batch, j, len(b.shape)))
             term = elementwise.emit(e, elementwise.Operation("mul", "ff", "f", {}), [left, right])
-            found = term if found is None else elementwise.emit(e, elementwise.Operation("add", "ff", "f", {}), [found, term])
+            found = (
+                term
+                if found is None
+                else elementwise.emit(e, elementwise.Operation("add", "ff", "f", {}), [found, term])
+            )
         return 0.0 if found is None else found
 
     return movement.lazy(q, inputs, entry)

@@ -6,7 +6,14 @@ from threading import Lock
 
 import llvmlite.binding as llvm
 
-PASSES = ("post_order_function_attributes", "always_inliner", "instruction_combine", "new_gvn", "simplify_cfg", "dead_code_elimination")
+PASSES = (
+    "post_order_function_attributes",
+    "always_inliner",
+    "instruction_combine",
+    "new_gvn",
+    "simplify_cfg",
+    "dead_code_elimination",
+)
 """Passes over a module. It comes without repeats, and with what stays the same in a loop before the loop: LLVM's own order of passes
 takes twice as long and makes code that is not measurably faster."""
 

@@ -118,7 +118,10 @@ def _reversed(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     a, axes = inputs[0], q.params["dimensions"]
 
     def of(e: Emitter, index: Index) -> Term:
-        back = (e.add(n - 1, e.times(i, -1)) if k in axes else i for k, (i, n) in enumerate(zip(index, a.shape, strict=True)))
+        back = (
+            e.add(n - 1, e.times(i, -1)) if k in axes else i
+            for k, (i, n) in enumerate(zip(index, a.shape, strict=True))
+        )
         return a.at(e, tuple(back))
 
     return lazy(q, inputs, of)

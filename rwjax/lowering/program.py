@@ -1,11 +1,12 @@
 """A jaxpr as a function of machine code: its arguments, its results, its memory."""
 
 import ctypes
+import platform
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from math import prod
 from threading import local
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -14,7 +15,7 @@ from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Memory, Spread
 from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, kind_of
-from rwjax.lowering.flow import Program, flattened, spreads
+from rwjax.lowering.flow import flattened, invariant, result_spreads
 from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
 
@@ -90,6 +91,71 @@ def _constant(module: ir.Module) -> object:
     return put
 
 
+class _Function:
+    """The function of a program, while it is written.
+
+    Attributes:
+        module: The module in which it stands.
+        rooms: Its working memory.
+        slots: Its arguments.
+        results: Its results.
+    """
+
+    def __init__(self, closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> None:
+        self.program = program = flattened(closed)
+        self.module = ir.Module("rwjax")
+        words = [POINTER] * 4 + [INT] * 4
+        fn = ir.Function(self.module, ir.FunctionType(ir.VoidType(), words), ENTRY)
+        for argument in fn.args[:4]:
+            argument.add_attribute("noalias")
+        self.inputs, self.outputs, work, work_d, self.first, self.count, self.rows, directions = fn.args
+        self.e = Emitter(ir.IRBuilder(fn.append_basic_block("entry")), lanes)
+        self.rooms = _Rooms((work, work_d), self.e, directions)
+        self.lowering = Lowering(self.e, directions, self.rooms, _constant(self.module))
+        self.slots = tuple(_slot(v, s) for v, s in zip(closed.jaxpr.invars, given, strict=True))
+        spread = result_spreads(program, given)
+        self.results = tuple(_slot(v, s) for v, s in zip(closed.jaxpr.outvars, spread, strict=True))
+        self.known: dict[int, Array] = {}
+        self.places: dict[int, Memory] = {}
+
+    def write(self) -> None:
+        """Writes it: first what all runs share, then the runs, as many at a time as there are lanes."""
+        e, program = self.e, self.program
+        kept = _flush(e)
+        of_lanes = [v for v, slot in zip(program.inputs, self.slots, strict=True) if slot.spread.lanes]
+        shared, each = invariant(program, of_lanes)
+        late = {id(v) for v in of_lanes} | {id(v) for q in each for v in q.outputs}
+        self._bind(False, 0)
+        self.lowering.all_of(shared, self.known)
+        self._finish([k for k, v in enumerate(program.outputs) if id(v) not in late])
+        self.lowering.ready(each, self.known)
+        with e.loop(e.builder.sdiv(self.count, e.constant(e.lanes, "i"))) as turn:
+            self._bind(True, e.add(self.first, e.times(turn, e.lanes)))
+            self.lowering.all_of(each, self.known)
+            self._finish([k for k, v in enumerate(program.outputs) if id(v) in late])
+        _restore(e, kept)
+        e.builder.ret_void()
+
+    def _bind(self, of_lanes: bool, lane: ir.Value | int) -> None:
+        """Says where the arguments and the results lie that differ from run to run, or those that do not."""
+        for k, (v, slot) in enumerate(zip(self.program.inputs, self.slots, strict=True)):
+            if slot.spread.lanes == of_lanes:
+                self.known[id(v)] = _argument(self.e, self.inputs, k, slot, lane)
+        for k, (v, slot) in enumerate(zip(self.program.outputs, self.results, strict=True)):
+            if slot.spread.lanes == of_lanes:
+                self.places[k] = _result(self.e, self.outputs, k, slot, lane, self.rows)
+                self.lowering.results[id(v)] = self.places[k]
+
+    def _finish(self, numbers: Sequence[int]) -> None:
+        """Writes results that do not lie yet where they belong."""
+        found = [(self.lowering.read(self.program.outputs[k], self.known), self.places[k]) for k in numbers]
+        self.lowering.put([(a, place) for a, place in found if a is not place])
+
+
+def _slot(v: Any, spread: Spread) -> Slot:
+    return Slot(v.aval.shape, kind_of(v.aval.dtype), spread)
+
+
 def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple[str, Code]:
     """A jaxpr in LLVM's language.
 
@@ -104,55 +170,9 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
     Raises:
         Unsupported: The program holds what is not lowered.
     """
-    program = flattened(closed)
-    module = ir.Module("rwjax")
-    words = [POINTER] * 4 + [INT] * 4
-    fn = ir.Function(module, ir.FunctionType(ir.VoidType(), words), ENTRY)
-    for argument in fn.args[:4]:
-        argument.add_attribute("noalias")
-    inputs, outputs, work, work_d, first, count, rows, directions = fn.args
-    e = Emitter(ir.IRBuilder(fn.append_basic_block("entry")), lanes)
-    kept = _flush(e)
-    rooms = _Rooms((work, work_d), e, directions)
-    lowering = Lowering(e, directions, rooms, _constant(module))
-    spread = spreads(program, given)
-    slots = tuple(Slot(v.aval.shape, kind_of(v.aval.dtype), s) for v, s in zip(closed.jaxpr.invars, given, strict=True))
-    results = tuple(
-        Slot(v.aval.shape, kind_of(v.aval.dtype), spread.get(id(name), Spread()))
-        for v, name in zip(closed.jaxpr.outvars, program.outputs, strict=True)
-    )
-    known: dict[int, Array] = {}
-
-    def bind(of_lanes: bool, lane: ir.Value | int) -> None:
-        for k, (v, slot) in enumerate(zip(program.inputs, slots, strict=True)):
-            if slot.spread.lanes == of_lanes:
-                known[id(v)] = _argument(e, inputs, k, slot, lane)
-        for k, (v, slot) in enumerate(zip(program.outputs, results, strict=True)):
-            if slot.spread.lanes == of_lanes:
-                lowering.results[id(v)] = _result(e, outputs, k, slot, lane, rows)
-
-    late = _of_lanes(program, spread)
-
-    def finish(of_lanes: bool) -> None:
-        pairs = []
-        for v, slot in zip(program.outputs, results, strict=True):
-            mine = (slot.spread.lanes or id(v) in late) == of_lanes
-            if mine and lowering.read(v, known) is not lowering.results[id(v)]:
-                pairs.append((lowering.read(v, known), lowering.results[id(v)]))
-        lowering.put(pairs)
-
-    bind(False, 0)
-    lowering.all_of([q for q in program.equations if id(q.outputs[0]) not in late], known)
-    finish(False)
-    of_lanes = [q for q in program.equations if id(q.outputs[0]) in late]
-    lowering.ready(of_lanes, known)
-    with e.loop(e.builder.sdiv(count, e.constant(lanes, "i"))) as turn:
-        bind(True, e.add(first, e.times(turn, lanes)))
-        lowering.all_of(of_lanes, known)
-        finish(True)
-    _restore(e, kept)
-    e.builder.ret_void()
-    return str(module), Code(b"", lanes, slots, results, tuple(rooms.used))
+    function = _Function(closed, given, lanes)
+    function.write()
+    return str(function.module), Code(b"", lanes, function.slots, function.results, tuple(function.rooms.used))
 
 
 def _of_lanes(program: Program, spread: dict[int, Spread]) -> set[int]:
@@ -183,9 +203,7 @@ def _restore(e: Emitter, kept: ir.Value | None) -> None:
 
 
 def _is_x86() -> bool:
-    from platform import machine
-
-    return machine().lower() in ("x86_64", "amd64")
+    return platform.machine().lower() in ("x86_64", "amd64")
 
 
 def _pointer(e: Emitter, table: ir.Value, k: int) -> ir.Value:
@@ -273,7 +291,9 @@ class Lowered:
             rows: How many runs the results have room for [1].
             directions: How many directions [1].
         """
-        pointers = [(ctypes.c_void_p * max(len(a), 1))(*(x.__array_interface__["data"][0] for x in a)) for a in (held, out)]
+        pointers = [
+            (ctypes.c_void_p * max(len(a), 1))(*(x.__array_interface__["data"][0] for x in a)) for a in (held, out)
+        ]
         fixed, each = self.code.workspace
         work = [self._workspace(0, fixed), self._workspace(1, each * directions)]
         addresses = [(w.ctypes.data + 63) // 64 * 64 for w in work]

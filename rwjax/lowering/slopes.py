@@ -44,4 +44,7 @@ def with_slopes(
         return None
     found = program([z, np.eye(len(z)), *fixed], rows=len(z))
     half = len(found) // 2
-    return found[:half], [np.moveaxis(np.broadcast_to(d, (len(z), *v.shape)), 0, -1) for v, d in zip(found[:half], found[half:], strict=True)]
+    return found[:half], [
+        np.moveaxis(np.broadcast_to(d, (len(z), *v.shape)), 0, -1)
+        for v, d in zip(found[:half], found[half:], strict=True)
+    ]

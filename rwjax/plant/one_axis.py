@@ -67,7 +67,9 @@ class Body(NamedTuple):
 
 def _pushed(values: State, body: Body, push: Scalar) -> State:
     """Rates, or states, changed by a body's reaction to a torque [N m], or to an impulse [N m s]."""
-    return tuple(v + c * push if not isinstance(c, float) or c else v for v, c in zip(values, body.reaction, strict=True))
+    return tuple(
+        v + c * push if not isinstance(c, float) or c else v for v, c in zip(values, body.reaction, strict=True)
+    )
 
 
 class OneAxis(Plant):

@@ -64,6 +64,7 @@ def _exponentials(A: Float[Array, "n n"], h: Scalar) -> tuple[Array, Array, Arra
     r"""$e^{hA}$, $h\varphi_1(hA)$ and $h\varphi_2(hA)$."""
     z = A * (h / 2.0**SQUARINGS)
     eye = jnp.eye(len(A))
+
     # phi2(z) = sum z^k / (k+2)!, then phi1 = I + z phi2 ... by their recurrence
     def add(k: Int[Array, ""], phi2: Array) -> Array:
         return eye + (z @ phi2) / (TAYLOR_TERMS + 2.0 - k)

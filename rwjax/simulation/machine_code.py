@@ -29,7 +29,9 @@ READ = ("slot_sample", "reading", "weight", "share")
 def _leaves(batch: Batch, log: int) -> tuple[list[np.ndarray], Callable[[list], Batch]]:
     """What a simulation needs of a log, and what makes one log of a batch of it."""
     names = [name for name in batch._fields if name not in READ]
-    held = [getattr(batch, name) if name in WITHOUT_LOG_AXIS else getattr(batch, name)[log] for name in names]
+    held = [
+        np.asarray(getattr(batch, name) if name in WITHOUT_LOG_AXIS else getattr(batch, name)[log]) for name in names
+    ]
     absent = dict.fromkeys(READ, batch.h)
     return held, lambda values: Batch(**dict(zip(names, values, strict=True)), **absent)
 
@@ -114,7 +116,13 @@ def runs(
 
 
 def sensitivities(
-    structure: Structure, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray, batch: Batch, log: int, solver: Solver
+    structure: Structure,
+    theta: np.ndarray,
+    numbers: np.ndarray,
+    nodes: np.ndarray,
+    batch: Batch,
+    log: int,
+    solver: Solver,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
     """Windows of one log, each from a first state of its own, with derivatives by numbers and by these states.
 
