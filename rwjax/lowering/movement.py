@@ -310,7 +310,7 @@ def _padded(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     a, filling = inputs
     if any(interior for _, _, interior in q.params["padding_config"]):
         raise NotImplementedError("pad between entries")
-    low = [first for first, _, _ in q.params["padding_config"]]
+    low = [int(first) for first, _, _ in q.params["padding_config"]]
 
     def of(e: Emitter, index: Index) -> Term:
         around = Lazy(q.avals[0].shape, a.kind, filling.spread, lambda e, _: filling.at(e, ()))

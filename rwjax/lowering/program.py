@@ -175,15 +175,6 @@ def assembled(closed: ClosedJaxpr, given: Sequence[Spread], lanes: int) -> tuple
     return str(function.module), Code(b"", lanes, function.slots, function.results, tuple(function.rooms.used))
 
 
-def _of_lanes(program: Program, spread: dict[int, Spread]) -> set[int]:
-    """What is worked out for every vector of runs, by the `id` of its name: also what no run changes but a loop gives that has lanes."""
-    late: set[int] = set()
-    for q in program.equations:
-        if any(spread[id(v)].lanes for v in q.outputs) or any(id(v) in late for v in q.inputs):
-            late |= {id(v) for v in q.outputs}
-    return late
-
-
 def _flush(e: Emitter) -> ir.Value | None:
     """Sets the processor to flush what is below the range of normal numbers; the control word of before."""
     if not _is_x86():

@@ -77,7 +77,7 @@ PROGRAMS = {
         jnp.where(jnp.any(x > 1.0) | ~jnp.all(x > -2.0), x, 0.0),
         jnp.sign(x),
     ),
-    "looked up": lambda x: (x[jnp.argsort(np.arange(6) % 3)], _window(x), x.at[jnp.argmax(x)].set(9.0)),
+    "looked up": lambda x: (x[np.arange(6)[::-1] % 4], _window(x), x.at[jnp.argmax(x)].set(9.0)),
     "whole numbers": lambda x: (
         jnp.round(x).astype(int) % 3 * 2 - 1,
         jnp.floor(x).astype(int),
@@ -95,16 +95,15 @@ PROGRAMS = {
     ),
     "loop over time": _scan,
     "loop that ends by itself": _while,
-    "vmap": lambda x: jax.vmap(lambda a: jnp.cumsum(a * x)[-1] + x[2])(x),
 }
-MATRIX = np.arange(12.0).reshape(4, 3)
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-@pytest.mark.parametrize("rows", ROWS)
-def test_runs_side_by_side_are_those_of_jax(name: str, rows: int) -> None:
-    x = np.random.default_rng(rows).normal(size=(rows, 6)) * 1.5
-    close(by_run(PROGRAMS[name], x), jax.vmap(PROGRAMS[name])(x))
+def test_runs_side_by_side_are_those_of_jax(name: str) -> None:
+    every = np.random.default_rng(2).normal(size=(max(ROWS), 6)) * 1.5
+    program, wanted = lowered(PROGRAMS[name], [every[0]], [OF_LANE]), jax.vmap(PROGRAMS[name])
+    for rows in ROWS:
+        close(program([every[:rows]], rows=rows), wanted(every[:rows]))
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
