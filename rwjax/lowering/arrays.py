@@ -245,7 +245,14 @@ def flat(e: Emitter, index: Index, shape: tuple[int, ...]) -> Term:
 
 
 def all_indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """Indices of all entries of an array of few."""
+    """Indices of all entries of an array of few.
+
+    Args:
+        shape: Its shape.
+
+    Returns:
+        The indices, in the order of C.
+    """
     return list(product(*map(range, shape)))
 
 
@@ -254,7 +261,7 @@ def entries_of(e: Emitter, array: Array) -> Entries:
 
     Args:
         e: Where the instructions go.
-        array: An array of few entries that does not differ over directions.
+        array: An array of few entries that does not differ over directions [any unit].
 
     Returns:
         Its entries.

@@ -33,7 +33,6 @@ FUNCTIONS = (
     "tan",
     "tanh",
     "logistic",
-    "atan2",
     "pow",
     "sign",
     "max",

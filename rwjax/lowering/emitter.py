@@ -71,26 +71,61 @@ class Emitter:
 
     @contextmanager
     def scope(self) -> Iterator[None]:
-        """A part of the program whose terms are not known outside it."""
+        """A part of the program whose terms are not known outside it.
+
+        Yields:
+            Nothing.
+        """
         self._known.append({})
         yield
         self._known.pop()
 
     def constant(self, value: bool | int | float, kind: str) -> ir.Constant:
-        """A number as a value that all lanes share."""
+        """A number as a value that all lanes share.
+
+        Args:
+            value: The number [1].
+            kind: Its kind, a letter of `TYPES`.
+
+        Returns:
+            The value.
+        """
         of = {"f": float, "i": int, "b": bool}[kind]
         return ir.Constant(TYPES[kind], of(value))
 
     def value(self, term: Term, kind: str) -> Value:
-        """A term as a value of LLVM."""
+        """A term as a value of LLVM.
+
+        Args:
+            term: The term.
+            kind: Its kind.
+
+        Returns:
+            The value.
+        """
         return term if isinstance(term, ir.Value) else self.constant(term, kind)
 
     def is_vector(self, term: Term) -> bool:
-        """Whether a term has an element for every lane."""
+        """Whether a term has an element for every lane.
+
+        Args:
+            term: The term.
+
+        Returns:
+            True where it has.
+        """
         return isinstance(term, ir.Value) and isinstance(getattr(term, "type", None), ir.VectorType)
 
     def vector(self, term: Term, kind: str) -> Value:
-        """A term with an element for every lane."""
+        """A term with an element for every lane.
+
+        Args:
+            term: The term.
+            kind: Its kind.
+
+        Returns:
+            The vector.
+        """
         if self.is_vector(term):
             return term
         wide: Any = ir.VectorType(TYPES[kind], self.lanes)
@@ -125,7 +160,15 @@ class Emitter:
         return [self.value(term, kind) for kind, term in zip(kinds, terms, strict=True)]
 
     def intrinsic(self, name: str, *operands: Value) -> Value:
-        """Calls one of LLVM's own functions of numbers of one type."""
+        """Calls one of LLVM's own functions of numbers of one type.
+
+        Args:
+            name: Its name without the types.
+            *operands: What it is applied to.
+
+        Returns:
+            Its value.
+        """
         of = operands[0].type
         inner = of.element if isinstance(of, ir.VectorType) else of
         letter = ("f" if isinstance(inner, ir.DoubleType) else "i") + str(64 if inner != BOOL else 1)
@@ -133,17 +176,40 @@ class Emitter:
         return self.builder.call(self.function(f"llvm.{name}.{suffix}", of, [o.type for o in operands]), operands)
 
     def function(self, name: str, result: ir.Type, operands: list[ir.Type]) -> ir.Function:
-        """A function of the module, declared where it is not yet known."""
+        """A function of the module, declared where it is not yet known.
+
+        Args:
+            name: Its name.
+            result: Type of its value.
+            operands: Types of its operands.
+
+        Returns:
+            The function.
+        """
         module = self.builder.module
         found = module.globals.get(name)
         return ir.Function(module, ir.FunctionType(result, operands), name) if found is None else found
 
     def depth(self, term: Value) -> int:
-        """How many loops stand around the instruction of a value."""
+        """How many loops stand around the instruction of a value.
+
+        Args:
+            term: The value.
+
+        Returns:
+            The number [1].
+        """
         return self._depths.get(id(term.parent), 0) if isinstance(term, ir.Instruction) else 0
 
     def inverse(self, term: Term) -> Term | None:
-        """Inverse of a number that stays the same in the present loop, worked out before it; None for any other number."""
+        """Inverse of a number that stays the same in the present loop, worked out before it.
+
+        Args:
+            term: The number.
+
+        Returns:
+            The inverse; None for any other number.
+        """
         if not isinstance(term, ir.Value):
             return 1.0 / term if term else None
         depth = self.depth(term)
@@ -158,7 +224,15 @@ class Emitter:
         return self._inverses[id(term)]
 
     def add(self, a: Term, b: Term) -> Term:
-        """Sum of two whole numbers."""
+        """Sum of two whole numbers.
+
+        Args:
+            a: One of them.
+            b: The other one.
+
+        Returns:
+            The sum.
+        """
         if not isinstance(a, ir.Value) and not isinstance(b, ir.Value):
             return int(a) + int(b)
         if not isinstance(a, ir.Value) and a == 0:
@@ -168,7 +242,15 @@ class Emitter:
         return self.builder.add(*self.alike("ii", a, b))
 
     def times(self, a: Term, b: Term) -> Term:
-        """Product of two whole numbers."""
+        """Product of two whole numbers.
+
+        Args:
+            a: One of them.
+            b: The other one.
+
+        Returns:
+            The product.
+        """
         if not isinstance(a, ir.Value) and not isinstance(b, ir.Value):
             return int(a) * int(b)
         if not isinstance(b, ir.Value) and b == 1:
@@ -176,7 +258,15 @@ class Emitter:
         return self.builder.mul(*self.alike("ii", a, b))
 
     def within(self, i: Term, last: int) -> Term:
-        """A whole number brought into the range from 0 to `last`."""
+        """A whole number brought into the range from 0 to `last`.
+
+        Args:
+            i: The number.
+            last: The largest one.
+
+        Returns:
+            The number within the range.
+        """
         if not isinstance(i, ir.Value):
             return min(max(int(i), 0), last)
         lowest, highest = (

@@ -17,7 +17,8 @@ from rwjax.lowering.program import Code, Lowered, Slot, build
 
 LANES = 8
 """Runs side by side in a vector [1]."""
-_programs: dict[object, "Lowered | None"] = {}
+programs: dict[object, "Lowered | None"] = {}
+"""Programs of this process, None for those that run through XLA."""
 _locks: dict[object, Lock] = {}
 _lock = Lock()
 THROUGH_XLA = "RWJAX_THROUGH_XLA"
@@ -39,7 +40,7 @@ def lowered(
         name: Name under which it is kept.
         key: What it depends on besides the shapes of its arguments.
         function: The function of one run and one direction.
-        arguments: Arguments of one run and one direction.
+        arguments: Arguments of one run and one direction [any unit].
         given: Over what they differ.
         keep: Whether it may be kept on disk: whether the library's source and the key determine it.
         lanes: Runs side by side in a vector [1].
@@ -50,14 +51,14 @@ def lowered(
     if os.environ.get(THROUGH_XLA) == "1" or jax.default_backend() != "cpu":
         return None
     whole = (name, key, tuple((a.shape, a.dtype.char) for a in arguments), tuple(given), lanes)
-    if whole in _programs:
-        return _programs[whole]
+    if whole in programs:
+        return programs[whole]
     with _lock:
         lock = _locks.setdefault(whole, Lock())
     with lock:
-        if whole not in _programs:
-            _programs[whole] = _found(name, whole, function, arguments, given, keep, lanes)
-    return _programs[whole]
+        if whole not in programs:
+            programs[whole] = _found(name, whole, function, arguments, given, keep, lanes)
+    return programs[whole]
 
 
 def _found(

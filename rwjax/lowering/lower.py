@@ -56,10 +56,10 @@ class Lowering:
 
         Args:
             program: The program.
-            arguments: Its arguments.
+            arguments: Its arguments [any unit].
 
         Returns:
-            Its results.
+            Its results [any unit].
         """
         known = {id(v): a for v, a in zip(program.inputs, arguments, strict=True)}
         self.all_of(program.equations, known)
@@ -78,7 +78,15 @@ class Lowering:
                 known[id(v)] = array
 
     def read(self, v: Any, known: dict[int, Array]) -> Array:
-        """What a variable, a literal or a constant stands for."""
+        """What a variable, a literal or a constant stands for.
+
+        Args:
+            v: Any of them.
+            known: What the variables stand for, by the `id` of their names.
+
+        Returns:
+            The array [any unit].
+        """
         if isinstance(v, (Literal, Constant)):
             value = np.asarray(v.val if isinstance(v, Literal) else v.value)
             if value.size == 1 or value.size <= 16:
@@ -90,7 +98,15 @@ class Lowering:
         return known[id(v)]
 
     def one(self, equation: Equation, inputs: list[Array]) -> list[Array]:
-        """Emits one equation; what has few entries is worked out at once."""
+        """Emits one equation; what has few entries is worked out at once.
+
+        Args:
+            equation: The equation.
+            inputs: Its operands [any unit].
+
+        Returns:
+            Its results [any unit].
+        """
         for aval in equation.avals:
             if kind_of(aval.dtype) == "?":
                 raise Unsupported(f"{equation.name} of {aval.dtype}")
@@ -150,10 +166,10 @@ class Lowering:
         """An array in memory, put there where it does not yet lie there.
 
         Args:
-            array: The array.
+            array: The array [any unit].
 
         Returns:
-            The same in memory; one of few entries stays what it is, unless it differs over directions.
+            The same in memory [any unit]; one of few entries stays what it is, unless it differs over directions.
         """
         if array.in_place or (array.few and not array.spread.directions and isinstance(array, Entries)):
             return array
@@ -180,7 +196,7 @@ class Lowering:
         """Writes arrays into memory, those of one shape in one loop.
 
         Args:
-            pairs: Arrays and where they go.
+            pairs: Arrays and where they go [any unit].
             before: Index of axes that the places have in front of those of the arrays.
         """
         for shape in dict.fromkeys(a.shape for a, _ in pairs):
@@ -198,7 +214,7 @@ class Lowering:
         """Works out entries for every direction, all of them before the first one is written.
 
         Args:
-            stores: Each an array, where it goes, the index of the entry and the index of its place.
+            stores: Each an array [any unit], where it goes, the index of the entry and the index of its place.
         """
         if not stores:
             return

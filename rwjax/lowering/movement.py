@@ -18,11 +18,11 @@ def lazy(equation: Equation, inputs: list[Array], of: Callable[[Emitter, Index],
 
     Args:
         equation: The equation.
-        inputs: Its operands.
+        inputs: Its operands [any unit].
         of: What emits an entry.
 
     Returns:
-        The result.
+        The result [any unit].
     """
     spread = Spread()
     for array in inputs:

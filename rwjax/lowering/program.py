@@ -252,7 +252,7 @@ class Lowered:
             threads: How many threads share the runs [1]; the results do not depend on it.
 
         Returns:
-            The results, with the same axes in front.
+            The results, with the same axes in front; one that is the same in all runs is repeated.
         """
         lanes = self.code.lanes
         padded = -(-rows // lanes) * lanes
@@ -269,7 +269,8 @@ class Lowered:
         else:
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(fill, ends[:-1], ends[1:]))
-        return [a[(*_rows(slot, rows), ...)] for a, slot in zip(out, self.code.results, strict=True)]
+        of_runs = any(slot.spread.lanes for slot in self.code.arguments)
+        return [_of_rows(a, slot, rows) if of_runs else a for a, slot in zip(out, self.code.results, strict=True)]
 
     def fill(
         self, held: Sequence[np.ndarray], out: Sequence[np.ndarray], first: int, count: int, rows: int, directions: int
@@ -277,8 +278,8 @@ class Lowered:
         """Works out some of the runs.
 
         Args:
-            held: Arguments as they lie in memory.
-            out: Where results go.
+            held: Arguments as they lie in memory [any unit].
+            out: Where results go [any unit].
             first: Number of the first run [1].
             count: How many, a multiple of the lanes [1].
             rows: How many runs the results have room for [1].
@@ -307,9 +308,13 @@ def _made(slot: Slot, rows: int, directions: int) -> np.ndarray:
     return np.zeros((*front, *slot.shape), np.float64 if slot.kind == "f" else np.int64)
 
 
-def _rows(slot: Slot, rows: int) -> tuple[slice, ...]:
-    every = [slice(None)] if slot.spread.directions else []
-    return (*every, slice(rows)) if slot.spread.lanes else (*every,)
+def _of_rows(a: np.ndarray, slot: Slot, rows: int) -> np.ndarray:
+    """A result with an axis of runs, behind that of directions where it has one."""
+    axis = int(slot.spread.directions)
+    if not slot.spread.lanes:
+        a = np.expand_dims(a, axis)
+        return np.broadcast_to(a, (*a.shape[:axis], rows, *a.shape[axis + 1 :]))
+    return a[:, :rows] if axis else a[:rows]
 
 
 def build(function: Callable, arguments: Sequence, given: Sequence[Spread], lanes: int, features: str = "") -> Code:

@@ -26,12 +26,12 @@ def with_slopes(
         name: Name under which the program is kept.
         key: What it depends on besides the shapes of its arguments.
         function: From `z` and what is fixed to a sequence of arrays.
-        z: Where `(k,)`.
-        fixed: Further arguments, by which nothing is differentiated.
+        z: Where `(k,)` [1].
+        fixed: Further arguments, by which nothing is differentiated [any unit].
         keep: Whether it may be kept on disk: whether the library's source and the key determine it.
 
     Returns:
-        The values, and their derivatives with a last axis `k`; None where the program runs through XLA.
+        The values [any unit], and their derivatives with a last axis `k`; None where the program runs through XLA.
     """
 
     def along(z: Array, dz: Array, *fixed: Array) -> tuple[Array, ...]:
@@ -44,7 +44,4 @@ def with_slopes(
         return None
     found = program([z, np.eye(len(z)), *fixed], rows=len(z))
     half = len(found) // 2
-    return found[:half], [
-        np.moveaxis(np.broadcast_to(d, (len(z), *v.shape)), 0, -1)
-        for v, d in zip(found[:half], found[half:], strict=True)
-    ]
+    return [value[0, ...] for value in found[:half]], [np.moveaxis(slope, 0, -1) for slope in found[half:]]

@@ -128,7 +128,7 @@ def sensitivities(
     Args:
         structure: What the plant is made of.
         theta: Numbers of all logs `(t,)` [SI].
-        numbers: Which entries of `theta` to differentiate by `(k,)`; an index past its end gives zeros.
+        numbers: Which entries of `theta` to differentiate by `(k,)` [index]; one past its end gives zeros.
         nodes: First state of every window `(w, n)` [SI].
         batch: The logs.
         log: Number of the log.
@@ -166,12 +166,12 @@ def continued(steps: np.ndarray, added: np.ndarray, first: np.ndarray) -> np.nda
     r"""Columns carried from window to window: $c_{w+1} = A_w c_w + b_w$.
 
     Args:
-        steps: The matrices $A_w$ `(w, n, n)`.
-        added: What is added, for each column `(a, w, n)`.
-        first: Each column before the first window `(a, n)`.
+        steps: The matrices $A_w$ `(w, n, n)` [any unit].
+        added: What is added, for each column `(a, w, n)` [any unit].
+        first: Each column before the first window `(a, n)` [any unit].
 
     Returns:
-        The columns before each window `(a, w, n)`.
+        The columns before each window `(a, w, n)` [any unit].
     """
 
     def function(steps: Float[Array, "w n n"], added: Float[Array, "w n"], first: Float[Array, " n"]) -> Array:

@@ -1,0 +1,25 @@
+"""Object code for this processor, and functions of it."""
+
+import ctypes
+
+import pytest
+
+from rwjax.lowering.machine import compiled, loaded, processor
+
+TEXT = "define double @twice(double %x) {\n  %y = fadd double %x, %x\n  ret double %y\n}\n"
+
+
+def test_a_function_of_object_code_can_be_called() -> None:
+    twice = loaded(compiled(TEXT), "twice", ctypes.c_double, ctypes.c_double)
+    assert twice(1.25) == 2.5
+
+
+def test_code_is_for_this_processor_and_one_that_lacks_something() -> None:
+    name, features = processor()
+    assert name and features
+    assert compiled(TEXT) == compiled(TEXT)
+
+
+def test_what_llvm_cannot_read_is_an_error() -> None:
+    with pytest.raises(RuntimeError):
+        compiled("define double @twice(")
