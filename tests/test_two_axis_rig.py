@@ -126,7 +126,7 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     ]
     assert coordinate_of("pitch.stribeck") == "pitch_rate" and coordinate_of("parameter.pitch.inertia") == "load"
     structure = structure_for(WHOLE, Hypothesis(("yaw.coulomb",)))
-    assert "yaw.stribeck" in structure.effects and "pitch.stribeck" not in structure.effects
+    assert "yaw.coulomb" in structure.effects and "pitch.coulomb" not in structure.effects
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -20,8 +20,8 @@ def main(folder: Path) -> None:
     rig = read_rig(folder / "rig.toml")
     structure = structure_of(rig)
     problem, theta = pose(structure, read_logs(sorted(folder.glob("*.csv")), rig)), theta_of(rig, structure)
-    log = np.arange(BATCH) % len(problem.logs)
-    batch, windows = problem.batch.inputs_of(log), np.array(problem.batch.windows)
+    log = np.zeros(BATCH, int)
+    batch, windows = problem.batch.of(0), problem.batch.windows
     free = np.array([k for k, name in enumerate(structure.names) if name in rig.free])
     nodes = np.repeat(problem.start[:, None], problem.batch.windows, axis=1)
 
