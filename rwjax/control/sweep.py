@@ -173,7 +173,7 @@ def _by_machine_code(
 
     None where the program runs through XLA.
     """
-    first = [references, np.array(sign), gains[0], r[0], thetas[0] if thetas.ndim > 1 else thetas]
+    first = [references, np.array(sign), gains[0], np.array(r[0]), thetas[0] if thetas.ndim > 1 else thetas]
     given = [SAME, SAME, OF_LANE, OF_LANE, OF_LANE if thetas.ndim > 1 else SAME]
     lanes = LANES if len(gains) > LANES else 8
     program = lowered("responses", known, known.response, first, given, known.structure.from_library, lanes)

@@ -80,7 +80,7 @@ def _cost(structure: Structure, theta, intensity, run: _Runs, noise):
             innovation = jnp.where(seen, innovations[one] - H[one] @ (x - before), 0.0)
             cost += jnp.where(seen, 0.5 * (innovation**2 / variance + jnp.log(variance)), 0.0)
             gain = jnp.where(seen, towards / variance, 0.0)
-            x, P = x + gain * innovation, P - gain[:, None] * towards
+            x, P = x + gain * innovation, P - jnp.outer(gain, towards)
         F = jax.jacfwd(move)(x, t, u, on)
         P = F @ P @ F.T + jnp.diag(rates * intensity**2 * run.h)
         return (move(x, t, u, on), 0.5 * (P + P.T), k + 1.0), cost
@@ -98,16 +98,16 @@ def _slope(structure: Structure, z, basis, theta, noise, runs: _Runs) -> tuple[f
     """Negative log likelihood over all logs, and its derivatives by the free numbers and the intensity, `z`."""
     of = partial(_of_unknowns, structure)
 
-    def one(*run: Any) -> tuple | None:
-        return with_slopes("likelihood", structure, of, z, [basis, theta, noise, *run], structure.from_library)
+    def one(log: int) -> tuple[list[np.ndarray], list[np.ndarray]] | None:
+        fixed = [basis, theta, noise, *(np.asarray(a[log]) for a in runs)]
+        return with_slopes("likelihood", structure, of, z, fixed, structure.from_library)
 
     with ThreadPoolExecutor(min(THREADS, len(runs.h))) as pool:
-        found = list(pool.map(one, *runs))
-    lowered = [part for part in found if part is not None]
-    if len(lowered) < len(found):
+        found = [part for part in pool.map(one, range(len(runs.h))) if part is not None]
+    if not found:
         value, slope = _by_xla(structure, z, basis, theta, noise, runs)
         return float(value), np.asarray(slope)
-    return float(sum(value[0] for value, _ in lowered)), sum((slope[0] for _, slope in lowered), np.zeros(len(z)))
+    return float(sum(value[0] for value, _ in found)), np.sum([slope[0] for _, slope in found], axis=0)
 
 
 @partial(jax.jit, static_argnums=0)

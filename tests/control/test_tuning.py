@@ -52,7 +52,8 @@ def test_the_slope_is_that_of_the_loss() -> None:
 def test_machine_code_and_xla_give_the_same_slope(monkeypatch: pytest.MonkeyPatch) -> None:
     structure, theta, _, sign = loop_setup(RIG, TIMING)
     law = Controller(6.0, 0.7, 2.5, 0.02, voltage_limit=5.0)
-    given = (structure, theta, TIMING, law, REFERENCE, sign, np.log([6.0, 0.7, 2.5]), np.eye(3))
+    logs, free = jnp.log(jnp.array([6.0, 0.7, 2.5])), jnp.eye(3)
+    given = (structure, theta, TIMING, law, jnp.asarray(REFERENCE), sign, logs, free)
     value, slope = loss_and_gradient(*given)
     monkeypatch.setenv("RWJAX_THROUGH_XLA", "1")
     other = loss_and_gradient(*given)
