@@ -95,8 +95,23 @@ def _arithmetic(e: Emitter, of: Operation, terms: list[Term]) -> Term:
         return e.builder.fmul(*e.alike("ff", a, inverse))
     if kind == "b":
         return getattr(e.builder, {"add": "or_", "mul": "and_"}[of.name])(*e.alike("bb", *terms))
+    if kind == "i" and of.name in ("div", "rem"):
+        return _whole_division(e, of.name, *terms)
+    if kind == "f" and of.name not in NUMBERS:
+        raise NotImplementedError(f"{of.name} of numbers with fractions")
     names = NUMBERS if kind == "f" else WHOLE
     return getattr(e.builder, names[of.name])(*e.alike(kind * 2, *terms))
+
+
+def _whole_division(e: Emitter, name: str, a: Term, b: Term) -> Term:
+    """Quotient or rest of whole numbers as JAX has them; the processor stops at 0, and at the lowest number by -1."""
+    by_zero, by_minus = (_compared(e, Operation("eq", "ii", "b", {}), [b, k]) for k in (0, -1))
+    kept = emit(e, Operation("or", "bb", "b", {}), [by_zero, by_minus])
+    one, quotient = Operation("select_n", "bii", "i", {}), name == "div"
+    safe = _selected(e, one, [kept, b, 1])
+    found = getattr(e.builder, WHOLE[name])(*e.alike("ii", a, safe))
+    negative = e.builder.neg(e.alike("ii", a, b)[0]) if quotient else 0
+    return _selected(e, one, [by_zero, _selected(e, one, [by_minus, found, negative]), -1 if quotient else a])
 
 
 def _trivial(name: str, a: Term, b: Term) -> Term | None:

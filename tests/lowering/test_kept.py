@@ -95,15 +95,17 @@ def builds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int
     """Counts what is lowered, in a folder of its own; each `find` begins like a new process."""
     made, build = [], kept.build
     monkeypatch.setattr(kept, "build", lambda *a: (made.append(1), build(*a))[1])
-    before = jax.config.jax_compilation_cache_dir
+    before = jax.config.values["jax_compilation_cache_dir"]
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
     yield made
     jax.config.update("jax_compilation_cache_dir", before)
 
 
-def find(function: Callable, key: object, monkeypatch: pytest.MonkeyPatch) -> Lowered | None:
+def find(function: Callable, key: object, monkeypatch: pytest.MonkeyPatch) -> Lowered:
     monkeypatch.setattr(kept, "programs", {})
-    return kept.lowered("test", key, function, [X], [Spread()], keep=True)
+    found = kept.lowered("test", key, function, [X], [Spread()], keep=True)
+    assert found is not None
+    return found
 
 
 def double(x):
@@ -159,4 +161,4 @@ def test_what_is_not_lowered_goes_through_xla_with_one_note(
 
 def test_a_variable_has_xla_run_all_programs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(kept.THROUGH_XLA, "1")
-    assert find(double, "d", monkeypatch) is None
+    assert kept.lowered("test", "d", double, [X], [Spread()], keep=False) is None
