@@ -60,9 +60,9 @@ def initial_state_response(
     if not np.any(diagonal):  # no reading depends on these entries: they stay
         return np.zeros((*shape, len(s), len(k))), np.zeros((*shape, len(s)))
     ridge = np.multiply.outer(damping, diagonal) + 1e-12 * max(np.max(diagonal, initial=0.0), 1e-300)
-    with np.errstate(all="ignore"):
-        inverse = np.linalg.pinv(Hss + ridge[..., None] * np.eye(len(s)), hermitian=True)
-        return -inverse @ H[s[:, None], k], -inverse @ g[s]
+    by_both = np.column_stack([H[s[:, None], k], g[s]])
+    found = -np.linalg.solve(Hss + ridge[..., None] * np.eye(len(s)), by_both)
+    return found[..., :-1], found[..., -1]
 
 
 class _Reduced(NamedTuple):

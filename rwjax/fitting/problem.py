@@ -87,7 +87,7 @@ class Problem:
         away = np.where(self.precision > 0.0, theta - self.prior[:, 0], 0.0)
         return 0.5 * float(self.precision @ away**2), self.precision * away
 
-    @property
+    @cached_property
     def logs_with_readings(self) -> np.ndarray:
         """Numbers of the logs with any reading in the residual."""
         return np.flatnonzero(self.batch.weight.any(axis=(1, 2, 3)))

@@ -42,17 +42,14 @@ def meat(jacobians: list[np.ndarray], residuals: list[np.ndarray]) -> np.ndarray
     for G, r in zip(jacobians, residuals, strict=True):
         score = np.einsum("tya,ty->ta", G, r)
         width = min(_bandwidth(score), len(score) / 4.0)
-        total += score.T @ score
-        n, size = len(score), 1
-        while size < 2 * n:
+        lags = np.arange(min(int(np.ceil(width)) + 1, len(score)))  # all of positive weight: no variance is below 0
+        size = 1
+        while size < len(score) + len(lags):
             size *= 2
-        spectrum = np.fft.rfft(score, size, axis=0)
-        for a in range(k):
-            for b in range(k):
-                lagged = np.fft.irfft(spectrum[:, a].conj() * spectrum[:, b], size)
-                lags = np.arange(1, min(int(np.ceil(width)) + 1, n))  # all of positive weight: no variance is below 0
-                weight = 1.0 - lags / (width + 1.0)
-                total[a, b] += float(weight @ (lagged[lags] + lagged[-lags]))
+        weight = np.zeros((size, 1))
+        weight[lags, 0] = weight[-lags, 0] = 1.0 - lags / (width + 1.0)
+        spectrum = np.fft.rfft(score, size, axis=0) * np.fft.rfft(weight, axis=0)
+        total += score.T @ np.fft.irfft(spectrum, size, axis=0)[: len(score)]
     return total
 
 

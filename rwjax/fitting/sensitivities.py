@@ -6,7 +6,7 @@ from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import on_threads
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.free_run import free_run
-from rwjax.simulation.shooting import Evaluation, evaluate
+from rwjax.simulation.shooting import Evaluation, evaluate, of_logs
 
 LONG = 4000
 """Steps of a log from which a call of its own costs less than it saves."""
@@ -57,9 +57,7 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
         return of(nodes, batch)
     found = dict(zip(counted, on_threads(lambda log: of(nodes[log : log + 1], batch.of(log)), counted), strict=True))
     nothing = Evaluation(*(np.zeros_like(a) for a in found[counted[0]]))
-    every = [found.get(log, nothing) for log in range(len(nodes))]
-    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}  # of logs
-    return Evaluation(*(np.concatenate([getattr(e, name) for e in every], axis[name]) for name in axis))
+    return of_logs([found.get(log, nothing) for log in range(len(nodes))])
 
 
 def residual_jacobian(e: Evaluation, log: int, windows: int | None = None) -> np.ndarray:

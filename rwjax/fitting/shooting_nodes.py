@@ -10,6 +10,8 @@ HALF_WIDTH = 7
 """Samples on either side of a window's start through which a parabola is laid."""
 FEWEST = 5
 """Readings among them below which a state is not read off."""
+SAME_TIMES = 1e-12
+"""What keeps the parabola through fewer than three times finite, against readings whose squares sum to 1 [1]."""
 
 
 def _parabolas(log: Log, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -19,10 +21,14 @@ def _parabolas(log: Log, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndar
     index = np.clip(centre[:, None] + np.arange(-HALF_WIDTH, HALF_WIDTH + 1), 0, len(t) - 1)
     seen = np.isfinite(log.outputs[name][index])
     enough = seen.sum(axis=1) >= FEWEST
-    offset = (t[index] - at[:, None])[enough, :, None]
-    powers = np.where(seen[enough, :, None], offset ** np.arange(3), 0.0)
+    offset = (t[index] - at[:, None])[enough]
+    powers = np.stack([np.ones_like(offset), offset, offset**2], axis=2) * seen[enough, :, None]
     y = np.where(seen[enough], log.outputs[name][index[enough]], 0.0)
-    return enough, np.einsum("wps,ws->wp", np.linalg.pinv(powers), y)
+    size = np.sqrt(np.sum(powers**2, axis=1, keepdims=True)) + np.finfo(float).tiny
+    powers /= size
+    across = np.swapaxes(powers, 1, 2)
+    normal = across @ powers + SAME_TIMES * np.eye(3)
+    return enough, np.linalg.solve(normal, across @ y[..., None])[..., 0] / size[:, 0]
 
 
 def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:

@@ -123,8 +123,8 @@ def by_sample(batch: Batch, log: int, values: np.ndarray, samples: int) -> np.nd
     Returns:
         The values `(samples, …)` [the same unit], 0 for a sample without a slot.
     """
-    index = batch.slot_sample[log]
+    index = batch.slot_sample[log].ravel()
+    used = np.flatnonzero(index >= 0)
     out = np.zeros((samples, *values.shape[2:]))
-    used = index >= 0
-    out[index[used]] = values[used]
+    out[index[used]] = values.reshape(len(index), *values.shape[2:])[used]
     return out

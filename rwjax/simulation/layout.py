@@ -207,8 +207,7 @@ def _readings(
 ) -> dict[str, np.ndarray]:
     """The entries of a batch that belong to reading slots."""
     placed = [_placed(log, grid, k) for k, log in enumerate(logs)]
-    slots = 1 + max(int(np.bincount(at.window).max()) for at in placed)
-    slots = -(-slots // 8) * 8
+    slots = -(-max(int(np.bincount(at.window).max()) for at in placed) // 8) * 8
     shape = (len(logs), grid.windows, slots)
     slot_step, slot_part = np.zeros(shape, int), np.zeros(shape)
     slot_sample = np.full(shape, -1)

@@ -1,5 +1,6 @@
 """Condensed multiple shooting: windows simulated from their own first states, with sensitivities and normal equations."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -91,8 +92,7 @@ def _lowered(
         if each is None:
             return None
         found.append(each)
-    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}
-    return Evaluation(*(np.stack([getattr(e, name) for e in found], axis[name]) for name in axis))
+    return of_logs(found)
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -105,7 +105,7 @@ def _of_log(
     reading: np.ndarray,
     weight: np.ndarray,
 ) -> Evaluation | None:
-    """Residuals and normal equations of one log, whose entries have no axis of logs."""
+    """Residuals and normal equations of one log; those of its arguments have no axis of logs."""
     W, n = nodes.shape
     columns, k = len(dy), len(dy) - n
     residual, local = (y - reading) * weight, dy * weight
@@ -116,14 +116,32 @@ def _of_log(
     carried = machine_code.continued(steps, added, first)
     if carried is None:
         return None
-    chain, shift = np.moveaxis(carried[:-1], 0, -1), carried[-1]
-    flat = local.reshape(columns, W, -1)
-    by_state = flat[k:].transpose(1, 0, 2)
-    through = np.swapaxes(chain, 1, 2) @ by_state
+    seen = weight.any(axis=0).any(axis=0)  # outputs; along both axes at once numpy takes ten times as long
+    flat = local[..., seen].reshape(columns, W, -1)
+    through = carried.transpose(1, 0, 2) @ flat[k:].transpose(1, 0, 2)
     through[:, :k] += flat[:k].transpose(1, 0, 2)
-    moved = residual.reshape(W, -1) + (shift[:, None] @ by_state)[:, 0]
-    G = through.transpose(1, 0, 2).reshape(columns, -1)
-    return Evaluation(residual, local, chain, shift, G @ G.T, G @ moved.ravel(), defect)
+    through[:, -1] += residual[..., seen].reshape(W, -1)
+    G = through.transpose(1, 0, 2).reshape(columns + 1, -1)
+    normal = G @ G[:-1].T
+    chain, shift = np.moveaxis(carried[:-1], 0, -1), carried[-1]
+    return Evaluation(
+        residual[None], local[:, None], chain[None], shift[None], normal[None, :-1], normal[None, -1], defect[None]
+    )
+
+
+def of_logs(found: Sequence[Evaluation]) -> Evaluation:
+    """Evaluations of some logs each, as one of all of them.
+
+    Args:
+        found: The evaluations, at least one.
+
+    Returns:
+        The evaluation of their logs in this order.
+    """
+    if len(found) == 1:
+        return found[0]
+    axis = {name: 1 if name == "local" else 0 for name in Evaluation._fields}
+    return Evaluation(*(np.concatenate([getattr(e, name) for e in found], axis[name]) for name in axis))
 
 
 @stored(Evaluation._make)

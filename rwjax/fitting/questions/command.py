@@ -158,7 +158,7 @@ def about_other_runs(runs: Sequence[Run], asked: Collection[int]) -> list[Questi
 def _moves_enough(run: Run) -> bool:
     """Whether the rig moves about as far as simulated: dry friction that the rig file lacks may hold it otherwise."""
     for name in run.log.outputs:
-        a, b = (motion(run.log, name, values) for values in (run.log.outputs[name], run.simulated[name]))
+        a, b = motion(run.log, name, np.stack([run.log.outputs[name], run.simulated[name]]))
         if np.nansum(a**2) > COMPARABLE * np.nansum(b[np.isfinite(a)] ** 2) > 0.0:
             return True
     return False

@@ -63,17 +63,17 @@ def motion(log: Log, name: str, values: np.ndarray) -> np.ndarray:
     Args:
         log: The log, with its times.
         name: Name of the output.
-        values: Its readings `(time,)`, measured or simulated [SI].
+        values: Its readings `(…, time)`, measured or simulated [SI].
 
     Returns:
-        A rate as it is; of an angle its change within 0.5 s, since a free axis drifts `(m,)` [SI].
+        A rate as it is; of an angle its change within 0.5 s, since a free axis drifts `(…, m)` [SI].
     """
     if not is_angle(name):
         return values
     later = np.searchsorted(log.time, log.time + START_S)
-    first = np.flatnonzero(later < len(log.time))
+    later = later[: np.searchsorted(later, len(log.time))]
     with np.errstate(invalid="ignore"):  # a run that has failed is infinite
-        return values[later[first]] - values[first]
+        return values[..., later] - values[..., : len(later)]
 
 
 def likeness(run: Run, name: str) -> Likeness:
@@ -86,14 +86,13 @@ def likeness(run: Run, name: str) -> Likeness:
     Returns:
         The likeness; 0 throughout where either of the two does not move.
     """
-    measured, simulated = (motion(run.log, name, values) for values in (run.log.outputs[name], run.simulated[name]))
-    seen = np.isfinite(measured) & np.isfinite(simulated)
-    a, b = measured[seen], simulated[seen]
+    both = motion(run.log, name, np.stack([run.log.outputs[name], run.simulated[name]]))
+    a, b = both[:, np.isfinite(both).all(axis=0)]
     with np.errstate(over="ignore", invalid="ignore"):  # a simulation in the wrong time or unit may grow without end
-        own, given, both = float(a @ a), float(b @ b), float(a @ b)
+        own, given, shared = float(a @ a), float(b @ b), float(a @ b)
     if not own or not given or not np.isfinite(given):
         return Likeness(0.0, 0.0, 0.0)
-    return Likeness(both / np.sqrt(own * given), both / given, 1.0 - float((a - b) @ (a - b)) / own)
+    return Likeness(shared / np.sqrt(own * given), shared / given, 1.0 - float((a - b) @ (a - b)) / own)
 
 
 def explained(run: Run) -> float:
