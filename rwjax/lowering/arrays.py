@@ -161,13 +161,21 @@ class Memory(Array):
         self.base, self.of_lane, self.of_direction, self.of_entry = base, of_lane, of_direction, of_entry
         self.cleared = False
 
+    def _base(self, e: Emitter) -> Value:
+        """Address of the first entry, of the direction that is worked out."""
+        if not self.spread.directions:
+            return self.base
+        assert e.direction is not None
+
+        def emit() -> Value:
+            place = e.value(e.times(e.direction, self.of_direction), "i")
+            return e.builder.gep(self.base, [place], source_etype=DOUBLE)
+
+        return e.once(("base", self.number, _name(e.direction)), emit)
+
     def _place(self, e: Emitter, index: Index) -> Term:
-        """Number of the first lane's entry from the base on."""
-        place = e.times(flat(e, index, self.shape), self.of_entry)
-        if self.spread.directions:
-            assert e.direction is not None
-            place = e.add(place, e.times(e.direction, self.of_direction))
-        return place
+        """Number of the first lane's entry from the first entry on."""
+        return e.times(flat(e, index, self.shape), self.of_entry)
 
     def entry(self, e: Emitter, index: Index) -> Term:
         """Loads an entry."""
@@ -177,7 +185,7 @@ class Memory(Array):
             found = b.load(self._address(e, place, stored), typ=stored, align=8)
         elif e.is_vector(place) or self.of_lane != 1:
             own = e.times(_lane_numbers(e), self.of_lane) if self.spread.lanes else 0
-            found = _gathered(e, self.base, e.vector(e.add(place, own), "i"), stored)
+            found = _gathered(e, self._base(e), e.vector(e.add(place, own), "i"), stored)
         else:
             wide = ir.VectorType(stored, e.lanes)
             found = b.load(self._address(e, place, stored), typ=wide, align=8)
@@ -187,7 +195,7 @@ class Memory(Array):
         return b.icmp_signed("!=", found, zero)
 
     def _address(self, e: Emitter, place: Term, stored: ir.Type) -> Value:
-        return e.builder.gep(self.base, [e.value(place, "i")], source_etype=stored)
+        return e.builder.gep(self._base(e), [e.value(place, "i")], source_etype=stored)
 
     def store(self, e: Emitter, index: Index, term: Term) -> None:
         """Puts an entry into memory.

@@ -14,7 +14,7 @@ from jax.extend.core import Literal
 from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
-from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, each_entry, entries_of
+from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, all_indices, each_entry, entries_of
 from rwjax.lowering.emitter import Emitter, Loop, Term, Value, kind_of
 from rwjax.lowering.flow import Constant, Equation, Program, carried_spreads, flattened, invariant, result_spreads
 
@@ -193,7 +193,7 @@ class Lowering:
         return self.results.get(id(v)) or self.allocate(aval.shape, kind_of(aval.dtype), spread)
 
     def put(self, pairs: Sequence[tuple[Array, Memory]], before: Index = ()) -> None:
-        """Writes arrays into memory, those of one shape in one loop.
+        """Writes arrays into memory: entries of few at once, all others of one shape in one loop.
 
         Args:
             pairs: Arrays and where they go [any unit].
@@ -201,14 +201,18 @@ class Lowering:
         """
         for shape in dict.fromkeys(a.shape for a, _ in pairs):
             alike = [(a, place) for a, place in pairs if a.shape == shape]
-            each_entry(self.e, shape, lambda index, alike=alike: self._put_one(alike, index, before))
+            if alike[0][0].few:
+                self._put_at(alike, all_indices(shape), before)
+            else:
+                each_entry(self.e, shape, lambda index, alike=alike: self._put_at(alike, [index], before))
 
-    def _put_one(self, pairs: Sequence[tuple[Array, Memory]], index: Index, before: Index) -> None:
-        same = [(a, place) for a, place in pairs if not place.spread.directions]
-        terms = [a.at(self.e, index) for a, _ in same]
-        for (_, place), term in zip(same, terms, strict=True):
-            place.store(self.e, (*before, *index), term)
-        self.by_direction([(a, place, index, (*before, *index)) for a, place in pairs if place.spread.directions])
+    def _put_at(self, pairs: Sequence[tuple[Array, Memory]], indices: Sequence[Index], before: Index) -> None:
+        each = [(a, place, index, (*before, *index)) for a, place in pairs for index in indices]
+        same = [one for one in each if not one[1].spread.directions]
+        terms = [a.at(self.e, index) for a, _, index, _ in same]
+        for (_, place, _, at), term in zip(same, terms, strict=True):
+            place.store(self.e, at, term)
+        self.by_direction([one for one in each if one[1].spread.directions])
 
     def by_direction(self, stores: Sequence[tuple[Array, Memory, Index, Index]]) -> None:
         """Works out entries for every direction, all of them before the first one is written.

@@ -68,11 +68,11 @@ class _Rooms:
         """Room for an array."""
         e, lanes = self.e, self.e.lanes if spread.lanes else 1
         which, place = int(spread.directions), self.used[int(spread.directions)]
-        self.used[which] += -(-prod(shape) * lanes // 8) * 8
+        of_direction = -(-prod(shape) * lanes // 8) * 8
+        self.used[which] += of_direction
         offset = e.times(self.directions, place) if which else place
         base = e.builder.gep(self.bases[which], [e.value(offset, "i")], source_etype=DOUBLE)
-        of_entry = e.times(self.directions, lanes) if which else lanes
-        return Memory(shape, kind, spread, base, 1, lanes, of_entry)
+        return Memory(shape, kind, spread, base, 1, of_direction, lanes)
 
 
 def _constant(module: ir.Module) -> Callable[[np.ndarray], Array]:
