@@ -16,8 +16,9 @@ test: $(READY)
 	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 -m "not slow" $(ARGS)
 
 # Those too that take long, most of them for compiling: every effect's numbers recovered, every effect's own cases.
+# Every call of a function is checked against its signature then (tests/type_checks.py).
 test-all: $(READY)
-	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 $(ARGS)
+	@RWJAX_EVERY_CALL=1 $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 $(ARGS)
 
 # The firmware for both boards, and its tests in the simulator; installs nothing: says which Debian packages are missing.
 firmware-test: $(READY)
