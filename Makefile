@@ -13,17 +13,18 @@ demo: $(READY)
 
 test: $(READY)
 	@$(BIN)/python -m rwjax.effects.table
-	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 -m "not slow" $(ARGS)
+	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 --dist worksteal -m "not slow" $(ARGS)
 
 # Those too that take long, most of them for compiling: every effect's numbers recovered, every effect's own cases.
+# Every call of a function is checked against its signature then (tests/type_checks.py).
 test-all: $(READY)
-	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 $(ARGS)
+	@RWJAX_EVERY_CALL=1 $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 --dist worksteal $(ARGS)
 
 # The firmware for both boards, and its tests in the simulator; installs nothing: says which Debian packages are missing.
 firmware-test: $(READY)
 	@$(BIN)/python -m firmware.simavr.avr
 	@$(MAKE) -s -C firmware
-	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 tests/firmware tests/link \
+	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 --dist worksteal tests/firmware tests/link \
 		tests/planning/test_experiment.py $(ARGS)
 
 # The package as a user gets it: built, and tried with every Python from 3.11 to 3.14 that is here.

@@ -12,6 +12,8 @@ import hypothesis
 import jax
 import pytest
 
+from tests.type_checks import begin_anew
+
 os.environ.setdefault("EQX_ON_ERROR", "off")  # as the commands do: smooth programs are then kept, and not compiled anew
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")  # float32 mixed with float64 becomes an error
@@ -27,6 +29,11 @@ def _programs_are_dropped() -> Iterator[None]:
     """Every compiled program takes up to 350 memory maps, of which Linux gives a process 65 530."""
     yield
     jax.clear_caches()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _signatures_are_checked() -> None:
+    begin_anew()
 
 
 @pytest.fixture(scope="session")
