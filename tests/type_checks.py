@@ -5,6 +5,7 @@ All of them would be most of the tests' time. With `RWJAX_EVERY_CALL=1`, as in `
 """
 
 import os
+import sys
 from collections import Counter
 from collections.abc import Callable
 from functools import wraps
@@ -51,5 +52,6 @@ def begin_anew() -> None:
     _made.clear()
 
 
+sys.setrecursionlimit(3000)  # a check is three frames around each call, and a servo's derivatives are lowered some 300 calls deep
 if not os.environ.get("RWJAX_EVERY_CALL"):
     jaxtyping.jaxtyped = _at_first

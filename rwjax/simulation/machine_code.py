@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.lowering.arrays import Spread
+from rwjax.lowering.arrays import FEW, Spread
 from rwjax.lowering.kept import lowered
 from rwjax.lowering.program import Lowered
 from rwjax.plant.structure import Structure
@@ -180,5 +180,11 @@ def continued(steps: np.ndarray, added: np.ndarray, first: np.ndarray) -> np.nda
 
         return jax.lax.scan(link, first, (steps, added))[1]
 
+    if len(steps[0]) > FEW:
+        carried = np.empty(added.shape)
+        for w, step in enumerate(steps):
+            carried[:, w] = first
+            first = first @ step.T + added[:, w]
+        return carried
     program = lowered("continued", None, function, [steps, added[0], first[0]], [SAME, OF_LANE, OF_LANE], keep=True)
     return None if program is None else program([steps, added, first], rows=len(added))[0]

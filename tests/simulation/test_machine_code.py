@@ -204,3 +204,15 @@ def test_lowered_programs_are_those_of_xla(name: str, monkeypatch: pytest.Monkey
     rounded = evaluate(structure, theta, numbers, off, batch, solver=Exact(stepper=_OtherwiseRounded()))
     _same_evaluation(e, _kept(x, kept), _kept(rounded, kept), float(np.max(np.abs(off))))
     jax.clear_caches()
+
+
+@pytest.mark.parametrize("n", [2, 20])
+def test_columns_carried_from_window_to_window(n: int) -> None:
+    """Few states and many: equal to powers of one matrix, $c_w = A^w c_0 + \\sum_{i<w} A^i b$."""
+    rng = np.random.default_rng(0)
+    A, b, first = rng.normal(size=(n, n)) / n, rng.normal(size=(3, n)), rng.normal(size=(3, n))
+    found = machine_code.continued(np.broadcast_to(A, (5, n, n)), np.repeat(b[:, None], 5, axis=1), first)
+    powers = [np.linalg.matrix_power(A, w) for w in range(5)]
+    wanted = [powers[w] @ first.T + sum((powers[i] @ b.T for i in range(w)), np.zeros((n, 3))) for w in range(5)]
+    assert found is not None
+    assert found == pytest.approx(np.moveaxis(wanted, -1, 0), abs=1e-13)
