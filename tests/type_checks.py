@@ -52,6 +52,8 @@ def begin_anew() -> None:
     _made.clear()
 
 
-sys.setrecursionlimit(3000)  # a check is three frames around each call, and a servo's derivatives are lowered some 300 calls deep
+sys.setrecursionlimit(
+    3000
+)  # a check is three frames around each call, and a servo's derivatives are lowered some 300 calls deep
 if not os.environ.get("RWJAX_EVERY_CALL"):
     jaxtyping.jaxtyped = _at_first
