@@ -52,8 +52,7 @@ def begin_anew() -> None:
     _made.clear()
 
 
-sys.setrecursionlimit(
-    3000
-)  # a check is three frames around each call, and a servo's derivatives are lowered some 300 calls deep
+# A check is three frames around each call, and a servo's derivatives are lowered some 300 calls deep.
+sys.setrecursionlimit(3000)
 if not os.environ.get("RWJAX_EVERY_CALL"):
     jaxtyping.jaxtyped = _at_first
