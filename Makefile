@@ -49,7 +49,7 @@ bench: .venv/.bench
 $(READY): requirements.lock pyproject.toml | python
 	@echo "setting up .venv (1.3 GB; a minute or a few the first time)"
 	@$(PYTHON) -m venv .venv
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile --require-hashes -r requirements.lock
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 

@@ -32,6 +32,7 @@ from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.ran_away import runaway_words, without_runaways
 from rwjax.fitting.segments import with_segments
+from rwjax.fitting.threads import SINGLE_THREADED_BLAS
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs import coverage
@@ -122,6 +123,7 @@ class _Outcome:
     diverged: tuple[str, ...]  # numbers that ran away from the rig file
 
 
+@SINGLE_THREADED_BLAS
 def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     rig: Rig,
     logs: Sequence[Log],

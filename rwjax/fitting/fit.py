@@ -16,6 +16,7 @@ from rwjax.fitting.rig_fit import RigFit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.segments import said, with_segments
 from rwjax.fitting.shooting_nodes import measured_nodes
+from rwjax.fitting.threads import SINGLE_THREADED_BLAS
 from rwjax.fitting.tied_errors import tied_errors
 from rwjax.fitting.uncertainty import Uncertainty, readings_per_independent_one, strongly_tied, uncertainty
 from rwjax.kinds import RANGES, SERVO
@@ -68,6 +69,7 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
+@SINGLE_THREADED_BLAS
 def fit(
     rig: Rig,
     logs: Sequence[Log],

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ContextDecorator, contextmanager
 from threading import Lock
 from typing import Any, TypeVar
 
@@ -15,11 +15,12 @@ THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 
 """Processors that this process may use, and so threads of a pool."""
 
 
-class SingleThreadedBlas:
+class SingleThreadedBlas(ContextDecorator):
     """Context in which the matrix products of numpy and scipy take one thread, in the whole process.
 
-    The threads of a BLAS library wait busily for the next product, on the cores that the simulations need. The limit
-    ends when the last thread leaves the context.
+    The threads of a BLAS library wait busily for the next product, on the cores that the simulations need, and their
+    number changes the last digits of a product. The limit ends when the last thread leaves the context. It decorates what
+    has to give the same bytes on any number of processors.
     """
 
     def __init__(self) -> None:

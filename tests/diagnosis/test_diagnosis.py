@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import ThreadpoolController
 
 from rwjax import InputError, Log, parse_rig, read_logs, read_rig, write_rig
 from rwjax.diagnosis.budget import Budget
@@ -16,6 +17,7 @@ from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.fitting.fit import fit
 from rwjax.rig.model import Rig
 from tests.diagnosis.simulated import TIME, true_log
+from tests.fitting.test_threads import blas_threads
 from tests.systems import platform, record, run, wheel
 
 
@@ -122,6 +124,14 @@ def test_with_no_time_at_all_the_gap_is_told_and_every_candidate_is_untried(push
     assert found.untried == tuple(name for name in candidates(rig) if name not in ("sensor.offset",))
     assert found.gaps["yaw_rad"].before > 10.0 * found.gaps["yaw_rad"].floor
     assert any(remark.startswith("Ctrl-C ended the search") for remark in found.remarks)
+
+
+def test_matrix_products_take_one_thread_so_that_no_digit_depends_on_the_processors(pushed: tuple[Rig, Log]) -> None:
+    rig, log = pushed
+    seen = set[int]()
+    with ThreadpoolController().limit(limits=2, user_api="blas"):
+        diagnose(rig, [log], budget=1e-3, progress=lambda text: seen.update(blas_threads()))
+    assert seen == {1}
 
 
 def test_where_nothing_is_missing_no_budget_is_too_short() -> None:

@@ -21,6 +21,8 @@ from rwjax import read_logs, read_rig
 
 WRONG = tuple(f"parameter.{name}" for name in FIELD)
 EVERY = (*EFFECTS, *OUTSIDE, *WRONG)
+FIRST = {name.partition(".")[0]: name for name in reversed(EVERY)}.values()
+"""Of each subsystem, of the causes outside the list and of the wrong numbers."""
 
 
 def of_kind(kind: str, names: tuple[str, ...] = EVERY) -> list[str]:
@@ -57,7 +59,9 @@ def test_half_the_step_changes_less_than_the_noise(kind: str) -> None:
             assert np.sqrt(np.mean((whole[column] - half[column]) ** 2)) < 0.3 * noise, (name, column)
 
 
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize(
+    "name", [name if name in FIRST else pytest.param(name, marks=pytest.mark.slow) for name in EVERY]
+)
 def test_without_amplitude_there_is_no_effect(name: str) -> None:
     kind = kinds_of(name)[-1]
     case = make_case(kind, name, 2, amplitude=0.0)

@@ -100,6 +100,7 @@ def test_a_run_that_begins_in_motion_gets_its_initial_state(logs: list[Log]) -> 
     assert all(abs(z) < 4.0 for z in off_by(found, rig()).values())
 
 
+@pytest.mark.slow
 def test_initial_states_come_from_the_start_where_the_model_lacks_something(logs: list[Log]) -> None:
     heavier = [replace(log, outputs={"yaw_rad": 1.05 * log.outputs["yaw_rad"] + 0.01 * T**2}) for log in logs]
     found = fit(rig(), heavier, solver=SMOOTH)

@@ -31,6 +31,7 @@ def test_a_method_that_knows_no_delay_says_so() -> None:
     refuses_a_delay(prediction_error)
 
 
+@pytest.mark.slow
 def test_machine_code_and_xla_lead_to_the_same_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = platform(free=FREE)
     believed = truth.with_values({name: 1.15 * truth.values[name] for name in truth.free})

@@ -116,8 +116,11 @@ def _every() -> Iterator[tuple[str, Callable[[], Posed]]]:
 
 
 CASES = dict(_every())
-FAST = ("platform: axis.stribeck", "inductive wheel: wheel.coulomb", "joint by current, off True")
-FAST = (*FAST, "servo on voltage, off False, damping on error, encoder on link: ", "platform: sensor.delay")
+FAST = (
+    "platform: axis.stribeck",
+    "platform: sensor.delay",
+    "servo on voltage, off False, damping on error, encoder on link: ",
+)
 
 
 def _close(
