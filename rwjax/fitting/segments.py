@@ -35,6 +35,8 @@ LONGEST_RUN_S = 1800.0
 """Length of a run from which it is cut in any case [s]: what no model holds adds up."""
 PIECE_S = 60.0
 """Length of the pieces in which the growth is worked out [s]."""
+PLACES = 500
+"""Places of a run, spread evenly, where a stretch is let begin to see how far it can be followed [1]."""
 LONGEST_S, SHORTEST_S = 300.0, 2.0 * START_S
 """Length of a segment at most and at least [s]; the start takes `START_S` of it."""
 
@@ -186,9 +188,11 @@ def _growth(moved: _Moved) -> float:
 def _followed_s(moved: _Moved) -> float:
     """Longest stretch [s] within which a change grows to `WITHIN` at most, for `MOST_OF` the places where it may begin."""
     by_first, begin = moved.by_first, moved.begin
-    product, length = by_first, 1
+    first = np.unique(np.linspace(0, len(by_first) - 1, PLACES).astype(int))
+    product, length = by_first[first], 1
     while length < len(by_first) and begin[length] < LONGEST_S:
-        product = by_first[length:] @ product[:-1]
+        first = first[first + length < len(by_first)]
+        product = by_first[first + length] @ product[: len(first)]
         if np.quantile(_sizes(product, moved.axes), MOST_OF) > WITHIN:
             break
         length += 1

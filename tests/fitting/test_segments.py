@@ -10,7 +10,7 @@ from rwjax.fitting.fit import fit
 from rwjax.fitting.predict import predict
 from rwjax.fitting.problem import pose
 from rwjax.fitting.questions.ask import questions
-from rwjax.fitting.segments import FOLLOWED, LONGEST_S, WITHIN, said, segment_s, with_segments
+from rwjax.fitting.segments import FOLLOWED, LONGEST_S, PIECE_S, WITHIN, said, segment_s, with_segments
 from rwjax.logs.log import Segments
 from rwjax.logs.segments import cut_up
 from rwjax.plant.from_rig import structure_of
@@ -34,13 +34,16 @@ def _growth(t: np.ndarray, rate: float) -> np.ndarray:
     return np.linalg.norm(np.moveaxis(np.array([[c, s / rate], [rate * s, c]]), -1, 0), 2, axis=(1, 2))
 
 
-def test_a_pendulum_on_its_top_is_followed_as_long_as_the_closed_form_allows() -> None:
-    (log,) = with_segments(_pendulum(), [record(TIME, 0.0 * TIME)])
+@pytest.mark.parametrize("seconds", [20.0, 200.0])  # the longer one has more windows than places
+def test_a_pendulum_on_its_top_is_followed_as_long_as_the_closed_form_allows(seconds: float) -> None:
+    time = np.arange(0.0, seconds + 0.005, 0.01)
+    (log,) = with_segments(_pendulum(), [record(time, 0.0 * time)])
     at = float(np.interp(WITHIN, _growth(TIME, 2.0), TIME))  # 2.6 s
-    seconds = segment_s([log])
-    assert seconds is not None and at - 0.17 < seconds <= at + 0.05  # windows of 0.16 s, two digits
+    length = segment_s([log])
+    assert length is not None and at - 0.17 < length <= at + 0.05  # windows of 0.16 s, two digits
     grown = float(said([log])[0].partition("grows ")[2].partition(" times")[0])
-    assert 0.98 < grown / _growth(TIME, 2.0)[-1] < np.exp(2.0 * 0.17)  # the last window ends after the run
+    pieces = np.ceil(seconds / PIECE_S)  # the last window of each ends after it
+    assert 0.98 < grown / _growth(time, 2.0)[-1] < np.exp(2.0 * 0.17 * pieces)
 
 
 def test_a_short_run_of_the_same_pendulum_is_followed_whole() -> None:
