@@ -16,14 +16,15 @@ from rwjax.control.controller import DEFAULT_CONTROLLER, DEFAULT_TIMING, Control
 from rwjax.control.response import DEFAULT_STEP, Response, StepReference, step_response
 from rwjax.fitting.threads import THREADS
 from rwjax.lowering.arrays import Spread
-from rwjax.lowering.kept import lowered
+from rwjax.lowering.kept import LANES, lowered
+from rwjax.lowering.machine import doubles_in_a_vector
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
 SAME, OF_LANE = Spread(), Spread(lanes=True)
-LANES = 16
-"""Closed loops side by side in machine code: two vectors, since the operations of a single one wait for each other [1]."""
+VECTORS = 2
+"""Vectors of closed loops side by side in machine code, since the operations of a single one wait for each other [1]."""
 BATCH = 800
 """Closed loops that run as one batch of XLA on one core: the batch stays in the cache."""
 SAMPLES = 8_000_000
@@ -175,7 +176,8 @@ def _by_machine_code(
     """
     first = [references, np.array(sign), gains[0], np.array(r[0]), thetas[0] if thetas.ndim > 1 else thetas]
     given = [SAME, SAME, OF_LANE, OF_LANE, OF_LANE if thetas.ndim > 1 else SAME]
-    lanes = LANES if len(gains) > LANES else 8
+    wide = max(VECTORS * doubles_in_a_vector(), LANES)
+    lanes = wide if len(gains) > wide else LANES
     program = lowered("responses", known, known.response, first, given, known.structure.from_library, lanes)
     if program is None:
         return None

@@ -288,6 +288,33 @@ class Emitter:
         yield loop.turn
         loop.close([])
 
+    @contextmanager
+    def branch(self, wanted: Value) -> Iterator[list[Value]]:
+        """What is emitted inside is passed over where it is not wanted.
+
+        Args:
+            wanted: Whether it runs, the same for all lanes.
+
+        Yields:
+            A list for the values that are to be known afterwards; where it did not run they have no meaning.
+        """
+        b, handed = self.builder, []
+        before, inside, after = b.block, b.append_basic_block("branch"), b.append_basic_block("joined")
+        self._depths |= dict.fromkeys((id(inside), id(after)), len(self._loops))
+        b.cbranch(wanted, inside, after)
+        b.position_at_end(inside)
+        inverses = dict(self._inverses)
+        with self.scope():
+            yield handed
+        self._inverses = inverses
+        end = b.block
+        b.branch(after)
+        b.position_at_end(after)
+        for k, value in enumerate(handed):
+            handed[k] = b.phi(value.type)
+            handed[k].add_incoming(ir.Constant(value.type, ir.Undefined), before)
+            handed[k].add_incoming(value, end)
+
 
 class Loop:
     """A loop that hands terms on from turn to turn.

@@ -237,6 +237,9 @@ def _of_equation(equation: Equation, inputs: Sequence[Spread]) -> list[Spread]:
         carry = carried_spreads(flattened(p["body_jaxpr"]), inputs[n : n + m], inputs[n + m :], [])
         goes_on = result_spreads(flattened(p["cond_jaxpr"]), [*inputs[:n], *carry])[0]
         return [s | goes_on for s in carry]
+    if equation.name == "cond":
+        sides = [result_spreads(flattened(branch), inputs[1:]) for branch in p["branches"]]
+        return [inputs[0] | Spread(*map(any, zip(*each, strict=True))) for each in zip(*sides, strict=True)]
     joined = Spread()
     for s in inputs:
         joined |= s

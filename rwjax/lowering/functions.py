@@ -82,6 +82,8 @@ BODIES: dict[str, Body] = {
     "ceil": _intrinsic("ceil"),
     "round_even": _intrinsic("roundeven"),
 }
+SHORT = ("maximum", "minimum", "sign", "floor", "ceil", "round_even")
+"""Functions of few instructions, which stand where they are called: a call has all other values moved to memory."""
 PARTS = {"sin": ("sine_and_cosine", 0), "cos": ("sine_and_cosine", 1)}  # a sine beside its cosine costs nothing
 PAIRS = {whole for whole, _ in PARTS.values()}
 NAMES = (*BODIES, *PARTS)
@@ -119,6 +121,8 @@ def _function(module: ir.Module, name: str, operands: tuple[Value, ...]) -> ir.F
     function.linkage = "internal"
     for attribute in ("nounwind", "readnone"):  # calls of the same operands are one call
         function.attributes.add(attribute)
+    if name in SHORT:
+        function.attributes.add("alwaysinline")
     inner = ir.IRBuilder(function.append_basic_block())
     found = BODIES[name](*(Lanes(inner, argument) for argument in function.args))
     if isinstance(found, Lanes):

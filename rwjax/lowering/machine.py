@@ -40,6 +40,16 @@ def processor() -> tuple[str, str]:
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
+def doubles_in_a_vector() -> int:
+    """How many doubles a vector of this processor holds.
+
+    Returns:
+        The number [1].
+    """
+    features = processor()[1].split(",")
+    return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
+
+
 def _machine(features: str) -> llvm.TargetMachine:
     name, own = processor()
     joined = ",".join(part for part in (own, features) if part)

@@ -14,8 +14,10 @@ from jax.extend.core import ClosedJaxpr
 from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Memory, Spread
+from rwjax.lowering.branches import BRANCHES
 from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, Value, kind_of
 from rwjax.lowering.flow import flattened, invariant, result_spreads
+from rwjax.lowering.loops import LOOPS
 from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
 
@@ -111,7 +113,7 @@ class _Function:
         self.inputs, self.outputs, work, work_d, self.first, self.count, self.rows, directions = fn.args
         self.e = Emitter(ir.IRBuilder(fn.append_basic_block("entry")), lanes)
         self.rooms = _Rooms((work, work_d), self.e, directions)
-        self.lowering = Lowering(self.e, directions, self.rooms, _constant(self.module))
+        self.lowering = Lowering(self.e, directions, self.rooms, _constant(self.module), LOOPS | BRANCHES)
         self.slots = tuple(_slot(v, s) for v, s in zip(closed.jaxpr.invars, given, strict=True))
         spread = result_spreads(program, given)
         self.results = tuple(_slot(v, s) for v, s in zip(closed.jaxpr.outvars, spread, strict=True))

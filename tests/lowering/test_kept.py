@@ -9,13 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rwjax.lowering import elementwise, kept, lower, movement
+from rwjax.lowering import branches, elementwise, kept, loops, movement
 from rwjax.lowering.arrays import Spread
 from rwjax.lowering.program import Lowered
 
 X = np.arange(3.0)
 PRIMITIVES = {
-    *("abs", "add", "add_any", "and", "argmax", "argmin", "broadcast_in_dim", "ceil", "clamp", "concatenate"),
+    *("abs", "add", "add_any", "and", "argmax", "argmin", "broadcast_in_dim", "ceil", "clamp", "concatenate", "cond"),
     *(
         "convert_element_type",
         "copy",
@@ -113,7 +113,7 @@ def double(x):
 
 
 def test_the_accepted_primitives_are_these() -> None:
-    assert {*elementwise.RULES, *movement.RULES, *lower.LOOPS} == PRIMITIVES
+    assert {*elementwise.RULES, *movement.RULES, *loops.LOOPS, *branches.BRANCHES} == PRIMITIVES
 
 
 def test_a_second_process_reads_the_program(builds: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
