@@ -26,6 +26,10 @@ class Constant(NamedTuple):
     value: Any
 
 
+ABSENT = object()
+"""An operand of a loop that nothing in it asks for, in the place of a variable."""
+
+
 class Equation(NamedTuple):
     """A primitive and what it is applied to.
 
@@ -160,14 +164,34 @@ def _of_processor(platforms: Sequence[tuple[str, ...] | None]) -> int:
 
 
 def _needed(program: Program) -> Program:
-    """The equations on which a result depends."""
+    """The equations on which a result depends, loops without the operands that nothing in them asks for."""
     wanted = {id(v) for v in program.outputs}
     kept = []
     for equation in reversed(program.equations):
         if any(id(v) in wanted for v in equation.outputs):
-            kept.append(equation)
-            wanted |= {id(v) for v in equation.inputs}
+            trimmed = _with_absent(equation)
+            kept.append(trimmed)
+            wanted |= {id(v) for v in trimmed.inputs}
     return program._replace(equations=kept[::-1])
+
+
+def _with_absent(equation: Equation) -> Equation:
+    """A loop whose operands are absent that nothing in it uses; any other equation as it is."""
+    p = equation.params
+    if equation.name == "scan":
+        parts = [flattened(p["jaxpr"])]
+        first, last, inner = p["num_consts"], p["num_consts"] + p["num_carry"], parts[0].inputs
+    elif equation.name == "while":
+        test, body = parts = [flattened(p["cond_jaxpr"]), flattened(p["body_jaxpr"])]
+        first, last = p["cond_nconsts"] + p["body_nconsts"], len(equation.inputs)
+        inner = [*test.inputs[: p["cond_nconsts"]], *body.inputs]
+    else:
+        return equation
+    used = {id(v) for part in parts for v in part.outputs}
+    used |= {id(v) for part in parts for q in part.equations for v in q.inputs}
+    kept = zip(equation.inputs, inner, strict=True)
+    handed = range(first, last)  # what is handed on from turn to turn stays
+    return equation._replace(inputs=[v if k in handed or id(i) in used else ABSENT for k, (v, i) in enumerate(kept)])
 
 
 def spreads(program: Program, given: Sequence[Spread]) -> dict[int, Spread]:

@@ -16,7 +16,7 @@ from llvmlite import ir
 from rwjax.lowering import elementwise, movement
 from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, all_indices, each_entry, entries_of
 from rwjax.lowering.emitter import Emitter, Term, Value, kind_of
-from rwjax.lowering.flow import Constant, Equation, Program, flattened
+from rwjax.lowering.flow import ABSENT, Constant, Equation, Program
 
 LOOKED_UP = ("gather", "dynamic_slice")
 
@@ -97,6 +97,8 @@ class Lowering:
                     terms[index] = value[index].item()
                 return Entries(terms, kind_of(value.dtype))
             return self.constant(value)
+        if v is ABSENT:
+            return Unset((), "f", Spread(), lambda e, index: 0.0)
         return known[id(v)]
 
     def one(self, equation: Equation, inputs: list[Array]) -> list[Array]:
@@ -145,23 +147,15 @@ class Lowering:
         return movement.lazy(equation, inputs, entry)
 
     def ready(self, equations: Sequence[Equation], known: dict[int, Array]) -> None:
-        """Puts into memory, before a loop over the lanes, what equations in it look up.
+        """Puts into memory, before a loop over the lanes, the long arrays that equations in it take.
 
         Args:
             equations: The equations in the loop.
             known: What the variables stand for before it.
         """
-        for q in equations:
-            held = [v for v in q.inputs if id(v) in known]
-            if q.name in LOOKED_UP and id(q.inputs[0]) in known and not known[id(q.inputs[0])].few:
-                known[id(q.inputs[0])] = self.in_memory(known[id(q.inputs[0])])
-            elif q.name == "scan":
-                body = flattened(q.params["jaxpr"])
-                sought = {id(b.inputs[0]) for b in body.equations if b.name in LOOKED_UP}
-                inner = dict(zip(map(id, q.inputs), map(id, body.inputs), strict=True))
-                for v in held:
-                    if inner[id(v)] in sought and not known[id(v)].few:
-                        known[id(v)] = self.in_memory(known[id(v)])
+        for v in (v for q in equations for v in q.inputs if id(v) in known):
+            if not known[id(v)].few and not isinstance(known[id(v)], Unset):
+                known[id(v)] = self.in_memory(known[id(v)])
 
     def in_memory(self, array: Array) -> Array:
         """An array in memory, put there where it does not yet lie there.

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from rwjax.lowering.arrays import Spread
-from rwjax.lowering.flow import carried_spreads, flattened, invariant, result_spreads
+from rwjax.lowering.flow import ABSENT, carried_spreads, flattened, invariant, result_spreads
 
 SAME, OF_LANE = Spread(), Spread(lanes=True)
 
@@ -46,3 +46,16 @@ def test_what_a_loop_hands_on_differs_as_soon_as_any_turn_makes_it() -> None:
     body = jax.make_jaxpr(lambda xs: jax.lax.scan(turn, (0.0, 0.0, 0.0), xs))(np.zeros(4)).eqns[0].params["jaxpr"]
     assert carried_spreads(flattened(body), [], [SAME] * 3, [OF_LANE]) == [OF_LANE] * 3
     assert carried_spreads(flattened(body), [], [SAME] * 3, [SAME]) == [SAME] * 3
+
+
+def test_what_nothing_in_a_loop_asks_for_is_not_worked_out() -> None:
+    def function(x: jax.Array) -> jax.Array:
+        unused, used = jnp.cumsum(x), jnp.sin(x)
+        rows = jax.lax.scan(lambda c, row: (c + row[1], None), 0.0, (unused, used))[0]
+        until = jax.lax.while_loop(lambda c: c[0] < 3.0, lambda c: (c[0] + used[0] ** 2 + 1.0, c[1] * 1.0), (0.0, x[0]))
+        return rows + until[0]
+
+    program = flattened(jax.make_jaxpr(function)(jnp.ones(30)))
+    assert "cumsum" not in [q.name for q in program.equations]
+    assert "sin" in [q.name for q in program.equations]
+    assert [v is ABSENT for q in program.equations if q.name == "scan" for v in q.inputs] == [False, True, False]
