@@ -1,7 +1,7 @@
 """What the fitted rig's own free runs would have read, noise and counts included: the null of the tests of `where`."""
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
@@ -97,4 +97,4 @@ def above(value: float, null: np.ndarray) -> float:
     """
     draws = np.log(np.maximum(null, 1e-300))
     spread = max(float(np.std(draws, ddof=1)), 1e-9) * np.sqrt(1.0 + 1.0 / len(draws))
-    return float(student.sf((np.log(max(value, 1e-300)) - np.mean(draws)) / spread, len(draws) - 1))
+    return float(stdtr(len(draws) - 1, (np.mean(draws) - np.log(max(value, 1e-300))) / spread))

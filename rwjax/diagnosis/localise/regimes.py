@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import welch
 
 from rwjax.diagnosis.information_criterion import correlation_time
 from rwjax.diagnosis.localise.own_noise import above
+from rwjax.diagnosis.localise.spectrum import welch
 from rwjax.diagnosis.settings import RegimeSettings
 from rwjax.fitting.initial_guess import NO_COMMAND
 
@@ -159,7 +159,7 @@ def bands(torque: list[np.ndarray], own: list[np.ndarray], interval: list[float]
     for y, o, h in zip(torque, own, interval, strict=True):
         both = np.concatenate([y[:, None], o], axis=1)
         for length in (len(y), window):  # low octaves need the whole log
-            f, density = welch(both, 1.0 / h, nperseg=min(length, len(y)), axis=0, detrend=False)  # pyright: ignore[reportArgumentType]
+            f, density = welch(both, h, min(length, len(y)))
             fine = 8.0 / (min(window, len(y)) * h)
             for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
                 if (high <= fine) == (length != window):
