@@ -14,7 +14,18 @@ from jax.extend.core import Literal
 from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
-from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, all_indices, each_entry, entries_of
+from rwjax.lowering.arrays import (
+    Array,
+    Entries,
+    Index,
+    Lazy,
+    Memory,
+    Spread,
+    all_indices,
+    each_entry,
+    each_of_few,
+    entries_of,
+)
 from rwjax.lowering.emitter import Emitter, Loop, Term, Value, kind_of
 from rwjax.lowering.flow import Constant, Equation, Program, carried_spreads, flattened, invariant, result_spreads
 
@@ -49,7 +60,6 @@ class Lowering:
     ) -> None:
         self.e, self.directions, self.allocate, self.constant = e, directions, allocate, constant
         self.results: dict[int, Memory] = {}
-        self._places: dict[int, tuple[Array, Memory]] = {}
 
     def run(self, program: Program, arguments: Sequence[Array]) -> list[Array]:
         """Emits a program.
@@ -121,7 +131,14 @@ class Lowering:
             found = LOOPS[equation.name](self, equation, inputs)
         else:
             found = movement.RULES[equation.name](self.e, equation, inputs)
+        if equation.name not in LOOPS and all(a.matrix for a in found) and _rolled(inputs):
+            return [self._rolled_out(a, any(b.matrix for b in inputs)) for a in found]
         return [entries_of(self.e, a) if a.few and not a.spread.directions and not a.in_place else a for a in found]
+
+    def _rolled_out(self, a: Array, of_matrices: bool) -> Array:
+        """A matrix whose entries are worked out in loops: now, unless all of it is one number."""
+        a.rolled = True
+        return self.placed(a) if of_matrices else a
 
     def _looked_up(self, equation: Equation, inputs: list[Array]) -> list[Array]:
         """Operands of a look-up, the array in memory where its places differ from run to run."""
@@ -173,11 +190,37 @@ class Lowering:
         """
         if array.in_place or (array.few and not array.spread.directions and isinstance(array, Entries)):
             return array
-        if id(array) not in self._places:
+        return self.placed(array)
+
+    def placed(self, array: Array) -> Array:
+        """An array in memory, however few entries it has; put there once in a block.
+
+        Args:
+            array: The array [any unit].
+
+        Returns:
+            The same in memory [any unit].
+        """
+
+        def make() -> Memory:
             place = self.allocate(array.shape, array.kind, array.spread)
             self.put([(array, place)])
-            self._places[id(array)] = array, place  # held, so that its id is not given to another one
-        return self._places[id(array)][1]
+            return place
+
+        return array if array.in_place else self.e.once(("memory", array.number), make)
+
+    def copied(self, array: Array) -> Memory:
+        """An array in memory where nothing else goes.
+
+        Args:
+            array: The array [any unit].
+
+        Returns:
+            Its copy [any unit].
+        """
+        place = self.allocate(array.shape, array.kind, array.spread)
+        self.put([(array, place)])
+        return place
 
     def room(self, v: Any, aval: Any, spread: Spread) -> Memory:
         """Where a variable goes that lies in memory: where the program's result goes if it is one.
@@ -199,12 +242,13 @@ class Lowering:
             pairs: Arrays and where they go [any unit].
             before: Index of axes that the places have in front of those of the arrays.
         """
-        for shape in dict.fromkeys(a.shape for a, _ in pairs):
-            alike = [(a, place) for a, place in pairs if a.shape == shape]
-            if alike[0][0].few:
+        for shape, rolled in dict.fromkeys((a.shape, a.rolled) for a, _ in pairs):
+            alike = [(a, place) for a, place in pairs if (a.shape, a.rolled) == (shape, rolled)]
+            if alike[0][0].few and not rolled:
                 self._put_at(alike, all_indices(shape), before)
             else:
-                each_entry(self.e, shape, lambda index, alike=alike: self._put_at(alike, [index], before))
+                loops = each_of_few if rolled else each_entry
+                loops(self.e, shape, lambda index, alike=alike: self._put_at(alike, [index], before))
 
     def _put_at(self, pairs: Sequence[tuple[Array, Memory]], indices: Sequence[Index], before: Index) -> None:
         each = [(a, place, index, (*before, *index)) for a, place in pairs for index in indices]
@@ -230,13 +274,22 @@ class Lowering:
             self.e.direction = outer
 
 
+def _rolled(inputs: Sequence[Array]) -> bool:
+    """Whether a matrix made of arrays entry by entry can be worked out in loops."""
+    return bool(inputs) and all(a.rolled if a.matrix else a.size == 1 for a in inputs)
+
+
 def _ready(self: Lowering, arrays: Sequence[Array], body: Program, inputs: Sequence) -> list[Array]:
-    """What stays the same in a loop: in memory where it depends on directions, or is looked up in the loop."""
+    """What stays the same in a loop: in memory where it depends on directions, is looked up or is multiplied as a matrix in the loop."""
     sought = {id(q.inputs[0]) for q in body.equations if q.name in LOOKED_UP}
+    multiplied = {id(v) for q in body.equations if q.name == "dot_general" for v in q.inputs}
     found = []
     for v, array in zip(inputs, arrays, strict=True):
         moves = array.spread.directions or (id(v) in sought and not array.few)
-        found.append(self.in_memory(array) if moves else array)
+        if array.matrix and id(v) in multiplied:
+            found.append(self.placed(array))
+        else:
+            found.append(self.in_memory(array) if moves else array)
     return found
 
 
@@ -246,15 +299,20 @@ def _sliced(array: Array, turn: Term) -> Array:
 
 
 class _Handed:
-    """What a loop hands on from turn to turn: in registers, or in memory where it depends on directions."""
+    """What a loop hands on from turn to turn: in registers, or in memory where it depends on directions.
 
-    def __init__(self, lowering: Lowering, first: Sequence[Array], spread: Sequence[Spread]) -> None:
+    A loop with a fixed end has `matrices` in memory as well, and works them out in loops.
+    """
+
+    def __init__(
+        self, lowering: Lowering, first: Sequence[Array], spread: Sequence[Spread], matrices: bool = False
+    ) -> None:
         self.lowering, self.spread, e = lowering, spread, lowering.e
         self.places: dict[int, Memory] = {}
         self.shapes, self.kinds = [a.shape for a in first], [a.kind for a in first]
         values, stores = [], []
         for k, (array, s) in enumerate(zip(first, spread, strict=True)):
-            if s.directions:
+            if s.directions or (matrices and array.matrix):
                 self.places[k] = lowering.allocate(array.shape, array.kind, s)
                 stores.append((array, self.places[k]))
             elif not array.few:
@@ -297,8 +355,12 @@ class _Handed:
         lowering = self.lowering
         values = [v for k, a in enumerate(arrays) if k not in self.places for v in self._values(a, self.spread[k])]
         lowering.put([(a, place) for a, place in more if not place.spread.directions], before)
+        matrices = [(lowering.copied(arrays[k]), place) for k, place in self.places.items() if place.matrix]
         stores = [
-            (arrays[k], place, index, index) for k, place in self.places.items() for index in np.ndindex(*place.shape)
+            (arrays[k], place, index, index)
+            for k, place in self.places.items()
+            if not place.matrix
+            for index in np.ndindex(*place.shape)
         ]
         for a, place in more:
             if place.spread.directions and a.few:
@@ -306,6 +368,7 @@ class _Handed:
             elif place.spread.directions:
                 lowering.put([(a, place)], before)
         lowering.by_direction(stores)
+        lowering.put(matrices)
         return values
 
 
@@ -320,7 +383,7 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     known = {id(v): a for v, a in zip(body.inputs, consts, strict=False)}
     still, moving = invariant(body, body.inputs[n:])
     self.all_of(still, known)
-    handed = _Handed(self, first, spread)
+    handed = _Handed(self, first, spread, matrices=True)
     places = [self.room(v, aval, s) for v, aval, s in zip(q.outputs[m:], q.avals[m:], of_results[m:], strict=True)]
     loop = Loop(e, p["length"], handed.first)
     turn = loop.turn if not p["reverse"] else e.builder.sub(e.constant(p["length"] - 1, "i"), loop.turn)
@@ -461,6 +524,7 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     inner = [a.shape[k] for k in of_a]
     if prod(inner) > 100:
         raise Unsupported("a product over a long axis")
+    a, b = (self.placed(m) if m.matrix else m for m in inputs)
 
     def full(
         own: list[int], of: Sequence[int], shared: Sequence[int], mine: Index, batch: Index, j: Index, rank: int
@@ -484,7 +548,11 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
             )
         return 0.0 if found is None else found
 
-    return movement.lazy(q, inputs, entry)
+    found = movement.lazy(q, inputs, entry)
+    if found[0].matrix and a.matrix and b.matrix:
+        found[0].rolled = True
+        return [self.placed(found[0])]
+    return found
 
 
 def _unset(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
