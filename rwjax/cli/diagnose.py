@@ -1,5 +1,6 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
+import gc
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,6 +19,8 @@ from rwjax.errors import InputError
 if TYPE_CHECKING:
     from rwjax.diagnosis.result import Diagnosis
 
+YOUNG = 5000
+"""New objects after which Python looks for those that hold each other and can go [1]."""
 BUDGET_S = 120.0
 """Time that a search may take [s]."""
 Names = list[str] | None
@@ -48,6 +51,9 @@ def diagnose(
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
 
+    # what is imported stays, and programs are made of many small parts: to look for what can go takes a tenth of a first diagnosis otherwise
+    gc.freeze()
+    gc.set_threshold(YOUNG)
     check_segments(segments)
     positive(budget=budget)
     limit = Budget(budget)

@@ -112,14 +112,17 @@ def together(searches: Sequence[Simulating[T]]) -> list[T]:
 class _Schedule:
     """Shares work among threads.
 
-    Each thread takes, in this order: runs that fill a batch; the search whose readings came last; the runs that wait.
+    Each thread takes, in this order: runs that fill a batch; the search whose readings came last; the runs that wait. Runs of a program
+    that another thread calls for the first time are left until it is there: meanwhile this thread makes another program.
     """
 
     def __init__(self, searches: list[Simulating[Any]]) -> None:
         self.searches = searches
         self.found: dict[int, Any] = {}
         self.ready: list[tuple[int, np.ndarray | None]] = [(number, None) for number in reversed(range(len(searches)))]
-        self.waiting: dict[tuple, list[_Run]] = {}
+        self.waiting: dict[tuple[int, int], list[_Run]] = {}
+        self.called: set[int] = set()
+        self.in_the_making: set[int] = set()
         self.busy = 0
         self.stopped = False
         self.changed = Condition()
@@ -145,7 +148,8 @@ class _Schedule:
     def _next(self) -> Callable[[], None] | None:
         with self.changed:
             while not self.stopped:
-                fullest = max(self.waiting, key=lambda program: len(self.waiting[program]), default=None)
+                held = [shared for shared in self.waiting if shared[0] not in self.in_the_making]
+                fullest = max(held, key=lambda shared: len(self.waiting[shared]), default=None)
                 if self.ready and (fullest is None or len(self.waiting[fullest]) < BATCH):
                     self.busy += 1
                     return partial(self._resume, *self.ready.pop())
@@ -153,6 +157,8 @@ class _Schedule:
                     runs = self.waiting.pop(fullest)
                     if runs[BATCH:]:
                         self.waiting[fullest] = runs[BATCH:]
+                    if fullest[0] not in self.called:
+                        self.in_the_making.add(fullest[0])
                     self.busy += 1
                     return partial(self._simulate, runs[:BATCH])
                 if not self.busy:
@@ -175,6 +181,8 @@ class _Schedule:
         for (request, run), y in zip(runs, _simulated(runs), strict=True):
             request.y[run] = y
         with self.changed:
+            self.called.add(runs[0][0].program)
+            self.in_the_making.discard(runs[0][0].program)
             for request, _ in runs:
                 request.missing -= 1
                 if not request.missing:

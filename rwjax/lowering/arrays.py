@@ -15,7 +15,7 @@ FEW = 12
 """Longest axis of an array whose entries are worked out one by one, each a value of its own."""
 
 UNROLLED = 16
-"""Most entries that are written one by one, and not in a loop."""
+"""Most entries that are written one by one, and not in a loop, where they lie in memory."""
 
 Index = tuple[Term, ...]
 
@@ -55,9 +55,12 @@ class Array(ABC):
         kind: `f`, `i` or `b`.
         spread: Over what its entries differ.
         number: A number that no other array has.
+        in_place: Whether it lies in memory.
+        rolled: Whether its entries can be worked out in loops though they are few: it lies in memory, or all of it is one number.
     """
 
     in_place = False
+    rolled = False
 
     def __init__(self, shape: tuple[int, ...], kind: str, spread: Spread) -> None:
         self.shape, self.kind, self.spread, self.number = tuple(shape), kind, spread, next(_numbers)
@@ -71,6 +74,11 @@ class Array(ABC):
     def few(self) -> bool:
         """Whether its entries are worked out one by one."""
         return max(self.shape, default=1) <= FEW and self.size <= FEW**2
+
+    @property
+    def matrix(self) -> bool:
+        """Whether its entries are few, but too many to be written out for each of its uses."""
+        return self.few and self.size > UNROLLED
 
     @abstractmethod
     def entry(self, e: Emitter, index: Index) -> Term:
@@ -160,6 +168,7 @@ class Memory(Array):
         super().__init__(shape, kind, spread)
         self.base, self.of_lane, self.of_direction, self.of_entry = base, of_lane, of_direction, of_entry
         self.cleared = False
+        self.rolled = self.matrix
 
     def _base(self, e: Emitter) -> Value:
         """Address of the first entry, of the direction that is worked out."""
@@ -297,3 +306,19 @@ def each_entry(e: Emitter, shape: tuple[int, ...], do: Callable[[Index], None], 
         return
     with e.loop(shape[0]) as i:
         each_entry(e, shape[1:], do, (*before, i))
+
+
+def each_of_few(e: Emitter, shape: tuple[int, ...], do: Callable[[Index], None], before: Index = ()) -> None:
+    """Does something for every entry of an array of few, in a loop over each of its axes.
+
+    Args:
+        e: Where the instructions go.
+        shape: Shape of the array.
+        do: What to do for an index.
+        before: Index of the axes before these.
+    """
+    if not shape:
+        do(before)
+        return
+    with e.entries(shape[0]) as i:
+        each_of_few(e, shape[1:], do, (*before, i))

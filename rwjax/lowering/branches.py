@@ -36,7 +36,7 @@ def _side(self: Lowering, branch: Program, given: Sequence[Array], q: Equation, 
     e, spreads = self.e, result_spreads(branch, [a.spread for a in given])
     kinds = [(aval.shape, kind_of(aval.dtype), s) for aval, s in zip(q.avals, spreads, strict=True)]
     places = {k: self.allocate(*kind) for k, kind in enumerate(kinds) if kind[2].directions}
-    with e.branch(any_lane(e, wanted)) as handed, self.apart():
+    with e.branch(any_lane(e, wanted)) as handed:
         self.all_of(branch.equations, known)
         found = [self.read(v, known) for v in branch.outputs]
         self.put([(found[k], place) for k, place in places.items()])

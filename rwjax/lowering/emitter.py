@@ -315,6 +315,26 @@ class Emitter:
             handed[k].add_incoming(ir.Constant(value.type, ir.Undefined), before)
             handed[k].add_incoming(value, end)
 
+    @contextmanager
+    def entries(self, count: int) -> Iterator[Value]:
+        """A loop over entries instead of each of them written out: in it no division becomes a product that would not be one without it.
+
+        Args:
+            count: How many entries [1].
+
+        Yields:
+            Number of the entry.
+        """
+        outer, inverses = self._loops, self._inverses
+        self._inverses = dict(inverses)
+        loop = Loop(self, count, [])
+        self._loops = outer[:-1]
+        self._depths[id(loop.head)] = len(self._loops)
+        yield loop.turn
+        self._loops = [*self._loops, loop.entry]
+        loop.close([])
+        self._inverses = inverses  # those within the loop are not known behind it
+
 
 class Loop:
     """A loop that hands terms on from turn to turn.

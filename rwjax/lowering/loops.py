@@ -14,12 +14,16 @@ from rwjax.lowering.lower import LOOKED_UP, Lowering, Rule, Unset, Unsupported, 
 
 
 def _ready(self: Lowering, arrays: Sequence[Array], body: Program, inputs: Sequence) -> list[Array]:
-    """What stays the same in a loop: in memory where it depends on directions, or is looked up in the loop."""
+    """What stays the same in a loop: in memory where it depends on directions, is looked up or is multiplied as a matrix in the loop."""
     sought = {id(q.inputs[0]) for q in body.equations if q.name in LOOKED_UP}
+    multiplied = {id(v) for q in body.equations if q.name == "dot_general" for v in q.inputs}
     found = []
     for v, array in zip(inputs, arrays, strict=True):
         moves = array.spread.directions or (id(v) in sought and not array.few)
-        found.append(self.in_memory(array) if moves else array)
+        if array.matrix and id(v) in multiplied:
+            found.append(self.placed(array))
+        else:
+            found.append(self.in_memory(array) if moves else array)
     return found
 
 
@@ -29,15 +33,20 @@ def _sliced(array: Array, turn: Term) -> Array:
 
 
 class _Handed:
-    """What a loop hands on from turn to turn: in registers, or in memory where it depends on directions."""
+    """What a loop hands on from turn to turn: in registers, or in memory where it depends on directions.
 
-    def __init__(self, lowering: Lowering, first: Sequence[Array], spread: Sequence[Spread]) -> None:
+    A loop with a fixed end has `matrices` in memory as well, and works them out in loops.
+    """
+
+    def __init__(
+        self, lowering: Lowering, first: Sequence[Array], spread: Sequence[Spread], matrices: bool = False
+    ) -> None:
         self.lowering, self.spread, e = lowering, spread, lowering.e
         self.places: dict[int, Memory] = {}
         self.shapes, self.kinds = [a.shape for a in first], [a.kind for a in first]
         values, stores = [], []
         for k, (array, s) in enumerate(zip(first, spread, strict=True)):
-            if s.directions:
+            if s.directions or (matrices and array.matrix):
                 self.places[k] = lowering.allocate(array.shape, array.kind, s)
                 stores.append((array, self.places[k]))
             elif not array.few:
@@ -80,8 +89,12 @@ class _Handed:
         lowering = self.lowering
         values = [v for k, a in enumerate(arrays) if k not in self.places for v in self._values(a, self.spread[k])]
         lowering.put([(a, place) for a, place in more if not place.spread.directions], before)
+        matrices = [(lowering.copied(arrays[k]), place) for k, place in self.places.items() if place.matrix]
         stores = [
-            (arrays[k], place, index, index) for k, place in self.places.items() for index in np.ndindex(*place.shape)
+            (arrays[k], place, index, index)
+            for k, place in self.places.items()
+            if not place.matrix
+            for index in np.ndindex(*place.shape)
         ]
         for a, place in more:
             if place.spread.directions and a.few:
@@ -89,6 +102,7 @@ class _Handed:
             elif place.spread.directions:
                 lowering.put([(a, place)], before)
         lowering.by_direction(stores)
+        lowering.put(matrices)
         return values
 
 
@@ -103,7 +117,7 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     known = {id(v): a for v, a in zip(body.inputs, consts, strict=False)}
     still, moving = invariant(body, body.inputs[n:])
     self.all_of(still, known)
-    handed = _Handed(self, first, spread)
+    handed = _Handed(self, first, spread, matrices=True)
     places = [self.room(v, aval, s) for v, aval, s in zip(q.outputs[m:], q.avals[m:], of_results[m:], strict=True)]
     loop = Loop(e, p["length"], handed.first)
     turn = loop.turn if not p["reverse"] else e.builder.sub(e.constant(p["length"] - 1, "i"), loop.turn)
@@ -237,6 +251,7 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     inner = [a.shape[k] for k in of_a]
     if prod(inner) > 100:
         raise Unsupported("a product over a long axis")
+    a, b = (self.placed(m) if m.matrix else m for m in inputs)
 
     def full(
         own: list[int], of: Sequence[int], shared: Sequence[int], mine: Index, batch: Index, j: Index, rank: int
@@ -260,7 +275,11 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
             )
         return 0.0 if found is None else found
 
-    return movement.lazy(q, inputs, entry)
+    found = movement.lazy(q, inputs, entry)
+    if found[0].matrix and a.matrix and b.matrix:
+        found[0].rolled = True
+        return [self.placed(found[0])]
+    return found
 
 
 def _unset(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:

@@ -5,8 +5,7 @@ asked for, or lie in memory: what a loop gives out, a running sum, and what is l
 What depends on a direction of a derivative is worked out in a loop over the directions, after all values of the same turn.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,18 @@ from jax.extend.core import Literal
 from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
-from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, all_indices, each_entry, entries_of
+from rwjax.lowering.arrays import (
+    Array,
+    Entries,
+    Index,
+    Lazy,
+    Memory,
+    Spread,
+    all_indices,
+    each_entry,
+    each_of_few,
+    entries_of,
+)
 from rwjax.lowering.emitter import Emitter, Term, Value, kind_of
 from rwjax.lowering.flow import ABSENT, Constant, Equation, Program
 
@@ -51,7 +61,6 @@ class Lowering:
     ) -> None:
         self.e, self.directions, self.allocate, self.constant, self.rules = e, directions, allocate, constant, rules
         self.results: dict[int, Memory] = {}
-        self._places: dict[int, tuple[Array, Memory]] = {}
 
     def run(self, program: Program, arguments: Sequence[Array]) -> list[Array]:
         """Emits a program.
@@ -124,7 +133,14 @@ class Lowering:
             found = self._elementwise(equation, inputs)
         else:
             raise Unsupported(f"the primitive `{equation.name}`")
+        if equation.name not in self.rules and all(a.matrix for a in found) and _rolled(inputs):
+            return [self._rolled_out(a, any(b.matrix for b in inputs)) for a in found]
         return [entries_of(self.e, a) if a.few and not a.spread.directions and not a.in_place else a for a in found]
+
+    def _rolled_out(self, a: Array, of_matrices: bool) -> Array:
+        """A matrix whose entries are worked out in loops: now, unless all of it is one number."""
+        a.rolled = True
+        return self.placed(a) if of_matrices else a
 
     def _looked_up(self, equation: Equation, inputs: list[Array]) -> list[Array]:
         """Operands of a look-up, the array in memory where its places differ from run to run."""
@@ -168,22 +184,31 @@ class Lowering:
         """
         if array.in_place or (array.few and not array.spread.directions and isinstance(array, Entries)):
             return array
-        if id(array) not in self._places:
-            place = self.allocate(array.shape, array.kind, array.spread)
-            self.put([(array, place)])
-            self._places[id(array)] = array, place  # held, so that its id is not given to another one
-        return self._places[id(array)][1]
+        return self.placed(array)
 
-    @contextmanager
-    def apart(self) -> Iterator[None]:
-        """A part of the program that may be passed over: nothing counts as in memory that is put there in it.
+    def placed(self, array: Array) -> Array:
+        """An array in memory, however few entries it has; put there once in a block.
 
-        Yields:
-            Nothing.
+        Args:
+            array: The array [any unit].
+
+        Returns:
+            The same in memory [any unit].
         """
-        outside = dict(self._places)
-        yield
-        self._places = outside
+        return array if array.in_place else self.e.once(("memory", array.number), lambda: self.copied(array))
+
+    def copied(self, array: Array) -> Memory:
+        """An array in memory where nothing else goes.
+
+        Args:
+            array: The array [any unit].
+
+        Returns:
+            Its copy [any unit].
+        """
+        place = self.allocate(array.shape, array.kind, array.spread)
+        self.put([(array, place)])
+        return place
 
     def room(self, v: Any, aval: Any, spread: Spread) -> Memory:
         """Where a variable goes that lies in memory: where the program's result goes if it is one.
@@ -205,12 +230,13 @@ class Lowering:
             pairs: Arrays and where they go [any unit].
             before: Index of axes that the places have in front of those of the arrays.
         """
-        for shape in dict.fromkeys(a.shape for a, _ in pairs):
-            alike = [(a, place) for a, place in pairs if a.shape == shape]
-            if alike[0][0].few:
+        for shape, rolled in dict.fromkeys((a.shape, a.rolled) for a, _ in pairs):
+            alike = [(a, place) for a, place in pairs if (a.shape, a.rolled) == (shape, rolled)]
+            if alike[0][0].few and not rolled:
                 self._put_at(alike, all_indices(shape), before)
             else:
-                each_entry(self.e, shape, lambda index, alike=alike: self._put_at(alike, [index], before))
+                loops = each_of_few if rolled else each_entry
+                loops(self.e, shape, lambda index, alike=alike: self._put_at(alike, [index], before))
 
     def _put_at(self, pairs: Sequence[tuple[Array, Memory]], indices: Sequence[Index], before: Index) -> None:
         each = [(a, place, index, (*before, *index)) for a, place in pairs for index in indices]
@@ -234,6 +260,11 @@ class Lowering:
             for (_, place, _, at), term in zip(stores, terms, strict=True):
                 place.store(self.e, at, term)
             self.e.direction = outer
+
+
+def _rolled(inputs: Sequence[Array]) -> bool:
+    """Whether a matrix made of arrays entry by entry can be worked out in loops."""
+    return bool(inputs) and all(a.rolled if a.matrix else a.size == 1 for a in inputs)
 
 
 Rule = Callable[[Lowering, Equation, list[Array]], list[Array]]

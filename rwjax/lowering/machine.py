@@ -18,6 +18,10 @@ PASSES = (
 """Passes over a module. It comes without repeats, and with what stays the same in a loop before the loop: LLVM's own order of passes
 takes twice as long and makes code that is not measurably faster."""
 
+OPTIONS = ("-disable-lsr",)
+"""LLVM's options of all code that this process makes. Of the addresses in loops nothing else would be made: it takes a third of the time
+of a program with derivatives, and these run as fast without it."""
+
 _lock = Lock()  # LLVM's contexts are not for several threads at once
 _engines: list = []  # what was loaded stays while the process lives
 
@@ -26,6 +30,8 @@ _engines: list = []  # what was loaded stays while the process lives
 def _target() -> llvm.Target:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
+    for option in OPTIONS:
+        llvm.set_option("rwjax", option)
     return llvm.Target.from_default_triple()
 
 

@@ -1,8 +1,11 @@
 """Searches whose free runs share batches."""
 
+from threading import Barrier
+
 import numpy as np
 import pytest
 
+from rwjax.fitting import batched_runs
 from rwjax.fitting.batched_runs import BATCH, Simulating, Wanted, together
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import residuals
@@ -49,6 +52,32 @@ def test_what_goes_wrong_in_one_search_ends_all() -> None:
     with pytest.raises(ZeroDivisionError, match="here"):
         together([search(False), search(True), search(False)])
     assert len(rounds) < 1000
+
+
+def test_two_threads_make_two_programs_at_the_same_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    called, both = [], Barrier(2)
+
+    def simulated(runs: list) -> np.ndarray:
+        wanted = runs[0][0].wanted
+        called.append(wanted.problem.structure.kind)
+        if len(called) <= 2:
+            both.wait(30.0)
+        shape = (
+            len(runs),
+            wanted.windows,
+            wanted.problem.batch.slot_step.shape[2],
+            len(wanted.problem.structure.outputs),
+        )
+        return np.zeros(shape)
+
+    def search(problem: Problem) -> Simulating[int]:
+        theta = np.zeros((1, len(problem.structure.names)))
+        return len((yield Wanted(problem, theta, problem.start[None], np.arange(3), 2)))
+
+    monkeypatch.setattr(batched_runs, "_simulated", simulated)
+    monkeypatch.setattr(batched_runs, "THREADS", 2)
+    assert together([search(several(platform())), search(several(reaction()))]) == [1, 1]
+    assert sorted(called[:2]) == ["platform", "reaction"] and len(called) == 6
 
 
 def test_the_first_windows_are_those_of_the_whole_run() -> None:

@@ -36,6 +36,17 @@ def test_a_term_is_emitted_once_in_a_block_and_again_behind_a_loop() -> None:
     assert e.once("inner", lambda: e.add(argument, 2)) is not inner
 
 
+def test_a_loop_over_entries_makes_no_product_of_a_division() -> None:
+    e = emitter()
+    number = e.builder.sitofp(e.builder.function.args[0], ir.DoubleType())
+    with e.entries(5):
+        assert e.inverse(number) is None
+        with e.loop(3):
+            inner = e.inverse(number)
+    with e.loop(3):
+        assert inner is not None and e.inverse(number) is not inner  # that one stands in a loop that has ended
+
+
 def test_a_shared_number_meets_a_vector_in_every_lane() -> None:
     e = emitter()
     both = e.alike("ff", 1.5, e.vector(2.0, "f"))

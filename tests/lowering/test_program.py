@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rwjax.lowering.arrays import Spread
-from rwjax.lowering.program import Lowered, build
+from rwjax.lowering.program import Lowered, assembled, build
 from tests.lowering.compiled import OLD
 
 SAME, OF_LANE, OF_DIRECTION = Spread(), Spread(lanes=True), Spread(directions=True)
@@ -58,6 +58,18 @@ def _while(x):
     )
 
 
+def _matrices(x):
+    """Powers and their like: matrices that change places, that are zero by structure, and that are divided by the turn's number."""
+    a = jnp.where(np.tri(5, dtype=bool), jnp.outer(x[:5], x[1:]), 0.0)
+
+    def turn(k, both):
+        left, right = both
+        return right, jnp.eye(5) + (a @ left) / (7.0 - k) - right.T / 4.0
+
+    left, right = jax.lax.fori_loop(0, 5, turn, (jnp.eye(5), 0.1 * a))
+    return (left @ right)[1], right, (jnp.stack([x[:3], x[3:]]).T @ x.reshape(2, 3)), (left @ x[:5])
+
+
 PROGRAMS = {
     "sums and products": lambda x: (
         jnp.sum(x),
@@ -95,6 +107,7 @@ PROGRAMS = {
     ),
     "loop over time": _scan,
     "loop that ends by itself": _while,
+    "matrices": _matrices,
 }
 
 
@@ -257,6 +270,15 @@ def test_two_threads_give_the_same_bytes_as_one() -> None:
     with ThreadPoolExecutor(2) as pool:
         two = list(pool.map(lambda a: program([a], rows=8), x))
     assert all(p.tobytes() == q.tobytes() for a, b in zip(one, two, strict=True) for p, q in zip(a, b, strict=True))
+
+
+def test_products_of_large_matrices_are_loops() -> None:
+    def written(n: int) -> int:
+        product = jax.make_jaxpr(lambda a, b: (a @ b + a) @ b)(np.ones((n, n)), np.ones((n, n)))
+        return assembled(product, [OF_LANE, OF_LANE], LANES)[0].count(" fmul ")
+
+    assert written(3) == 2 * 3**3
+    assert written(7) == 2 * 7
 
 
 def test_what_all_runs_share_may_follow_from_a_loop_of_theirs() -> None:
