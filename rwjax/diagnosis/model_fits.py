@@ -124,8 +124,7 @@ class ModelFits:
         """
         if hypothesis not in self._finished:
             if not hypothesis.names:
-                begun = self._begin()
-                found = fit_from_start(begun.problem, begun.coordinates, begun.theta, begun.start)
+                found = fit_from_start(self._begin())
                 self.by_start_rule = bool(found.problem.initial_state_from_start.any())
             elif hypothesis in self._best:
                 found = together([self._to_the_end(self._best[hypothesis])])[0]

@@ -181,8 +181,7 @@ def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray]) -
         tried.append(least_squares(problem, moves, begin, nodes=nodes, most_steps=FIRST_STEPS))
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
-    best = min(tried, key=lambda f: f.cost)
-    return fit_from_start(problem, moves, best.theta, best.start)
+    return fit_from_start(min(tried, key=lambda f: f.cost))
 
 
 def _fit_again(problem: Problem, fitted: Fit) -> Fit:
@@ -191,7 +190,7 @@ def _fit_again(problem: Problem, fitted: Fit) -> Fit:
         from rwjax.fitting.smooth_fit import fit_again
 
         return fit_again(problem, fitted)
-    return fit_from_start(problem, fitted.coordinates, fitted.theta, fitted.start)
+    return fit_from_start(least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start))
 
 
 def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:

@@ -33,7 +33,7 @@ def initial_state_normal(problem: Problem, e: Evaluation, log: int) -> tuple[np.
     first = problem.start_only.batch
     windows = first.windows
     counts = (first.weight[log] > 0.0)[..., None]
-    G = np.where(counts, residual_jacobian(e, log, windows), 0.0).reshape(-1, len(e.local))
+    G = np.where(counts, residual_jacobian(e, log, windows=windows), 0.0).reshape(-1, len(e.local))
     return G.T @ G, G.T @ np.where(counts[..., 0], e.residual[log, :windows], 0.0).ravel()
 
 
@@ -63,6 +63,24 @@ def initial_state_response(
     by_both = np.column_stack([H[s[:, None], k], g[s]])
     found = -np.linalg.solve(Hss + ridge[..., None] * np.eye(len(s)), by_both)
     return found[..., :-1], found[..., -1]
+
+
+def changes_of_numbers(problem: Problem, e: Evaluation, log: int, k: int) -> np.ndarray:
+    """Changes of a log's numbers, each with the change of the initial state that follows from it.
+
+    Args:
+        problem: Logs and structure.
+        e: Derivatives at the present point.
+        log: Number of the log.
+        k: How many numbers [1].
+
+    Returns:
+        Changes of the numbers and of the initial state `(k+n, k)` [SI], one in each column, as `residual_jacobian` takes them.
+    """
+    s = len(e.local) - problem.start.shape[1] + np.flatnonzero(problem.start_free[log])
+    along = np.eye(len(e.local), k)
+    along[s] = initial_state_response(*initial_state_normal(problem, e, log), np.arange(k), s, 0.0)[0]
+    return along
 
 
 class _Reduced(NamedTuple):

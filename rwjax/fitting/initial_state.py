@@ -6,7 +6,6 @@ from rwjax.fitting.gauss_newton import LARGEST_DAMPING, initial_state_response
 from rwjax.fitting.initial_guess import first_half_second
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import run_costs, sensitivities
-from rwjax.simulation.batch import by_sample
 
 MOST_STEPS = 12
 """Gauss-Newton steps at most towards the initial states."""
@@ -29,14 +28,11 @@ def initial_state_covariance(problem: Problem, by_state: np.ndarray, log: int) -
     covariance = np.zeros((n, n))
     if not len(s):
         return covariance
-    record, names = problem.logs[log], problem.structure.outputs
-    G = by_sample(problem.batch, log, by_state, len(record.time))
-    first = first_half_second(record)
-    H = np.zeros((n, n))
-    for y, name in enumerate(names):
-        if name in record.outputs:
-            H += G[first, y].T @ G[first, y]
-    H = H[np.ix_(s, s)]
+    record, sample = problem.logs[log], problem.batch.slot_sample[log]
+    first = (sample >= 0) & first_half_second(record)[sample]
+    logged = [name in record.outputs for name in problem.structure.outputs]
+    G = by_state[first][:, logged].reshape(-1, n)[:, s]
+    H = G.T @ G
     scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
     covariance[np.ix_(s, s)] = (
         np.linalg.pinv(H / scale / scale[:, None], rcond=1e-10, hermitian=True) / scale / scale[:, None]

@@ -6,12 +6,10 @@ misses the readings by the gap's rule, which takes every run's initial state fro
 
 import numpy as np
 
-from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.initial_state import initial_state_covariance
-from rwjax.fitting.multiple_shooting import Fit
-from rwjax.fitting.nonsmooth import least_squares_nonsmooth
-from rwjax.fitting.problem import Problem
+from rwjax.fitting.multiple_shooting import Fit, carried_on, least_squares
+from rwjax.fitting.nonsmooth import past_ridges
 from rwjax.fitting.sensitivities import residual_jacobian
 
 COMPLETE = 4.0
@@ -44,35 +42,33 @@ def is_complete(fitted: Fit) -> bool:
     from_start = problem.from_start
     n, nothing = problem.start.shape[1], np.zeros(0, int)
     p = len(e.local) - n
+    states = np.eye(len(e.local))[:, p:]
     square, limit = np.zeros((2, len(problem.structure.outputs)))
     for log in map(int, problem.logs_with_readings):
         s = np.flatnonzero(problem.start_free[log])
         change = initial_state_response(*initial_state_normal(from_start, e, log), nothing, p + s, 0.0)[1]
-        through = residual_jacobian(e, log)[..., p:]
+        through = residual_jacobian(e, log, states)
         seen = problem.batch.weight[log] > 0.0
         covariance = initial_state_covariance(problem, through, log)
-        scatter = np.einsum("wqya,ab,wqyb->wqy", through, covariance, through)
+        scatter = np.sum(through @ covariance * through, axis=-1)
         square += np.sum(np.where(seen, e.residual[log] + through[..., s] @ change, 0.0) ** 2, axis=(0, 1))
         allowed = COMPLETE * problem.batch.share[log] + UNLUCKY * np.maximum(scatter, 0.0)
         limit += np.sum(np.where(seen, allowed, 0.0), axis=(0, 1))
     return bool(np.all(square <= limit))
 
 
-def fit_from_start(problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray) -> Fit:
+def fit_from_start(begun: Fit) -> Fit:
     """Best fit in which initial states and numbers agree.
 
     Initial states are free where the model is then complete; else they are taken from the start of each run.
 
     Args:
-        problem: Logs and structure.
-        coordinates: The free numbers.
-        theta: Parameter vector `(t,)` [SI] where the fit begins.
-        start: Initial states `(l, n)` [SI] where the fit begins.
+        begun: The fit that is carried to its end, with its derivatives.
 
     Returns:
         The fit.
     """
-    found = least_squares_nonsmooth(problem, coordinates, theta, start)
-    if not problem.start_free.any() or is_complete(found):
+    found = past_ridges(carried_on(begun))
+    if not begun.problem.start_free.any() or is_complete(found):
         return found
-    return least_squares_nonsmooth(problem.from_start, coordinates, found.theta, found.start)
+    return past_ridges(least_squares(begun.problem.from_start, begun.coordinates, found.theta, start=found.start))

@@ -28,10 +28,19 @@ from rwjax.simulation.shooting import Evaluation
 
 WINDOW_STEPS = 8
 """Steps at most of the first phase."""
+MOST_STEPS, TOLERANCE = 60, 1e-7
+"""Steps of a fit at most, and the share of the cost below which a step's gain ends it [1]."""
 DAMPING_TO_END = 1e-2
 """Damping below which a fit may end where a step gains little [1]."""
 DAMPING_TO_END_WITH_PRIOR = 1e-9
 """The same for a fit with a prior: a prior weighs little against the readings, and heavy damping hides it [1]."""
+FIRST_DAMPING = 1e-3
+"""Damping of the first step of a fit from afar [1]."""
+LIGHT_DAMPING = 1e-6
+"""Damping of the first step from where a fit, or its first phase, has settled [1]; and the most at which a short step says that the
+fit has arrived."""
+ARRIVED = 1e-3
+"""Length of a step, in standard errors by noise alone, below which a fit has arrived and the step is not taken [1]."""
 MISFIT = 1.5
 """Mean square in units of noise above which a nonsmooth sum of squares may have stopped a fit early [1]."""
 
@@ -108,41 +117,47 @@ def reaches_noise(cost: float, theta: np.ndarray, problem: Problem) -> bool:
     return 2.0 * (cost - problem.prior_cost(theta)[0]) <= MISFIT * problem.batch.readings
 
 
+def _change(e: Evaluation, c: Coordinates, moved: np.ndarray, dx: np.ndarray) -> np.ndarray:
+    """Change of the numbers and of each log's initial state `(l, k+n)` [SI], in the order of the normal equations."""
+    change = np.zeros(e.g.shape)
+    change[:, : len(c.index)] = moved[c.index]
+    change[:, -dx.shape[1] :] = dx
+    return change
+
+
 def _through_windows(
     problem: Problem, c: Coordinates, theta: np.ndarray, nodes: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """First phase: a few steps from states read off the log, to numbers and initial states."""
-    damping = 1e-3
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """First phase: a few steps from states read off the log, to numbers and initial states, and whether they settled."""
+    settled = False
     for _ in range(WINDOW_STEPS):
         e = sensitivities(problem, theta, c.index, nodes)
-        step = gauss_newton_step(problem, e, c, theta, damping)
+        step = gauss_newton_step(problem, e, c, theta, FIRST_DAMPING)
         if step is None:
             break
         dz, dx = step
         share = c.shorten(dz)
         theta_new = c.move(theta, share * dz)
-        change = np.zeros(e.g.shape)
-        change[:, : len(c.index)] = (theta_new - theta)[c.index]
-        change[:, -dx.shape[1] :] = share * dx
+        change = _change(e, c, theta_new - theta, share * dx)
         nodes_new = nodes + np.einsum("lwna,la->lwn", e.chain, change) + share * e.shift
         if not np.all(np.isfinite(nodes_new)):
             break
         theta, nodes = theta_new, nodes_new
-        if np.max(np.abs(dz), initial=0.0) < 1e-3:
+        if settled := bool(np.max(np.abs(dz), initial=0.0) < 1e-3):
             break
-    return theta, nodes[:, 0]
+    return theta, nodes[:, 0], settled
 
 
-def _better_through_windows(problem: Problem, c: Coordinates, here: _Run, nodes: np.ndarray) -> _Run:
-    """The run that the first phase leads to, or the given one where that leaves less."""
+def _better_through_windows(problem: Problem, c: Coordinates, here: _Run, nodes: np.ndarray) -> tuple[_Run, bool]:
+    """The run that the first phase leads to and whether it settled there, or the given one where that leaves less."""
     nodes = nodes.copy()
     nodes[:, 0] = np.where(problem.start_free, nodes[:, 0], here.start)
     with np.errstate(all="ignore"):
-        theta, start = _through_windows(problem, c, here.theta, nodes)
+        theta, start, settled = _through_windows(problem, c, here.theta, nodes)
     if np.all(np.isfinite(theta)) and np.all(np.isfinite(start)):
         found = _run(problem, theta, start)
-        return found if found.cost < here.cost else here
-    return here
+        return (found, settled) if found.cost < here.cost else (here, False)
+    return here, False
 
 
 def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
@@ -152,9 +167,9 @@ def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
     *,
     start: np.ndarray | None = None,
     nodes: np.ndarray | None = None,
-    damping: float = 1e-3,
-    most_steps: int = 60,
-    tolerance: float = 1e-7,
+    damping: float = FIRST_DAMPING,
+    most_steps: int = MOST_STEPS,
+    tolerance: float = TOLERANCE,
     check: Callable[[], None] = lambda: None,
 ) -> Fit:
     """Least squares of the free run over the free numbers and the logs' initial states.
@@ -179,26 +194,50 @@ def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
     check()
     here = _run(problem, coordinates.clip(theta), problem.start if start is None else start)
     if nodes is not None:
-        here = _better_through_windows(problem, coordinates, here, nodes)
-    damping_to_end = DAMPING_TO_END_WITH_PRIOR if problem.precision.any() else DAMPING_TO_END
+        here, settled = _better_through_windows(problem, coordinates, here, nodes)
+        damping = min(damping, LIGHT_DAMPING) if settled else damping
     e = sensitivities(problem, here.theta, coordinates.index, here.nodes)
+    begun = Fit(problem, coordinates, here.theta, here.start, here.cost, e, most_steps == 0, 0)
+    return _descend(begun, damping, most_steps, tolerance, check)
+
+
+def carried_on(begun: Fit) -> Fit:
+    """A fit carried to its end from where an earlier one has ended, whose derivatives serve for the first step.
+
+    Args:
+        begun: The earlier fit.
+
+    Returns:
+        The fit, with the steps of both.
+    """
+    damping = LIGHT_DAMPING if begun.converged else FIRST_DAMPING
+    return _descend(begun, damping, MOST_STEPS, TOLERANCE, lambda: None)
+
+
+def _descend(here: Fit, damping: float, most_steps: int, tolerance: float, check: Callable[[], None]) -> Fit:
+    """The steps of `least_squares` from a point with its derivatives."""
+    problem, c = here.problem, here.coordinates
+    damping_to_end = DAMPING_TO_END_WITH_PRIOR if problem.precision.any() else DAMPING_TO_END
     converged, taken = most_steps == 0, 0
     while taken < most_steps:
         check()
         taken += 1
-        step = gauss_newton_step(problem, e, coordinates, here.theta, damping)
+        step = gauss_newton_step(problem, here.evaluation, c, here.theta, damping)
         if step is None or not np.isfinite(here.cost):
             break
         dz, dx = step
-        share = coordinates.shorten(dz)
-        trial = _run(problem, coordinates.move(here.theta, share * dz), here.start + share * dx)
+        share = c.shorten(dz)
+        theta, start = c.move(here.theta, share * dz), here.start + share * dx
+        if damping <= min(LIGHT_DAMPING, damping_to_end) and _length(here, theta, start) <= ARRIVED:
+            converged = True
+            break
+        trial = _run(problem, theta, start)
         gain = here.cost - trial.cost
         if gain >= 0.0:
-            here = trial
-            small = gain <= tolerance * max(here.cost, 1.0)
+            e = sensitivities(problem, trial.theta, c.index, trial.nodes)
+            here = replace(here, theta=trial.theta, start=trial.start, cost=trial.cost, evaluation=e)
             damping = max(damping * (0.1 if share == 1.0 else 1.0), 1e-10)
-            e = sensitivities(problem, here.theta, coordinates.index, here.nodes)
-            if small and damping < damping_to_end:
+            if gain <= tolerance * max(here.cost, 1.0) and damping < damping_to_end:
                 converged = True
                 break
         else:
@@ -206,4 +245,11 @@ def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
             if damping > LARGEST_DAMPING or (len(dz) and np.max(np.abs(dz)) < 1e-10):
                 converged = True
                 break
-    return Fit(problem, coordinates, here.theta, here.start, here.cost, e, converged, taken)
+    return replace(here, converged=converged, steps=here.steps + taken)
+
+
+def _length(here: Fit, theta: np.ndarray, start: np.ndarray) -> float:
+    """Length of a step in standard errors by noise alone [1]."""
+    e, moved = here.evaluation, theta - here.theta
+    change = _change(e, here.coordinates, moved, start - here.start)
+    return float(np.sqrt(np.einsum("la,lab,lb", change, e.H, change) + here.problem.precision @ moved**2))

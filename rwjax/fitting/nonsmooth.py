@@ -10,7 +10,6 @@ import numpy as np
 
 from rwjax.effects.library import dry_numbers
 from rwjax.fitting.batched_runs import Simulating, together
-from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import descend, with_residual
@@ -58,28 +57,23 @@ def sticks(problem: Problem, theta: np.ndarray) -> bool:
     return any(name in dry and value > 0.0 for name, value in zip(own, theta, strict=True))
 
 
-def least_squares_nonsmooth(
-    problem: Problem, coordinates: Coordinates, theta: np.ndarray, start: np.ndarray | None = None
-) -> Fit:
-    """`least_squares`, and secant steps after it where stick-slip may have stopped it well above the noise.
+def past_ridges(found: Fit) -> Fit:
+    """A fit, with secant steps after it where stick-slip may have stopped it well above the noise.
 
     Args:
-        problem: Logs and structure.
-        coordinates: The free numbers.
-        theta: Parameter vector `(t,)` [SI] where the fit begins.
-        start: Initial states `(l, n)` [SI] where the fit begins; the problem's own without it.
+        found: The fit at the end of `least_squares`.
 
     Returns:
         The better of both fits.
     """
-    found = least_squares(problem, coordinates, theta, start=start)
+    problem, c = found.problem, found.coordinates
     if (
-        not len(coordinates.index)
+        not len(c.index)
         or not np.isfinite(found.cost)
         or reaches_noise(found.cost, found.theta, problem)
         or not sticks(problem, found.theta)
     ):
         return found
     better = secant_steps(found)
-    rest = least_squares(problem, coordinates, better.theta, start=better.start)
+    rest = least_squares(problem, c, better.theta, start=better.start)
     return replace(rest, steps=rest.steps + found.steps) if rest.cost < found.cost else found

@@ -60,19 +60,23 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
     return of_logs([found.get(log, nothing) for log in range(len(nodes))])
 
 
-def residual_jacobian(e: Evaluation, log: int, windows: int | None = None) -> np.ndarray:
-    """Derivative of a log's residual by the numbers and its initial state, through the whole run.
+def residual_jacobian(
+    e: Evaluation, log: int, along: np.ndarray | None = None, windows: int | None = None
+) -> np.ndarray:
+    """Derivative of a log's residual by the numbers and its initial state, or along some changes of them, through the whole run.
 
     Args:
         e: Derivatives window by window.
         log: Number of the log.
+        along: The changes `(k+n, m)` [SI], one in each column; without it every number and every state by itself.
         windows: How many windows, from the first one on; all without it [1].
 
     Returns:
-        Derivative `(w, q, y, k+n)` [1/SI].
+        Derivative `(w, q, y, m)` [1/SI].
     """
-    windows, p = e.residual.shape[1] if windows is None else windows, len(e.local) - e.chain.shape[2]
-    local, chain = e.local[:, log], e.chain[log]
-    through = np.einsum("nwqy,wnc->wqyc", local[p:, :windows], chain[:windows])
-    through[..., :p] += np.moveaxis(local[:p, :windows], 0, -1)
-    return through
+    local, chain = e.local[:, log, :windows], e.chain[log, :windows]
+    columns, W, *slots = local.shape
+    along = np.eye(columns) if along is None else along
+    numbers = along[: columns - chain.shape[1]]
+    change = np.concatenate([np.broadcast_to(numbers, (W, *numbers.shape)), chain @ along], axis=1)  # in each window
+    return (local.reshape(columns, W, -1).transpose(1, 2, 0) @ change).reshape(W, *slots, -1)

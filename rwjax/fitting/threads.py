@@ -1,6 +1,7 @@
 """Threads for work that runs at the same time, each with its matrix products on a single thread."""
 
 import os
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ContextDecorator, contextmanager
@@ -25,13 +26,14 @@ class SingleThreadedBlas(ContextDecorator):
 
     def __init__(self) -> None:
         self._inside, self._limit = 0, None
+        self._libraries, self._modules = None, 0
         self._lock = Lock()
 
     def __enter__(self) -> None:
         with self._lock:
             self._inside += 1
             if self._limit is None:
-                self._limit = ThreadpoolController().limit(limits=1, user_api="blas")
+                self._limit = self._found().limit(limits=1, user_api="blas")
 
     def __exit__(self, *error: object) -> None:
         with self._lock:
@@ -39,6 +41,12 @@ class SingleThreadedBlas(ContextDecorator):
             if self._limit is not None and not self._inside:
                 self._limit.restore_original_limits()
                 self._limit = None
+
+    def _found(self) -> ThreadpoolController:
+        """The BLAS libraries of this process: an import alone brings new ones, and to look for them takes milliseconds."""
+        if self._libraries is None or self._modules != len(sys.modules):
+            self._libraries, self._modules = ThreadpoolController(), len(sys.modules)
+        return self._libraries
 
 
 SINGLE_THREADED_BLAS = SingleThreadedBlas()

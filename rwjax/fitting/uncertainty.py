@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.effects.library import null_of_optional
-from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
+from rwjax.fitting.gauss_newton import changes_of_numbers
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.sandwich import UNIDENTIFIED, WEIGHS, meat
 from rwjax.fitting.sensitivities import residual_jacobian
@@ -93,18 +93,15 @@ def scores(fitted: Fit) -> Scores:
     Returns:
         Normal matrix, and Jacobian and residual log by log.
     """
-    problem, e, k = fitted.problem, fitted.evaluation, np.arange(len(fitted.coordinates.index))
-    p = len(e.local) - problem.start.shape[1]
+    problem, e, k = fitted.problem, fitted.evaluation, len(fitted.coordinates.index)
     scale = fitted.coordinates.slope(fitted.theta)
-    A = np.zeros((len(k), len(k)))
+    A = np.zeros((k, k))
     jacobians, residuals = [], []
     for log, record in enumerate(problem.logs):
-        s = np.flatnonzero(problem.start_free[log])
-        P, _ = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)
-        through = residual_jacobian(e, log)
-        through = (through[..., k] + through[..., p + s] @ P) * scale
-        Gt = by_sample(problem.batch, log, through, len(record.time))
-        A += np.einsum("tya,tyb->ab", Gt, Gt)
+        along = changes_of_numbers(problem, e, log, k) * scale
+        Gt = by_sample(problem.batch, log, residual_jacobian(e, log, along), len(record.time))
+        flat = Gt.reshape(-1, k)
+        A += flat.T @ flat
         jacobians.append(Gt)
         residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))
     return Scores(A, jacobians, residuals)

@@ -118,14 +118,15 @@ def _of_log(
         return None
     seen = weight.any(axis=0).any(axis=0)  # outputs; along both axes at once numpy takes ten times as long
     flat = local[..., seen].reshape(columns, W, -1)
-    through = carried.transpose(1, 0, 2) @ flat[k:].transpose(1, 0, 2)
-    through[:, :k] += flat[:k].transpose(1, 0, 2)
-    through[:, -1] += residual[..., seen].reshape(W, -1)
-    G = through.transpose(1, 0, 2).reshape(columns + 1, -1)
-    normal = G @ G[:-1].T
+    through = np.empty((columns + 1, *flat.shape[1:]))  # the derivatives through the whole run, and the residual
+    np.matmul(carried.transpose(1, 0, 2), flat[k:].transpose(1, 0, 2), out=through.transpose(1, 0, 2))
+    through[:k] += flat[:k]
+    through[-1] += residual[..., seen].reshape(W, -1)
+    G = through.reshape(columns + 1, -1)
+    normal = G @ G.T
     chain, shift = np.moveaxis(carried[:-1], 0, -1), carried[-1]
     return Evaluation(
-        residual[None], local[:, None], chain[None], shift[None], normal[None, :-1], normal[None, -1], defect[None]
+        residual[None], local[:, None], chain[None], shift[None], normal[None, :-1, :-1], normal[None, -1, :-1], defect[None]
     )
 
 

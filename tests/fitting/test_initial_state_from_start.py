@@ -32,9 +32,8 @@ def fitted(lacks: float, from_start: bool) -> Fit:
     problem, theta = pose(structure, [run_of(lacks)]), theta_of(RIG, structure)
     free = np.array([name in RIG.free for name in structure.names])
     c = coordinates(theta, free, bounds_of(RIG, structure), np.abs(theta) + 1e-3)
-    if from_start:
-        return fit_from_start(problem, c, theta, problem.start)
-    return least_squares(problem, c, theta)
+    found = least_squares(problem, c, theta)
+    return fit_from_start(found) if from_start else found
 
 
 @pytest.mark.parametrize(("lacks", "complete"), [(0.0, True), (0.05, False)])

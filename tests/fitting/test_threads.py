@@ -1,11 +1,14 @@
 """Work on threads: order, errors, and matrix products on one thread meanwhile."""
 
+import sys
 from threading import Event
+from types import ModuleType
 
 import pytest
 from threadpoolctl import ThreadpoolController
 
-from rwjax.fitting.threads import SINGLE_THREADED_BLAS, on_threads
+from rwjax.fitting import threads
+from rwjax.fitting.threads import SINGLE_THREADED_BLAS, SingleThreadedBlas, on_threads
 
 
 def blas_threads() -> set[int]:
@@ -40,3 +43,16 @@ def test_products_have_one_thread_until_the_last_one_leaves() -> None:
             assert blas_threads() == {1}
         assert blas_threads() == {1}
     assert blas_threads() == before
+
+
+def test_libraries_are_looked_for_again_after_an_import_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = []
+    monkeypatch.setattr(threads, "ThreadpoolController", lambda: looked.append(0) or ThreadpoolController())
+    blas = SingleThreadedBlas()
+    for _ in range(2):
+        with blas:
+            assert blas_threads() == {1}
+    assert len(looked) == 1
+    monkeypatch.setitem(sys.modules, "imported", ModuleType("imported"))
+    with blas:
+        assert len(looked) == 2
