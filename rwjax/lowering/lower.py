@@ -15,6 +15,7 @@ from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
 from rwjax.lowering.arrays import (
+    UNROLLED,
     Array,
     Entries,
     Index,
@@ -49,6 +50,7 @@ class Lowering:
         allocate: Makes room for an array of a shape, a kind and a spread.
         constant: Puts an array of numbers into memory.
         results: Where results of the program go, by the `id` of their names.
+        again_and_again: Whether it stands in a loop of many turns, in which matrices are written out: that is faster.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class Lowering:
     ) -> None:
         self.e, self.directions, self.allocate, self.constant = e, directions, allocate, constant
         self.results: dict[int, Memory] = {}
+        self.again_and_again = False
 
     def run(self, program: Program, arguments: Sequence[Array]) -> list[Array]:
         """Emits a program.
@@ -131,7 +134,8 @@ class Lowering:
             found = LOOPS[equation.name](self, equation, inputs)
         else:
             found = movement.RULES[equation.name](self.e, equation, inputs)
-        if equation.name not in LOOPS and all(a.matrix for a in found) and _rolled(inputs):
+        in_loops = equation.name not in LOOPS and not self.again_and_again
+        if in_loops and all(a.matrix for a in found) and _rolled(inputs):
             return [self._rolled_out(a, any(b.matrix for b in inputs)) for a in found]
         return [entries_of(self.e, a) if a.few and not a.spread.directions and not a.in_place else a for a in found]
 
@@ -286,7 +290,7 @@ def _ready(self: Lowering, arrays: Sequence[Array], body: Program, inputs: Seque
     found = []
     for v, array in zip(inputs, arrays, strict=True):
         moves = array.spread.directions or (id(v) in sought and not array.few)
-        if array.matrix and id(v) in multiplied:
+        if array.matrix and id(v) in multiplied and not self.again_and_again:
             found.append(self.placed(array))
         else:
             found.append(self.in_memory(array) if moves else array)
@@ -301,13 +305,13 @@ def _sliced(array: Array, turn: Term) -> Array:
 class _Handed:
     """What a loop hands on from turn to turn: in registers, or in memory where it depends on directions.
 
-    A loop with a fixed end has `matrices` in memory as well, and works them out in loops.
+    A loop of few turns has `matrices` in memory as well, and works them out in loops.
     """
 
     def __init__(
         self, lowering: Lowering, first: Sequence[Array], spread: Sequence[Spread], matrices: bool = False
     ) -> None:
-        self.lowering, self.spread, e = lowering, spread, lowering.e
+        self.lowering, self.spread, self.matrices, e = lowering, spread, matrices, lowering.e
         self.places: dict[int, Memory] = {}
         self.shapes, self.kinds = [a.shape for a in first], [a.kind for a in first]
         values, stores = [], []
@@ -355,11 +359,12 @@ class _Handed:
         lowering = self.lowering
         values = [v for k, a in enumerate(arrays) if k not in self.places for v in self._values(a, self.spread[k])]
         lowering.put([(a, place) for a, place in more if not place.spread.directions], before)
-        matrices = [(lowering.copied(arrays[k]), place) for k, place in self.places.items() if place.matrix]
+        rolled = {k: place for k, place in self.places.items() if self.matrices and place.matrix}
+        matrices = [(lowering.copied(arrays[k]), place) for k, place in rolled.items()]
         stores = [
             (arrays[k], place, index, index)
             for k, place in self.places.items()
-            if not place.matrix
+            if k not in rolled
             for index in np.ndindex(*place.shape)
         ]
         for a, place in more:
@@ -375,6 +380,7 @@ class _Handed:
 def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     p, e, body = q.params, self.e, flattened(q.params["jaxpr"])
     n, m = p["num_consts"], p["num_carry"]
+    outer, self.again_and_again = self.again_and_again, self.again_and_again or p["length"] > UNROLLED
     inputs = _ready(self, inputs[:n], body, body.inputs[:n]) + inputs[n:]
     consts, first, xs = inputs[:n], inputs[n : n + m], inputs[n + m :]
     xs = [self.in_memory(a) if a.spread.directions else a for a in xs]
@@ -383,7 +389,7 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     known = {id(v): a for v, a in zip(body.inputs, consts, strict=False)}
     still, moving = invariant(body, body.inputs[n:])
     self.all_of(still, known)
-    handed = _Handed(self, first, spread, matrices=True)
+    handed = _Handed(self, first, spread, matrices=not self.again_and_again)
     places = [self.room(v, aval, s) for v, aval, s in zip(q.outputs[m:], q.avals[m:], of_results[m:], strict=True)]
     loop = Loop(e, p["length"], handed.first)
     turn = loop.turn if not p["reverse"] else e.builder.sub(e.constant(p["length"] - 1, "i"), loop.turn)
@@ -393,6 +399,7 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     self.all_of(moving, known)
     found = [self.read(v, known) for v in body.outputs]
     values = handed.ended(found[:m], list(zip(found[m:], places, strict=True)), (turn,))
+    self.again_and_again = outer
     return [*handed.arrays(loop.close(values)), *places]
 
 
@@ -427,7 +434,9 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     loop = Loop(e, most, handed.first)
     mine = wanted(loop.carried)
     known = {id(v): a for v, a in zip(body.inputs, [*consts, *whole(loop.carried)], strict=True)}
+    outer, self.again_and_again = self.again_and_again, True
     self.all_of(body.equations, known)
+    self.again_and_again = outer
     for k, place in rooms.items():
         _, new, start, *_ = (self.read(v, known) for v in long[k].inputs)
         self.put([(_sliced(new, 0), place)], (e.within(start.at(e, ()), place.shape[0] - 1),))
@@ -524,7 +533,8 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     inner = [a.shape[k] for k in of_a]
     if prod(inner) > 100:
         raise Unsupported("a product over a long axis")
-    a, b = (self.placed(m) if m.matrix else m for m in inputs)
+    if not self.again_and_again:
+        a, b = (self.placed(m) if m.matrix else m for m in inputs)
 
     def full(
         own: list[int], of: Sequence[int], shared: Sequence[int], mine: Index, batch: Index, j: Index, rank: int
@@ -549,7 +559,7 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
         return 0.0 if found is None else found
 
     found = movement.lazy(q, inputs, entry)
-    if found[0].matrix and a.matrix and b.matrix:
+    if found[0].matrix and a.matrix and b.matrix and not self.again_and_again:
         found[0].rolled = True
         return [self.placed(found[0])]
     return found
