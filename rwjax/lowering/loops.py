@@ -7,7 +7,7 @@ import numpy as np
 from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
-from rwjax.lowering.arrays import Array, Entries, Index, Lazy, Memory, Spread, entries_of
+from rwjax.lowering.arrays import UNROLLED, Array, Entries, Index, Lazy, Memory, Spread, entries_of
 from rwjax.lowering.emitter import Emitter, Loop, Term, Value, kind_of
 from rwjax.lowering.flow import Equation, Program, carried_spreads, flattened, invariant, result_spreads
 from rwjax.lowering.lower import LOOKED_UP, Lowering, Rule, Unset, Unsupported, any_lane
@@ -20,7 +20,7 @@ def _ready(self: Lowering, arrays: Sequence[Array], body: Program, inputs: Seque
     found = []
     for v, array in zip(inputs, arrays, strict=True):
         moves = array.spread.directions or (id(v) in sought and not array.few)
-        if array.matrix and id(v) in multiplied:
+        if array.matrix and id(v) in multiplied and not self.again_and_again:
             found.append(self.placed(array))
         else:
             found.append(self.in_memory(array) if moves else array)
@@ -35,13 +35,13 @@ def _sliced(array: Array, turn: Term) -> Array:
 class _Handed:
     """What a loop hands on from turn to turn: in registers, or in memory where it depends on directions.
 
-    A loop with a fixed end has `matrices` in memory as well, and works them out in loops.
+    A loop of few turns has `matrices` in memory as well, and works them out in loops.
     """
 
     def __init__(
         self, lowering: Lowering, first: Sequence[Array], spread: Sequence[Spread], matrices: bool = False
     ) -> None:
-        self.lowering, self.spread, e = lowering, spread, lowering.e
+        self.lowering, self.spread, self.matrices, e = lowering, spread, matrices, lowering.e
         self.places: dict[int, Memory] = {}
         self.shapes, self.kinds = [a.shape for a in first], [a.kind for a in first]
         values, stores = [], []
@@ -89,11 +89,12 @@ class _Handed:
         lowering = self.lowering
         values = [v for k, a in enumerate(arrays) if k not in self.places for v in self._values(a, self.spread[k])]
         lowering.put([(a, place) for a, place in more if not place.spread.directions], before)
-        matrices = [(lowering.copied(arrays[k]), place) for k, place in self.places.items() if place.matrix]
+        rolled = {k: place for k, place in self.places.items() if self.matrices and place.matrix}
+        matrices = [(lowering.copied(arrays[k]), place) for k, place in rolled.items()]
         stores = [
             (arrays[k], place, index, index)
             for k, place in self.places.items()
-            if not place.matrix
+            if k not in rolled
             for index in np.ndindex(*place.shape)
         ]
         for a, place in more:
@@ -109,6 +110,7 @@ class _Handed:
 def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     p, e, body = q.params, self.e, flattened(q.params["jaxpr"])
     n, m = p["num_consts"], p["num_carry"]
+    outer, self.again_and_again = self.again_and_again, self.again_and_again or p["length"] > UNROLLED
     inputs = _ready(self, inputs[:n], body, body.inputs[:n]) + inputs[n:]
     consts, first, xs = inputs[:n], inputs[n : n + m], inputs[n + m :]
     xs = [self.in_memory(a) if a.spread.directions else a for a in xs]
@@ -117,7 +119,7 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     known = {id(v): a for v, a in zip(body.inputs, consts, strict=False)}
     still, moving = invariant(body, body.inputs[n:])
     self.all_of(still, known)
-    handed = _Handed(self, first, spread, matrices=True)
+    handed = _Handed(self, first, spread, matrices=not self.again_and_again)
     places = [self.room(v, aval, s) for v, aval, s in zip(q.outputs[m:], q.avals[m:], of_results[m:], strict=True)]
     loop = Loop(e, p["length"], handed.first)
     turn = loop.turn if not p["reverse"] else e.builder.sub(e.constant(p["length"] - 1, "i"), loop.turn)
@@ -127,6 +129,7 @@ def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     self.all_of(moving, known)
     found = [self.read(v, known) for v in body.outputs]
     values = handed.ended(found[:m], list(zip(found[m:], places, strict=True)), (turn,))
+    self.again_and_again = outer
     return [*handed.arrays(loop.close(values)), *places]
 
 
@@ -161,7 +164,9 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     loop = Loop(e, most, handed.first)
     mine = wanted(loop.carried)
     known = {id(v): a for v, a in zip(body.inputs, [*consts, *whole(loop.carried)], strict=True)}
+    outer, self.again_and_again = self.again_and_again, True
     self.all_of(body.equations, known)
+    self.again_and_again = outer
     for k, place in rooms.items():
         _, new, start, *_ = (self.read(v, known) for v in long[k].inputs)
         self.put([(_sliced(new, 0), place)], (e.within(start.at(e, ()), place.shape[0] - 1),))
@@ -251,7 +256,8 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     inner = [a.shape[k] for k in of_a]
     if prod(inner) > 100:
         raise Unsupported("a product over a long axis")
-    a, b = (self.placed(m) if m.matrix else m for m in inputs)
+    if not self.again_and_again:
+        a, b = (self.placed(m) if m.matrix else m for m in inputs)
 
     def full(
         own: list[int], of: Sequence[int], shared: Sequence[int], mine: Index, batch: Index, j: Index, rank: int
@@ -276,7 +282,7 @@ def _product(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
         return 0.0 if found is None else found
 
     found = movement.lazy(q, inputs, entry)
-    if found[0].matrix and a.matrix and b.matrix:
+    if found[0].matrix and a.matrix and b.matrix and not self.again_and_again:
         found[0].rolled = True
         return [self.placed(found[0])]
     return found

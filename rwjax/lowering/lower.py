@@ -49,6 +49,7 @@ class Lowering:
         constant: Puts an array of numbers into memory.
         rules: Rule of each primitive that is more than an entry of its operands, by its name.
         results: Where results of the program go, by the `id` of their names.
+        again_and_again: Whether it stands in a loop of many turns, in which matrices are written out: that is faster.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Lowering:
     ) -> None:
         self.e, self.directions, self.allocate, self.constant, self.rules = e, directions, allocate, constant, rules
         self.results: dict[int, Memory] = {}
+        self.again_and_again = False
 
     def run(self, program: Program, arguments: Sequence[Array]) -> list[Array]:
         """Emits a program.
@@ -133,7 +135,8 @@ class Lowering:
             found = self._elementwise(equation, inputs)
         else:
             raise Unsupported(f"the primitive `{equation.name}`")
-        if equation.name not in self.rules and all(a.matrix for a in found) and _rolled(inputs):
+        in_loops = equation.name not in self.rules and not self.again_and_again
+        if in_loops and all(a.matrix for a in found) and _rolled(inputs):
             return [self._rolled_out(a, any(b.matrix for b in inputs)) for a in found]
         return [entries_of(self.e, a) if a.few and not a.spread.directions and not a.in_place else a for a in found]
 
