@@ -145,16 +145,18 @@ class _Schedule:
     def _next(self) -> Callable[[], None] | None:
         with self.changed:
             while not self.stopped:
-                fullest = max(self.waiting, key=lambda program: len(self.waiting[program]), default=None)
-                if self.ready and (fullest is None or len(self.waiting[fullest]) < BATCH):
+                fullest = max(self.waiting.values(), key=len, default=[])
+                if self.ready and len(fullest) < BATCH:
                     self.busy += 1
                     return partial(self._resume, *self.ready.pop())
-                if fullest is not None:
-                    runs = self.waiting.pop(fullest)
-                    if runs[BATCH:]:
-                        self.waiting[fullest] = runs[BATCH:]
+                if fullest:
+                    request, run = fullest[0]
+                    shared = request.shared(run)
+                    del self.waiting[shared]
+                    if fullest[BATCH:]:
+                        self.waiting[shared] = fullest[BATCH:]
                     self.busy += 1
-                    return partial(self._simulate, runs[:BATCH])
+                    return partial(self._simulate, fullest[:BATCH])
                 if not self.busy:
                     return None
                 self.changed.wait()
