@@ -14,7 +14,7 @@ import numpy as np
 
 from rwjax.diagnosis.settings import ScreeningSettings
 from rwjax.fitting.batched_runs import Simulating, together
-from rwjax.fitting.gauss_newton import changes_of_numbers
+from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import residuals
@@ -93,13 +93,16 @@ class ScoreScreen:
         self.limits = limits
         self.run = run
         problem, e = fitted.problem, fitted.evaluation
-        k = len(fitted.coordinates.index)
-        blocks = [
-            residual_jacobian(e, log, changes_of_numbers(problem, e, log, k)).reshape(-1, k)
-            for log in range(len(problem.logs))
-        ]
+        k = np.arange(len(fitted.coordinates.index))
+        p = len(e.local) - problem.start.shape[1]
+        blocks = []
+        for log in range(len(problem.logs)):
+            s = np.flatnonzero(problem.start_free[log])
+            through = residual_jacobian(e, log)
+            P, _ = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)
+            blocks.append((through[..., k] + through[..., p + s] @ P).reshape(-1, len(k)))
         self._observed = problem.batch.weight.ravel() > 0.0
-        self._columns = np.concatenate(blocks)[self._observed]
+        self._columns = np.concatenate(blocks).reshape(-1, len(k))[self._observed]
         self._basis = _orthonormal(self._columns)
 
     def _with_free_numbers(self, candidate: Candidate, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:

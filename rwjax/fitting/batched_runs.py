@@ -148,19 +148,21 @@ class _Schedule:
     def _next(self) -> Callable[[], None] | None:
         with self.changed:
             while not self.stopped:
-                held = [shared for shared in self.waiting if shared[0] not in self.in_the_making]
-                fullest = max(held, key=lambda shared: len(self.waiting[shared]), default=None)
-                if self.ready and (fullest is None or len(self.waiting[fullest]) < BATCH):
+                held = (runs for shared, runs in self.waiting.items() if shared[0] not in self.in_the_making)
+                fullest = max(held, key=len, default=[])
+                if self.ready and len(fullest) < BATCH:
                     self.busy += 1
                     return partial(self._resume, *self.ready.pop())
-                if fullest is not None:
-                    runs = self.waiting.pop(fullest)
-                    if runs[BATCH:]:
-                        self.waiting[fullest] = runs[BATCH:]
-                    if fullest[0] not in self.called:
-                        self.in_the_making.add(fullest[0])
+                if fullest:
+                    request, run = fullest[0]
+                    shared = request.shared(run)
+                    del self.waiting[shared]
+                    if fullest[BATCH:]:
+                        self.waiting[shared] = fullest[BATCH:]
+                    if request.program not in self.called:
+                        self.in_the_making.add(request.program)
                     self.busy += 1
-                    return partial(self._simulate, runs[:BATCH])
+                    return partial(self._simulate, fullest[:BATCH])
                 if not self.busy:
                     return None
                 self.changed.wait()

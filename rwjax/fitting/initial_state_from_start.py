@@ -48,12 +48,13 @@ def is_complete(fitted: Fit) -> bool:
         s = np.flatnonzero(problem.start_free[log])
         change = initial_state_response(*initial_state_normal(from_start, e, log), nothing, p + s, 0.0)[1]
         through = residual_jacobian(e, log, states)
-        seen = problem.batch.weight[log] > 0.0
         covariance = initial_state_covariance(problem, through, log)
-        scatter = np.sum(through @ covariance * through, axis=-1)
-        square += np.sum(np.where(seen, e.residual[log] + through[..., s] @ change, 0.0) ** 2, axis=(0, 1))
-        allowed = COMPLETE * problem.batch.share[log] + UNLUCKY * np.maximum(scatter, 0.0)
-        limit += np.sum(np.where(seen, allowed, 0.0), axis=(0, 1))
+        for y in np.flatnonzero(problem.batch.weight[log].any(axis=(0, 1))):
+            seen = problem.batch.weight[log, ..., y] > 0.0
+            by_state = through[..., y, :][seen]
+            scatter = np.sum(by_state @ covariance * by_state, axis=1)
+            square[y] += np.sum((e.residual[log, ..., y][seen] + by_state[:, s] @ change) ** 2)
+            limit[y] += np.sum(COMPLETE * problem.batch.share[log, ..., y][seen] + UNLUCKY * np.maximum(scatter, 0.0))
     return bool(np.all(square <= limit))
 
 

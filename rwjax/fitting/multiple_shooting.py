@@ -148,16 +148,26 @@ def _through_windows(
     return theta, nodes[:, 0], settled
 
 
-def _better_through_windows(problem: Problem, c: Coordinates, here: _Run, nodes: np.ndarray) -> tuple[_Run, bool]:
-    """The run that the first phase leads to and whether it settled there, or the given one where that leaves less."""
-    nodes = nodes.copy()
-    nodes[:, 0] = np.where(problem.start_free, nodes[:, 0], here.start)
-    with np.errstate(all="ignore"):
-        theta, start, settled = _through_windows(problem, c, here.theta, nodes)
-    if np.all(np.isfinite(theta)) and np.all(np.isfinite(start)):
-        found = _run(problem, theta, start)
-        return (found, settled) if found.cost < here.cost else (here, False)
-    return here, False
+def _begin(
+    problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, nodes: np.ndarray | None
+) -> tuple[_Run, bool]:
+    """The run from which the second phase goes on, and whether the first one, which is made with nodes, has settled there.
+
+    It is the run to which the first phase leads, where that reaches the noise; else the better of it and the one that begins.
+    """
+    found = settled = None
+    if nodes is not None:
+        nodes = nodes.copy()
+        nodes[:, 0] = np.where(problem.start_free, nodes[:, 0], start)
+        with np.errstate(all="ignore"):
+            *through, settled = _through_windows(problem, c, theta, nodes)
+        if all(np.isfinite(a).all() for a in through):
+            found = _run(problem, *through)
+    if found is None or not reaches_noise(found.cost, found.theta, problem):
+        here = _run(problem, theta, start)
+        if found is None or not found.cost < here.cost:
+            return here, False
+    return found, bool(settled)
 
 
 def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
@@ -192,10 +202,10 @@ def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
         The fit.
     """
     check()
-    here = _run(problem, coordinates.clip(theta), problem.start if start is None else start)
-    if nodes is not None:
-        here, settled = _better_through_windows(problem, coordinates, here, nodes)
-        damping = min(damping, LIGHT_DAMPING) if settled else damping
+    here, settled = _begin(
+        problem, coordinates, coordinates.clip(theta), problem.start if start is None else start, nodes
+    )
+    damping = min(damping, LIGHT_DAMPING) if settled else damping
     e = sensitivities(problem, here.theta, coordinates.index, here.nodes)
     begun = Fit(problem, coordinates, here.theta, here.start, here.cost, e, most_steps == 0, 0)
     return _descend(begun, damping, most_steps, tolerance, check)

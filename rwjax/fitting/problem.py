@@ -52,7 +52,7 @@ class Problem:
     prior_weight: float = 1.0
     solver: Solver = EXACT
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of all entries of `theta`: the structure's, then those of every run, run by run."""
         runs = (self.logs[k].name for k in np.unique(runs_of(self.logs), return_index=True)[1])
@@ -91,6 +91,11 @@ class Problem:
     def logs_with_readings(self) -> np.ndarray:
         """Numbers of the logs with any reading in the residual."""
         return np.flatnonzero(self.batch.weight.any(axis=(1, 2, 3)))
+
+    @cached_property
+    def windows_with_readings(self) -> int:
+        """Windows up to the last one that holds a reading in the residual."""
+        return int(np.max(self.batch.windows_of[self.logs_with_readings], initial=0))
 
     @cached_property
     def from_start(self) -> "Problem":

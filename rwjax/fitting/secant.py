@@ -48,11 +48,14 @@ def residuals(problem: Problem, theta: Sequence[np.ndarray], start: Sequence[np.
     batch, logs = problem.batch, problem.logs_with_readings
     if not len(logs):
         return np.zeros((len(theta), *batch.reading.shape))
-    windows = int(np.max(batch.windows_of[logs]))
+    windows = problem.windows_with_readings
     y = yield Wanted(problem, np.stack(theta), np.stack(start), logs, windows)
     with np.errstate(over="ignore", invalid="ignore"):
-        y -= batch.reading[logs, :windows]
-        y *= batch.weight[logs, :windows]
+        for k, log in enumerate(
+            logs
+        ):  # where some logs alone are simulated, numpy would copy their readings every time
+            y[:, k] -= batch.reading[log, :windows]
+            y[:, k] *= batch.weight[log, :windows]
     if y.shape[1:] == batch.reading.shape:
         return y
     found = np.zeros((len(theta), *batch.reading.shape))

@@ -67,7 +67,7 @@ class Batch(NamedTuple):
     @property
     def readings(self) -> float:
         """How many readings the residual holds [1]; those that only repeat a count are not counted again."""
-        return float(np.sum(self.share[self.weight > 0.0]))
+        return float(np.sum(self.share, where=self.weight > 0.0))
 
     def inputs_of(self, logs: np.ndarray) -> "Batch":
         """What a free run needs of some logs, without their readings.

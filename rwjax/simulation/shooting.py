@@ -105,10 +105,12 @@ def _of_log(
     reading: np.ndarray,
     weight: np.ndarray,
 ) -> Evaluation | None:
-    """Residuals and normal equations of one log; those of its arguments have no axis of logs."""
+    """Residuals and normal equations of one log; those of its arguments have no axis of logs, and `dy` is overwritten."""
     W, n = nodes.shape
     columns, k = len(dy), len(dy) - n
-    residual, local = (y - reading) * weight, dy * weight
+    residual = (y - reading) * weight
+    local = np.require(dy, requirements="W")  # the largest array of a fit by far: it is not written a second time
+    local *= weight
     defect = np.concatenate([end[:-1] - nodes[1:], np.zeros((1, n))])
     steps = np.ascontiguousarray(np.moveaxis(d_end[k:], 0, -1))
     added = np.concatenate([d_end[:k], np.zeros((n, W, n)), defect[None]])
@@ -126,7 +128,13 @@ def _of_log(
     normal = G @ G.T
     chain, shift = np.moveaxis(carried[:-1], 0, -1), carried[-1]
     return Evaluation(
-        residual[None], local[:, None], chain[None], shift[None], normal[None, :-1, :-1], normal[None, -1, :-1], defect[None]
+        residual[None],
+        local[:, None],
+        chain[None],
+        shift[None],
+        normal[None, :-1, :-1],
+        normal[None, -1, :-1],
+        defect[None],
     )
 
 

@@ -8,11 +8,13 @@ import optimistix as optx
 import pytest
 
 from rwjax import Log
+from rwjax.fitting import multiple_shooting
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.fit import fit
-from rwjax.fitting.multiple_shooting import Fit, least_squares
+from rwjax.fitting.multiple_shooting import ARRIVED, Fit, carried_on, least_squares, reaches_noise
 from rwjax.fitting.problem import pose
 from rwjax.fitting.shooting_nodes import measured_nodes
+from rwjax.fitting.uncertainty import uncertainty
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.free_run import free_run
@@ -143,3 +145,49 @@ def test_what_is_asked_before_every_step_may_end_the_fit() -> None:
     with pytest.raises(Ended):
         least_squares(problem, moves, 1.5 * theta, check=end)
     assert sum(asked) == 2
+
+
+def _noisy(factor: float, monkeypatch: pytest.MonkeyPatch, **choices) -> tuple[Fit, list[np.ndarray]]:
+    """A fit with noise from numbers that are off by a factor, and the numbers of every free run that was made."""
+    rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
+    structure = structure_of(rig)
+    problem, theta = pose(structure, (log_of(rig, noise=1e-3),)), theta_of(rig, structure)
+    free = np.array([name in rig.free for name in structure.names])
+    begin = np.where(free, factor * theta, theta)
+    moves = coordinates(begin, free, bounds_of(rig, structure), np.ones_like(theta))
+    made, run = [], multiple_shooting.run_costs
+    monkeypatch.setattr(
+        multiple_shooting, "run_costs", lambda p, theta, start: made.append(theta) or run(p, theta, start)
+    )
+    return least_squares(problem, moves, begin, **choices, nodes=measured_nodes(problem, begin)), made
+
+
+def test_a_fit_that_has_settled_is_carried_on_without_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, made = _noisy(1.5, monkeypatch)
+    made.clear()
+    on = carried_on(found)
+    assert on.converged and not made and np.array_equal(on.theta, found.theta) and on.evaluation is found.evaluation
+    assert on.steps > found.steps > 0
+
+
+def test_a_fit_ends_within_a_thousandth_of_a_standard_error_and_goes_on_from_further_away(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found, _ = _noisy(1.5, monkeypatch)
+    error = np.array(list(uncertainty(found).standard_error.values()))
+    index = found.coordinates.index
+    off = found.theta.copy()
+    off[index] += (0.5, 0.3) * error
+    again = carried_on(least_squares(found.problem, found.coordinates, off, start=found.start, most_steps=0))
+    assert np.max(np.abs(again.theta - found.theta)[index] / error) < ARRIVED
+    assert again.cost == pytest.approx(found.cost, rel=1e-9)
+
+
+def test_where_the_windows_lead_to_the_noise_no_run_is_made_from_the_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, made = _noisy(1.5, monkeypatch)
+    assert reaches_noise(found.cost, found.theta, found.problem)
+    index = found.coordinates.index
+    assert all(theta[index] == pytest.approx(found.theta[index], rel=0.1) for theta in made)
+    monkeypatch.setattr(multiple_shooting, "_through_windows", lambda p, c, theta, nodes: (theta, p.start + 1.0, True))
+    worse, made = _noisy(1.5, monkeypatch, most_steps=0)
+    assert len(made) == 2 and np.array_equal(worse.theta, made[1]) and np.array_equal(worse.start, worse.problem.start)
