@@ -10,6 +10,8 @@ from rwjax.fitting.batched_runs import BATCH, Simulating, Wanted, together
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import residuals
 from rwjax.plant.from_rig import theta_of
+from rwjax.plant.structure import Structure
+from rwjax.simulation.batch import Batch
 from tests.fitting.moving_runs import alone, several
 from tests.systems import platform, reaction
 
@@ -57,24 +59,19 @@ def test_what_goes_wrong_in_one_search_ends_all() -> None:
 def test_two_threads_make_two_programs_at_the_same_time(monkeypatch: pytest.MonkeyPatch) -> None:
     called, both = [], Barrier(2)
 
-    def simulated(runs: list) -> np.ndarray:
-        wanted = runs[0][0].wanted
-        called.append(wanted.problem.structure.kind)
+    def simulated(
+        structure: Structure, theta: np.ndarray, start: np.ndarray, windows: int, batch: Batch, **_
+    ) -> np.ndarray:
+        called.append(structure.kind)
         if len(called) <= 2:
             both.wait(30.0)
-        shape = (
-            len(runs),
-            wanted.windows,
-            wanted.problem.batch.slot_step.shape[2],
-            len(wanted.problem.structure.outputs),
-        )
-        return np.zeros(shape)
+        return np.zeros((len(theta), windows, batch.slot_step.shape[2], len(structure.outputs)))
 
     def search(problem: Problem) -> Simulating[int]:
         theta = np.zeros((1, len(problem.structure.names)))
         return len((yield Wanted(problem, theta, problem.start[None], np.arange(3), 2)))
 
-    monkeypatch.setattr(batched_runs, "_simulated", simulated)
+    monkeypatch.setattr(batched_runs, "free_runs", simulated)
     monkeypatch.setattr(batched_runs, "THREADS", 2)
     assert together([search(several(platform())), search(several(reaction()))]) == [1, 1]
     assert sorted(called[:2]) == ["platform", "reaction"] and len(called) == 6
