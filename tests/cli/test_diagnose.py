@@ -30,7 +30,7 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
     answer = json.loads(done.stdout)
     assert answer == json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert (answer["schema"], answer["verdict"], answer["effects"]) == (
-        "rwjax.diagnosis/1",
+        "rwjax.diagnosis/2",
         "effect",
         ["axis.stribeck"],
     )
