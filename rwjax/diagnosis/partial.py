@@ -72,7 +72,7 @@ def why_not_held(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
     """
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
-    if _gain(fits, best, smaller) <= fits.settings.search.needed:
+    if _gain(fits, best, smaller) <= limits.needed:
         return "it is not needed beside a remainder that is coloured noise"
     parts = [a for a in amplitudes(fits, best, smaller) if a.weight >= limits.weighs]
     if any(abs(a.value - 1.0) > max(limits.differs, limits.sigmas * a.error) for a in parts):

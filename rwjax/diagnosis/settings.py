@@ -55,6 +55,11 @@ class PartialSettings:
     closes: float = _limit(
         0.5, "share of the gap on held-out runs that the names close together at the least: its definition"
     )
+    needed: float = _limit(
+        10.0,
+        "gain of the information criterion that each name must bring: twice `search.needed`, since the best of some forty names is "
+        "looked at (ln 40 = 3.7) and the independent readings are few",
+    )
     sigmas: float = _limit(
         3.0, "standard errors beyond which a difference is none of chance: once in 370 for one comparison"
     )

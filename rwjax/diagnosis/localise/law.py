@@ -18,6 +18,12 @@ from rwjax.diagnosis.localise.own_noise import simulated
 from rwjax.diagnosis.localise.regimes import weights
 from rwjax.diagnosis.localise.where import Missing, missing_torque
 from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.effects.library import BY_NAME
+from rwjax.effects.ports import Clock, CommandDelay, CommandFilter, Encoder, EncoderDelay, GoalDelay, Reading
+
+
+BESIDE_THE_PLANT = (CommandDelay, CommandFilter, GoalDelay, Encoder, EncoderDelay, Reading, Clock)
+"""Ports before and behind the plant's equations: along a measured motion these show nothing of them."""
 
 
 class Law(NamedTuple):
@@ -41,11 +47,12 @@ def laws(fits: ModelFits, hypothesis: Hypothesis, coordinates: Sequence[str]) ->
         coordinates: coordinates, in the words of `diagnosis.json`.
 
     Returns:
-        By coordinate the law; none where no log tells the coordinate or the motion, and none for a plant with states that no sensor
-        reads, along whose measured motion nothing can be worked out.
+        By coordinate the law; none where no log tells the coordinate or the motion, and none where the measured motion is not the
+        plant's, or not all of it.
     """
     structure = structure_for(fits.rig, hypothesis)
-    if structure.halves or structure.states != structure_for(fits.rig, NOTHING).states:
+    beside = any(issubclass(BY_NAME[name], BESIDE_THE_PLANT) for name in structure.effects)
+    if beside or structure.halves or structure.states != structure_for(fits.rig, NOTHING).states:
         return {}
     fitted, limits = fits.known(hypothesis), fits.settings.localisation
     body = "wheel" if structure.kind == "wheel" else "yaw"
