@@ -38,7 +38,7 @@ class Amplitude(NamedTuple):
 
 
 def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list[Amplitude]:
-    """Amplitude that each training run asks for, and then those readings with the smaller and with the larger commands.
+    """Amplitude that each training run asks for, then the smaller and the larger commands, then the runs' first and second halves.
 
     Args:
         fits: fits of both hypotheses among them.
@@ -46,23 +46,24 @@ def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list
         smaller: the hypothesis without it.
 
     Returns:
-        One amplitude for each run that shows the name, and for each half of the commands by size.
+        One amplitude for each of these parts in which the name changes anything.
     """
     with_it, without = (residuals(fits.known(e), fits.train) for e in (larger, smaller))
     logs = [fits.problem.logs[k] for k in fits.train]
-    r, d, run, size = [], [], [], []
+    r, d, run, size, late = [], [], [], [], []
     for name, series in with_it.items():
         held = [k for k, log in enumerate(logs) if name in log.outputs]
         for k, one, other in zip(held, series, without[name], strict=True):
             r.append(one)
             d.append(one - other)
             run.append(np.full(len(one), runs_of(fits.problem.logs)[fits.train[k]]))
-            size.append(np.abs(logs[k].at_drive))
+            size.append(np.abs(logs[k].at_drive).reshape(len(one), -1).max(axis=1))
+            late.append(2 * np.arange(len(one)) >= len(one))
     products = [a * b for a, b in zip(r, d, strict=True)]
     whole = sum(float(np.sum(b**2)) for b in d)
     middle = float(np.median(np.concatenate(size)))
     parts = [[k == n for k in run] for n in dict.fromkeys(int(k[0]) for k in run)]
-    parts += [[s <= middle for s in size], [s > middle for s in size]]
+    parts += [[s <= middle for s in size], [s > middle for s in size], [~s for s in late], late]
     found = []
     for part in parts:
         square = sum(float(np.sum(b[at] ** 2)) for b, at in zip(d, part, strict=True))

@@ -17,11 +17,10 @@ from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.partial import Claim, claimed
+from rwjax.diagnosis.partial import claimed
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.search.forward_backward import ForwardBackward, Search
 from rwjax.diagnosis.search.so_far import so_far
 from rwjax.diagnosis.search.strategy import Strategy
@@ -122,8 +121,7 @@ class _Outcome:
     """How far the gap closes, and the verdict."""
 
     verdict: Verdict
-    named: Hypothesis  # what is reported
-    best: Hypothesis  # what the search has chosen, its most important name first
+    named: Hypothesis  # what is reported, its most important name first
     after: HeldOut
     gaps: dict[str, Gap]
     alternatives: tuple[Hypothesis, ...]  # what may stand in the place of what is claimed
@@ -185,8 +183,8 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
     """What is told of a choice."""
     fits, layout = judged.fits, judged.layout
     rig, before, signal = fits.rig, judged.before, judged.signal
-    choice, claim = _gone_on(judged, choice, shown_by(among.names, fits.outputs))
-    outcome = _how_far(judged, choice, claim)
+    choice, holds = _gone_on(judged, choice, shown_by(among.names, fits.outputs))
+    outcome = _how_far(judged, choice, holds=holds)
     rivals = _rivals(outcome, fits.settings.report.most_rivals)
     first, ranking = judged.rung(NOTHING), _ranking(judged, choice, outcome)
     found = fits(outcome.named)
@@ -286,16 +284,16 @@ def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
     return Hypothesis(tuple(sorted(best.names, key=lambda name: -judged.rms(best.without(name)))))
 
 
-def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> tuple[Choice, Claim | None]:
-    """The search gone on with where its choice leaves a visible part, and what holds of that; all by the training runs.
+def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> tuple[Choice, bool]:
+    """Where a choice leaves a visible part, what holds of it and of what the search finds when it goes on; by the training runs.
 
-    Further names count where all of them hold and nothing visible is left. Else the choice stays.
+    The second value says whether anything holds; else the choice stays.
     """
-    fits, limits = judged.fits, judged.fits.settings.verdict
+    fits = judged.fits
     if not choice.complete or not choice.best.names:
-        return choice, None
-    if judge(choice, judged.gap_of(choice.best), limits) != "unknown":
-        return choice, None
+        return choice, False
+    if judge(choice, judged.gap_of(choice.best), fits.settings.verdict) != "unknown":
+        return choice, False
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names)
@@ -303,32 +301,31 @@ def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> tuple[Cho
             polish(fits, further.best)
             claim = claimed(search, further.best)
     except Stopped:
-        return replace(choice, complete=False), None
-    whole = claim is not None and claim.named == further.best
-    if whole and judge(further, judged.gap_of(further.best), limits) != "unknown":
-        return further, claim
-    return choice, claim
+        return replace(choice, complete=False), False
+    if claim is None:
+        return choice, False
+    return replace(further, best=claim.named, alternatives=claim.alternatives, equivalents=claim.equivalents), True
 
 
-def _how_far(judged: _Judged, choice: Choice, claim: Claim | None) -> _Outcome:
-    """How far the choice closes the gap on held-out logs, or what may be claimed of it, and the verdict."""
+def _how_far(judged: _Judged, choice: Choice, *, holds: bool) -> _Outcome:
+    """How far the choice closes the gap on held-out logs, and the verdict."""
     fits, settings = judged.fits, judged.fits.settings
     best = _by_importance(choice.best, judged) if choice.complete else choice.best
     headline_gap = judged.gap_of(best)
     verdict, named = judge(choice, headline_gap, settings.verdict), best
-    alternatives = choice.alternatives if verdict == "ambiguous" else ()
+    if verdict == "unknown" and holds and closes_in_part(headline_gap, settings.partial):
+        verdict = "partial"
     diverged: tuple[str, ...] = ()
     uninformative = None
     if verdict == "none":
         diverged = diverged_numbers(fits.rig, fits(NOTHING), settings.remarks)
         uninformative = why_uninformative(judged.layout.runs, diverged, settings.remarks)
         verdict, named = "unknown" if uninformative else "none", NOTHING
-    elif verdict == "unknown" and claim is not None and closes_in_part(judged.gap_of(claim.named), settings.partial):
-        verdict, named, alternatives = "partial", _by_importance(claim.named, judged), claim.alternatives
     elif verdict == "unknown" and headline_gap.after >= headline_gap.before:
         named = NOTHING
     after = judged(named)
-    return _Outcome(verdict, named, best, after, judged.gaps(after), alternatives, uninformative, diverged)
+    alternatives = choice.alternatives if verdict in ("ambiguous", "partial") else ()
+    return _Outcome(verdict, named, after, judged.gaps(after), alternatives, uninformative, diverged)
 
 
 def _rivals(outcome: _Outcome, most: int) -> list[Hypothesis]:
@@ -368,7 +365,7 @@ def _waterfalls(
 
 
 def _ranking(judged: _Judged, choice: Choice, outcome: _Outcome) -> tuple[Ranked, ...]:
-    """The ranking; of the first ones with their held-out gap, and why they are not what is named."""
+    """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
     ranked, unit = [], UNIT[judged.signal]
     beside = {outcome.named, *outcome.alternatives}
     for k, (e, probability) in enumerate(choice.ranking):
@@ -408,8 +405,7 @@ def _next(fits: ModelFits, outcome: _Outcome, choice: Choice, among: Asked) -> P
         return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
     if outcome.uninformative:
         return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
-    same = {*choice.equivalents, *equivalents(fits, among.names, outcome.named)}
-    rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in same]
+    rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in choice.equivalents]
     verdict = outcome.verdict
     if outcome.alternatives and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")

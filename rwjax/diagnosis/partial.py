@@ -4,7 +4,8 @@ Everything is decided on training runs. A name holds where
 
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
   better with it than without;
-* no free-form law of its coordinate explains what it leaves (`rwjax.diagnosis.localise.law`);
+* no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
+  in which the library's other laws of the coordinate stand for it;
 * it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
   both residuals allow;
 * its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives. Where
@@ -18,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.diagnosis.agreement import amplitudes, left_out
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -34,10 +35,12 @@ class Claim(NamedTuple):
     Attributes:
         named: the named set.
         alternatives: the sets of which one may stand in its place.
+        equivalents: those of the alternatives that no logs of this kind of rig can tell apart from it.
     """
 
     named: Hypothesis
     alternatives: tuple[Hypothesis, ...]
+    equivalents: tuple[Hypothesis, ...]
 
 
 def claimed(search: Search, best: Hypothesis) -> Claim | None:
@@ -87,7 +90,29 @@ def why_not_held(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
     left = law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
+    if further_law(fits, best, coordinate_of(name)) > limits.further_law:
+        return "a further law of its coordinate removes part of what it leaves"
     return None
+
+
+def further_law(fits: ModelFits, best: Hypothesis, coordinate: str) -> float:
+    """Share of what a set leaves that the best further law of a coordinate removes, among those that were tried.
+
+    Args:
+        fits: fits of the set and of what extends it.
+        best: the set.
+        coordinate: the coordinate.
+
+    Returns:
+        Share of the excess [1], 0 where nothing is left to explain.
+    """
+    excess = ModelComparison(fits).excess
+    left = excess(best)
+    if left <= fits.settings.search.nothing_left:
+        return 0.0
+    larger = [e for e in fits if e.contains(best) and len(e.names) <= len(best.names) + 1]
+    laws = [e for e in larger if any(coordinate_of(name) == coordinate for name in {*e.names} - {*best.names})]
+    return max((1.0 - excess(e) / left for e in laws), default=0.0)
 
 
 def _without(fits: ModelFits, best: Hypothesis, name: str) -> Hypothesis:
@@ -115,5 +140,6 @@ def _beside_rivals(search: Search, best: Hypothesis) -> Claim | None:
     if len(near) > limits.alternatives:
         return None
     near.sort(key=excess)
-    same = [e for one in (best, *near) for e in equivalents(search.fits, search.candidates, one)]
-    return Claim(best, tuple(e for e in dict.fromkeys([*near, *same]) if e != best))
+    same = equivalents(search.fits, search.candidates, best)
+    also = [e for one in near for e in equivalents(search.fits, search.candidates, one)]
+    return Claim(best, tuple(e for e in dict.fromkeys([*near, *same, *also]) if e != best), tuple(same))

@@ -69,7 +69,7 @@ class PartialSettings:
         "which a run may leave it open: what leaves half of the error at most correlates with the effect by as much",
     )
     weighs: float = _limit(0.05, "share of a name's change that a run, or a size of command, must hold to be asked")
-    runs: int = _limit(3, "training runs that are needed: of two, one may be the exception or the other")
+    runs: int = _limit(2, "training runs that are needed: one run alone tells nothing of another")
     harms: float = _limit(
         1.0, "squares of a run that is left out, with the name against without it: a true effect makes no run worse"
     )
@@ -79,6 +79,11 @@ class PartialSettings:
         "than half is left, the name has another form than what is missing",
     )
     bins: int = _limit(24, "bins of that law")
+    further_law: float = _limit(
+        0.25,
+        "share of what it leaves that a further law of its coordinate may remove, by free runs: one that removes more is no second "
+        "cause (`search.further_removes`) and says that the first has not the right form",
+    )
     as_much: float = _limit(
         2.0,
         "ratio of excess squares up to which a rival leaves about as much: a wrong name can explain half of what the right one "

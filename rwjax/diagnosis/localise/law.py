@@ -21,7 +21,6 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import Clock, CommandDelay, CommandFilter, Encoder, EncoderDelay, GoalDelay, Reading
 
-
 BESIDE_THE_PLANT = (CommandDelay, CommandFilter, GoalDelay, Encoder, EncoderDelay, Reading, Clock)
 """Ports before and behind the plant's equations: along a measured motion these show nothing of them."""
 
