@@ -17,7 +17,7 @@ from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.partial import claimed
+from rwjax.diagnosis.partial import claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
@@ -299,7 +299,7 @@ def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> tuple[Cho
             search = Search(fits, names)
             further = search.run(choice.best)
             polish(fits, further.best)
-            claim = claimed(search, further.best)
+            claim = claimed(search, further)
     except Stopped:
         return replace(choice, complete=False), False
     if claim is None:
@@ -339,12 +339,7 @@ def _left(judged: _Judged, outcome: _Outcome) -> Left:
     """What the claimed names leave, and where: in the coordinate of the further name that removes most of it."""
     fits, named, gap = judged.fits, outcome.named, outcome.gaps[judged.signal]
     share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
-    excess = ModelComparison(fits).excess
-    shares: dict[str, float] = {}
-    for e in fits:
-        for name in {*e.names} - {*named.names} if {*e.names} > {*named.names} else ():
-            removed = 1.0 - excess(e) / excess(named) if excess(named) > 0.0 else 0.0
-            shares[coordinate_of(name)] = max(shares.get(coordinate_of(name), 0.0), removed)
+    shares = further_laws(fits, named)
     where = locate(fits(named), fits.train, shares, None, fits.settings.localisation, deep=False)
     windows = worst_windows(outcome.after, judged.layout.logs, judged.signal, fits.settings.report.windows)
     return Left(share, where, windows)

@@ -5,7 +5,7 @@ Everything is decided on training runs. A name holds where
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
   better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
-  in which the library's other laws of the coordinate stand for it;
+  in which the library's other laws of the coordinate stand for it; what it leaves lies nearest to a law of another coordinate;
 * it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
   both residuals allow;
 * its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives. Where
@@ -23,6 +23,7 @@ from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.search.successive_halving import fitted
@@ -43,19 +44,22 @@ class Claim(NamedTuple):
     equivalents: tuple[Hypothesis, ...]
 
 
-def claimed(search: Search, best: Hypothesis) -> Claim | None:
+def claimed(search: Search, choice: Choice) -> Claim | None:
     """The largest part of an explanation that holds.
 
     Args:
         search: the search that has found it.
-        best: the explanation, with a fit at its end.
+        choice: the explanation, with a fit at its end; where it reaches the noise, the evidence says what stands beside it.
 
     Returns:
         The claim, None where nothing holds.
     """
+    best = choice.best
     while best.names:
         fitted(search.fits, best)
         fails = [name for name in best.names if why_not_held(search.fits, best, name) is not None]
+        if not fails and best == choice.best and search.comparison.excess(best) <= search.limits.nothing_left:
+            return Claim(best, choice.alternatives, choice.equivalents)
         if not fails:
             return _beside_rivals(search, best)
         best = best.without(fails[-1])
@@ -90,29 +94,35 @@ def why_not_held(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
     left = law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
-    if further_law(fits, best, coordinate_of(name)) > limits.further_law:
+    laws = further_laws(fits, best)
+    own = laws.get(coordinate_of(name), 0.0)
+    if own > limits.further_law:
         return "a further law of its coordinate removes part of what it leaves"
+    if own > fits.settings.search.first_removes and own >= max(laws.values()):
+        return "what it leaves is nearest to a further law of its own coordinate"
     return None
 
 
-def further_law(fits: ModelFits, best: Hypothesis, coordinate: str) -> float:
-    """Share of what a set leaves that the best further law of a coordinate removes, among those that were tried.
+def further_laws(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
+    """Share of what a set leaves that a further name removes, by the name's coordinate; of those that were tried.
 
     Args:
         fits: fits of the set and of what extends it.
         best: the set.
-        coordinate: the coordinate.
 
     Returns:
-        Share of the excess [1], 0 where nothing is left to explain.
+        By coordinate the largest share of the excess [1]; none where nothing is left to explain.
     """
     excess = ModelComparison(fits).excess
-    left = excess(best)
+    left, found = excess(best), dict[str, float]()
     if left <= fits.settings.search.nothing_left:
-        return 0.0
-    larger = [e for e in fits if e.contains(best) and len(e.names) <= len(best.names) + 1]
-    laws = [e for e in larger if any(coordinate_of(name) == coordinate for name in {*e.names} - {*best.names})]
-    return max((1.0 - excess(e) / left for e in laws), default=0.0)
+        return found
+    for e in fits:
+        if e.contains(best) and len(e.names) <= len(best.names) + 1:
+            for name in {*e.names} - {*best.names}:
+                coordinate = coordinate_of(name)
+                found[coordinate] = max(found.get(coordinate, 0.0), 1.0 - excess(e) / left)
+    return found
 
 
 def _without(fits: ModelFits, best: Hypothesis, name: str) -> Hypothesis:
