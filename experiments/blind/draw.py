@@ -1,7 +1,7 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own fits.
 
 `python -m experiments.blind.draw calibrate [--processes 1] [--group single …]` appends to `experiments/blind/sets/calibrate.jsonl` what is
-not there yet. Look at `calibrate` and `explore` as often as you like. `test` and `second` have been looked at: the next claim needs a set
+not there yet. Look at `calibrate`, `explore` and `partial` as often as you like. `test` and `second` have been looked at: the next claim needs a set
 of its own, with seeds that served nothing else.
 
 A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
@@ -59,6 +59,7 @@ PLANS = {
     "explore": Plan(50_000, each=8, wrong=3, outside=10, pairs=40, none=200),
     "test": Plan(70_000, each=8, wrong=3, outside=10, pairs=40, none=200),
     "second": Plan(110_000, each=8, wrong=3, outside=10, pairs=40, none=200),
+    "partial": Plan(150_000, each=1, wrong=0, outside=2, pairs=20, none=10),
 }
 
 

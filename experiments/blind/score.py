@@ -9,7 +9,8 @@ These are the outcomes of a case with one true name, where an *option* is `effec
   from the truth (`inseparable`). Exact and set together are *right*.
 * twin: the truth is no option, but every option is the same or inseparable.
 * wider: the truth or a twin is in an option, but some option holds a name too many or one that the logs rule out.
-* wrong: other names. Then there are the verdicts `unknown` and `none`, and errors.
+* part: the verdict is `partial`, and some option holds true names alone, or what is the same thing.
+* wrong: other names. Under `partial` one name that is not true is enough. Then there are the verdicts `unknown` and `none`, and errors.
 
 Intervals are Clopper and Pearson's, 95 %.
 """
@@ -28,8 +29,9 @@ from experiments.blind.draw import read
 from experiments.blind.inseparable import beside, options
 from experiments.speed.table import show
 from rwjax.diagnosis.hypothesis import coordinate_of
+from rwjax.diagnosis.verdict import CLAIMS
 
-CLASSES = ("exact", "set", "twin", "wider", "wrong", "unknown", "none", "error")
+CLASSES = ("exact", "set", "part", "twin", "wider", "wrong", "unknown", "none", "error")
 RIGHT = ("exact", "set")
 BINS = (3.0, 5.0, 10.0, 30.0)  # sizes
 SAID = (0.0, 0.5, 0.7, 0.9, 0.97, 1.0)  # probabilities
@@ -65,6 +67,9 @@ def outcome(line: Line, alike: Judged) -> str:
         return line["verdict"]
     true, offered = frozenset(split(line["effect"])), options(line)
     fits = [matches(o, line) or o in alike.get(line["index"], ()) for o in offered]
+    if line["verdict"] == "partial":
+        held = any(all({name} & {*accepted(line)} for name in o) for o in offered)
+        return "part" if held else "twin" if any(fits) else "wrong"
     if offered == [true]:
         return "exact"
     if all(fits):
@@ -162,8 +167,8 @@ def nothing(lines: Sequence[Line]) -> None:
     table = []
     for kind in [*sorted({line["kind"] for line in lines}), "all"]:
         group = [line for line in lines if kind in (line["kind"], "all")]
-        table.append([kind, str(len(group)), *verdicts(group, ("none", "effect", "ambiguous", "unknown"))])
-    show("Nothing missing: verdicts", ["", "cases", "none", "effect", "ambiguous", "unknown", "error"], table)
+        table.append([kind, str(len(group)), *verdicts(group, ("none", *CLAIMS, "unknown"))])
+    show("Nothing missing: verdicts", ["", "cases", "none", *CLAIMS, "unknown", "error"], table)
 
 
 def verdicts(lines: Sequence[Line], names: Sequence[str]) -> list[str]:
@@ -184,9 +189,21 @@ def outside(lines: Sequence[Line], alike: Judged) -> None:
     groups.append((f"more than {AT_FLOOR} floors left", [x for x in lines if excess(x)]))
     told = [x for x in lines if not any(o in alike.get(x["index"], ()) for o in options(x))]
     groups.append(("told apart by the oracle from what is named", told))
-    names = ("unknown", "effect", "ambiguous", "none")
+    names = ("unknown", *CLAIMS, "none")
     table = [[name, str(len(group)), *verdicts(group, names)] for name, group in groups]
     show("Causes outside the list: verdicts", ["", "cases", *names, "error"], table)
+
+
+def in_part(lines: Sequence[Line], alike: Judged) -> None:
+    """How often names under `partial` are right, by how many causes there are."""
+    found = [line for line in lines if line.get("verdict") == "partial"]
+    if not found:
+        return
+    table = []
+    for group in [*dict.fromkeys(line["group"] for line in found), "all"]:
+        among = [line for line in found if group in (line["group"], "all")]
+        table.append([group, str(len(among)), share(sum(outcome(x, alike) == "part" for x in among), len(among))])
+    show("Names under `partial`", ["", "cases", "right"], table)
 
 
 def calibration(title: str, lines: Sequence[Line]) -> None:
@@ -224,7 +241,7 @@ def fine(line: Line, alike: Judged) -> bool:
     """Whether a case needs no second look."""
     if line["group"] in ("none", "outside"):
         return line.get("verdict") == ("none" if line["group"] == "none" else "unknown")
-    return outcome(line, alike) in RIGHT
+    return outcome(line, alike) in (*RIGHT, "part")
 
 
 def confusions(lines: Sequence[Line], alike: Judged) -> None:
@@ -261,6 +278,7 @@ def main() -> None:
         nothing(group["none"])
     if group["outside"]:
         outside(group["outside"], alike)
+    in_part(lines, alike)
     known = [x for x in lines if x["group"] != "outside"]
     calibration("Probability of the first name, every case with an answer", known)
     calibration("The same where the verdict is `effect`", [x for x in known if x.get("verdict") == "effect"])

@@ -17,17 +17,19 @@ from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
+from rwjax.diagnosis.partial import claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
-from rwjax.diagnosis.result import Diagnosis, Ranked
+from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.search.forward_backward import ForwardBackward
+from rwjax.diagnosis.search.forward_backward import ForwardBackward, Search
 from rwjax.diagnosis.search.so_far import so_far
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.uninformative import diverged_numbers, part_of, why_uninformative
-from rwjax.diagnosis.verdict import Verdict, judge, stands_out
+from rwjax.diagnosis.verdict import Verdict, closes_in_part, judge, stands_out
 from rwjax.diagnosis.waterfall import Rung, rung
+from rwjax.diagnosis.words import UNIT, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.ran_away import runaway_words, without_runaways
@@ -104,6 +106,10 @@ class _Judged:
         rms = self.rms(hypothesis)
         return rung(self.fits.rig, hypothesis.names, self.fits(hypothesis), rms, base)
 
+    def gap_of(self, hypothesis: Hypothesis) -> Gap:
+        """Gap of the headline signal."""
+        return gap(self.before, self(hypothesis), self.signal, self.fits.settings.gap)
+
     def gaps(self, after: HeldOut) -> dict[str, Gap]:
         """Gap of every output."""
         limits = self.fits.settings.gap
@@ -115,10 +121,10 @@ class _Outcome:
     """How far the gap closes, and the verdict."""
 
     verdict: Verdict
-    named: Hypothesis  # what is reported
-    best: Hypothesis  # what the search has chosen, its most important name first
+    named: Hypothesis  # what is reported, its most important name first
     after: HeldOut
     gaps: dict[str, Gap]
+    alternatives: tuple[Hypothesis, ...]  # what may stand in the place of what is claimed
     uninformative: str | None  # why the logs tell nothing, where they do not
     diverged: tuple[str, ...]  # numbers that ran away from the rig file
 
@@ -177,9 +183,10 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
     """What is told of a choice."""
     fits, layout = judged.fits, judged.layout
     rig, before, signal = fits.rig, judged.before, judged.signal
-    outcome = _how_far(judged, choice)
-    rivals = _rivals(outcome, choice, fits.settings.report.most_rivals)
-    first, ranking = judged.rung(NOTHING), _ranking(judged, choice)
+    choice, holds = _gone_on(judged, choice, shown_by(among.names, fits.outputs))
+    outcome = _how_far(judged, choice, holds=holds)
+    rivals = _rivals(outcome, fits.settings.report.most_rivals)
+    first, ranking = judged.rung(NOTHING), _ranking(judged, choice, outcome)
     found = fits(outcome.named)
     spread = uncertainty(found)
     proposed, where = _next(fits, outcome, choice, among), _where(fits, choice, outcome)
@@ -197,10 +204,11 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
         restricted=among.restricted,
         uninformative=outcome.uninformative,
         effects=outcome.named.names,
-        alternatives=tuple(e.names for e in choice.alternatives) if outcome.verdict == "ambiguous" else (),
+        alternatives=tuple(e.names for e in outcome.alternatives),
         ranking=ranking,
         where=where,
         windows=worst_windows(before, layout.logs, signal, fits.settings.report.windows),
+        left=_left(judged, outcome) if outcome.verdict == "partial" else None,
         signal=signal,
         gaps=outcome.gaps,
         held_out=layout.rule,
@@ -276,14 +284,37 @@ def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
     return Hypothesis(tuple(sorted(best.names, key=lambda name: -judged.rms(best.without(name)))))
 
 
-def _how_far(judged: _Judged, choice: Choice) -> _Outcome:
+def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> tuple[Choice, bool]:
+    """Where a choice leaves a visible part, what holds of it and of what the search finds when it goes on; by the training runs.
+
+    The second value says whether anything holds; else the choice stays.
+    """
+    fits = judged.fits
+    if not choice.complete or not choice.best.names:
+        return choice, False
+    if judge(choice, judged.gap_of(choice.best), fits.settings.verdict) != "unknown":
+        return choice, False
+    try:
+        with fits.headway.budget.searching():
+            search = Search(fits, names)
+            further = search.run(choice.best)
+            polish(fits, further.best)
+            claim = claimed(search, further)
+    except Stopped:
+        return replace(choice, complete=False), False
+    if claim is None:
+        return choice, False
+    return replace(further, best=claim.named, alternatives=claim.alternatives, equivalents=claim.equivalents), True
+
+
+def _how_far(judged: _Judged, choice: Choice, *, holds: bool) -> _Outcome:
     """How far the choice closes the gap on held-out logs, and the verdict."""
     fits, settings = judged.fits, judged.fits.settings
     best = _by_importance(choice.best, judged) if choice.complete else choice.best
-    after = judged(best)
-    gaps = judged.gaps(after)
-    headline_gap = gaps[judged.signal]
+    headline_gap = judged.gap_of(best)
     verdict, named = judge(choice, headline_gap, settings.verdict), best
+    if verdict == "unknown" and holds and closes_in_part(headline_gap, settings.partial):
+        verdict = "partial"
     diverged: tuple[str, ...] = ()
     uninformative = None
     if verdict == "none":
@@ -292,16 +323,26 @@ def _how_far(judged: _Judged, choice: Choice) -> _Outcome:
         verdict, named = "unknown" if uninformative else "none", NOTHING
     elif verdict == "unknown" and headline_gap.after >= headline_gap.before:
         named = NOTHING
-    if not named.names:
-        after, gaps = judged.before, judged.gaps(judged.before)
-    return _Outcome(verdict, named, best, after, gaps, uninformative, diverged)
+    after = judged(named)
+    alternatives = choice.alternatives if verdict in ("ambiguous", "partial") else ()
+    return _Outcome(verdict, named, after, judged.gaps(after), alternatives, uninformative, diverged)
 
 
-def _rivals(outcome: _Outcome, choice: Choice, most: int) -> list[Hypothesis]:
+def _rivals(outcome: _Outcome, most: int) -> list[Hypothesis]:
     """Hypotheses shown beside one another, where they cannot be told apart."""
-    if outcome.verdict != "ambiguous":
+    if not outcome.alternatives:
         return []
-    return list(dict.fromkeys([outcome.best, *choice.alternatives]))[:most]
+    return list(dict.fromkeys([outcome.named, *outcome.alternatives]))[:most]
+
+
+def _left(judged: _Judged, outcome: _Outcome) -> Left:
+    """What the claimed names leave, and where: in the coordinate of the further name that removes most of it."""
+    fits, named, gap = judged.fits, outcome.named, outcome.gaps[judged.signal]
+    share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
+    shares = further_laws(fits, named)
+    where = locate(fits(named), fits.train, shares, None, fits.settings.localisation, deep=False)
+    windows = worst_windows(outcome.after, judged.layout.logs, judged.signal, fits.settings.report.windows)
+    return Left(share, where, windows)
 
 
 def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:
@@ -318,12 +359,16 @@ def _waterfalls(
     return named_steps, tuple(judged.rung(other, first.numbers) for other in others)
 
 
-def _ranking(judged: _Judged, choice: Choice) -> tuple[Ranked, ...]:
-    """The ranking, with the held-out gap of the first few whose fit is at its end."""
-    fits, ranked = judged.fits, []
+def _ranking(judged: _Judged, choice: Choice, outcome: _Outcome) -> tuple[Ranked, ...]:
+    """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
+    ranked, unit = [], UNIT[judged.signal]
+    beside = {outcome.named, *outcome.alternatives}
     for k, (e, probability) in enumerate(choice.ranking):
-        told = k < fits.settings.report.ranked and fits.ended(e) and (choice.complete or e == choice.best)
-        ranked.append(Ranked(" + ".join(e.names) or "none", probability, judged.rms(e) if told else None))
+        first = k < judged.fits.settings.report.ranked
+        leaves = judged.rms(e) if first and (choice.complete or e == choice.best) else None
+        told = first and e not in beside and outcome.verdict != "none"
+        why = why_not(leaves, outcome.named.names, judged.rms(outcome.named), unit) if told else None
+        ranked.append(Ranked(" + ".join(e.names) or "none", probability, leaves, why))
     return tuple(ranked)
 
 
@@ -355,17 +400,17 @@ def _next(fits: ModelFits, outcome: _Outcome, choice: Choice, among: Asked) -> P
         return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
     if outcome.uninformative:
         return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
-    rivals = [e for e in dict.fromkeys([outcome.best, *choice.alternatives]) if e not in choice.equivalents]
+    rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in choice.equivalents]
     verdict = outcome.verdict
-    if verdict == "ambiguous" and len(rivals) < 2:
+    if outcome.alternatives and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")
-    if verdict == "ambiguous" and fits.rig.kind in TWO_AXIS:
+    if outcome.alternatives and fits.rig.kind in TWO_AXIS:
         return Proposal("one motor at a time, then both at once, with slow triangles, steps and coast-downs of each")
-    if verdict == "ambiguous":
+    if outcome.alternatives:
         two = [Rival(e.names, fits.problem_of(e), fits(e).theta) for e in rivals[:2]]
         remains = {name: g.after for name, g in outcome.gaps.items()}
         return propose(fits.rig.name, two, fits.train, remains, fits.settings.next_experiment)
-    if verdict == "unknown":
+    if verdict in ("unknown", "partial"):
         return Proposal(
             "repeat one of these runs three times, so that what never repeats can be told from what is missing"
         )

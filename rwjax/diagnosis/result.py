@@ -1,5 +1,6 @@
 """Diagnosis: what `diagnose` returns, what the report shows, and what `diagnosis.json` holds."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -7,9 +8,18 @@ import numpy as np
 from rwjax.diagnosis.gap import Gap, HeldOut
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
-from rwjax.diagnosis.verdict import Verdict
+from rwjax.diagnosis.verdict import CLAIMS, Verdict
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, gap_line, moved, numbers_of, unfinished_sentence, verdict_sentence, where_words
+from rwjax.diagnosis.words import (
+    UNIT,
+    gap_line,
+    left_words,
+    moved,
+    numbers_of,
+    unfinished_sentence,
+    verdict_sentence,
+    where_words,
+)
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import unit_of_number
 from rwjax.fitting.multiple_shooting import Fit
@@ -20,7 +30,7 @@ from rwjax.logs.log import Log
 from rwjax.planning.files import Plan
 from rwjax.rig.model import Rig
 
-SCHEMA = "rwjax.diagnosis/1"
+SCHEMA = "rwjax.diagnosis/2"
 """The layout of `diagnosis.json`."""
 
 
@@ -32,11 +42,28 @@ class Ranked:
         effect: its name, `none` for the rig as it is.
         probability: its probability among all that are ranked [1].
         gap_after: RMS error of the headline signal with it added [SI], for the first few.
+        why_not: why it is not what is named, as a sentence; None for what is named.
     """
 
     effect: str
     probability: float
     gap_after: float | None
+    why_not: str | None = None
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the named effects leave, and no known effect explains.
+
+    Attributes:
+        share: share of the squared excess on the held-out runs that stays [1].
+        where: where it lies, by the training runs; None where nothing was tried beside what is named.
+        windows: seconds of the held-out runs that hold most of the squared error that is left.
+    """
+
+    share: float
+    where: Where | None
+    windows: tuple[Window, ...]
 
 
 @dataclass(frozen=True)
@@ -46,7 +73,7 @@ class Diagnosis:
     Attributes:
         rig: the rig as it is.
         logs: all logs, or the parts into which a single one was split; segments where free runs follow those.
-        verdict: one of the four outcomes.
+        verdict: one of the five outcomes.
         complete: whether the search came to its end; one that the budget or Ctrl-C has ended claims nothing.
         untried: candidates that were then not compared.
         restricted: whether some candidates were left out on purpose.
@@ -56,6 +83,7 @@ class Diagnosis:
         ranking: candidates with their probabilities, the most probable one first.
         where: where the gap lies, None where nothing was tried.
         windows: seconds of the held-out logs with the most squared error.
+        left: what the named effects leave, where the verdict is `partial`.
         signal: the headline signal.
         gaps: the gap by output.
         held_out: the rule by which logs were held out.
@@ -85,6 +113,7 @@ class Diagnosis:
     ranking: tuple[Ranked, ...]
     where: Where | None
     windows: tuple[Window, ...]
+    left: Left | None
     signal: str
     gaps: dict[str, Gap]
     held_out: str
@@ -109,7 +138,7 @@ class Diagnosis:
             return unfinished_sentence(self.effects, len(self.untried), gap)
         known = "candidate that was asked for" if self.restricted else "effect of the library"
         said = verdict_sentence(self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known)
-        claims = self.verdict in ("effect", "ambiguous")
+        claims = self.verdict in CLAIMS
         return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
 
     def __str__(self) -> str:
@@ -122,6 +151,8 @@ class Diagnosis:
             law = where_words(self.where, limits)
             share = f"{100 * self.where.share:.0f} % of the excess squared error"
             lines.append(f"  where: {self.subsystem}; a law in {law} removes {share}")
+        if self.left is not None:
+            lines.append(f"  left: {left_words(self.left.share, self.left.where, self.left.windows, limits)}")
         if len(self.waterfall) > 1:
             first, last = self.waterfall[0], self.waterfall[-1]
             lines += [f"  {line}" for line in (*numbers_of(last), *moved(first, last, limits))]
@@ -162,9 +193,16 @@ class Diagnosis:
             "effects": list(self.effects),
             "alternatives": [list(names) for names in self.alternatives],
             "ranking": [
-                {"effect": r.effect, "probability": r.probability, "gap_after": r.gap_after} for r in self.ranking
+                {
+                    "effect": r.effect,
+                    "probability": r.probability,
+                    "gap_after": r.gap_after,
+                    "why_not": r.why_not,
+                }
+                for r in self.ranking
             ],
             "where": self._where_json(),
+            "left": self._left_json(),
             "gap": {
                 "signal": self.signal,
                 **_gap_json(self.gaps[self.signal]),
@@ -184,13 +222,30 @@ class Diagnosis:
         return {
             "subsystem": self.subsystem,
             "coordinate": self.where.coordinate,
-            "interval": list(self.where.interval) if self.where.interval is not None else None,
+            "interval": _interval_json(self.where),
             "share": self.where.share,
-            "windows": [
-                {"log": log, "from_s": begin, "to_s": end, "share": share} for log, begin, end, share in self.windows
-            ],
+            "windows": _windows_json(self.windows),
             **self.where.json(),
         }
+
+    def _left_json(self) -> dict | None:
+        if self.left is None:
+            return None
+        where = self.left.where
+        return {
+            "share": self.left.share,
+            "coordinate": where.coordinate if where is not None else None,
+            "interval": _interval_json(where) if where is not None else None,
+            "windows": _windows_json(self.left.windows),
+        }
+
+
+def _interval_json(where: Where) -> list[float] | None:
+    return list(where.interval) if where.interval is not None else None
+
+
+def _windows_json(windows: Sequence[Window]) -> list[dict]:
+    return [{"log": log, "from_s": begin, "to_s": end, "share": share} for log, begin, end, share in windows]
 
 
 def _gap_json(gap: Gap) -> dict:

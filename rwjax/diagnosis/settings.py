@@ -39,12 +39,57 @@ class Limits:
     )
     several: float = _limit(
         0.95,
-        "the same for several names together: right ones closed 0.99, wrong ones up to 0.90",
+        "the same for several names together: right ones closed 0.99, wrong ones up to 0.90; and the share above which what "
+        "any names leave is no visible part",
         "calibrated",
     )
     at_floor: float = _limit(
         1.25, "error after the effects are added, in floors, that counts as reaching the floor", "calibrated"
     )
+
+
+@dataclass(frozen=True)
+class PartialSettings:
+    """Limits of the verdict `partial`: what names have to pass that leave a visible part. None was tuned on a result."""
+
+    closes: float = _limit(
+        0.5, "share of the gap on held-out runs that the names close together at the least: its definition"
+    )
+    needed: float = _limit(
+        10.0,
+        "gain of the information criterion that each name must bring: twice `search.needed`, since the best of some forty names is "
+        "looked at (ln 40 = 3.7) and the independent readings are few",
+    )
+    sigmas: float = _limit(
+        3.0, "standard errors beyond which a difference is none of chance: once in 370 for one comparison"
+    )
+    differs: float = _limit(
+        0.3,
+        "difference in amplitude, as a share of the fitted one, that what else is missing may feign in a run; and the most by "
+        "which a run may leave it open: what leaves half of the error at most correlates with the effect by as much",
+    )
+    weighs: float = _limit(0.05, "share of a name's change that a run, or a size of command, must hold to be asked")
+    runs: int = _limit(2, "training runs that are needed: one run alone tells nothing of another")
+    harms: float = _limit(
+        1.0, "squares of a run that is left out, with the name against without it: a true effect makes no run worse"
+    )
+    law_left: float = _limit(
+        0.5,
+        "share of what a free-form law of its coordinate explained without the name that it may explain with it: where more "
+        "than half is left, the name has another form than what is missing",
+    )
+    bins: int = _limit(24, "bins of that law")
+    further_law: float = _limit(
+        0.25,
+        "share of what it leaves that a further law of its coordinate may remove, by free runs: one that removes more is no second "
+        "cause (`search.further_removes`) and says that the first has not the right form",
+    )
+    as_much: float = _limit(
+        2.0,
+        "ratio of excess squares up to which a rival leaves about as much: a wrong name can explain half of what the right one "
+        "leaves, as the exact form of a cause does (`search.further_removes`)",
+    )
+    alternatives: int = _limit(3, "rivals that leave about as much, above which nothing is claimed: four names are few")
 
 
 @dataclass(frozen=True)
@@ -273,7 +318,9 @@ class ReportSettings:
     """What is shown."""
 
     most_rivals: int = _limit(4, "hypotheses shown where they cannot be told apart, the best one among them")
-    ranked: int = _limit(3, "names of the ranking whose held-out gap is worked out, where their fit is at its end")
+    ranked: int = _limit(
+        10, "names of the ranking whose held-out gap is worked out, and of which is said why they are not named"
+    )
     windows: int = _limit(5, "worst seconds of the held-out logs that are shown")
     sure: float = _limit(3.0, "standard errors by which a number must shift for a line of its own")
     far_percent: float = _limit(
@@ -298,6 +345,7 @@ class Settings:
     """Every limit of the diagnosis, grouped by what it limits."""
 
     verdict: Limits = Limits()
+    partial: PartialSettings = PartialSettings()
     search: SearchSettings = SearchSettings()
     halving: HalvingSettings = HalvingSettings()
     fitting: FittingSettings = FittingSettings()

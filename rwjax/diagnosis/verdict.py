@@ -2,11 +2,15 @@
 
 from typing import Literal
 
+import numpy as np
+
 from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.settings import Limits
+from rwjax.diagnosis.settings import Limits, PartialSettings
 
-Verdict = Literal["none", "effect", "ambiguous", "unknown"]
+Verdict = Literal["none", "effect", "ambiguous", "partial", "unknown"]
+CLAIMS: tuple[Verdict, ...] = ("effect", "ambiguous", "partial")
+"""Verdicts under which a name is a claim."""
 
 
 def stands_out(gap: Gap, limits: Limits) -> bool:
@@ -22,6 +26,33 @@ def stands_out(gap: Gap, limits: Limits) -> bool:
     return gap.closed is not None and gap.size >= limits.nothing
 
 
+def leaves_a_visible_part(gap: Gap, limits: Limits) -> bool:
+    """Whether what the named effects leave asks for a further explanation, as a gap of its own would.
+
+    Args:
+        gap: the gap of the headline signal on held-out logs.
+        limits: limits of the verdict.
+
+    Returns:
+        True where it stands above the floor and is no small share of the gap.
+    """
+    left = np.sqrt(max(gap.after**2 - gap.floor**2, 0.0)) / gap.floor
+    return bool(left >= limits.doubt and gap.closed is not None and gap.closed < limits.several)
+
+
+def closes_in_part(gap: Gap, limits: PartialSettings) -> bool:
+    """Whether names that hold close enough of the gap to be claimed though they leave a visible part.
+
+    Args:
+        gap: the gap of the headline signal on held-out logs, which judge but do not choose.
+        limits: limits of the verdict `partial`.
+
+    Returns:
+        True where they do.
+    """
+    return gap.closed is not None and gap.closed >= limits.closes
+
+
 def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
     """The outcome for the headline signal; a choice that is not complete claims nothing.
 
@@ -31,7 +62,7 @@ def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
         limits: limits of the verdict.
 
     Returns:
-        One of the four outcomes.
+        One of the outcomes but `partial`, of which more has to be known.
     """
     if not choice.complete:
         return "unknown"
@@ -43,7 +74,7 @@ def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
 
     A gap may surely be closed to less than `limits.explained` and still stand above the floor. It then has a cause that the library
     does not know, or several, and the names that help must not be taken for it. Several names together can imitate much, so they
-    must close nearly all of the gap.
+    must close nearly all of the gap. Where a visible part is left, no name is the whole answer.
 
     Args:
         names: how many names were chosen.
@@ -52,7 +83,7 @@ def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
         limits: limits of the verdict.
 
     Returns:
-        One of the four outcomes.
+        One of the outcomes but `partial`.
     """
     if gap.closed is None or gap.size < limits.nothing:
         return "none"
@@ -60,6 +91,6 @@ def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
         return "none" if gap.size < limits.doubt else "unknown"
     least = limits.several if names > 1 else limits.barely
     short = gap.closed < least or (gap.ci95 is not None and gap.ci95[1] < limits.explained)
-    if short and gap.after > limits.at_floor * gap.floor:
+    if (short and gap.after > limits.at_floor * gap.floor) or leaves_a_visible_part(gap, limits):
         return "unknown"
     return "ambiguous" if rivals else "effect"

@@ -1,5 +1,6 @@
 """The diagnosis in words, for the terminal and the head of the report."""
 
+from collections.abc import Sequence
 from math import isfinite
 
 from rwjax.diagnosis.gap import Gap
@@ -8,6 +9,7 @@ from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import ReportSettings
 from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
+from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import BY_NAME, unit_of_number
 from rwjax.kinds import half_column
 from rwjax.rig.columns import unit_of
@@ -67,8 +69,15 @@ def verdict_sentence(
     if verdict == "ambiguous":
         others = "; or ".join(_listed(names) for names in alternatives)
         return f"The rig lacks {_listed(effects)}; or {others}: these logs cannot tell them apart."
+    part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
+    if verdict == "partial":
+        claim = "one of these sets is missing: " if alternatives else "the rig lacks "
+        sets = "; or ".join(_listed(names) for names in (effects, *alternatives))
+        return (
+            f"Only in part: {claim}{sets}; this closes {part} on held-out runs, and the {gap.after:.3g} {unit} that stay "
+            f"({gap.after / gap.floor:.2g} times the floor) fit no {known}."
+        )
     if effects:
-        part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
         explain = "explains" if len(effects) == 1 else "together explain"
         return f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor and fits no {known}."
     return f"Unknown: a gap above the floor remains that no {known} explains."
@@ -129,6 +138,47 @@ def where_words(where: Where, limits: ReportSettings) -> str:
     ]
     name, *others = (one.replace("_", " ") for one in (where.coordinate, *alike))
     return name + (f" (as one in {', '.join(others)})" if others else "")
+
+
+def left_words(share: float, where: Where | None, windows: Sequence[Window], limits: ReportSettings) -> str:
+    """What the named effects leave, in words.
+
+    Args:
+        share: share of the squared excess on the held-out runs that stays [1].
+        where: where it lies, None where that is not known.
+        windows: seconds of the held-out runs with most of the squared error that is left.
+        limits: what counts as much.
+
+    Returns:
+        The words, without an end.
+    """
+    said = f"{100 * share:.2g} % of the excess squared error"
+    if where is not None:
+        said += f"; nearest to it comes a law in {where_words(where, limits)}, which removes {100 * where.share:.0f} % of that"
+    if windows:
+        log, begin, end, most = windows[0]
+        said += f"; worst from {begin:.1f} to {end:.1f} s of {log} ({100 * most:.0f} %)"
+    return said
+
+
+def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: str) -> str:
+    """Why a candidate is not what is named, as one sentence.
+
+    Args:
+        leaves: RMS error of the headline signal with the candidate added [SI], None where it was not worked out.
+        named: what is named, or what comes nearest.
+        after: RMS error with that [SI].
+        unit: the signal's unit.
+
+    Returns:
+        The sentence.
+    """
+    best = " + ".join(named) or "the rig as it is"
+    if leaves is None:
+        return f"The training runs speak more for {best}."
+    if leaves <= after:
+        return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
+    return f"It leaves {leaves:.3g} {unit} on held-out runs, {leaves / after:.2g} times what {best} leaves."
 
 
 def numbers_of(rung: Rung) -> list[str]:

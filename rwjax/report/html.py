@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rwjax.diagnosis.result import Diagnosis
-from rwjax.diagnosis.words import UNIT, where_words
+from rwjax.diagnosis.words import UNIT, left_words, where_words
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError, printable_lines
 from rwjax.report import plots
@@ -135,6 +135,7 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "signed": signed,
         "unit_of_number": unit_of_number,
         "where_words": partial(where_words, limits=d.settings.report),
+        "left_words": lambda left: left_words(left.share, left.where, left.windows, d.settings.report),
     }
     page = environment.get_template("report.html.j2").render(
         d=d, sentence=d.sentence, figures=drawn, unit=UNIT, corrected=write_rig(d.corrected)

@@ -16,6 +16,7 @@ import pytest
 
 from rwjax import read_rig
 from rwjax.cli import interrupt
+from rwjax.diagnosis.worst_windows import Window
 from rwjax.planning.experiment import Experiment
 from rwjax.planning.files import Plan, Run
 from rwjax.report.plots import plot_ranking, plot_runs
@@ -30,7 +31,7 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
     answer = json.loads(done.stdout)
     assert answer == json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert (answer["schema"], answer["verdict"], answer["effects"]) == (
-        "rwjax.diagnosis/1",
+        "rwjax.diagnosis/2",
         "effect",
         ["axis.stribeck"],
     )
@@ -148,7 +149,7 @@ def test_a_logs_name_that_is_no_text_ends_no_command(quick: Shell) -> None:
     name = os.fsdecode(b"run\xff\x1b[31m.csv")
     shutil.copy("run.csv", name)
     logs = tuple(replace(log, name=name) for log in diagnosed().logs)
-    found = diagnosed(logs=logs, windows=((name, 0.0, 1.0, 0.5),), remarks=(name,))
+    found = diagnosed(logs=logs, windows=(Window(name, 0.0, 1.0, 0.5),), remarks=(name,))
     quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: found)
     code, out, err = quick("diagnose", "rig.toml", name, "-o", "out")
     assert (code, err) == (0, "") and r"note: run\udcff\x1b[31m.csv" in out and out.count("\x1b") == 0

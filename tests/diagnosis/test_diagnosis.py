@@ -41,7 +41,7 @@ def test_labelled_examples(examples: Path, name: str) -> None:
     for signal, floor in truth["floor"].items():
         # the label's floor leaves the start's uncertainty out: up to half a count, sqrt(1 + 3) times the noise
         assert 0.8 * floor < found.gaps[signal].floor < 2.0 * floor
-    assert json.loads(json.dumps(found.json(), allow_nan=False))["schema"] == "rwjax.diagnosis/1"
+    assert json.loads(json.dumps(found.json(), allow_nan=False))["schema"] == "rwjax.diagnosis/2"
 
 
 @pytest.mark.parametrize("noise", [0.0, 2e-4], ids=["exact", "noisy"])

@@ -8,7 +8,7 @@ import pytest
 
 from rwjax.diagnosis.gap import Gap, HeldOut
 from rwjax.diagnosis.localise.where import Where
-from rwjax.diagnosis.result import Diagnosis, Ranked
+from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
@@ -36,9 +36,10 @@ DIAGNOSIS = Diagnosis(
     uninformative=None,
     effects=("axis.coulomb",),
     alternatives=(),
-    ranking=(Ranked("axis.coulomb", 1.0, 0.01), Ranked("none", 0.0, None)),
+    ranking=(Ranked("axis.coulomb", 1.0, 0.01), Ranked("none", 0.0, 0.05, "It leaves more.")),
     where=Where("yaw_rate", 0.98, "yaw_rate", (-0.1, 0.2), {"yaw_rate": 0.98}, ()),
     windows=(Window("a.csv", 1.0, 2.0, 0.5),),
+    left=None,
     signal="yaw_rad",
     gaps={"yaw_rad": Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99))},
     held_out="leave-one-run-out",
@@ -60,10 +61,10 @@ DIAGNOSIS = Diagnosis(
 def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     found = json.loads(json.dumps(DIAGNOSIS.json(), allow_nan=False))
     assert list(found) == [
-        "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "gap", "held_out", "split", "next_experiment",
-        "drift", "remarks",
+        "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "left", "gap", "held_out", "split",
+        "next_experiment", "drift", "remarks",
     ]  # fmt: skip
-    assert found["schema"] == "rwjax.diagnosis/1" and found["untold"] is None
+    assert found["schema"] == "rwjax.diagnosis/2" and found["untold"] is None
     assert (
         found["gap"]["signal"] == "yaw_rad"
         and found["gap"]["after"] == found["gap"]["signals"]["yaw_rad"]["after"] == 0.01
@@ -87,6 +88,30 @@ def test_an_unfinished_answer_says_so_in_the_text_and_the_json() -> None:
     assert str(found).startswith("Unfinished: so far dry friction (axis.coulomb) closes 98 % of the gap")
     assert found.json()["complete"] is False and found.json()["untried"] == ["drive.lag"]
     assert DIAGNOSIS.json()["complete"] is True and DIAGNOSIS.json()["untried"] == []
+
+
+def test_what_is_left_stands_in_the_json_and_in_the_text() -> None:
+    where = Where("time", 0.3, "time", (2.0, 9.0), {"time": 0.3}, ())
+    left = Left(0.04, where, (Window("b.csv", 4.0, 5.0, 0.6),))
+    found = replace(DIAGNOSIS, verdict="partial", left=left)
+    assert found.json()["left"] == {
+        "share": 0.04,
+        "coordinate": "time",
+        "interval": [2.0, 9.0],
+        "windows": [{"log": "b.csv", "from_s": 4.0, "to_s": 5.0, "share": 0.6}],
+    }
+    assert DIAGNOSIS.json()["left"] is None and "left:" not in str(DIAGNOSIS)
+    assert "  left: 4 % of the excess squared error; nearest to it comes a law in time" in str(found)
+    assert "worst from 4.0 to 5.0 s of b.csv (60 %)" in str(found) and "The rig lacks" not in str(found)
+    nowhere = replace(found, left=replace(left, where=None))
+    assert nowhere.json()["left"]["coordinate"] is None and "nearest" not in str(nowhere)
+
+
+def test_the_ranking_says_why_a_candidate_is_not_named() -> None:
+    first, none = DIAGNOSIS.json()["ranking"]
+    assert first["why_not"] is None and none == {
+        "effect": "none", "probability": 0.0, "gap_after": 0.05, "why_not": "It leaves more.",
+    }  # fmt: skip
 
 
 def test_a_claim_among_some_candidates_says_so() -> None:

@@ -7,8 +7,8 @@ import pytest
 from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.settings import Limits
-from rwjax.diagnosis.verdict import judge, stands_out, verdict
+from rwjax.diagnosis.settings import Limits, PartialSettings
+from rwjax.diagnosis.verdict import closes_in_part, judge, stands_out, verdict
 
 LIMITS = Limits()
 
@@ -33,7 +33,9 @@ def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
         (chosen(), Gap(5.0, 5.0, 1.0, 0.0, (0.0, 0.0)), "unknown"),
         (chosen("axis.coulomb"), Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)), "effect"),
         (chosen("axis.coulomb"), Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6)), "unknown"),
-        (chosen("axis.coulomb"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "effect"),
+        (chosen("axis.coulomb"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "unknown"),  # a visible part is left
+        (chosen("axis.coulomb"), Gap(81.0, 4.0, 1.0, 0.9625, (0.95, 0.97)), "effect"),  # … and here a small share
+        (chosen("axis.coulomb"), Gap(7.0, 1.9, 1.0, 0.85, (0.8, 0.9)), "effect"),
         (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "unknown"),
         (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 1.2, 1.0, 0.93, (0.9, 0.95)), "effect"),
         # hardly anything is closed: no name, however wide the interval
@@ -45,16 +47,22 @@ def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
         ),
     ],
 )
-def test_the_four_outcomes(choice: Choice, gap: Gap, outcome: str) -> None:
+def test_the_outcomes_of_a_search(choice: Choice, gap: Gap, outcome: str) -> None:
     assert judge(choice, gap, LIMITS) == outcome
 
 
 def test_other_limits_give_another_outcome() -> None:
     gap = Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6))
     assert verdict(1, False, gap, LIMITS) == "unknown"
-    assert verdict(1, False, gap, replace(LIMITS, barely=0.5, explained=0.5)) == "effect"
-    assert verdict(1, False, gap, replace(LIMITS, at_floor=3.0)) == "effect"
+    assert verdict(1, False, gap, replace(LIMITS, barely=0.5, explained=0.5, several=0.5)) == "effect"
+    assert verdict(1, False, gap, replace(LIMITS, at_floor=3.0, doubt=3.0)) == "effect"
     assert verdict(0, False, gap, replace(LIMITS, doubt=10.0)) == "none" != verdict(0, False, gap, LIMITS)
+
+
+def test_names_that_hold_have_to_close_half_of_the_gap() -> None:
+    assert closes_in_part(Gap(5.0, 3.0, 1.0, 0.5, None), PartialSettings())
+    assert not closes_in_part(Gap(5.0, 3.1, 1.0, 0.475, None), PartialSettings())
+    assert not closes_in_part(Gap(1.0, 1.0, 1.0, None, None), PartialSettings())
 
 
 def test_a_gap_stands_out_where_it_is_a_floor_above_its_floor() -> None:

@@ -15,6 +15,7 @@ from rwjax.diagnosis.words import (
     unfinished_sentence,
     verdict_sentence,
     where_words,
+    why_not,
 )
 
 SETTINGS = ReportSettings()
@@ -86,6 +87,22 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             "Unknown: a (a) and b (b) together explain 98 % of the gap, but what is left stands above the floor and fits no effect "
             "of the library.",
         ),
+        (
+            "partial",
+            ("a", "b"),
+            (),
+            None,
+            "Only in part: the rig lacks a (a) and b (b); this closes 98 % of the gap on held-out runs, and the 0.01 rad that stay "
+            "(1.1 times the floor) fit no effect of the library.",
+        ),
+        (
+            "partial",
+            ("a",),
+            (("b",),),
+            None,
+            "Only in part: one of these sets is missing: a (a); or b (b); this closes 98 % of the gap on held-out runs, and the "
+            "0.01 rad that stay (1.1 times the floor) fit no effect of the library.",
+        ),
         ("unknown", (), (), None, "Unknown: a gap above the floor remains that no effect of the library explains."),
         (
             "unknown",
@@ -95,10 +112,18 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             "Unknown: nothing moves in these logs, so that they do not say whether anything is missing.",
         ),
     ],
-    ids=["none", "effect", "ambiguous", "in part", "unknown", "uninformative"],
+    ids=["none", "effect", "ambiguous", "in part", "partial", "one of two", "unknown", "uninformative"],
 )
 def test_every_verdict_has_its_sentence(verdict, effects, alternatives, uninformative, said: str) -> None:
     assert verdict_sentence(verdict, effects, alternatives, GAP, "rad", uninformative) == said
+
+
+def test_it_is_said_why_a_candidate_is_not_named() -> None:
+    assert why_not(0.03, ("a", "b"), 0.01, "rad") == "It leaves 0.03 rad on held-out runs, 3 times what a + b leaves."
+    assert why_not(0.009, (), 0.01, "rad").startswith(
+        "It leaves 0.009 rad of the held-out runs, no more than the rig as it is"
+    )
+    assert why_not(None, ("a",), 0.01, "rad") == "The training runs speak more for a."
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "ranking": (Ranked("axis.coulomb", 0.9, AFTER), Ranked("none", 0.1, None)),
         "where": Where("yaw_rate", 0.8, "yaw_rate", None, {"time": 0.1, "yaw_rate": 0.8}, (missing,)),
         "windows": (),
+        "left": None,
         "signal": "yaw_rad",
         "gaps": {"yaw_rad": Gap(BEFORE, AFTER, FLOOR, 0.975, (0.9, 0.99))},
         "held_out": "marked",

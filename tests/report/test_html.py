@@ -12,7 +12,11 @@ from xml.etree import ElementTree
 
 import matplotlib
 import pytest
+from markupsafe import escape
 
+from rwjax.diagnosis.localise.where import Where
+from rwjax.diagnosis.result import Left, Ranked
+from rwjax.diagnosis.worst_windows import Window
 from rwjax.errors import InputError
 from rwjax.report.html import figures_of, percent, short, signed, write_report
 from rwjax.report.plots import plot_runs
@@ -53,6 +57,18 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) 
     assert "a remark &lt;b&gt;&amp;" in page and "a &lt;b&gt;&amp;.csv" in page
     assert "<td>yaw_rad (headline)</td><td>0.5</td><td>0.11</td><td>0.1</td><td>rad</td>" in page
     assert "90.0 % to 99.0 %" in page and matplotlib.get_backend() == backend
+
+
+def test_what_is_left_has_a_place_of_its_own(tmp_path: Path) -> None:
+    windows = (Window(f"a {MARK}.csv", 1.0, 2.0, 0.4),)
+    left = Left(0.2, Where("time", 0.3, None, None, {"time": 0.3}, ()), windows)
+    ranking = (*diagnosed().ranking[:1], Ranked("drive.lag", 0.1, 0.3, f"It leaves more {MARK}."))
+    page = write_report(diagnosed(verdict="partial", left=left, ranking=ranking), tmp_path).read_text()
+    assert "not the whole answer: it leaves 20 % of the excess squared error; nearest to it comes a law in time" in page
+    assert page.count(f"a {escape(MARK)}.csv</td><td>1.00</td><td>2.00</td><td>40.0 %</td>") == 1
+    assert f"It leaves more {escape(MARK)}." in page
+    assert page.index("Only in part") < page.index("<svg") and "The rig lacks" not in page
+    assert "not the whole answer" not in write_report(diagnosed(), tmp_path).read_text()
 
 
 class Tags(HTMLParser):

@@ -53,14 +53,20 @@ class Search:
         self.comparison = ModelComparison(fits)
         self.limits = fits.settings.search
 
-    def run(self) -> Choice:
-        """Searches from the rig as it is.
+    def run(self, begin: Hypothesis = NOTHING) -> Choice:
+        """Searches from the rig as it is, or goes on from what was chosen.
+
+        What is negligible is measured by what the hypothesis leaves that is begun from. So a search that goes on looks for what the
+        one before it took for the exact form of its names.
+
+        Args:
+            begin: where to begin, with a fit at its end.
 
         Returns:
             The choice, with what was tried.
         """
-        self.fits(NOTHING)
-        best = self.backward(self.forward(NOTHING))
+        self.fits(begin)
+        best = self.backward(self.forward(begin))
         rivals = self.rivals(best)
         for _ in range(self.limits.exchanges):
             if (better := self.surpassing(best, rivals)) is None:

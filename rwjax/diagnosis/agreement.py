@@ -1,0 +1,110 @@
+r"""Agreement: whether every run, and commands of every size, ask for as much of a name as all of them together.
+
+A true effect has one amplitude everywhere. Let $r$ be the residual with the name and $d$ the change of the prediction that the name
+brings after all other numbers have adapted, both in units of the noise. Part $i$ of the readings then asks for
+
+$$ a_i = 1 - \frac{\sum_i r\,d}{\sum_i d^2}, \qquad
+   \sigma_i^2 = \frac{c_i \sum_i r^2 d^2}{\bigl(\sum_i d^2\bigr)^2} $$
+
+times the amplitude that was fitted, with the correlation time $c_i$ of the products $r\,d$ [samples]. What else is missing is part of
+$r$, and so of the errors.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.information_criterion import correlation_time, residuals
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.fitting.batched_runs import Simulating
+from rwjax.fitting.prediction import Prediction, errors, predicted
+from rwjax.logs.segments import runs_of
+
+
+class Amplitude(NamedTuple):
+    """What one part of the readings asks for.
+
+    Attributes:
+        value: amplitude, in units of the fitted one [1].
+        error: its standard error [1].
+        weight: share of the change that lies in this part [1].
+    """
+
+    value: float
+    error: float
+    weight: float
+
+
+def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list[Amplitude]:
+    """Amplitude that each training run asks for, then the smaller and the larger commands, then the runs' first and second halves.
+
+    Args:
+        fits: fits of both hypotheses among them.
+        larger: the hypothesis with the name.
+        smaller: the hypothesis without it.
+
+    Returns:
+        One amplitude for each of these parts in which the name changes anything.
+    """
+    with_it, without = (residuals(fits.known(e), fits.train) for e in (larger, smaller))
+    logs = [fits.problem.logs[k] for k in fits.train]
+    r, d, run, size, late = [], [], [], [], []
+    for name, series in with_it.items():
+        held = [k for k, log in enumerate(logs) if name in log.outputs]
+        for k, one, other in zip(held, series, without[name], strict=True):
+            r.append(one)
+            d.append(one - other)
+            run.append(np.full(len(one), runs_of(fits.problem.logs)[fits.train[k]]))
+            size.append(np.abs(logs[k].at_drive).reshape(len(one), -1).max(axis=1))
+            late.append(2 * np.arange(len(one)) >= len(one))
+    products = [a * b for a, b in zip(r, d, strict=True)]
+    whole = sum(float(np.sum(b**2)) for b in d)
+    middle = float(np.median(np.concatenate(size)))
+    parts = [[k == n for k in run] for n in dict.fromkeys(int(k[0]) for k in run)]
+    parts += [[s <= middle for s in size], [s > middle for s in size], [~s for s in late], late]
+    found = []
+    for part in parts:
+        square = sum(float(np.sum(b[at] ** 2)) for b, at in zip(d, part, strict=True))
+        if square > 0.0:
+            score = sum(float(np.sum(p[at])) for p, at in zip(products, part, strict=True))
+            spread = sum(correlation_time(p) * float(np.sum(p[at] ** 2)) for p, at in zip(products, part, strict=True))
+            found.append(Amplitude(1.0 - score / square, float(np.sqrt(spread)) / square, square / whole))
+    return found
+
+
+def left_out(fits: ModelFits, hypotheses: Sequence[Hypothesis]) -> dict[Hypothesis, np.ndarray]:
+    """How hypotheses follow each training run when they are fitted to the other ones.
+
+    Args:
+        fits: fits of the hypotheses at their end.
+        hypotheses: those to judge.
+
+    Returns:
+        Sum of squared errors of every run (runs,) [noise²] by hypothesis; none where there is one run alone.
+    """
+    train, run = np.array(fits.train), runs_of(fits.problem.logs)[list(fits.train)]
+    runs = [tuple(map(int, train[run == n])) for n in np.unique(run)]
+    if len(runs) < 2:
+        return {e: np.zeros(0) for e in hypotheses}
+
+    def one(hypothesis: Hypothesis, test: tuple[int, ...]) -> Simulating[float]:
+        fitted = yield from fits.on(hypothesis, [k for k in fits.train if k not in test])
+        problem = fits.problem_of(hypothesis).only(test)
+        return _square(fits, (yield from predicted(problem, fitted.theta, test, with_floor=False)))
+
+    for e in hypotheses:
+        fits(e)
+    found = fits.together([one(e, test) for e in hypotheses for test in runs])
+    return dict(zip(hypotheses, np.reshape(found, (len(hypotheses), len(runs))), strict=True))
+
+
+def _square(fits: ModelFits, predictions: list[Prediction]) -> float:
+    """Sum of squared errors of predictions [noise²]; what left the range of numbers counts as far off."""
+    square, far = 0.0, fits.settings.gap.diverged
+    for p, by_output in zip(predictions, errors(fits.problem, predictions), strict=True):
+        for name, e in by_output.items():
+            seen = np.isfinite(fits.problem.logs[p.log].outputs[name])
+            square += float(np.sum(np.where(np.isfinite(e), e / fits.problem.noise[name], far)[seen] ** 2))
+    return square

@@ -1,0 +1,40 @@
+"""Agreement: a true effect has one amplitude in every run and at every size of command, an imitation has not."""
+
+import numpy as np
+
+from rwjax.diagnosis.agreement import amplitudes, left_out
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
+from tests.diagnosis.several_runs import run_of, searched
+
+BIAS = Hypothesis(("axis.bias_torque",))
+PUSHED = {"axis.bias_torque": {"T": 0.02}}
+
+
+def test_a_true_effect_has_one_amplitude_in_every_run_and_at_every_size_of_command() -> None:
+    search = searched([run_of(k, PUSHED) for k in range(3)], BIAS)
+    found = amplitudes(search.fits, BIAS, NOTHING)
+    assert len(found) == 7  # three runs, smaller and larger commands, first and second halves
+    assert np.allclose([a.value for a in found], 1.0, atol=0.02) and max(a.error for a in found) < 0.02
+    assert np.isclose(sum(a.weight for a in found[:3]), 1.0) and np.allclose(
+        [found[3].weight + found[4].weight, found[5].weight + found[6].weight], 1.0
+    )
+
+
+def test_an_effect_of_one_run_alone_has_another_amplitude_there() -> None:
+    logs = [run_of(0, PUSHED), run_of(1, PUSHED), run_of(2, {"axis.bias_torque": {"T": 0.08}})]
+    found = amplitudes(searched(logs, BIAS).fits, BIAS, NOTHING)
+    assert found[0].value < 0.6 and found[2].value > 1.1
+
+
+def test_a_run_that_is_left_out_is_followed_by_what_the_others_say() -> None:
+    same = searched([run_of(k, PUSHED) for k in range(3)], BIAS)
+    followed = left_out(same.fits, (NOTHING, BIAS))
+    assert followed[BIAS].shape == (3,) and np.all(followed[BIAS] < 0.01 * followed[NOTHING])
+    opposite = [run_of(0, PUSHED), run_of(1, PUSHED), run_of(2, {"axis.bias_torque": {"T": -0.02}})]
+    followed = left_out(searched(opposite, BIAS).fits, (NOTHING, BIAS))
+    assert followed[BIAS][2] > followed[NOTHING][2]
+
+
+def test_a_single_run_cannot_be_left_out() -> None:
+    fits = searched([run_of(0, PUSHED)], BIAS).fits
+    assert left_out(fits, (BIAS,))[BIAS].shape == (0,)
