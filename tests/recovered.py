@@ -69,6 +69,6 @@ def recover(kind: str, cause: str, seed: int, amplitude: float = 1.0, effect: st
     found = sorted(found, key=lambda f: f.cost)[:3]
     found = together([descend(f, most_steps=25, tolerance=1e-6) for f in found])
     best = min(found, key=lambda f: f.cost)
-    best = fit_from_start(least_squares(problem, moves(free), best.theta, start=best.start))
+    best = fit_from_start(least_squares(problem, moves(free), best.theta, start=best.start, most_steps=0))
     changed = case.truth["changed"][cause]
     return Recovered(best.numbers(), case.truth["parameters"], changed, _misfit(best), _misfit(base))

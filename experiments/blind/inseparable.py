@@ -19,7 +19,6 @@ from experiments.blind.draws import EFFECTS
 from experiments.blind.oracle import Fit, perfect, refit
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE
-from rwjax.diagnosis.verdict import CLAIMS
 
 TOLERANCE = 0.2  # floors
 TRIES = 8  # random draws from which the other hypothesis is refitted
@@ -34,7 +33,7 @@ def beside(path: Path) -> Path:
 
 def options(line: dict) -> list[frozenset[str]]:
     """The hypotheses that a diagnosis offers, the first one first."""
-    if line.get("verdict") not in CLAIMS:
+    if line.get("verdict") not in ("effect", "ambiguous", "partial"):
         return []
     return [frozenset(names) for names in [line["effects"], *line["alternatives"]]]
 

@@ -1,7 +1,8 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
 import gc
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,9 +52,6 @@ def diagnose(
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
 
-    # what is imported stays, and programs are made of many small parts: to look for what can go takes a tenth of a first diagnosis otherwise
-    gc.freeze()
-    gc.set_threshold(YOUNG)
     check_segments(segments)
     positive(budget=budget)
     limit = Budget(budget)
@@ -61,7 +59,7 @@ def diagnose(
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
-    with first(limit.stop), progress(quiet, lines=True) as show:
+    with first(limit.stop), _seldom_collected(), progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
@@ -75,6 +73,22 @@ def diagnose(
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)
+
+
+@contextmanager
+def _seldom_collected() -> Iterator[None]:
+    """Inside, Python seldom looks for objects that hold each other and can go: it takes a tenth of a first diagnosis otherwise.
+
+    What is imported stays, and programs are made of many small parts.
+    """
+    before = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(YOUNG)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+        gc.unfreeze()
 
 
 def _written(result: "Diagnosis", target: ResultFolder) -> tuple[str, dict[str, Path]]:

@@ -66,11 +66,19 @@ class _Request:
         parts = (batch.slot_step, batch.theta_index, batch.theta_offset)
         return hash((problem.structure, problem.solver, self.wanted.windows, *map(id, parts)))
 
-    def shared(self, run: int) -> tuple[int, int]:
+    @cached_property
+    def code(self) -> int:
+        """Number of the machine code, which batches of other logs may share."""
+        problem = self.wanted.problem
+        return hash((problem.structure, problem.solver, problem.batch.slot_step.shape))
+
+    def shared(self, run: int) -> tuple[int, int, int]:
         """What runs that may share a call have in common."""
-        return self.program, int(self.wanted.logs[run % len(self.wanted.logs)])
+        return self.code, self.program, int(self.wanted.logs[run % len(self.wanted.logs)])
 
 
+called: set[int] = set()
+"""Machine code that this process has called before: it need not be made."""
 _Run = tuple[_Request, int]
 """A request and the number of the run in it."""
 
@@ -113,15 +121,14 @@ class _Schedule:
     """Shares work among threads.
 
     Each thread takes, in this order: runs that fill a batch; the search whose readings came last; the runs that wait. Runs of a program
-    that another thread calls for the first time are left until it is there: meanwhile this thread makes another program.
+    that another thread calls for the first time in this process are left until it is there: meanwhile this thread makes another program.
     """
 
     def __init__(self, searches: list[Simulating[Any]]) -> None:
         self.searches = searches
         self.found: dict[int, Any] = {}
         self.ready: list[tuple[int, np.ndarray | None]] = [(number, None) for number in reversed(range(len(searches)))]
-        self.waiting: dict[tuple[int, int], list[_Run]] = {}
-        self.called: set[int] = set()
+        self.waiting: dict[tuple[int, int, int], list[_Run]] = {}
         self.in_the_making: set[int] = set()
         self.busy = 0
         self.stopped = False
@@ -159,8 +166,8 @@ class _Schedule:
                     del self.waiting[shared]
                     if fullest[BATCH:]:
                         self.waiting[shared] = fullest[BATCH:]
-                    if request.program not in self.called:
-                        self.in_the_making.add(request.program)
+                    if request.code not in called:
+                        self.in_the_making.add(request.code)
                     self.busy += 1
                     return partial(self._simulate, fullest[:BATCH])
                 if not self.busy:
@@ -183,8 +190,8 @@ class _Schedule:
         for (request, run), y in zip(runs, _simulated(runs), strict=True):
             request.y[run] = y
         with self.changed:
-            self.called.add(runs[0][0].program)
-            self.in_the_making.discard(runs[0][0].program)
+            called.add(runs[0][0].code)
+            self.in_the_making.discard(runs[0][0].code)
             for request, _ in runs:
                 request.missing -= 1
                 if not request.missing:

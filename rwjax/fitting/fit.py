@@ -190,7 +190,7 @@ def _fit_again(problem: Problem, fitted: Fit) -> Fit:
         from rwjax.fitting.smooth_fit import fit_again
 
         return fit_again(problem, fitted)
-    return fit_from_start(least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start))
+    return fit_from_start(least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start, most_steps=0))
 
 
 def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:

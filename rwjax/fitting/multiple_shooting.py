@@ -191,8 +191,8 @@ def least_squares(  # noqa: PLR0913 (one of them may end it between its steps)
         coordinates: The free numbers.
         theta: Parameter vector `(t,)` [SI] where the fit begins.
         start: Initial states `(l, n)` [SI] where the fit begins; the problem's own without it.
-        nodes: States at the windows' starts `(l, w, n)` [SI]. With them the short windows come first, and the fit goes
-            on from the better of both runs.
+        nodes: States at the windows' starts `(l, w, n)` [SI]. With them the short windows come first. The fit goes on from
+            where they lead if that reaches the noise, else from the better of both runs.
         damping: Levenberg-Marquardt damping of the first step [1].
         most_steps: Steps at most [1].
         tolerance: Share of the cost below which a step's gain ends the fit [1].
@@ -220,7 +220,8 @@ def carried_on(begun: Fit) -> Fit:
     Returns:
         The fit, with the steps of both.
     """
-    damping = LIGHT_DAMPING if begun.converged else FIRST_DAMPING
+    settled = begun.converged and begun.steps > 0
+    damping = LIGHT_DAMPING if settled else FIRST_DAMPING
     return _descend(begun, damping, MOST_STEPS, TOLERANCE, lambda: None)
 
 
@@ -231,16 +232,17 @@ def _descend(here: Fit, damping: float, most_steps: int, tolerance: float, check
     converged, taken = most_steps == 0, 0
     while taken < most_steps:
         check()
-        taken += 1
         step = gauss_newton_step(problem, here.evaluation, c, here.theta, damping)
         if step is None or not np.isfinite(here.cost):
             break
         dz, dx = step
         share = c.shorten(dz)
         theta, start = c.move(here.theta, share * dz), here.start + share * dx
-        if damping <= min(LIGHT_DAMPING, damping_to_end) and _length(here, theta, start) <= ARRIVED:
+        light = share == 1.0 and damping <= min(LIGHT_DAMPING, damping_to_end)
+        if light and _length(here, theta, start) <= ARRIVED:
             converged = True
             break
+        taken += 1
         trial = _run(problem, theta, start)
         gain = here.cost - trial.cost
         if gain >= 0.0:

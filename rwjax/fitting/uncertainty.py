@@ -100,7 +100,7 @@ def scores(fitted: Fit) -> Scores:
     for log, record in enumerate(problem.logs):
         along = changes_of_numbers(problem, e, log, k) * scale
         Gt = by_sample(problem.batch, log, residual_jacobian(e, log, along), len(record.time))
-        flat = Gt.reshape(-1, k)
+        flat = Gt.reshape(Gt.shape[0] * Gt.shape[1], k)
         A += flat.T @ flat
         jacobians.append(Gt)
         residuals.append(by_sample(problem.batch, log, e.residual[log], len(record.time)))

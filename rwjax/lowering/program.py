@@ -18,7 +18,7 @@ from rwjax.lowering.branches import BRANCHES
 from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, Value, kind_of
 from rwjax.lowering.flow import flattened, invariant, result_spreads
 from rwjax.lowering.loops import LOOPS
-from rwjax.lowering.lower import Lowering
+from rwjax.lowering.lower import Lowering, Unsupported
 from rwjax.lowering.machine import compiled, loaded
 
 ENTRY = "rwjax.run"
@@ -207,6 +207,8 @@ def _pointer(e: Emitter, table: Value, k: int) -> Value:
 
 
 def _argument(e: Emitter, table: Value, k: int, slot: Slot, lane: Value | int) -> Memory:
+    if slot.spread.lanes and slot.spread.directions:
+        raise Unsupported("an argument that differs over lanes and directions")
     size, base = prod(slot.shape), _pointer(e, table, k)
     if slot.spread.lanes:
         base = e.builder.gep(base, [e.value(e.times(lane, size), "i")], source_etype=DOUBLE)

@@ -71,6 +71,7 @@ def test_two_threads_make_two_programs_at_the_same_time(monkeypatch: pytest.Monk
         theta = np.zeros((1, len(problem.structure.names)))
         return len((yield Wanted(problem, theta, problem.start[None], np.arange(3), 2)))
 
+    monkeypatch.setattr(batched_runs, "called", set())  # as in a new process
     monkeypatch.setattr(batched_runs, "free_runs", simulated)
     monkeypatch.setattr(batched_runs, "THREADS", 2)
     assert together([search(several(platform())), search(several(reaction()))]) == [1, 1]

@@ -6,9 +6,23 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
+from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.fit import fit
+from rwjax.fitting.multiple_shooting import least_squares
+from rwjax.fitting.problem import pose
+from rwjax.fitting.uncertainty import uncertainty
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from tests.fitting.logs import FREE, TIME, log_of, red
 from tests.systems import MOTOR, platform, record, run
+
+
+def test_where_no_number_is_free_there_is_no_error() -> None:
+    rig = platform("viscous = 0.02")
+    structure = structure_of(rig)
+    problem, theta = pose(structure, (log_of(rig, noise=1e-3),)), theta_of(rig, structure)
+    none = coordinates(theta, np.zeros(len(theta), bool), bounds_of(rig, structure), np.ones_like(theta))
+    found = uncertainty(least_squares(problem, none, theta))
+    assert found.names == () and found.covariance.shape == (0, 0)
 
 
 def test_a_number_on_its_bound_is_named() -> None:

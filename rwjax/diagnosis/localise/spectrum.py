@@ -14,7 +14,7 @@ def welch(
     Args:
         y: Records `(time, k)` [any unit].
         interval: Sampling interval [s].
-        length: Samples of a window [1].
+        length: Samples of a window, two or more [1].
 
     Returns:
         Frequencies `(f,)` [Hz], and densities `(f, k)` [unit²/Hz].
