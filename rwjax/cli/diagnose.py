@@ -48,6 +48,7 @@ def diagnose(
     """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
     from rwjax.diagnosis.budget import Budget
     from rwjax.diagnosis.diagnosis import diagnose as run
+    from rwjax.fitting.processes import Team
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
@@ -59,11 +60,11 @@ def diagnose(
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
-    with first(limit.stop), _seldom_collected(), progress(quiet, lines=True) as show:
+    with Team() as team, first(limit.stop), _seldom_collected(), progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
-        result = run(rig, logs, only=only or (), without=without or (), budget=limit, progress=show)
+        result = run(rig, logs, only=only or (), without=without or (), budget=limit, team=team, progress=show)
         show("writing the report")
         answer, written = _written(result, target)
     if as_json:

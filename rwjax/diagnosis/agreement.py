@@ -11,6 +11,7 @@ $r$, and so of the errors.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +19,10 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.information_criterion import correlation_time, residuals
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.fitting.batched_runs import Simulating
+from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import Prediction, errors, predicted
+from rwjax.fitting.problem import Problem
+from rwjax.fitting.processes import Search
 from rwjax.logs.segments import runs_of
 
 
@@ -89,15 +92,17 @@ def left_out(fits: ModelFits, hypotheses: Sequence[Hypothesis]) -> dict[Hypothes
     if len(runs) < 2:
         return {e: np.zeros(0) for e in hypotheses}
 
-    def one(hypothesis: Hypothesis, test: tuple[int, ...]) -> Simulating[float]:
-        fitted = yield from fits.on(hypothesis, [k for k in fits.train if k not in test])
-        problem = fits.problem_of(hypothesis).only(test)
-        return _square(fits, (yield from predicted(problem, fitted.theta, test, with_floor=False)))
-
     for e in hypotheses:
         fits(e)
-    found = fits.together([one(e, test) for e in hypotheses for test in runs])
+    parts = [(e, test) for e in hypotheses for test in runs]
+    fitted = fits.together([fits.on(e, [k for k in fits.train if k not in test]) for e, test in parts])
+    judged = [_predicted(fits.problem_of(e).only(test), f, test) for (e, test), f in zip(parts, fitted, strict=True)]
+    found = [_square(fits, predictions) for predictions in fits.together(judged)]
     return dict(zip(hypotheses, np.reshape(found, (len(hypotheses), len(runs))), strict=True))
+
+
+def _predicted(problem: Problem, fitted: Fit, test: Sequence[int]) -> Search[list[Prediction]]:
+    return Search(problem, partial(predicted, problem, fitted.theta, test, with_floor=False))
 
 
 def _square(fits: ModelFits, predictions: list[Prediction]) -> float:

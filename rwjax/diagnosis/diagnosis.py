@@ -32,6 +32,7 @@ from rwjax.diagnosis.waterfall import Rung, rung
 from rwjax.diagnosis.words import UNIT, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.processes import Team
 from rwjax.fitting.ran_away import runaway_words, without_runaways
 from rwjax.fitting.segments import with_segments
 from rwjax.fitting.threads import SINGLE_THREADED_BLAS
@@ -140,6 +141,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     only: Sequence[str] = (),
     without: Sequence[str] = (),
     budget: float | Budget | None = None,
+    team: Team | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Where the gap between a rig and its logs lies, which effect causes it, and how far it closes.
@@ -159,6 +161,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
         without: names of candidates to leave out.
         budget: time [s] after which the search ends and the answer so far is given, or a `Budget`, which can also be stopped; no
             limit where none is given. The rig as it is is fitted and judged in any case.
+        team: processes that share the search, this one alone where none are given.
         progress: hears of every step, on any thread.
 
     Returns:
@@ -174,7 +177,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
         budget if isinstance(budget, Budget) else Budget(math.inf if budget is None else budget), progress
     )
     layout = _laid_out(rig, with_segments(rig, logs, segments))
-    fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway)
+    fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway, team)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward(), among)
     return _answer(_Judged(fits, layout, before, signal), choice, among)
 

@@ -89,7 +89,7 @@ def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *,
 
     def judged(fold: Split) -> Simulating[list[Prediction]]:
         train, test = fold
-        fitted = begun if set(train) == set(fits.train) else (yield from fits.on(hypothesis, train))
+        fitted = begun if set(train) == set(fits.train) else (yield from fits.on(hypothesis, train).begin())
         problem = fits.problem_of(hypothesis).only(test)
         return (yield from predicted(problem, fitted.theta, test, with_floor=with_floor))
 

@@ -17,6 +17,7 @@ from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start, is_complete
 from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.processes import ALONE, Search, Team
 from rwjax.fitting.secant import descend, with_derivatives, with_residual
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
@@ -49,6 +50,10 @@ def _ended(problem: Problem, begun: Fit, limits: FittingSettings) -> Simulating[
     return min(found, again, key=lambda f: f.cost)
 
 
+def _further(problem: Problem, begun: Fit, steps: int, tolerance: float) -> Search[Fit]:
+    return Search(problem, partial(_carried_on, problem, begun, steps, tolerance))
+
+
 @dataclass
 class ModelFits:
     """All logs laid out once, and the best fit of every hypothesis to the training logs.
@@ -62,6 +67,7 @@ class ModelFits:
         train: numbers of the training logs.
         settings: limits of the diagnosis.
         headway: how far the search is, and when it has to end.
+        team: the processes that share the searches.
         by_start_rule: whether first states follow the start rule.
         fitted_exactly: hypotheses fitted by exact derivatives, and whether that was by the start rule.
     """
@@ -71,6 +77,7 @@ class ModelFits:
     train: tuple[int, ...]
     settings: Settings
     headway: Headway
+    team: Team
     by_start_rule: bool = True
     fitted_exactly: dict[Hypothesis, bool] = field(default_factory=dict)
     _problems: dict[Structure, Problem] = field(default_factory=dict)
@@ -87,6 +94,7 @@ class ModelFits:
         train: Sequence[int],
         settings: Settings | None = None,
         headway: Headway | None = None,
+        team: Team | None = None,
     ) -> "ModelFits":
         """Fits of a rig to logs, none of them done yet.
 
@@ -96,6 +104,7 @@ class ModelFits:
             train: numbers of the logs to fit.
             settings: limits of the diagnosis, the usual ones where none are given.
             headway: takes down how far the search is; without it there is no limit and nobody hears.
+            team: the processes that share the searches, this one alone where none are given.
 
         Returns:
             The empty store.
@@ -103,7 +112,14 @@ class ModelFits:
         noise = pooled_noise(whole_runs([logs[k] for k in train]))
         unseen = pooled_noise(whole_runs(logs))  # for outputs that no training log holds
         problem = pose(structure_for(rig, NOTHING), logs, unseen | noise, prior=rig.prior)
-        return cls(rig, problem, tuple(train), Settings() if settings is None else settings, headway or Headway())
+        return cls(
+            rig,
+            problem,
+            tuple(train),
+            Settings() if settings is None else settings,
+            headway or Headway(),
+            team or ALONE,
+        )
 
     @property
     def outputs(self) -> frozenset[str]:
@@ -127,7 +143,7 @@ class ModelFits:
                 found = fit_from_start(self._begin())
                 self.by_start_rule = bool(found.problem.initial_state_from_start.any())
             elif hypothesis in self._best:
-                found = together([self._to_the_end(self._best[hypothesis])])[0]
+                found = together([self._to_the_end(self._best[hypothesis]).begin()])[0]
             else:
                 raise KeyError(f"no search has begun a fit of {' + '.join(hypothesis.names)}")
             self.put(hypothesis, found, ended=True)
@@ -160,26 +176,30 @@ class ModelFits:
 
     def together(
         self,
-        searches: Sequence[Simulating[T]],
+        searches: Sequence[Search[T]],
         work: float = 0.0,
         done: Callable[[int, T], None] = lambda number, found: None,
     ) -> list[T]:
         """Results of several searches that end with the budget.
 
         Args:
-            searches: generators that have not begun.
+            searches: searches that have not begun.
             work: what all of them count for [hypotheses].
             done: takes the number and the result of each that is done, on any thread.
 
         Returns:
-            What each generator returns, in the given order.
+            What each search returns, in the given order.
 
         Raises:
             Stopped: the budget has ended.
         """
-        each = work / max(len(searches), 1)
-        followed = self.headway.followed
-        return together([followed(search, each, partial(done, k)) for k, search in enumerate(searches)])
+
+        def counted(number: int, found: T) -> None:
+            done(number, found)
+            self.headway.advance(work / len(searches))
+
+        budget = self.headway.budget
+        return self.team.together(searches, budget.check, budget.heeded, counted)
 
     def known(self, hypothesis: Hypothesis) -> Fit:
         """Best fit of a hypothesis as far as a search has brought it.
@@ -344,8 +364,9 @@ class ModelFits:
         self._finished |= {*hypotheses}
         self.free_starts()
 
-    def _to_the_end(self, begun: Fit) -> Simulating[Fit]:
-        return _ended(self.training(begun.problem.structure), begun, self.settings.fitting)
+    def _to_the_end(self, begun: Fit) -> Search[Fit]:
+        problem = self.training(begun.problem.structure)
+        return Search(problem, partial(_ended, problem, begun, self.settings.fitting))
 
     def ends_of(self, begun: Sequence[Fit]) -> list[Fit]:
         """Fits carried to their end without being taken down.
@@ -369,7 +390,7 @@ class ModelFits:
         if not self.by_start_rule or best.cost > most:
             return
         problem = self._with_free_starts(best.problem.structure)
-        if is_complete(self.together([_carried_on(problem, best, limits.fold_steps, limits.tolerance)])[0]):
+        if is_complete(self.together([_further(problem, best, limits.fold_steps, limits.tolerance)])[0]):
             maybe = sorted((e for e in self._best if self._best[e].cost <= most), key=lambda e: self._best[e].cost)
             every = [*(self._finished | {*maybe[: limits.refitted]})]
             self.by_start_rule = False
@@ -398,10 +419,10 @@ class ModelFits:
         """
         begun = [self._best[e] for e in hypotheses]
         most = self.settings.fitting.most_steps
-        runs = [_carried_on(self.training(f.problem.structure), f, most, tolerance) for f in begun]
+        runs = [_further(self.training(f.problem.structure), f, most, tolerance) for f in begun]
         self.keep(dict(zip(hypotheses, self.together(runs), strict=True)))
 
-    def on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Simulating[Fit]:
+    def on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Search[Fit]:
         """Fit of a hypothesis to other logs than those marked for training, from its estimates on those.
 
         Args:
@@ -409,10 +430,10 @@ class ModelFits:
             train: numbers of the logs to fit.
 
         Returns:
-            The fit, as free runs that several such fits share.
+            The search of the fit.
         """
         begun, limits = self(hypothesis), self.settings.fitting
         problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
         problem = problem.from_start if self.by_start_rule else problem
-        return _carried_on(problem, replace(begun, start=start), limits.fold_steps, limits.tolerance)
+        return _further(problem, replace(begun, start=start), limits.fold_steps, limits.tolerance)

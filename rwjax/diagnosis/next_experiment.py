@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.diagnosis.settings import NextExperimentSettings
 from rwjax.effects.library import BY_NAME
-from rwjax.fitting.prediction import predict_logs
+from rwjax.fitting.prediction import every_output, predict_logs
 from rwjax.fitting.problem import Problem
 from rwjax.planning.amplitude import COASTING
 from rwjax.planning.designs import DESIGNS, LONGEST_S
@@ -55,10 +55,10 @@ def _commands(top: float, limits: NextExperimentSettings) -> list[Experiment]:
 
 def _shown(rival: Rival, train: Sequence[int]) -> Envelope:
     """How far the training logs have gone: their largest command, and rates, current and travel as the rival has them."""
-    runs = predict_logs(rival.problem, rival.theta, with_floor=False)
+    start = np.stack([run.start for run in predict_logs(rival.problem, rival.theta, with_floor=False)])
+    runs = every_output(rival.problem, rival.theta, start)
     moved = [
-        {name: y - y[0] if name == "yaw_rad" else y for name, y in runs[k].outputs.items() if name in LIMITS}
-        for k in train
+        {name: y - y[0] if name == "yaw_rad" else y for name, y in runs[k].items() if name in LIMITS} for k in train
     ]
     most = {name: max(float(np.max(np.abs(run[name]))) for run in moved) for name in moved[0]}
     return Envelope(max(float(np.max(np.abs(rival.problem.logs[k].command))) for k in train), most)
@@ -79,7 +79,7 @@ def _simulated(
     stops = _has_stops(rivals)
     runs, every_peak, holds = [], [], np.ones(len(experiments), bool)
     for rival in rivals:
-        structure = rival.problem.structure
+        structure = rival.problem.structure.reading(())
         seconds = LONGEST_S + (WAIT_S if stops else 0.0)
         y = simulated_outputs(structure, rival.theta, experiments, seconds, supply=_supply(rival.problem))
         moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}

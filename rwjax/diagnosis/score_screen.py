@@ -9,14 +9,15 @@ torques that local residuals miss.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from rwjax.diagnosis.settings import ScreeningSettings
-from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
+from rwjax.fitting.processes import ALONE, Search
 from rwjax.fitting.secant import residuals
 from rwjax.fitting.sensitivities import residual_jacobian
 
@@ -87,7 +88,7 @@ class ScoreScreen:
         self,
         fitted: Fit,
         limits: ScreeningSettings,
-        run: Callable[[list[Simulating[np.ndarray]]], list[np.ndarray]] = together,
+        run: Callable[[list[Search[np.ndarray]]], list[np.ndarray]] = ALONE.together,
     ) -> None:
         self.fitted = fitted
         self.limits = limits
@@ -160,7 +161,12 @@ class ScoreScreen:
 
     def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""
-        return self.run([residuals(c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))) for c in candidates])
+        return self.run(
+            [
+                Search(c.problem, partial(residuals, c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))))
+                for c in candidates
+            ]
+        )
 
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
         """The candidate with amplitudes of its starts that change a part of what is left."""

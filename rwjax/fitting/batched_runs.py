@@ -94,11 +94,12 @@ def _simulated(runs: list[_Run]) -> np.ndarray:
     return free_runs(problem.structure, theta, start, wanted.windows, problem.batch.of(log), solver=problem.solver)
 
 
-def together(searches: Sequence[Simulating[T]]) -> list[T]:
+def together(searches: Sequence[Simulating[T]], threads: int = THREADS) -> list[T]:
     """Results of several searches, whose free runs share batches.
 
     Args:
         searches: Generators that have not begun.
+        threads: How many threads carry them out [1].
 
     Returns:
         What each generator returns, in the given order.
@@ -109,7 +110,7 @@ def together(searches: Sequence[Simulating[T]]) -> list[T]:
     schedule = _Schedule([*searches])
     with pool_of_threads() as pool:
         try:
-            workers = [pool.submit(schedule.work) for _ in range(THREADS)]
+            workers = [pool.submit(schedule.work) for _ in range(threads)]
             for worker in workers:
                 worker.result()
         finally:

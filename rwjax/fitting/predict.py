@@ -44,13 +44,12 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT, segments: float | Non
     )  # nothing tells where a segment begins
     problem = pose(structure, parts, pooled_noise((log,)), solver=solver.suited(rig, (log,)))
     found = predict_logs(problem, theta_of(rig, structure), with_floor=False)
-    outputs = {name: np.concatenate([part.outputs[name] for part in found]) for name in structure.outputs}
-    wanted = [name for name in structure.outputs if not log.outputs or name in log.outputs]
-    for name in wanted:
+    outputs = {name: np.concatenate([part.outputs[name] for part in found]) for name in problem.structure.outputs}
+    for name, values in outputs.items():
         most = RANGES[unit_of(name)].most
-        if len(bad := np.flatnonzero(~(np.abs(outputs[name]) <= most))):
+        if len(bad := np.flatnonzero(~(np.abs(values) <= most))):
             raise RigError(
                 f"rig `{rig.name}`: its free run on {log.name} goes beyond {most:g} {unit_of(name)} of {name} "
                 f"{log.time[bad[0]] - log.time[0]:.4g} s after the start, as no rig does; check the rig's numbers"
             )
-    return Trajectory(log.name, log.time, {name: outputs[name] for name in wanted})
+    return Trajectory(log.name, log.time, outputs)

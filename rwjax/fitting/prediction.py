@@ -19,6 +19,7 @@ from rwjax.fitting.problem import Problem
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
 from rwjax.simulation.batch import by_sample
+from rwjax.simulation.free_run import free_run
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Prediction:
 
     Attributes:
         log: Number of the log.
-        outputs: Predicted readings `(time,)` [SI] at the log's times, by name, all that the kind of rig has.
+        outputs: Predicted readings `(time,)` [SI] at the log's times, by name, of every output that the problem keeps.
         start: Initial state `(n,)` [SI].
         floor: Standard deviation of what a perfect model would still leave `(time,)` [SI], for each logged output.
     """
@@ -108,6 +109,23 @@ def _runs_and_secants(
         change = (y[1:] - y[0]) / width[logs].T[states][..., None, None, None]
     by_state[states] = np.where(np.isfinite(change).all(axis=(1, 2, 3, 4), keepdims=True), change, 0.0)
     return start, y[0], by_state
+
+
+def every_output(problem: Problem, theta: np.ndarray, start: np.ndarray) -> list[dict[str, np.ndarray]]:
+    """Free runs with all outputs that the kind of rig has, those that no log holds among them.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        start: Initial states `(l, n)` [SI].
+
+    Returns:
+        For each log the outputs `(time,)` [SI] at its times, by name.
+    """
+    structure = problem.structure.reading(())
+    y = np.asarray(free_run(structure, theta, start, problem.batch, solver=problem.solver)[0])
+    found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
+    return [dict(zip(structure.outputs, samples.T, strict=True)) for samples in found]
 
 
 def repeatability(logs: tuple[Log, ...]) -> dict[str, list[tuple[int, np.ndarray]]]:

@@ -144,7 +144,7 @@ def pose(
     """The problem of fitting a structure to logs.
 
     Args:
-        structure: The plant's structure.
+        structure: The plant's structure; of its outputs the problem keeps those that a log holds.
         logs: The logs.
         noise: Standard deviation of each output's noise [SI]; without it, estimated from the readings.
         per_run: Names of the numbers of which every run has a value of its own.
@@ -156,6 +156,7 @@ def pose(
         The problem, with initial states guessed from the first readings.
     """
     logs = tuple(logs)
+    structure = structure.reading({name for log in logs for name in log.outputs})
     known = [(prior or {}).get(name, (0.0, np.inf)) for name in structure.names]
     noise = noise_of.pooled_noise(logs) if noise is None else noise
     first = [guess_initial_state(structure, log, starts_at_rest(log)) for log in logs]

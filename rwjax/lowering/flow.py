@@ -112,13 +112,13 @@ def _without_repeats(program: Program) -> Program:
 
     def name(v: Any) -> Any:
         if isinstance(v, Literal) and not np.ndim(v.val):
-            return ("literal", str(v.aval), repr(v.val))
+            return ("literal", np.asarray(v.val).dtype, repr(v.val))
         return id(stands_for.get(id(v), v))
 
     for q in program.equations:
         inputs = [stands_for.get(id(v), v) for v in q.inputs]
         parts = (q.name, *((k, repr(v) if not hasattr(v, "eqns") else id(v)) for k, v in q.params.items()))
-        key = (parts, tuple(map(name, q.inputs)), tuple(str(a) for a in q.avals))
+        key = (parts, tuple(map(name, q.inputs)), tuple((a.shape, a.dtype) for a in q.avals))
         if key in known and q.name not in ("scan", "while", "cond", "empty"):
             stands_for |= zip(map(id, q.outputs), known[key], strict=True)
             continue

@@ -128,14 +128,15 @@ class _Likelihood:
 
     def __init__(self, rig: Rig, structure: Structure, train: Sequence[Log]) -> None:
         problem = pose(structure, train)
-        self.structure, self.theta = structure, theta_of(rig, structure)
+        self.structure, self.theta = problem.structure, theta_of(rig, structure)
         self.free = np.flatnonzero([name in rig.free for name in structure.names])
         self.basis = np.eye(len(self.theta))[self.free]
         self.known = self.theta * (1.0 - self.basis.sum(axis=0))
         self.size = sizes_of(rig, structure, self.theta, train)[self.free]
-        self.noise = np.array([problem.noise.get(name, 1.0) for name in structure.outputs])
+        outputs = problem.structure.outputs
+        self.noise = np.array([problem.noise.get(name, 1.0) for name in outputs])
         self.runs = _laid_out(problem)
-        seen = [name in problem.noise for name in structure.outputs]
+        seen = [name in problem.noise for name in outputs]
         self.unit = float(np.min(self.noise[seen])) / float(self.runs.h[0])
 
     def __call__(self, z: np.ndarray) -> tuple[float, np.ndarray]:

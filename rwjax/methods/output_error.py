@@ -93,7 +93,7 @@ def finite_differences(rig: Rig, logs: Sequence[Log]) -> Identified:
     def residual(z: np.ndarray) -> np.ndarray:
         numbers = theta.copy()
         numbers[free] = z * size
-        y, _ = free_run(structure, numbers, problem.start, problem.batch, solver=problem.solver)
+        y, _ = free_run(problem.structure, numbers, problem.start, problem.batch, solver=problem.solver)
         r = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
         r = np.append(r[problem.batch.weight > 0.0], np.sqrt(precision) * (numbers - mean))
         return np.nan_to_num(r, nan=1e6, posinf=1e6, neginf=-1e6)

@@ -1,6 +1,6 @@
 """What a plant is made of, without its numbers: kind, names, states, outputs and effects."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from typing import NamedTuple
 
@@ -49,6 +49,7 @@ class Structure(NamedTuple):
         switched: Whether torque is off at times.
         unsigned: Outputs of which the device reports the size alone.
         tied: Numbers that follow from others, each with its formula (`rwjax.rig.tied`).
+        read: Outputs that are worked out; all that the kind of rig has where none are named.
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Structure(NamedTuple):
     switched: bool = False
     unsigned: tuple[str, ...] = ()
     tied: tuple[tuple[str, str], ...] = ()
+    read: tuple[str, ...] = ()
 
     @property
     def has_axis(self) -> bool:
@@ -113,7 +115,12 @@ class Structure(NamedTuple):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Outputs in the order of `OUTPUTS` that this kind of rig has; of a two-axis rig those of yaw, then of pitch."""
+        """Outputs that are worked out, in the order of `OUTPUTS`; of a two-axis rig those of yaw, then of pitch."""
+        return self.read or self._readable
+
+    @property
+    def _readable(self) -> tuple[str, ...]:
+        """Outputs that this kind of rig has."""
         if self.halves:
             return tuple(half_column(name, k) for k, half in enumerate(self.halves) for name in half.outputs)
         axis = OUTPUTS[:2] if self.has_axis else ()
@@ -187,6 +194,17 @@ class Structure(NamedTuple):
             Values in the order of `outputs` [SI], of those in `unsigned` the size alone.
         """
         return tuple(abs(reading[name]) if name in self.unsigned else reading[name] for name in self.outputs)
+
+    def reading(self, outputs: Collection[str]) -> "Structure":
+        """The same structure with some outputs alone: what nobody reads is not worked out.
+
+        Args:
+            outputs: Names of outputs; others than those of this kind of rig do not count.
+
+        Returns:
+            A structure with these outputs, with all of its kind where none of them is named.
+        """
+        return self._replace(read=tuple(name for name in self._readable if name in outputs))
 
     def with_effects(self, *effects: str) -> "Structure":
         """The same structure with further effects.

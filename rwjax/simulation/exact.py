@@ -29,6 +29,10 @@ class Exact(Solver):
     name: ClassVar[str] = "exact"
     stepper: Stepper = eqx.field(static=True, default=EXPONENTIAL_STEP)
 
+    def __repr__(self) -> str:
+        """The same in every process: a program on disk is named by it."""
+        return f"{type(self).__name__}({self.stepper!r})"
+
     @property
     def from_library(self) -> bool:
         """Whether it is the library's own, with a stepper of the library's."""

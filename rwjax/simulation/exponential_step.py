@@ -20,7 +20,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from rwjax.plant.assemble import assemble
+from rwjax.lowering.arrays import Spread
+from rwjax.lowering.kept import lowered
+from rwjax.plant.assemble import plant_of
 from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.plant import Command, Plant, SmoothStep
 from rwjax.plant.structure import State, Structure
@@ -106,11 +108,16 @@ def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
 
     They are those that differ from zero at some generic numbers.
     """
-    generic = {name: 0.7 + 0.1 * k for k, name in enumerate(structure.names)}
-    with jax.ensure_compile_time_eval():
-        A = np.asarray(jax.jit(lambda numbers: linear_part(assemble(structure, numbers)))(generic)) != 0.0
-    n = len(A)
-    return A, np.linalg.matrix_power(np.eye(n, dtype=int) + A, n) > 0
+    generic = 0.7 + 0.1 * np.arange(len(structure.names))
+
+    def function(theta: Float[Array, " p"]) -> tuple[Array]:
+        return (linear_part(plant_of(structure, theta)),)
+
+    program = lowered("linear", structure, function, [generic], [Spread()], structure.from_library, lanes=1)
+    # of XLA's program, compiled ahead: it is called while another one is traced
+    found = jax.jit(function).lower(generic).compile()(generic) if program is None else program([generic])
+    A = np.asarray(found[0]) != 0.0
+    return A, np.linalg.matrix_power(np.eye(len(A), dtype=int) + A, len(A)) > 0
 
 
 def _times(M: Matrix, x: State, used: np.ndarray) -> State:

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -35,11 +34,6 @@ def _leaves(batch: Batch, log: int) -> tuple[list[np.ndarray], Callable[[list], 
     return held, lambda values: Batch(**dict(zip(names, values, strict=True)), **absent)
 
 
-def _seen(batch: Batch) -> tuple[bool, ...]:
-    """Which outputs any log of a batch holds."""
-    return tuple(bool(batch.weight[..., y].any()) for y in range(batch.weight.shape[-1]))
-
-
 def _program(
     name: str,
     structure: Structure,
@@ -47,13 +41,12 @@ def _program(
     function: Callable,
     arguments: list[np.ndarray],
     given: list[Spread],
-    seen: tuple[bool, ...] = (),
 ) -> Lowered | None:
-    """A program of a plant and a solver, of the outputs that are seen; none for a solver with numbers of its own."""
+    """A program of a plant and a solver; none for a solver with numbers of its own."""
     if jax.tree.leaves(solver):
         return None
     keep = structure.from_library and solver.from_library
-    return lowered(name, (structure, solver, seen), function, arguments, given, keep)
+    return lowered(name, (structure, solver), function, arguments, given, keep)
 
 
 def whole_run(
@@ -139,12 +132,12 @@ def sensitivities(
         and by the first state `(k+n, w, q, y)` and `(k+n, w, n)`.
     """
     held, run_of = _leaves(batch, log)
-    (W, n), k, seen = nodes.shape, len(numbers), _seen(batch)
+    (W, n), k = nodes.shape, len(numbers)
 
     def one(theta: Array, node: Array, w: Array, run: Batch) -> tuple[Array, Array]:
         window, inputs = solver.through_windows(plant_of_run(structure, theta, run), run)
         end, y = window(node, jax.tree.map(lambda a: jax.lax.dynamic_index_in_dim(a, w, keepdims=False), inputs))
-        return jnp.where(np.array(seen), y, 0.0), end  # readings of outputs that no log holds do not count
+        return y, end
 
     def function(theta: Array, node: Array, w: Array, d_theta: Array, d_node: Array, *values: Array) -> Any:
         run = run_of(list(values))
@@ -155,7 +148,7 @@ def sensitivities(
     d_node = np.concatenate([np.zeros((k, n)), np.eye(n)])
     each = [theta, nodes[0], np.array(0), d_theta[0], d_node[0], *held]
     given = [SAME, OF_LANE, OF_LANE, OF_DIRECTION, OF_DIRECTION, *[SAME] * len(held)]
-    program = _program("sensitivities", structure, solver, function, each, given, seen)
+    program = _program("sensitivities", structure, solver, function, each, given)
     if program is None:
         return None
     y, end, dy, d_end = program([theta, nodes, np.arange(W), d_theta, d_node, *held], rows=W, directions=k + n)

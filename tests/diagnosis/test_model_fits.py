@@ -73,7 +73,7 @@ def test_a_fit_to_a_fold_begins_from_the_estimates_on_all_logs() -> None:
     rig = platform()
     logs = [true_log(rig), true_log(rig)]
     fits = ModelFits.of(rig, logs, [0, 1])
-    found = together([fits.on(NOTHING, [0])])[0]
+    found = together([fits.on(NOTHING, [0]).begin()])[0]
     assert found.numbers()["axis.inertia"] == pytest.approx(fits(NOTHING).numbers()["axis.inertia"], rel=1e-3)
     assert np.array_equal(found.problem.logs_with_readings, [0])
 

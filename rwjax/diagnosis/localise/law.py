@@ -14,12 +14,12 @@ import numpy as np
 
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, structure_for
 from rwjax.diagnosis.localise.body_motion import Own, read_body
-from rwjax.diagnosis.localise.own_noise import simulated
 from rwjax.diagnosis.localise.regimes import weights
 from rwjax.diagnosis.localise.where import Missing, missing_torque
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import Clock, CommandDelay, CommandFilter, Encoder, EncoderDelay, GoalDelay, Reading
+from rwjax.fitting.prediction import every_output
 
 BESIDE_THE_PLANT = (CommandDelay, CommandFilter, GoalDelay, Encoder, EncoderDelay, Reading, Clock)
 """Ports before and behind the plant's equations: along a measured motion these show nothing of them."""
@@ -55,7 +55,7 @@ def laws(fits: ModelFits, hypothesis: Hypothesis, coordinates: Sequence[str]) ->
         return {}
     fitted, limits = fits.known(hypothesis), fits.settings.localisation
     body = "wheel" if structure.kind == "wheel" else "yaw"
-    clean = simulated(fitted)
+    clean = every_output(fitted.problem, fitted.theta, fitted.start)
     read = {k: read_body(fitted, k, body, limits, Own(clean[k], limits.draws)) for k in fits.train}
     missing = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items() if r is not None]
     told = [c for c in dict.fromkeys(coordinates) if missing and all(c in m.coordinates for m in missing)]

@@ -5,24 +5,7 @@ from scipy.special import stdtr
 
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
-from rwjax.simulation.batch import by_sample
-from rwjax.simulation.free_run import free_run
 from rwjax.simulation.rates import rates_along
-
-
-def simulated(fitted: Fit) -> list[dict[str, np.ndarray]]:
-    """Readings of the fitted rig's free runs at the logs' times.
-
-    Args:
-        fitted: the fit.
-
-    Returns:
-        For each log the readings (time,) [SI] of every output that the rig's kind has.
-    """
-    problem = fitted.problem
-    y = np.asarray(free_run(problem.structure, fitted.theta, fitted.start, problem.batch, solver=problem.solver)[0])
-    found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
-    return [dict(zip(problem.structure.outputs, samples.T, strict=True)) for samples in found]
 
 
 def draws(fitted: Fit, log: Log, clean: np.ndarray, name: str, count: int, rng: np.random.Generator) -> np.ndarray:

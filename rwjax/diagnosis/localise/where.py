@@ -15,11 +15,12 @@ import numpy as np
 
 from rwjax.diagnosis.localise.body_motion import Own, Read, read_body
 from rwjax.diagnosis.localise.momentum import Momentum, split
-from rwjax.diagnosis.localise.own_noise import rates, simulated
+from rwjax.diagnosis.localise.own_noise import rates
 from rwjax.diagnosis.localise.regimes import Part, bands, regimes, weights
 from rwjax.diagnosis.localise.regimes import shares as regime_shares
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.prediction import every_output
 from rwjax.logs.log import Log
 from rwjax.plant.assemble import one_axis_plant_of
 
@@ -183,7 +184,7 @@ def locate(
     Returns:
         Where the gap lies, None where nothing was tried and no effect is named.
     """
-    clean = simulated(fitted)
+    clean = every_output(fitted.problem, fitted.theta, fitted.start)
     count = limits.draws if deep else 0
     body = "wheel" if fitted.problem.structure.kind == "wheel" else "yaw"
     told = () if fitted.problem.structure.halves else logs

@@ -6,6 +6,7 @@ matters because a fit that begins far off may be on its way.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import Round
 from rwjax.diagnosis.starting_points import begin
 from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.processes import Search
 from rwjax.fitting.secant import descend
 
 
@@ -122,7 +124,8 @@ class SuccessiveHalving:
     ) -> list[Fit]:
         """Fits after some steps."""
         tolerance = self.fits.settings.fitting.tolerance
-        return self.fits.together([descend(f, most_steps=steps, tolerance=tolerance) for f in begun], work, done)
+        searches = [Search(f.problem, partial(descend, f, most_steps=steps, tolerance=tolerance)) for f in begun]
+        return self.fits.together(searches, work, done)
 
     def _halve(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, float]:
         """Runs the rounds; returns the extrapolated cost of every hypothesis."""

@@ -1,0 +1,277 @@
+"""Searches on several processes: what the threads of one Python do in turn, processes do at once.
+
+A `Team` is this process and helpers. Searches of one structure stay together, since their free runs share batches and a program; each
+process takes the structure that comes next. Nothing else changes: a search gives the same bytes wherever it runs.
+
+A helper takes searches from its standard input and puts their results on its standard output, both by `pickle`. It ends with its
+input. A problem is sent once; from then on a number stands for it, in both directions.
+"""
+
+import io
+import os
+import pickle
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from threading import Lock, Thread
+from typing import Any, BinaryIO, Generic, NamedTuple, TypeVar
+
+import jax
+import numpy as np
+
+from rwjax.fitting.batched_runs import Simulating, together
+from rwjax.fitting.problem import Problem
+from rwjax.fitting.threads import THREADS
+
+T = TypeVar("T")
+LARGE = 4096
+"""Size of an array from which on it is sent once, though several problems hold it [bytes]."""
+MOST_HELPERS = 7
+"""Helpers at most: each takes some 300 MB."""
+DEFINED, SENT = b"d", b"s"
+"""What stands before an object on a stream: whether a number stands for it from then on, or it is what was to be sent."""
+HELPER = "import sys; sys.path[:] = sys.argv[1:]; from rwjax.fitting.processes import help_out; help_out()"
+
+
+@dataclass(frozen=True)
+class Search(Generic[T]):
+    """A search that may run in another process.
+
+    Attributes:
+        problem: Logs and structure of its free runs.
+        begin: Begins it: a function that `pickle` finds by its name, with its arguments.
+    """
+
+    problem: Problem
+    begin: "partial[Simulating[T]]"
+
+
+class _Ends:
+    """This end of two streams between two processes, on which a number stands for a problem and for its large arrays."""
+
+    def __init__(self, source: BinaryIO, sink: BinaryIO, *, defines: bool) -> None:
+        self.source, self.sink, self.defines = source, sink, defines
+        self.objects: list[Any] = []
+        self.numbers: dict[int, int] = {}
+
+    def send(self, message: object) -> None:
+        """Sends an object, and before it those that it holds and that go by a number from now on."""
+        data = self._pickled(message, (Problem,))
+        self.sink.write(SENT + data)
+        self.sink.flush()
+
+    def receive(self) -> Any:
+        """The next object; `EOFError` where the other process has ended."""
+        while (kind := self.source.read(1)) == DEFINED:
+            self._number(self._unpickled())
+        if not kind:
+            raise EOFError
+        return self._unpickled()
+
+    def _number(self, held: object) -> int:
+        self.numbers[id(held)] = len(self.objects)
+        self.objects.append(held)
+        return len(self.objects) - 1
+
+    def _number_of(self, part: object, kinds: tuple[type, ...]) -> int | None:
+        """The number that stands for a part of what is sent; None for one that is sent as it is."""
+        if not isinstance(part, kinds) or (isinstance(part, np.ndarray) and part.nbytes < LARGE):
+            return None
+        if id(part) not in self.numbers and self.defines:
+            data = self._pickled(part, (Problem, np.ndarray))
+            self.sink.write(DEFINED + data)
+            self._number(part)
+        return self.numbers.get(id(part))
+
+    def _pickled(self, whole: object, kinds: tuple[type, ...]) -> bytes:
+        buffer = io.BytesIO()
+        pickler = pickle.Pickler(buffer, pickle.HIGHEST_PROTOCOL)
+        pickler.persistent_id = lambda part: None if part is whole else self._number_of(part, kinds)
+        pickler.dump(whole)
+        return buffer.getvalue()
+
+    def _unpickled(self) -> Any:
+        unpickler = pickle.Unpickler(self.source)
+        unpickler.persistent_load = self.objects.__getitem__
+        return unpickler.load()
+
+
+class _Failed(NamedTuple):
+    """What a helper sends in the place of results."""
+
+    error: Exception
+
+
+class _Helper:
+    """Another process that carries searches out."""
+
+    def __init__(self) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", HELPER, *sys.path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # Ctrl-C is for this process alone
+        )
+        assert self.process.stdin and self.process.stdout
+        self.ends = _Ends(self.process.stdout, self.process.stdin, defines=True)  # pyright: ignore[reportArgumentType]
+
+    def carry_out(self, searches: Sequence[Search]) -> list[Any] | _Failed:
+        """Results of searches; `EOFError` or `OSError` where the process has ended."""
+        self.ends.send([search.begin for search in searches])
+        return self.ends.receive()
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        for stream in (self.ends.source, self.ends.sink):
+            with suppress(OSError):  # what was not sent yet
+                stream.close()
+
+
+class Team:
+    """This process and its helpers, which begin when they are first needed.
+
+    Args:
+        helpers: How many helpers; as many as there are further processors without it.
+    """
+
+    def __init__(self, helpers: int | None = None) -> None:
+        self._wanted = min(THREADS - 1, MOST_HELPERS) if helpers is None else helpers
+        self._helpers: list[_Helper] = []
+
+    def __enter__(self) -> "Team":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.end()
+
+    def end(self) -> None:
+        """Ends the helpers, whatever they are at."""
+        self._wanted = 0
+        for helper in self._helpers:
+            helper.end()
+        self._helpers = []
+
+    def together(
+        self,
+        searches: Sequence[Search[T]],
+        check: Callable[[], None] = lambda: None,
+        heeded: Callable[[Simulating[T]], Simulating[T]] = lambda search: search,
+        done: Callable[[int, T], None] = lambda number, found: None,
+    ) -> list[T]:
+        """Results of several searches.
+
+        Args:
+            searches: The searches.
+            check: Called now and then; raises where the searches have to end.
+            heeded: Makes a search one that ends so by itself.
+            done: Takes the number and the result of each that is done, on any thread.
+
+        Returns:
+            What each search returns, in the given order.
+
+        Raises:
+            Exception: The first error of any search, or what `check` raises; the helpers end with it.
+        """
+
+        def followed(number: int) -> Simulating[T]:
+            found = yield from heeded(searches[number].begin())
+            done(number, found)
+            return found
+
+        several = len({search.problem.structure for search in searches}) > 1
+        if not (self._wanted and several and jax.default_backend() == "cpu"):
+            return together([followed(k) for k in range(len(searches))])
+        self._helpers = self._helpers or [_Helper() for _ in range(self._wanted)]
+        shared = _Shared(searches, done)
+        threads = [Thread(target=shared.hand_over, args=(helper,), daemon=True) for helper in self._helpers]
+        try:
+            for thread in threads:
+                thread.start()
+            while any(thread.is_alive() for thread in threads) or shared.left:
+                if (numbers := shared.next()) is not None:
+                    found = together([followed(k) for k in numbers], threads=1)
+                    shared.found |= zip(numbers, found, strict=True)
+                else:
+                    next((thread for thread in threads if thread.is_alive()), threads[0]).join(0.02)
+                check()
+                if shared.error:
+                    raise shared.error
+        except BaseException:
+            self.end()
+            raise
+        for helper in shared.lost:
+            helper.end()
+            self._helpers.remove(helper)
+        self._wanted = len(self._helpers)
+        return [shared.found[k] for k in range(len(searches))]
+
+
+ALONE = Team(0)
+"""This process without helpers."""
+
+
+class _Shared:
+    """Searches that several processes share, those of one structure in a piece."""
+
+    def __init__(self, searches: Sequence[Search], done: Callable[[int, Any], None]) -> None:
+        self.searches, self.done = searches, done
+        pieces: dict[object, list[int]] = {}
+        for number, search in enumerate(searches):
+            pieces.setdefault(search.problem.structure, []).append(number)
+        self.left = deque(pieces.values())
+        self.found: dict[int, Any] = {}
+        self.lost: list[_Helper] = []
+        self.error: Exception | None = None
+        self._lock = Lock()
+
+    def next(self, *, by_helper: bool = False) -> list[int] | None:
+        """Numbers of the searches of the next structure; none where nothing is left. A helper knows the library's effects alone."""
+        with self._lock:
+            for numbers in self.left:
+                problem = self.searches[numbers[0]].problem
+                if not by_helper or (problem.structure.from_library and problem.solver.from_library):
+                    self.left.remove(numbers)
+                    return numbers
+        return None
+
+    def hand_over(self, helper: _Helper) -> None:
+        """Has a helper carry searches out until none is left; what a helper that ends had begun is left again."""
+        while not self.error and (numbers := self.next(by_helper=True)) is not None:
+            try:
+                found = helper.carry_out([self.searches[k] for k in numbers])
+            except (EOFError, OSError):
+                with self._lock:
+                    self.lost.append(helper)
+                    self.left.appendleft(numbers)
+                return
+            except Exception as error:  # reason: it is raised in the thread that waits for the results
+                self.error = error
+                return
+            if isinstance(found, _Failed):
+                self.error = found.error
+                return
+            for number, one in zip(numbers, found, strict=True):
+                self.found[number] = one
+                self.done(number, one)
+
+
+def help_out() -> None:
+    """What a helper does: it carries out what comes on its standard input, until that ends."""
+    source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what is printed is no result
+    ends = _Ends(source, sink, defines=False)
+    while True:
+        try:
+            searches = ends.receive()
+        except EOFError:
+            return
+        try:
+            ends.send(together([begin() for begin in searches], threads=1))
+        except Exception as error:  # reason: it is raised in the process that has sent the search
+            ends.send(_Failed(error))
