@@ -23,6 +23,7 @@ from experiments.blind.cases import KINDS, make_case, write_case
 from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.fitting.processes import ALONE, Team
 
 EACH = 40  # cases until a worker, whose memory grows with every program, gives way to a new one
 LISTED = 5  # names of the ranking that are kept
@@ -30,8 +31,8 @@ NO_LIMIT = nullcontext()
 COPIED = ("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable")
 
 
-def answer(row: dict, within: AbstractContextManager = NO_LIMIT) -> dict:
-    """One case's line: what it is, and what the diagnosis, inside a context, says of it or how it failed."""
+def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = ALONE) -> dict:
+    """One case's line: what it is, and what the diagnosis, inside a context and by a team, says of it or how it failed."""
     case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
     line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"]}
     with tempfile.TemporaryDirectory() as folder:
@@ -40,7 +41,7 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT) -> dict:
         try:
             with within:
                 rig = read_rig(Path(folder) / "rig.toml")
-                found = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig)).json()
+                found = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team).json()
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"

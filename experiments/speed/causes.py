@@ -24,6 +24,7 @@ from experiments.blind.campaign import answer
 from experiments.blind.draw import PLANS, appending, cases, read
 from experiments.speed.lowering import xla_only
 from experiments.speed.table import machine, show
+from rwjax.fitting.processes import Team
 
 GROUPS = {"pair": "two causes", "outside": "one outside the list"}
 CASES = 40
@@ -65,13 +66,19 @@ def chosen(rows: Sequence[dict], count: int) -> list[dict]:
     return list(chain.from_iterable(zip(*each, strict=False)))[:count]
 
 
-def diagnosed(row: dict, most: float | None, work: Work = answer) -> dict:
+def as_the_command(row: dict, within: AbstractContextManager) -> dict:
+    """`answer` on all cores, as the command `diagnose` has it."""
+    with Team() as team:
+        return answer(row, within, team)
+
+
+def diagnosed(row: dict, most: float | None, work: Work = as_the_command) -> dict:
     """A case's line: what the second diagnosis says, its `seconds`, and those of the `first`."""
     first = work(row, at_most(most and FIRST * most))
     return work(row, at_most(most)) | {"first": first["seconds"], "most": most}
 
 
-def run(rows: Sequence[dict], path: Path, most: float | None, work: Work = answer) -> None:
+def run(rows: Sequence[dict], path: Path, most: float | None, work: Work = as_the_command) -> None:
     """Appends the line of every case that the file does not hold."""
     done = {line["index"] for line in read(path)}
     rest = [row for row in rows if row["index"] not in done]

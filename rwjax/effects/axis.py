@@ -94,7 +94,6 @@ class Backlash(Coupling):
     """
 
     name: ClassVar[str] = "axis.backlash"
-    group: ClassVar[str] = "backlash"
     label: ClassVar[str] = "backlash"
     coordinate: ClassVar[str] = "load"
     meaning: ClassVar[str] = "play between drive and axis"
@@ -137,7 +136,6 @@ class FlexibleCoupling(Coupling):
     """
 
     name: ClassVar[str] = "axis.flexible_coupling"
-    group: ClassVar[str] = "flexible_coupling"
     label: ClassVar[str] = "elastic coupling"
     coordinate: ClassVar[str] = "load"
     meaning: ClassVar[str] = "elastic shaft between drive and axis"

@@ -26,7 +26,6 @@ class Viscous(AxisTorque):
     """
 
     name: ClassVar[str] = "axis.viscous"
-    group: ClassVar[str] = "friction"
     label: ClassVar[str] = "viscous friction"
     coordinate: ClassVar[str] = "yaw_rate"
     meaning: ClassVar[str] = "friction proportional to speed, where the rig has none"
@@ -113,7 +112,6 @@ class QuadraticDrag(AxisTorque):
     """
 
     name: ClassVar[str] = "axis.quadratic_drag"
-    group: ClassVar[str] = "friction"
     label: ClassVar[str] = "drag with speed squared"
     coordinate: ClassVar[str] = "yaw_rate"
     meaning: ClassVar[str] = "drag with speed squared, or nearly"
@@ -170,7 +168,6 @@ class Presliding(AxisElastic):
     """
 
     name: ClassVar[str] = "axis.presliding"
-    group: ClassVar[str] = "presliding"
     label: ClassVar[str] = "elastic displacement before sliding"
     coordinate: ClassVar[str] = "yaw"
     meaning: ClassVar[str] = "elastic, hysteretic displacement before sliding"
@@ -223,7 +220,6 @@ class AngleFriction(AxisDry):
     """
 
     name: ClassVar[str] = "axis.angle_friction"
-    group: ClassVar[str] = "angle_friction"
     label: ClassVar[str] = "angle-dependent dry friction"
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True

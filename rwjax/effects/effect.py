@@ -84,8 +84,6 @@ class Effect(eqx.Module):
     equation: ClassVar[str] = ""
     """Its equation as plain text without `|`, for the table in the docs."""
 
-    group: ClassVar[str]
-    """Effects of one group share a compiled program; those that a hypothesis does not hold are at their null in it."""
     at_angle: ClassVar[bool] = False
     """Whether it depends on where its body stands, not only on how far it turns: an unseen first angle then matters."""
     states: ClassVar[tuple[str, ...]] = ()

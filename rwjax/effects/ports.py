@@ -28,8 +28,6 @@ Advance = Callable[[tuple[Scalar, ...], Scalar], tuple[tuple[Scalar, ...], Scala
 class AxisTorque(Effect):
     """Torque on the axis that is smooth in the motion."""
 
-    group: ClassVar[str] = "torque"
-
     @abstractmethod
     def torque(self, motion: Motion) -> Scalar:
         """Torque acting on the axis [N m]; positive speeds up positive rotation.
@@ -88,8 +86,6 @@ class Dry(Effect):
 
 class AxisDry(Dry):
     """Dry friction of the axis."""
-
-    group: ClassVar[str] = "friction"
 
     def share(self, motion: Motion) -> Scalar | float:
         """Share by which it raises the level of all other dry friction of the axis [1].
@@ -176,8 +172,6 @@ class Coupling(Effect):
 class WheelTorque(Effect):
     """Torque between body and wheel that is smooth in the motion."""
 
-    group: ClassVar[str] = "motor"
-
     @abstractmethod
     def torque(self, motion: Motion) -> Scalar:
         """Torque acting on the wheel [N m]; positive speeds up positive rotation.
@@ -193,13 +187,9 @@ class WheelTorque(Effect):
 class WheelDry(Dry):
     """Dry friction between wheel and body."""
 
-    group: ClassVar[str] = "motor"
-
 
 class MotorTorque(Effect):
     """Torque per ampere that depends on the current."""
-
-    group: ClassVar[str] = "motor"
 
     @abstractmethod
     def factor(self, i: Scalar) -> Scalar:
@@ -216,8 +206,6 @@ class MotorTorque(Effect):
 class CurrentLimit(Effect):
     """Limit of the current."""
 
-    group: ClassVar[str] = "motor"
-
     @abstractmethod
     def limit(self) -> Scalar:
         """Largest current of either sign [A].
@@ -229,8 +217,6 @@ class CurrentLimit(Effect):
 
 class Winding(Effect):
     """Resistance of the winding that changes."""
-
-    group: ClassVar[str] = "motor"
 
     @abstractmethod
     def resistance(self, motion: Motion) -> Scalar:
@@ -247,8 +233,6 @@ class Winding(Effect):
 class CommandMap(Effect):
     """Static map of the command before it becomes voltage or torque."""
 
-    group: ClassVar[str] = "drive"
-
     @abstractmethod
     def command(self, u: Scalar) -> Scalar:
         """Voltage that acts for a command [V].
@@ -264,8 +248,6 @@ class CommandMap(Effect):
 class CommandDelay(Effect):
     """Pure delay of the command."""
 
-    group: ClassVar[str] = "drive"
-
     @abstractmethod
     def delay(self) -> Scalar:
         """Time by which the command acts late [s].
@@ -278,7 +260,6 @@ class CommandDelay(Effect):
 class CommandFilter(Effect):
     """What the drive makes of its command over time, whatever the rig does."""
 
-    group: ClassVar[str] = "drive"
     linear: ClassVar[bool] = False
     """Whether it is a row of first-order lags, which a transfer function holds."""
 
@@ -337,8 +318,6 @@ class CommandFilter(Effect):
 class Supply(Effect):
     """What load takes away from the voltage."""
 
-    group: ClassVar[str] = "motor"
-
     @abstractmethod
     def voltage(self, u: Scalar, i: Scalar) -> Scalar:
         """Voltage at the motor [V].
@@ -354,8 +333,6 @@ class Supply(Effect):
 
 class Encoder(Effect):
     """What the encoder of the axis (of the wheel, where there is no axis) reads of angle and rate."""
-
-    group: ClassVar[str] = "sensor"
 
     @abstractmethod
     def read(self, angle: Scalar, rate: Scalar, motion: Motion) -> tuple[Scalar, Scalar]:
@@ -374,8 +351,6 @@ class Encoder(Effect):
 class EncoderDelay(Effect):
     """Lateness of what the encoder reads, its errors included; other sensors read at once."""
 
-    group: ClassVar[str] = "sensor_delay"
-
     longest: ClassVar[float]
     """Largest delay [s]: by so much do the windows of a fit overlap."""
 
@@ -390,8 +365,6 @@ class EncoderDelay(Effect):
 
 class Reading(Effect):
     """What a sensor of any kind adds to its reading, an encoder's errors included."""
-
-    group: ClassVar[str] = "sensor"
 
     @abstractmethod
     def read(self, output: str, value: Scalar) -> Scalar:
@@ -409,7 +382,6 @@ class Reading(Effect):
 class GoalDelay(Effect):
     """Lateness of the goal of a servo, outside its loop."""
 
-    group: ClassVar[str] = "drive"
     needs_servo: ClassVar[bool] = True
 
     @abstractmethod
@@ -423,8 +395,6 @@ class GoalDelay(Effect):
 
 class Clock(Effect):
     """Pace of the logger's clock."""
-
-    group: ClassVar[str] = "sensor"
 
     @abstractmethod
     def pace(self) -> Scalar:

@@ -44,7 +44,6 @@ def _placed(effect: type[Effect], half: int) -> type[Effect]:
         "name": name,
         "label": f"{effect.label} ({part.replace('_', ' ')})",
         "coordinate": coordinate,
-        "group": f"{effect.group} {half + 1}",
         "same_as": classmethod(same_as),
         "includes": effect.includes and on_half(effect.includes, half),
         "__doc__": effect.__doc__,
@@ -68,8 +67,6 @@ def _of_half(fitted: FittedRig, half: int) -> FittedRig:
 class Tilt(Effect):
     """Port: how far the axis of wheel 1 leans where the pitch body tilts."""
 
-    group: ClassVar[str] = "two axes"
-
     @abstractmethod
     def share(self) -> Scalar:
         """Share of the pitch by which it leans [1].
@@ -81,8 +78,6 @@ class Tilt(Effect):
 
 class YawReading(Effect):
     """Port: what the encoder of the yaw axis reads of both axes."""
-
-    group: ClassVar[str] = "sensor 1"
 
     @abstractmethod
     def read(self, yaw: Scalar, pitch: Scalar) -> Scalar:

@@ -1,8 +1,8 @@
 """Fits by secants: batched free runs alone, with no derivative to compile.
 
-A search tries dozens of structures for a few steps each. Compiling the exact sensitivities of one takes longer than its
-whole search; a free run is compiled in a second, and 16 in one call take a third of the time of 16 calls. Secants over
-finite spans also follow the valley of a cost that stick-slip makes nonsmooth.
+A search tries dozens of structures for a few steps each. Making the program of a structure's derivatives takes longer than its
+whole search; that of its free runs takes a third of that, and 16 runs in one call take a third of the time of 16 calls. Secants
+over finite spans also follow the valley of a cost that stick-slip makes nonsmooth.
 """
 
 from collections.abc import Sequence

@@ -28,7 +28,6 @@ class Dwell(AxisDry):
     name: ClassVar[str] = "axis.dwell"
     label: ClassVar[str] = "stiction that grows at rest"
     coordinate: ClassVar[str] = "time"
-    group: ClassVar[str] = "dwell"
     states: ClassVar[tuple[str, ...]] = ("rest",)
     M_e: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.3, 1.0), scale="torque", tex="M_e")
     tau: Scalar = param("s", bounds=(1e-2, 1e2), null=1.0, starts=(0.3, 0.3), tex="\\tau")

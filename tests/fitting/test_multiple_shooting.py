@@ -74,7 +74,7 @@ def test_optimistix_ends_at_the_same_optimum() -> None:
 
     def residual(z, _):
         start = jnp.stack([z[3], jnp.zeros(())])[None]  # the run starts at rest
-        y, _ = free_run(structure, z[:3] * theta, start, problem.batch)
+        y, _ = free_run(problem.structure, z[:3] * theta, start, problem.batch)
         misfit = ((y - problem.batch.reading) * problem.batch.weight).ravel()
         return jnp.concatenate([misfit, 1e6 * (z[:1] - 1.0)])  # the gain is held by a stiff pull to its own value
 

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from rwjax.fitting.batched_runs import together
-from rwjax.fitting.prediction import Prediction, errors, floor_variance, predict_logs, predicted, repeatability
+from rwjax.fitting.prediction import (
+    Prediction,
+    errors,
+    every_output,
+    floor_variance,
+    predict_logs,
+    predicted,
+    repeatability,
+)
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, reaction, record, run
@@ -67,7 +75,7 @@ def test_the_floor_is_noise_and_uncertain_start_in_closed_form() -> None:
         (found,) = predict_logs(problem, theta_of(rig, problem.structure))
         first = TIME <= 0.5
         known = sum(by_start[name][first].T @ by_start[name][first] / noise[name] ** 2 for name in logged)
-        assert {*found.floor} == {*logged} and {*found.outputs} == {"yaw_rad", "yaw_rad_s"}
+        assert {*found.floor} == {*logged} == {*found.outputs}
         for name in logged:
             from_start = np.einsum("ta,ab,tb->t", by_start[name], np.linalg.inv(known), by_start[name])
             assert found.floor[name] == pytest.approx(np.sqrt(noise[name] ** 2 + from_start), rel=1e-5)
@@ -175,3 +183,15 @@ def test_repeats_raise_a_floor_that_is_below_their_scatter(scatter: float) -> No
     expected = np.where(rest, 0.0, scatter**2)
     expected[100] = np.mean(np.delete(expected, 100))  # no reading: as large as elsewhere
     assert found["yaw_rad"] == pytest.approx(expected if scatter > 1.0 else floor**2)
+
+
+def test_every_output_is_simulated_where_one_alone_is_logged() -> None:
+    rig, command = platform("viscous = 0.05"), np.sin(3.0 * TIME)
+    log = record(TIME, command)
+    problem = pose(structure_of(rig), (log,), {"yaw_rad": 1.0})
+    assert problem.structure.outputs == ("yaw_rad",) and problem.batch.reading.shape[-1] == 1
+    (found,) = every_output(problem, theta_of(rig, problem.structure), np.zeros((1, 2)))
+    both = dict.fromkeys(("yaw_rad", "yaw_rad_s"), np.zeros_like(TIME))
+    exact = run(rig, record(TIME, command, both), {})
+    for name in both:
+        assert found[name] == pytest.approx(exact[name], abs=1e-9) and np.any(found[name])

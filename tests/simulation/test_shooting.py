@@ -37,6 +37,7 @@ def test_sensitivities_match_differences_of_the_free_run(case: str) -> None:
         for name, value in given.items():
             theta[structure.names.index(f"{effect}.{name}")] = value
     problem = pose(structure, (record(TIME, COMMAND, {output: np.zeros_like(TIME)}),), {output: 1.0})
+    structure = problem.structure
     start = np.array([[{"w": 1.0, "Omega": 20.0}.get(name, 0.0) for name in structure.states]])
 
     def cost(theta: np.ndarray, start: np.ndarray) -> float:
@@ -67,6 +68,7 @@ def test_every_sensitivity_matches_a_difference(case: str) -> None:
         for name, value in given.items():
             theta[structure.names.index(f"{effect}.{name}")] = value
     problem = pose(structure, (record(TIME, COMMAND, {output: np.zeros_like(TIME)}),), {output: 1.0})
+    structure = problem.structure
     z = np.append(theta, [{"w": 1.0, "Omega": 20.0}.get(name, 0.0) for name in structure.states])
     p = len(theta)
 
@@ -106,6 +108,7 @@ def test_windows_that_do_not_join_are_mended_to_first_order() -> None:
     structure = structure_of(platform())
     theta = theta_of(platform(), structure)
     problem = pose(structure, (record(TIME, COMMAND, {"yaw_rad": np.zeros_like(TIME)}),), {"yaw_rad": 1.0})
+    structure = problem.structure
     start = np.array([[0.3, 1.0]])
     _, nodes = (np.asarray(a) for a in free_run(structure, theta, start, problem.batch))
     off = nodes + np.where(np.arange(nodes.shape[1])[:, None] > 0, 0.1, 0.0)

@@ -4,23 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from rwjax.diagnosis.localise.own_noise import above, draws, rates, simulated
+from rwjax.diagnosis.localise.own_noise import above, draws, rates
 from tests.diagnosis.localise.measured import COMMAND, TIME, as_given, measured
-from tests.systems import platform, record, run
+from tests.systems import platform, record
 
 
 def test_p_of_logarithms_is_even_where_nothing_is_planted() -> None:
     rng = np.random.default_rng(5)
     squares = rng.chisquare(60, size=(2000, 25))
     assert kstest([above(row[0], row[1:]) for row in squares], "uniform").pvalue > 1e-3
-
-
-def test_simulated_readings_are_those_of_the_rig() -> None:
-    rig = platform("viscous = 0.05")
-    log = record(TIME, COMMAND)
-    exact = run(rig, log, {})
-    (found,) = simulated(as_given(rig, log))
-    assert found["yaw_rad"] == pytest.approx(exact["yaw_rad"], abs=1e-9) and "yaw_rad_s" in found
 
 
 def test_draws_have_the_noise_of_the_readings_and_are_rounded_to_counts() -> None:

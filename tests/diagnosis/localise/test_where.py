@@ -7,10 +7,10 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.diagnosis.localise.body_motion import read_body
-from rwjax.diagnosis.localise.own_noise import simulated
 from rwjax.diagnosis.localise.where import Missing, locate, missing_torque
 from rwjax.diagnosis.settings import LocalisationSettings
 from rwjax.fitting.fit import fit
+from rwjax.fitting.prediction import every_output
 from rwjax.rig.model import Rig
 from tests.diagnosis.localise.measured import as_given
 from tests.diagnosis.simulated import true_log
@@ -25,7 +25,7 @@ def missing(rig: Rig, fitted_to: Log, log: Log) -> Missing:
     fitted = replace(fitted, problem=replace(fitted.problem, logs=(log,)))
     read = read_body(fitted, 0, "yaw", SETTINGS)
     assert read is not None
-    return missing_torque(fitted, 0, simulated(fitted)[0], read, SETTINGS)
+    return missing_torque(fitted, 0, every_output(fitted.problem, fitted.theta, fitted.start)[0], read, SETTINGS)
 
 
 def test_a_true_rig_misses_no_torque_whatever_it_models() -> None:
