@@ -4,10 +4,10 @@ A true effect has one amplitude everywhere. Let $r$ be the residual with the nam
 brings after all other numbers have adapted, both in units of the noise. Part $i$ of the readings then asks for
 
 $$ a_i = 1 - \frac{\sum_i r\,d}{\sum_i d^2}, \qquad
-   \sigma_i^2 = \frac{c_i \sum_i r^2 d^2}{\bigl(\sum_i d^2\bigr)^2} $$
+   \sigma_i^2 = \frac{c_i \sum_i r_i^2 d^2}{\bigl(\sum_i d^2\bigr)^2} $$
 
-times the amplitude that was fitted, with the correlation time $c_i$ of the products $r\,d$ [samples]. What else is missing is part of
-$r$, and so of the errors.
+times the amplitude that was fitted, with the residual $r_i = r - (1 - a_i)\,d$ of the part's own amplitude and the correlation time $c_i$
+of the products $r_i\,d$ [samples]. What else is missing is part of $r_i$, and so of the errors; that the parts disagree is not.
 """
 
 from collections.abc import Sequence
@@ -33,11 +33,13 @@ class Amplitude(NamedTuple):
         value: amplitude, in units of the fitted one [1].
         error: its standard error [1].
         weight: share of the change that lies in this part [1].
+        run: number of the run that the part is; None for a part of another kind.
     """
 
     value: float
     error: float
     weight: float
+    run: int | None
 
 
 def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list[Amplitude]:
@@ -62,43 +64,40 @@ def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list
             run.append(np.full(len(one), runs_of(fits.problem.logs)[fits.train[k]]))
             size.append(np.abs(logs[k].at_drive).reshape(len(one), -1).max(axis=1))
             late.append(2 * np.arange(len(one)) >= len(one))
-    products = [a * b for a, b in zip(r, d, strict=True)]
     whole = sum(float(np.sum(b**2)) for b in d)
     middle = float(np.median(np.concatenate(size)))
-    parts = [[k == n for k in run] for n in dict.fromkeys(int(k[0]) for k in run)]
-    parts += [[s <= middle for s in size], [s > middle for s in size], [~s for s in late], late]
+    parts = [(n, [k == n for k in run]) for n in dict.fromkeys(int(k[0]) for k in run)]
+    parts += [(None, at) for at in ([s <= middle for s in size], [s > middle for s in size], [~s for s in late], late)]
     found = []
-    for part in parts:
+    for number, part in parts:
         square = sum(float(np.sum(b[at] ** 2)) for b, at in zip(d, part, strict=True))
         if square > 0.0:
-            score = sum(float(np.sum(p[at])) for p, at in zip(products, part, strict=True))
+            short = sum(float(a[at] @ b[at]) for a, b, at in zip(r, d, part, strict=True)) / square
+            products = [(a - short * b) * b for a, b in zip(r, d, strict=True)]
             spread = sum(correlation_time(p) * float(np.sum(p[at] ** 2)) for p, at in zip(products, part, strict=True))
-            found.append(Amplitude(1.0 - score / square, float(np.sqrt(spread)) / square, square / whole))
+            found.append(Amplitude(1.0 - short, float(np.sqrt(spread)) / square, square / whole, number))
     return found
 
 
-def left_out(fits: ModelFits, hypotheses: Sequence[Hypothesis]) -> dict[Hypothesis, np.ndarray]:
-    """How hypotheses follow each training run when they are fitted to the other ones.
+def left_out(fits: ModelFits, hypothesis: Hypothesis) -> dict[int, float]:
+    """How a hypothesis follows each training run when it is fitted to the other ones.
 
     Args:
-        fits: fits of the hypotheses at their end.
-        hypotheses: those to judge.
+        fits: fits, that of the hypothesis at its end.
+        hypothesis: the one to judge.
 
     Returns:
-        Sum of squared errors of every run (runs,) [noise²] by hypothesis; none where there is one run alone.
+        Sum of squared errors [noise²] by the run's number; none where there is one run alone.
     """
     train, run = np.array(fits.train), runs_of(fits.problem.logs)[list(fits.train)]
-    runs = [tuple(map(int, train[run == n])) for n in np.unique(run)]
+    runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
     if len(runs) < 2:
-        return {e: np.zeros(0) for e in hypotheses}
-
-    for e in hypotheses:
-        fits(e)
-    parts = [(e, test) for e in hypotheses for test in runs]
-    fitted = fits.together([fits.on(e, [k for k in fits.train if k not in test]) for e, test in parts])
-    judged = [_predicted(fits.problem_of(e).only(test), f, test) for (e, test), f in zip(parts, fitted, strict=True)]
-    found = [_square(fits, predictions) for predictions in fits.together(judged)]
-    return dict(zip(hypotheses, np.reshape(found, (len(hypotheses), len(runs))), strict=True))
+        return {}
+    fits(hypothesis)
+    fitted = fits.together([fits.on(hypothesis, [k for k in fits.train if k not in test]) for test in runs.values()])
+    problem = fits.problem_of(hypothesis)
+    judged = [_predicted(problem.only(test), f, test) for test, f in zip(runs.values(), fitted, strict=True)]
+    return {n: _square(fits, one) for n, one in zip(runs, fits.together(judged), strict=True)}
 
 
 def _predicted(problem: Problem, fitted: Fit, test: Sequence[int]) -> Search[list[Prediction]]:

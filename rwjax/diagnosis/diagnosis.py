@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,12 +12,12 @@ from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
 from rwjax.diagnosis.headway import Headway
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by, spoken
 from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.partial import claimed, further_laws
+from rwjax.diagnosis.partial import Claim, claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
@@ -126,6 +126,7 @@ class _Outcome:
     after: HeldOut
     gaps: dict[str, Gap]
     alternatives: tuple[Hypothesis, ...]  # what may stand in the place of what is claimed
+    equivalents: tuple[Hypothesis, ...]  # those of them that no logs can tell apart from it
     uninformative: str | None  # why the logs tell nothing, where they do not
     diverged: tuple[str, ...]  # numbers that ran away from the rig file
 
@@ -184,15 +185,16 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
 
 def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
     """What is told of a choice."""
+    further = _gone_on(judged, choice, shown_by(among.names, judged.fits.outputs))
+    judged, choice = further.judged, further.choice
     fits, layout = judged.fits, judged.layout
     rig, before, signal = fits.rig, judged.before, judged.signal
-    choice, holds = _gone_on(judged, choice, shown_by(among.names, fits.outputs))
-    outcome = _how_far(judged, choice, holds=holds)
+    outcome = _how_far(further)
     rivals = _rivals(outcome, fits.settings.report.most_rivals)
     first, ranking = judged.rung(NOTHING), _ranking(judged, choice, outcome)
     found = fits(outcome.named)
     spread = uncertainty(found)
-    proposed, where = _next(fits, outcome, choice, among), _where(fits, choice, outcome)
+    proposed, where = _next(fits, outcome, further, among), _where(fits, choice, outcome)
     steps = _growing(outcome.named) if choice.complete else [outcome.named][: len(outcome.named.names)]
     waterfall, alternatives_waterfall = _waterfalls(judged, first, steps, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
@@ -202,7 +204,7 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
         rig=rig,
         logs=layout.logs,
         verdict=outcome.verdict,
-        complete=choice.complete,
+        complete=further.complete,
         untried=choice.untried,
         restricted=among.restricted,
         uninformative=outcome.uninformative,
@@ -219,7 +221,7 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(choice, fits.headway.budget)),
+        remarks=(*told, *layout.split.said(), *away, *among.said(), *_refused(further, outcome), *_ended(further)),
         split=layout.split,
         corrected=corrected,
         before=before,
@@ -236,11 +238,24 @@ def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> 
     return without_runaways(rig, corrected), runaway_words(rig, corrected)
 
 
-def _ended(choice: Choice, budget: Budget) -> list[str]:
+def _refused(further: "_Further", outcome: _Outcome) -> list[str]:
+    """Remarks on names that explain a part and do not hold."""
+    if outcome.verdict not in ("partial", "unknown"):
+        return []
+    return [f"{spoken(name)} is not claimed: {why}" for name, why in further.refused.items()]
+
+
+def _ended(further: "_Further") -> list[str]:
     """The remark on a search that did not come to its end."""
-    if choice.complete:
+    choice, budget = further.choice, further.judged.fits.headway.budget
+    if further.complete:
         return []
     why = "Ctrl-C" if budget.stopped else f"the budget of {budget.seconds:g} s"
+    if choice.complete:
+        names = " and ".join(map(spoken, choice.best.names))
+        return [
+            f"{why} ended the search for what {names} leaves, and nothing is claimed; every candidate was compared by then"
+        ]
     untried = (
         f"not compared were {', '.join(choice.untried)}" if choice.untried else "every candidate was compared by then"
     )
@@ -287,36 +302,61 @@ def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
     return Hypothesis(tuple(sorted(best.names, key=lambda name: -judged.rms(best.without(name)))))
 
 
-def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> tuple[Choice, bool]:
-    """Where a choice leaves a visible part, what holds of it and of what the search finds when it goes on; by the training runs.
+@dataclass(frozen=True)
+class _Further:
+    """A choice after the search has gone on where it leaves a visible part."""
 
-    The second value says whether anything holds; else the choice stays.
-    """
+    judged: _Judged
+    choice: Choice
+    claim: Claim | None = None  # what holds though it leaves something
+    refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
+    ended: bool = False  # whether the budget ended this stage
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole search came to its end."""
+        return self.choice.complete and not self.ended
+
+
+def _visible(fits: ModelFits, best: Hypothesis) -> bool:
+    """Whether a set leaves a visible part of the training runs, of which there are enough to tell what holds."""
+    compare, limits = ModelComparison(fits), fits.settings.verdict
+    runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
+    leaves = np.sqrt(compare.excess(best)) >= limits.doubt and compare.removed(best) < limits.several
+    return bool(best.names and runs >= fits.settings.partial.runs and leaves)
+
+
+def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
+    """What holds of a choice that leaves a visible part, and of what the search finds when it goes on; by the training runs."""
     fits = judged.fits
-    if not choice.complete or not choice.best.names:
-        return choice, False
-    if judge(choice, judged.gap_of(choice.best), fits.settings.verdict) != "unknown":
-        return choice, False
+    if not choice.complete or not _visible(fits, choice.best):
+        return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names)
             further = search.run(choice.best)
             polish(fits, further.best)
-            claim = claimed(search, further)
+            claim, refused = claimed(search, further)
     except Stopped:
-        return replace(choice, complete=False), False
+        return _Further(judged, choice, ended=True)
+    before = held_out(fits, NOTHING, judged.layout.folds, with_floor=True)  # fits may have become better
+    judged = _Judged(fits, judged.layout, before, judged.signal)
     if claim is None:
-        return choice, False
-    return replace(further, best=claim.named, alternatives=claim.alternatives, equivalents=claim.equivalents), True
+        return _Further(judged, choice, refused=refused)
+    chosen = further if claim.named == further.best else search.chosen(claim.named, claim.rivals)
+    return _Further(judged, chosen, claim, refused)
 
 
-def _how_far(judged: _Judged, choice: Choice, *, holds: bool) -> _Outcome:
+def _how_far(further: _Further) -> _Outcome:
     """How far the choice closes the gap on held-out logs, and the verdict."""
+    judged, choice = further.judged, further.choice
     fits, settings = judged.fits, judged.fits.settings
     best = _by_importance(choice.best, judged) if choice.complete else choice.best
     headline_gap = judged.gap_of(best)
     verdict, named = judge(choice, headline_gap, settings.verdict), best
-    if verdict == "unknown" and holds and closes_in_part(headline_gap, settings.partial):
+    if not further.complete:
+        verdict = "unknown"
+    elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings.partial):
         verdict = "partial"
     diverged: tuple[str, ...] = ()
     uninformative = None
@@ -327,8 +367,9 @@ def _how_far(judged: _Judged, choice: Choice, *, holds: bool) -> _Outcome:
     elif verdict == "unknown" and headline_gap.after >= headline_gap.before:
         named = NOTHING
     after = judged(named)
-    alternatives = choice.alternatives if verdict in ("ambiguous", "partial") else ()
-    return _Outcome(verdict, named, after, judged.gaps(after), alternatives, uninformative, diverged)
+    beside = {"ambiguous": choice, "partial": further.claim}.get(verdict)
+    alternatives, same = (beside.alternatives, beside.equivalents) if beside else ((), ())
+    return _Outcome(verdict, named, after, judged.gaps(after), alternatives, same, uninformative, diverged)
 
 
 def _rivals(outcome: _Outcome, most: int) -> list[Hypothesis]:
@@ -397,13 +438,13 @@ def _shares(fits: ModelFits, choice: Choice) -> dict[str, float]:
     return found
 
 
-def _next(fits: ModelFits, outcome: _Outcome, choice: Choice, among: Asked) -> Proposal:
+def _next(fits: ModelFits, outcome: _Outcome, further: _Further, among: Asked) -> Proposal:
     """The next experiment that the outcome asks for."""
-    if not choice.complete:
+    if not further.complete:
         return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
     if outcome.uninformative:
         return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
-    rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in choice.equivalents]
+    rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in outcome.equivalents]
     verdict = outcome.verdict
     if outcome.alternatives and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")

@@ -14,9 +14,8 @@ Everything is decided on training runs. A name holds where
 A set of names holds where each of them does.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
-
-import numpy as np
 
 from rwjax.diagnosis.agreement import amplitudes, left_out
 from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
@@ -26,8 +25,11 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.search.neighbours import exchanges, extensions
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.effects.library import included_in, models
+
+MANY = "many other names leave about as much"
 
 
 class Claim(NamedTuple):
@@ -37,42 +39,72 @@ class Claim(NamedTuple):
         named: the named set.
         alternatives: the sets of which one may stand in its place.
         equivalents: those of the alternatives that no logs of this kind of rig can tell apart from it.
+        rivals: the sets that were compared with it; none where the search itself has chosen it.
     """
 
     named: Hypothesis
     alternatives: tuple[Hypothesis, ...]
     equivalents: tuple[Hypothesis, ...]
+    rivals: tuple[Hypothesis, ...] = ()
 
 
-def claimed(search: Search, choice: Choice) -> Claim | None:
+class Holding(NamedTuple):
+    """What holds of an explanation.
+
+    Attributes:
+        claim: the largest part that holds, None where nothing does.
+        refused: each name that does not hold, and why not, in words.
+    """
+
+    claim: Claim | None
+    refused: dict[str, str]
+
+
+def claimed(search: Search, choice: Choice) -> Holding:
     """The largest part of an explanation that holds.
+
+    Of names that fail, the one that brings least is dropped, and the rest is judged anew.
 
     Args:
         search: the search that has found it.
         choice: the explanation, with a fit at its end; where it reaches the noise, the evidence says what stands beside it.
 
     Returns:
-        The claim, None where nothing holds.
+        What holds, and why the rest does not.
     """
-    best = choice.best
+    fits, best, refused = search.fits, choice.best, dict[str, str]()
     while best.names:
-        fitted(search.fits, best)
-        fails = [name for name in best.names if why_not_held(search.fits, best, name) is not None]
-        if not fails and best == choice.best and search.comparison.excess(best) <= search.limits.nothing_left:
-            return Claim(best, choice.alternatives, choice.equivalents)
+        fitted(fits, best)
+        complete = search.comparison.excess(best) <= search.limits.nothing_left
+        if not complete:
+            search.halving.fit([e for e in extensions(search.candidates, best) if e not in fits], best)
+        followed = left_out(fits, best)
+        reasons = {name: why_not_held(fits, best, name, followed) for name in best.names}
+        fails = {name: why for name, why in reasons.items() if why is not None}
         if not fails:
-            return _beside_rivals(search, best)
-        best = best.without(fails[-1])
-    return None
+            if complete and best == choice.best:
+                return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
+            rivals = _rivals(search, best)
+            if rivals is None:
+                return Holding(None, refused | dict.fromkeys(best.names, "together they remove too little"))
+            near = _near(search, best, rivals)
+            if len(near) <= fits.settings.partial.alternatives:
+                return Holding(_beside(search, best, near, rivals), refused)
+            fails = dict.fromkeys((name for name in best.names if not all(name in e.names for e in near)), MANY)
+        least = min(fails, key=lambda name: _gain(fits, best, _without(fits, best, name)))
+        refused[least] = fails[least]
+        best = best.without(least)
+    return Holding(None, refused)
 
 
-def why_not_held(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
+def why_not_held(fits: ModelFits, best: Hypothesis, name: str, followed: Mapping[int, float]) -> str | None:
     """Why a name may not be claimed.
 
     Args:
         fits: a fit of the set at its end.
         best: the set.
         name: one of its names.
+        followed: how the set follows each run that is left out, as `left_out` has it.
 
     Returns:
         The first test that it fails, in words; None where it holds.
@@ -84,12 +116,11 @@ def why_not_held(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
     parts = [a for a in amplitudes(fits, best, smaller) if a.weight >= limits.weighs]
     if any(abs(a.value - 1.0) > max(limits.differs, limits.sigmas * a.error) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
-    if any(a.error > limits.differs for a in parts):
-        return "some runs or sizes of the command do not tell how much of it they ask for"
-    followed = left_out(fits, (best, smaller))
-    if len(followed[best]) < limits.runs:
-        return "too few runs tell whether it is the same in each"
-    if np.any(followed[best] > limits.harms * followed[smaller]):
+    telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs]
+    if len(telling) < limits.runs:
+        return "too few runs tell how much of it they ask for"
+    without = left_out(fits, smaller)
+    if any(followed[run] > limits.harms * without[run] for run in telling):
         return "a run that is left out is followed worse with it"
     left = law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
@@ -118,10 +149,10 @@ def further_laws(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
     if left <= fits.settings.search.nothing_left:
         return found
     for e in fits:
-        if e.contains(best) and len(e.names) <= len(best.names) + 1:
-            for name in {*e.names} - {*best.names}:
-                coordinate = coordinate_of(name)
-                found[coordinate] = max(found.get(coordinate, 0.0), 1.0 - excess(e) / left)
+        further = [name for name in e.names if name not in best.names]
+        if len(further) == 1 and {*best.names} - {included_in(further[0])} <= {*e.names}:
+            coordinate = coordinate_of(further[0])
+            found[coordinate] = max(found.get(coordinate, 0.0), 1.0 - excess(e) / left)
     return found
 
 
@@ -139,17 +170,35 @@ def _gain(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> float:
     return compare.criterion(larger, effective) - compare.criterion(smaller, effective)
 
 
-def _beside_rivals(search: Search, best: Hypothesis) -> Claim | None:
-    """The claim of a set whose names hold, None where it does not stand out among its rivals."""
-    excess, limits = ModelComparison(search.fits).excess, search.fits.settings.partial
-    rivals = [e for e in search.rivals(best) if len(e.names) <= len(best.names) and not e.contains(best)]
-    if not rivals:
+def _rivals(search: Search, best: Hypothesis) -> list[Hypothesis] | None:
+    """Sets of no more names that may stand in the place of one, those near to it at their end; None where it removes too little."""
+    every = search.rivals(best)
+    if not every and exchanges(search.candidates, best):
         return None
-    near = [e for e in rivals if excess(e) < limits.as_much * excess(best)]
-    near = [e for e in near if not any(e.contains(other) for other in near)]
-    if len(near) > limits.alternatives:
-        return None
-    near.sort(key=excess)
-    same = equivalents(search.fits, search.candidates, best)
-    also = [e for one in near for e in equivalents(search.fits, search.candidates, one)]
-    return Claim(best, tuple(e for e in dict.fromkeys([*near, *same, *also]) if e != best), tuple(same))
+    rivals = [e for e in every if len(e.names) <= len(best.names) and not e.contains(best)]
+    excess = search.comparison.excess
+    close = 2.0 * search.fits.settings.partial.as_much * excess(best)
+    search.fits.finish([e for e in rivals if excess(e) < close and not search.fits.ended(e)])
+    return rivals
+
+
+def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The rivals that leave about as much as a set, those that leave least first, without what is the same thing as it."""
+    excess, same = search.comparison.excess, _same(search, best)
+    near = [e for e in rivals if excess(e) < search.fits.settings.partial.as_much * excess(best) and e not in same]
+    return sorted((e for e in near if not any(e.contains(other) for other in near)), key=excess)
+
+
+def _beside(search: Search, best: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
+    """The claim of a set whose names hold, with what leaves about as much; first what was fitted."""
+    same = _same(search, best)
+    beside = dict.fromkeys([*near, *same, *(e for one in near for e in _same(search, one))])
+    return Claim(best, tuple(e for e in beside if e != best and not e.contains(best)), tuple(same), tuple(rivals))
+
+
+def _same(search: Search, hypothesis: Hypothesis) -> list[Hypothesis]:
+    """What is the same thing as a set for this kind of rig, with any of its names exchanged."""
+    found = [hypothesis]
+    for one in found:
+        found += [e for e in equivalents(search.fits, search.candidates, one) if e not in found]
+    return found[1:]

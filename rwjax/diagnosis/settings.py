@@ -50,7 +50,8 @@ class Limits:
 
 @dataclass(frozen=True)
 class PartialSettings:
-    """Limits of the verdict `partial`: what names have to pass that leave a visible part. None was tuned on a result."""
+    """Limits of the verdict `partial`: what names have to pass that leave a visible part. None was tuned on a result; that what is left
+    lies nearest to another coordinate was asked for after a look at a case (`docs/verdict.md`)."""
 
     closes: float = _limit(
         0.5, "share of the gap on held-out runs that the names close together at the least: its definition"
@@ -65,13 +66,15 @@ class PartialSettings:
     )
     differs: float = _limit(
         0.3,
-        "difference in amplitude, as a share of the fitted one, that what else is missing may feign in a run; and the most by "
-        "which a run may leave it open: what leaves half of the error at most correlates with the effect by as much",
+        "difference in amplitude, as a share of the fitted one, that what else is missing may feign in a run: what leaves half of the "
+        "error at most correlates with the effect by as much; and the standard error up to which a run tells the amplitude",
     )
     weighs: float = _limit(0.05, "share of a name's change that a run, or a size of command, must hold to be asked")
-    runs: int = _limit(2, "training runs that are needed: one run alone tells nothing of another")
+    runs: int = _limit(2, "training runs that have to tell the amplitude: one run alone tells nothing of another")
     harms: float = _limit(
-        1.0, "squares of a run that is left out, with the name against without it: a true effect makes no run worse"
+        1.1,
+        "squares of a run that is left out, with the name against without it: a true effect makes no run that tells its amplitude "
+        "worse, but for where its fits stop",
     )
     law_left: float = _limit(
         0.5,

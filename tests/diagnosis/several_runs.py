@@ -1,4 +1,4 @@
-"""Three runs of a simulated platform, each of its own size of command, and fits to them, for tests of what holds in every run."""
+"""Runs of a simulated platform, each of its own size of command, and fits to them, for tests of what holds in every run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from tests.systems import platform, record, run
 
 TIME = np.arange(801) * 0.01
 RIG = platform("viscous = 0.02")
-SIZES = (0.5, 0.8, 1.1)
+SIZES = (0.5, 0.8, 1.1, 0.65)
 Truth = Mapping[str, dict[str, float]]
 
 

@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
+from rwjax.diagnosis.agreement import amplitudes, left_out
+from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
 from rwjax.diagnosis.partial import claimed, further_laws, why_not_held
 from rwjax.diagnosis.search.choice import Choice
+from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.settings import PartialSettings, Settings
-from tests.diagnosis.several_runs import run_of, searched
+from tests.diagnosis.several_runs import RIG, run_of, searched
 
 DRY, BIAS, OFFSET, SPRING = (
     Hypothesis((name,)) for name in ("axis.coulomb", "axis.bias_torque", "drive.bias", "axis.spring")
@@ -18,44 +21,46 @@ FRICTION = {"axis.coulomb": {"M_c": 0.06}}
 PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
 
+def why_not(search: Search, best: Hypothesis, name: str) -> str | None:
+    return why_not_held(search.fits, best, name, left_out(search.fits, best))
+
+
 def test_a_true_name_holds_beside_a_motion_that_nothing_explains() -> None:
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, BIAS, SPRING)
     assert search.comparison.excess(DRY) > 100.0  # far from the noise
-    claim = claimed(search, Choice(DRY))
-    assert claim is not None and claim.named == DRY and claim.alternatives == ()
+    claim, refused = claimed(search, Choice(DRY))
+    assert claim is not None and claim.named == DRY and claim.alternatives == () and not refused
 
 
 def test_a_name_of_which_every_run_asks_for_another_amount_does_not_hold() -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
     search = searched(logs, BIAS, SPRING)
     search.fits.settings = replace(Settings(), partial=PartialSettings(needed=0.0))
-    why = why_not_held(search.fits, BIAS, "axis.bias_torque")
-    assert why == "some runs or sizes of the command do not tell how much of it they ask for"
-    assert claimed(search, Choice(BIAS)) is None
+    why = "runs or sizes of the command ask for different amounts of it"
+    assert why_not(search, BIAS, "axis.bias_torque") == why
+    assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": why})
 
 
 def test_one_run_is_too_few_to_say_that_every_run_agrees() -> None:
     search = searched([run_of(0, PUSHED)], BIAS, SPRING)
-    assert why_not_held(search.fits, BIAS, "axis.bias_torque") == "too few runs tell whether it is the same in each"
+    assert why_not(search, BIAS, "axis.bias_torque") == "too few runs tell how much of it they ask for"
 
 
 def test_of_a_set_the_names_stay_that_hold() -> None:
     both = DRY.plus("axis.spring")  # of which there is none; three random walks happen to look a little like it
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, both)
-    assert (
-        why_not_held(search.fits, both, "axis.spring") == "it is not needed beside a remainder that is coloured noise"
-    )
-    claim = claimed(search, Choice(both))
-    assert claim is not None and claim.named == DRY
+    why = "it is not needed beside a remainder that is coloured noise"
+    assert why_not(search, both, "axis.spring") == why
+    claim, refused = claimed(search, Choice(both))
+    assert claim is not None and claim.named == DRY and refused == {"axis.spring": why}
 
 
 def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_to_claim() -> None:
     search = searched([run_of(k, PUSHED, disturbed=0.03) for k in range(3)], BIAS, OFFSET, DRY)
-    claim = claimed(search, Choice(BIAS))
-    assert claim is not None and claim.named == BIAS and claim.alternatives == (OFFSET,)
-    fits = search.fits
-    fits.settings = replace(Settings(), partial=PartialSettings(as_much=1e9, alternatives=1))
-    assert claimed(search, Choice(BIAS)) is None
+    claim, _ = claimed(search, Choice(BIAS))
+    assert claim is not None and claim.named == BIAS and claim.alternatives == claim.equivalents == (OFFSET,)
+    search.fits.settings = replace(Settings(), partial=PartialSettings(as_much=1e9, alternatives=0))
+    assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": "many other names leave about as much"})
 
 
 def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_form() -> None:
@@ -67,14 +72,10 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
     laws = further_laws(search.fits, linear)
     assert laws["yaw_rate"] > 0.9 > laws[coordinate_of("axis.bias_torque")]
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
-    assert (
-        why_not_held(search.fits, linear, linear.names[0])
-        == "a further law of its coordinate removes part of what it leaves"
-    )
+    assert why_not(search, linear, linear.names[0]) == "a further law of its coordinate removes part of what it leaves"
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf, further_law=1.0))
     assert (
-        why_not_held(search.fits, linear, linear.names[0])
-        == "what it leaves is nearest to a further law of its own coordinate"
+        why_not(search, linear, linear.names[0]) == "what it leaves is nearest to a further law of its own coordinate"
     )
     assert further_laws(search.fits, drag) == {}  # which leaves nothing
 
@@ -82,12 +83,39 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
 def test_where_a_set_reaches_the_noise_the_evidence_says_what_stands_beside_it() -> None:
     search = searched([run_of(k, PUSHED) for k in range(3)], BIAS, DRY)
     assert search.comparison.excess(BIAS) < 0.1
-    assert claimed(search, Choice(BIAS, (OFFSET,), (OFFSET,))) == (BIAS, (OFFSET,), (OFFSET,))
+    claim, refused = claimed(search, Choice(BIAS, (OFFSET,), (OFFSET,)))
+    assert claim == (BIAS, (OFFSET,), (OFFSET,), ()) and not refused
 
 
 @pytest.mark.parametrize("limits", [PartialSettings(differs=0.0, sigmas=0.0), PartialSettings(harms=0.0)])
 def test_stricter_limits_let_nothing_hold(limits: PartialSettings) -> None:
     search = searched([run_of(k, FRICTION) for k in range(3)], DRY, BIAS)
-    assert why_not_held(search.fits, DRY, "axis.coulomb") is None
+    assert why_not(search, DRY, "axis.coulomb") is None
     search.fits.settings = replace(Settings(), partial=limits)
-    assert why_not_held(search.fits, DRY, "axis.coulomb") is not None
+    assert why_not(search, DRY, "axis.coulomb") is not None
+
+
+def test_a_further_law_is_counted_where_one_name_is_added_and_not_where_another_is_exchanged_as_well() -> None:
+    both, other = DRY.plus("axis.bias_torque"), Hypothesis(("axis.stribeck", "axis.bias_torque"))
+    search = searched([run_of(k, FRICTION | PUSHED) for k in range(3)], DRY, both, other)
+    laws = further_laws(search.fits, DRY)
+    assert laws[coordinate_of("axis.bias_torque")] > 0.9 and "yaw_rate" not in laws
+
+
+def test_an_amount_that_differs_is_seen_though_the_residual_is_then_all_disagreement() -> None:
+    logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
+    search = searched(logs, BIAS)
+    off = [a for a in amplitudes(search.fits, BIAS, NOTHING) if a.run is not None]
+    assert max(abs(a.value - 1.0) / a.error for a in off) > 10.0
+
+
+def test_twins_on_both_sides_of_a_pair_stand_beside_it_and_ask_for_no_experiment() -> None:
+    truth = {"drive.delay": {"tau": 0.2}, "axis.bias_torque": {"T": 0.002}}
+    logs = [run_of(k, truth, disturbed=0.1) for k in range(4)]
+    only = ("drive.delay", "sensor.delay", "axis.bias_torque", "drive.bias")
+    found = diagnose(RIG, [*logs[:3], replace(logs[3], validate=True)], only=only)
+    assert found.verdict == "partial"
+    assert {frozenset(names) for names in ((found.effects), *found.alternatives)} == {
+        frozenset((delay, push)) for delay in only[:2] for push in only[2:]
+    }
+    assert found.next_experiment.startswith("none can tell them apart")

@@ -73,10 +73,18 @@ class Search:
                 break
             best = self.backward(better)
             rivals = self.rivals(best)
-        return self._chosen(best, rivals)
+        return self.chosen(best, rivals)
 
-    def _chosen(self, best: Hypothesis, rivals: list[Hypothesis]) -> Choice:
-        """The choice of a hypothesis, with those of its rivals that cannot be told apart from it."""
+    def chosen(self, best: Hypothesis, rivals: Sequence[Hypothesis]) -> Choice:
+        """The choice of a hypothesis, with those of its rivals that cannot be told apart from it.
+
+        Args:
+            best: the hypothesis.
+            rivals: its rivals, with fits that have begun.
+
+        Returns:
+            The choice.
+        """
         compare, limits = self.comparison, self.limits
         effective = compare.effective(best)
         reference = compare.criterion(best, effective)
