@@ -85,6 +85,7 @@ class ModelFits:
     _spaces: dict[Hypothesis, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
     _best: dict[Hypothesis, Fit] = field(default_factory=dict)
     _finished: set[Hypothesis] = field(default_factory=set)
+    _fitted_from: dict[Hypothesis, tuple[float, bool, set[Hypothesis]]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -262,6 +263,30 @@ class ModelFits:
             old = self._best.get(e)
             if old is None or fitted.cost <= old.cost or not old.steps:
                 self._best[e] = fitted
+
+    def take_down(self, parent: Hypothesis, hypotheses: Iterable[Hypothesis]) -> None:
+        """Takes down that hypotheses were fitted from a parent's estimates, as these are.
+
+        Args:
+            parent: the parent.
+            hypotheses: the hypotheses.
+        """
+        self._fitted_from[parent] = self._best[parent].cost, self.by_start_rule, {*hypotheses}
+
+    def fitted_from(self, parent: Hypothesis, hypotheses: Iterable[Hypothesis]) -> bool:
+        """Whether hypotheses were fitted from a parent's estimates, and these have not become better since.
+
+        Args:
+            parent: the parent.
+            hypotheses: the hypotheses.
+
+        Returns:
+            True where to fit them once more would begin at the same places.
+        """
+        cost, by_start_rule, before = self._fitted_from.get(parent, (np.inf, self.by_start_rule, set()))
+        as_then = by_start_rule == self.by_start_rule
+        better = cost > (1.0 + self.settings.fitting.tolerance) * self._best[parent].cost
+        return as_then and not better and before.issuperset(hypotheses)
 
     def reopen(self, hypotheses: Iterable[Hypothesis]) -> dict[Hypothesis, Fit]:
         """Lets a search go on with fits that were carried to their end.

@@ -50,8 +50,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class PartialSettings:
-    """Limits of the verdict `partial`: what names have to pass that leave a visible part. None was tuned on a result; that what is left
-    lies nearest to another coordinate was asked for after a look at a case (`docs/verdict.md`)."""
+    """Limits of the verdict `partial`: what names have to pass that leave a visible part.
+
+    None was tuned on a result. That what is left lies nearest to another coordinate was asked for after a look at a case
+    (`docs/verdict.md`).
+    """
 
     closes: float = _limit(
         0.5, "share of the gap on held-out runs that the names close together at the least: its definition"

@@ -1,7 +1,7 @@
 """Searches on several processes: what the threads of one Python do in turn, processes do at once.
 
-A `Team` is this process and helpers. Searches of one structure stay together, since their free runs share batches and a program; each
-process takes the structure that comes next. Nothing else changes: a search gives the same bytes wherever it runs.
+A `Team` is this process and helpers. A few searches of one structure stay together, since their free runs share batches and a program; each
+process takes those that come next. Nothing else changes: a search gives the same bytes wherever it runs.
 
 A helper takes searches from its standard input and puts their results on its standard output, both by `pickle`. It ends with its
 input. A problem is sent once; from then on a number stands for it, in both directions.
@@ -28,6 +28,8 @@ from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import THREADS
 
 T = TypeVar("T")
+PIECE = 12
+"""Searches of one structure that stay together at most: their free runs fill several batches."""
 LARGE = 4096
 """Size of an array from which on it is sent once, though several problems hold it [bytes]."""
 MOST_HELPERS = 7
@@ -184,11 +186,10 @@ class Team:
             done(number, found)
             return found
 
-        several = len({search.problem.structure for search in searches}) > 1
-        if not (self._wanted and several and jax.default_backend() == "cpu"):
+        shared = _Shared(searches, done)
+        if not (self._wanted and len(shared.left) > 1 and jax.default_backend() == "cpu"):
             return together([followed(k) for k in range(len(searches))])
         self._helpers = self._helpers or [_Helper() for _ in range(self._wanted)]
-        shared = _Shared(searches, done)
         threads = [Thread(target=shared.hand_over, args=(helper,), daemon=True) for helper in self._helpers]
         try:
             for thread in threads:
@@ -217,21 +218,21 @@ ALONE = Team(0)
 
 
 class _Shared:
-    """Searches that several processes share, those of one structure in a piece."""
+    """Searches that several processes share, in pieces of one structure each."""
 
     def __init__(self, searches: Sequence[Search], done: Callable[[int, Any], None]) -> None:
         self.searches, self.done = searches, done
-        pieces: dict[object, list[int]] = {}
+        alike: dict[object, list[int]] = {}
         for number, search in enumerate(searches):
-            pieces.setdefault(search.problem.structure, []).append(number)
-        self.left = deque(pieces.values())
+            alike.setdefault(search.problem.structure, []).append(number)
+        self.left = deque(every[k : k + PIECE] for every in alike.values() for k in range(0, len(every), PIECE))
         self.found: dict[int, Any] = {}
         self.lost: list[_Helper] = []
         self.error: Exception | None = None
         self._lock = Lock()
 
     def next(self, *, by_helper: bool = False) -> list[int] | None:
-        """Numbers of the searches of the next structure; none where nothing is left. A helper knows the library's effects alone."""
+        """Numbers of the searches of the next piece; none where nothing is left. A helper knows the library's effects alone."""
         with self._lock:
             for numbers in self.left:
                 problem = self.searches[numbers[0]].problem

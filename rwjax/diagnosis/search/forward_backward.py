@@ -130,7 +130,9 @@ class Search:
                 besides=work.exact,
                 further=len(self.candidates) + limits.rivals_exactly * work.exact,
             )
-            self._fit(tried, hypothesis)
+            if not self.fits.fitted_from(hypothesis, tried):
+                self._fit(tried, hypothesis)
+                self.fits.take_down(hypothesis, tried)
             self._fit_thoroughly(tried, hypothesis, enough)
             best = self.comparison.leader(tried)
             if not self.comparison.needs(best, hypothesis):
@@ -217,11 +219,14 @@ class Search:
         for e in leading[: limits.leading]:
             self.halving.fit([o for o in (parent, *hypotheses) if e.contains(o)], e)
         best = min((parent, *tried), key=lambda e: known(e).cost)
-        for e in tried:
-            special = [o for o in tried if e.contains(o) and known(o).cost < known(e).cost]
-            special = [o for o in special if not self._far_behind(o, best)]
-            if special:
-                self.halving.fit([e], min(special, key=lambda o: known(o).cost))
+        rest = [*tried]
+        while rest:  # those first whose special cases do not begin again themselves
+            now = [e for e in rest if not any(e.contains(o) for o in rest if o != e)] or rest
+            rest = [e for e in rest if e not in now]
+            parents = {e: min((o for o in tried if e.contains(o)), key=lambda o: known(o).cost, default=e) for e in now}
+            less = {e: o for e, o in parents.items() if known(o).cost < known(e).cost and not self._far_behind(o, best)}
+            if less:
+                self.halving.fit_each(less)
 
     def _fit_thoroughly(self, tried: list[Hypothesis], parent: Hypothesis, enough: float) -> None:
         """Carries the leading hypotheses on, from all of their places and by exact derivatives, until one suffices."""

@@ -5,7 +5,7 @@ cost advance to the next round, which has fewer of them and more steps (Jamieson
 matters because a fit that begins far off may be on its way.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -15,7 +15,7 @@ from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import Round
-from rwjax.diagnosis.starting_points import begin
+from rwjax.diagnosis.starting_points import Begun, begin
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.processes import Search
 from rwjax.fitting.secant import descend
@@ -71,7 +71,7 @@ class SuccessiveHalving:
         if not wanted:
             return {}
         new = [e for e in wanted if not fits.ended(e) or parent.contains(e) or e.contains(parent)]
-        promise = self._halve(new, parent)
+        promise = self._halve(dict.fromkeys(new, parent))
         least = fits.least((parent, *wanted))
         ahead = [e for e in sorted(new, key=promise.__getitem__) if promise[e] <= self.limits.close * least]
         ahead = ahead[: last.hypotheses]
@@ -86,6 +86,17 @@ class SuccessiveHalving:
             fits.finish([e for e in part if promise[e] <= most or e in again or parent.contains(e)])
         fits.settle()
         return {e: fits.known(e) for e in wanted}
+
+    def fit_each(self, parents: Mapping[Hypothesis, Hypothesis]) -> None:
+        """Fits hypotheses side by side, each from the estimates of a parent of its own; none gives way to another one.
+
+        Args:
+            parents: the parent of each hypothesis to fit.
+        """
+        promise = self._halve(parents, give_way=False)
+        least = {e: self.fits.least((e, parent)) for e, parent in parents.items()}
+        self.fits.finish([e for e in parents if self.fits.ended(e) or promise[e] <= self.limits.close * least[e]])
+        self.fits.settle()
 
     def fit_again(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> None:
         """Fits hypotheses from another parent's estimates, however far they have come from their own.
@@ -127,22 +138,24 @@ class SuccessiveHalving:
         searches = [Search(f.problem, partial(descend, f, most_steps=steps, tolerance=tolerance)) for f in begun]
         return self.fits.together(searches, work, done)
 
-    def _halve(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, float]:
-        """Runs the rounds; returns the extrapolated cost of every hypothesis."""
+    def _halve(self, parents: Mapping[Hypothesis, Hypothesis], *, give_way: bool = True) -> dict[Hypothesis, float]:
+        """Runs the rounds of hypotheses by their parents; returns the extrapolated cost of each."""
         fits, limits = self.fits, self.limits
-        begun = begin(fits, hypotheses, parent)
+        begun: dict[Hypothesis, Begun] = {}
+        for parent in dict.fromkeys(parents.values()):
+            begun |= begin(fits, [e for e in parents if parents[e] == parent], parent)
         places = {e: b.places for e, b in begun.items()}
         best = {e: b.here for e, b in begun.items()}
         fits.keep(best)
         promise = {e: min(b.predicted, b.here.cost) for e, b in begun.items()}
         # a complete parent leaves no room far above it
-        most = np.inf if fits.by_start_rule else limits.behind * fits(parent).cost
+        most = {e: np.inf if fits.by_start_rule else limits.behind * fits(parent).cost for e, parent in parents.items()}
         work = fits.settings.headway
         for one in limits.rounds:
-            ahead = [e for e in hypotheses if promise[e] <= most or one.steps == 1 or parent.contains(e)]
-            ahead = sorted(ahead, key=promise.__getitem__)[: one.hypotheses]
+            ahead = [e for e in parents if promise[e] <= most[e] or one.steps == 1 or parents[e].contains(e)]
+            ahead = sorted(ahead, key=promise.__getitem__)[: one.hypotheses if give_way else None]
             share = work.first_round if one is limits.rounds[0] else work.later_round
-            self._round(one, ahead, parent, places, best, promise, share * len(hypotheses))
+            self._round(one, ahead, parents, places, best, promise, share * len(parents))
             fits.keep({e: best[e] for e in ahead})
         return promise
 
@@ -169,7 +182,7 @@ class SuccessiveHalving:
         self,
         one: Round,
         ahead: Sequence[Hypothesis],
-        parent: Hypothesis,
+        parents: Mapping[Hypothesis, Hypothesis],
         places: dict[Hypothesis, list[Fit]],
         best: dict[Hypothesis, Fit],
         promise: dict[Hypothesis, float],
@@ -178,8 +191,8 @@ class SuccessiveHalving:
         """Steps of one round; updates places, best fits and extrapolated costs of those that take part."""
         runs = [(e, f) for e in ahead for f in places[e][: self.limits.places]]
         found = self._stepped_as_far_as_can_be(runs, one.steps, work)
-        parent_cost = self.fits(parent).cost
         for e in ahead:
+            parent_cost = self.fits(parents[e]).cost
             pairs = [(f, before) for (other, before), f in zip(runs, found, strict=True) if other == e]
             best[e] = min((f for f, _ in pairs), key=lambda f: f.cost)
             promised = [
