@@ -1,0 +1,1 @@
+"""Measured rigs whose label is withheld from the diagnosis."""
