@@ -101,9 +101,9 @@ class ScoreScreen:
             s = np.flatnonzero(problem.start_free[log])
             through = residual_jacobian(e, log)
             P, _ = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, 0.0)
-            blocks.append((through[..., k] + through[..., p + s] @ P).reshape(-1, len(k)))
+            blocks.append(through[..., k] + through[..., p + s] @ P)
         self._observed = problem.batch.weight.ravel() > 0.0
-        self._columns = np.concatenate(blocks).reshape(-1, len(k))[self._observed]
+        self._columns = np.stack(blocks).reshape(len(self._observed), len(k))[self._observed]
         self._basis = _orthonormal(self._columns)
 
     def _with_free_numbers(self, candidate: Candidate, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:

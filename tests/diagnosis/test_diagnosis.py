@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
 from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.fitting.fit import fit
 from rwjax.rig.model import Rig
+from tests.diagnosis.several_runs import RIG, run_of
 from tests.diagnosis.simulated import TIME, true_log
 from tests.fitting.test_threads import blas_threads
 from tests.systems import platform, record, run, wheel
@@ -171,3 +173,10 @@ def test_what_was_withheld_from_the_rig_is_named(name: str, given: dict[str, flo
     assert (found.verdict, found.effects) == ("effect", (name,))
     for number, value in given.items():
         assert found.corrected.effects[name][number] == pytest.approx(value, rel=0.02)
+
+
+def test_a_rig_without_free_numbers_is_diagnosed() -> None:
+    rig = replace(RIG, free=(), prior={})
+    logs = [run_of(k, {"axis.bias_torque": {"T": 0.02}}) for k in range(3)]
+    found = diagnose(rig, logs, only=("axis.bias_torque", "axis.coulomb", "axis.spring"))
+    assert found.verdict == "effect" and found.effects == ("axis.bias_torque",)
