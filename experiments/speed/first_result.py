@@ -20,6 +20,7 @@ def main(folder: Path) -> None:
     rig = read_rig(folder / "rig.toml")
     structure = structure_of(rig)
     problem, theta = pose(structure, read_logs(sorted(folder.glob("*.csv")), rig)), theta_of(rig, structure)
+    structure = problem.structure
     log = np.zeros(BATCH, int)
     batch, windows = problem.batch.of(0), problem.batch.windows
     free = np.array([k for k, name in enumerate(structure.names) if name in rig.free])

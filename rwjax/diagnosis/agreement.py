@@ -22,7 +22,7 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import Prediction, errors, predicted
 from rwjax.fitting.problem import Problem
-from rwjax.fitting.processes import Search
+from rwjax.fitting.processes import Task
 from rwjax.logs.segments import runs_of
 
 
@@ -100,8 +100,8 @@ def left_out(fits: ModelFits, hypothesis: Hypothesis) -> dict[int, float]:
     return {n: _square(fits, one) for n, one in zip(runs, fits.together(judged), strict=True)}
 
 
-def _predicted(problem: Problem, fitted: Fit, test: Sequence[int]) -> Search[list[Prediction]]:
-    return Search(problem, partial(predicted, problem, fitted.theta, test, with_floor=False))
+def _predicted(problem: Problem, fitted: Fit, test: Sequence[int]) -> Task[list[Prediction]]:
+    return Task(problem, partial(predicted, problem, fitted.theta, test, with_floor=False))
 
 
 def _square(fits: ModelFits, predictions: list[Prediction]) -> float:

@@ -191,11 +191,11 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
     rig, before, signal = fits.rig, judged.before, judged.signal
     outcome = _how_far(further)
     rivals = _rivals(outcome, fits.settings.report.most_rivals)
-    first, ranking = judged.rung(NOTHING), _ranking(judged, choice, outcome)
+    first, ranking = judged.rung(NOTHING), _ranking(further, outcome)
     found = fits(outcome.named)
     spread = uncertainty(found)
     proposed, where = _next(fits, outcome, further, among), _where(fits, choice, outcome)
-    steps = _growing(outcome.named) if choice.complete else [outcome.named][: len(outcome.named.names)]
+    steps = _growing(outcome.named) if further.complete else [outcome.named][: len(outcome.named.names)]
     waterfall, alternatives_waterfall = _waterfalls(judged, first, steps, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
     corrected, away = _corrected(rig, outcome.named, found, spread)
@@ -338,23 +338,28 @@ def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
             polish(fits, further.best)
             claim, refused = claimed(search, further)
     except Stopped:
-        return _Further(judged, choice, ended=True)
-    before = held_out(fits, NOTHING, judged.layout.folds, with_floor=True)  # fits may have become better
-    judged = _Judged(fits, judged.layout, before, judged.signal)
+        return _Further(_judged_anew(judged), choice, ended=True)
+    judged = _judged_anew(judged)
     if claim is None:
         return _Further(judged, choice, refused=refused)
     chosen = further if claim.named == further.best else search.chosen(claim.named, claim.rivals)
     return _Further(judged, chosen, claim, refused)
 
 
+def _judged_anew(judged: _Judged) -> _Judged:
+    """The errors on held-out logs after a search, by which fits may have become better."""
+    before = held_out(judged.fits, NOTHING, judged.layout.folds, with_floor=True)
+    return _Judged(judged.fits, judged.layout, before, judged.signal)
+
+
 def _how_far(further: _Further) -> _Outcome:
     """How far the choice closes the gap on held-out logs, and the verdict."""
     judged, choice = further.judged, further.choice
     fits, settings = judged.fits, judged.fits.settings
-    best = _by_importance(choice.best, judged) if choice.complete else choice.best
+    best = _by_importance(choice.best, judged) if further.complete else choice.best
     headline_gap = judged.gap_of(best)
     verdict, named = judge(choice, headline_gap, settings.verdict), best
-    if not further.complete:
+    if not further.complete or (further.refused and not further.claim):
         verdict = "unknown"
     elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings.partial):
         verdict = "partial"
@@ -403,13 +408,14 @@ def _waterfalls(
     return named_steps, tuple(judged.rung(other, first.numbers) for other in others)
 
 
-def _ranking(judged: _Judged, choice: Choice, outcome: _Outcome) -> tuple[Ranked, ...]:
+def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
+    judged, choice = further.judged, further.choice
     ranked, unit = [], UNIT[judged.signal]
     beside = {outcome.named, *outcome.alternatives}
     for k, (e, probability) in enumerate(choice.ranking):
         first = k < judged.fits.settings.report.ranked
-        leaves = judged.rms(e) if first and (choice.complete or e == choice.best) else None
+        leaves = judged.rms(e) if first and (further.complete or e == choice.best) else None
         told = first and e not in beside and outcome.verdict != "none"
         why = why_not(leaves, outcome.named.names, judged.rms(outcome.named), unit) if told else None
         ranked.append(Ranked(" + ".join(e.names) or "none", probability, leaves, why))

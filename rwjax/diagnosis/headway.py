@@ -10,7 +10,6 @@ import numpy as np
 from rwjax.diagnosis.budget import Budget
 from rwjax.diagnosis.hypothesis import Hypothesis, spoken
 from rwjax.diagnosis.information_criterion import residuals
-from rwjax.fitting.batched_runs import Simulating
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.rig.columns import unit_of
 
@@ -106,27 +105,6 @@ class Headway:
         words = f"{' and '.join(map(spoken, hypothesis.names))} ({rms:.3g} {unit_of(self.signal)} left)"
         with self._lock:
             self._best = min(self._best, (fitted.cost, words))
-
-    def followed(
-        self, search: Simulating[T], work: float = 0.0, done: Callable[[T], None] = lambda found: None
-    ) -> Simulating[T]:
-        """The same search, which ends with the budget and is counted when it is done.
-
-        Args:
-            search: free runs that it waits for, and its result.
-            work: what it counts for [hypotheses].
-            done: takes its result before it is counted.
-
-        Yields:
-            Free runs to simulate.
-
-        Returns:
-            The search's result.
-        """
-        found = yield from self.budget.heeded(search)
-        done(found)
-        self.advance(work)
-        return found
 
     @property
     def left(self) -> float | None:

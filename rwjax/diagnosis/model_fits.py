@@ -17,7 +17,7 @@ from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start, is_complete
 from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import Problem, pose
-from rwjax.fitting.processes import ALONE, Search, Team
+from rwjax.fitting.processes import ALONE, Task, Team
 from rwjax.fitting.secant import descend, with_derivatives, with_residual
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
@@ -50,8 +50,8 @@ def _ended(problem: Problem, begun: Fit, limits: FittingSettings) -> Simulating[
     return min(found, again, key=lambda f: f.cost)
 
 
-def _further(problem: Problem, begun: Fit, steps: int, tolerance: float) -> Search[Fit]:
-    return Search(problem, partial(_carried_on, problem, begun, steps, tolerance))
+def _carried_on_elsewhere(problem: Problem, begun: Fit, steps: int, tolerance: float) -> Task[Fit]:
+    return Task(problem, partial(_carried_on, problem, begun, steps, tolerance))
 
 
 @dataclass
@@ -177,7 +177,7 @@ class ModelFits:
 
     def together(
         self,
-        searches: Sequence[Search[T]],
+        searches: Sequence[Task[T]],
         work: float = 0.0,
         done: Callable[[int, T], None] = lambda number, found: None,
     ) -> list[T]:
@@ -265,7 +265,7 @@ class ModelFits:
                 self._best[e] = fitted
 
     def take_down(self, parent: Hypothesis, hypotheses: Iterable[Hypothesis]) -> None:
-        """Takes down that hypotheses were fitted from a parent's estimates, as these are.
+        """Takes down that hypotheses are fitted from a parent's estimates, as these are now.
 
         Args:
             parent: the parent.
@@ -322,7 +322,8 @@ class ModelFits:
         return min(on_threads(tried, *zip(*begin, strict=True)), key=lambda f: f.cost)
 
     def _posed(self, structure: Structure) -> Problem:
-        """All logs with a structure."""
+        """All logs with a structure, of the outputs that they hold."""
+        structure = structure.reading(self.problem.structure.outputs)
         if structure not in self._problems:
             posed = pose(
                 structure, self.problem.logs, self.problem.noise, prior=self.rig.prior, solver=self.problem.solver
@@ -336,6 +337,7 @@ class ModelFits:
 
     def _with_free_starts(self, structure: Structure) -> Problem:
         """The training logs with a structure, first states free."""
+        structure = structure.reading(self.problem.structure.outputs)
         if structure not in self._training:
             self._training[structure] = self._posed(structure).only(self.train)
         return self._training[structure]
@@ -389,9 +391,9 @@ class ModelFits:
         self._finished |= {*hypotheses}
         self.free_starts()
 
-    def _to_the_end(self, begun: Fit) -> Search[Fit]:
+    def _to_the_end(self, begun: Fit) -> Task[Fit]:
         problem = self.training(begun.problem.structure)
-        return Search(problem, partial(_ended, problem, begun, self.settings.fitting))
+        return Task(problem, partial(_ended, problem, begun, self.settings.fitting))
 
     def ends_of(self, begun: Sequence[Fit]) -> list[Fit]:
         """Fits carried to their end without being taken down.
@@ -415,7 +417,7 @@ class ModelFits:
         if not self.by_start_rule or best.cost > most:
             return
         problem = self._with_free_starts(best.problem.structure)
-        if is_complete(self.together([_further(problem, best, limits.fold_steps, limits.tolerance)])[0]):
+        if is_complete(self.together([_carried_on_elsewhere(problem, best, limits.fold_steps, limits.tolerance)])[0]):
             maybe = sorted((e for e in self._best if self._best[e].cost <= most), key=lambda e: self._best[e].cost)
             every = [*(self._finished | {*maybe[: limits.refitted]})]
             self.by_start_rule = False
@@ -444,10 +446,10 @@ class ModelFits:
         """
         begun = [self._best[e] for e in hypotheses]
         most = self.settings.fitting.most_steps
-        runs = [_further(self.training(f.problem.structure), f, most, tolerance) for f in begun]
+        runs = [_carried_on_elsewhere(self.training(f.problem.structure), f, most, tolerance) for f in begun]
         self.keep(dict(zip(hypotheses, self.together(runs), strict=True)))
 
-    def on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Search[Fit]:
+    def on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Task[Fit]:
         """Fit of a hypothesis to other logs than those marked for training, from its estimates on those.
 
         Args:
@@ -461,4 +463,4 @@ class ModelFits:
         problem = self._posed(begun.problem.structure).only(train)
         start = np.where(problem.start_free, begun.start, problem.start)
         problem = problem.from_start if self.by_start_rule else problem
-        return _further(problem, replace(begun, start=start), limits.fold_steps, limits.tolerance)
+        return _carried_on_elsewhere(problem, replace(begun, start=start), limits.fold_steps, limits.tolerance)

@@ -79,7 +79,7 @@ def _simulated(
     stops = _has_stops(rivals)
     runs, every_peak, holds = [], [], np.ones(len(experiments), bool)
     for rival in rivals:
-        structure = rival.problem.structure.reading(())
+        structure = rival.problem.structure.with_every_output()
         seconds = LONGEST_S + (WAIT_S if stops else 0.0)
         y = simulated_outputs(structure, rival.theta, experiments, seconds, supply=_supply(rival.problem))
         moved = {name: y[..., k] for k, name in enumerate(structure.outputs)}

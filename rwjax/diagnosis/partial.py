@@ -9,7 +9,7 @@ Everything is decided on training runs. A name holds where
 * it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
   both residuals allow;
 * its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives. Where
-  they are many, nothing is claimed.
+  they are many, the names that these do not share are dropped.
 
 A set of names holds where each of them does.
 """
@@ -185,7 +185,8 @@ def _rivals(search: Search, best: Hypothesis) -> list[Hypothesis] | None:
 def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The rivals that leave about as much as a set, those that leave least first, without what is the same thing as it."""
     excess, same = search.comparison.excess, _same(search, best)
-    near = [e for e in rivals if excess(e) < search.fits.settings.partial.as_much * excess(best) and e not in same]
+    most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
+    near = [e for e in rivals if excess(e) < most and e not in same]
     return sorted((e for e in near if not any(e.contains(other) for other in near)), key=excess)
 
 

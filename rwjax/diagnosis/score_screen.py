@@ -17,7 +17,7 @@ from rwjax.diagnosis.settings import ScreeningSettings
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
-from rwjax.fitting.processes import ALONE, Search
+from rwjax.fitting.processes import ALONE, Task
 from rwjax.fitting.secant import residuals
 from rwjax.fitting.sensitivities import residual_jacobian
 
@@ -88,7 +88,7 @@ class ScoreScreen:
         self,
         fitted: Fit,
         limits: ScreeningSettings,
-        run: Callable[[list[Search[np.ndarray]]], list[np.ndarray]] = ALONE.together,
+        run: Callable[[list[Task[np.ndarray]]], list[np.ndarray]] = ALONE.together,
     ) -> None:
         self.fitted = fitted
         self.limits = limits
@@ -163,7 +163,7 @@ class ScoreScreen:
         """Residuals of every candidate without its effect and at its starts."""
         return self.run(
             [
-                Search(c.problem, partial(residuals, c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))))
+                Task(c.problem, partial(residuals, c.problem, [c.off, *c.starts], [c.first] * (1 + len(c.starts))))
                 for c in candidates
             ]
         )

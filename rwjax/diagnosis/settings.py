@@ -95,7 +95,9 @@ class PartialSettings:
         "ratio of excess squares up to which a rival leaves about as much: a wrong name can explain half of what the right one "
         "leaves, as the exact form of a cause does (`search.further_removes`)",
     )
-    alternatives: int = _limit(3, "rivals that leave about as much, above which nothing is claimed: four names are few")
+    alternatives: int = _limit(
+        3, "rivals that leave about as much, above which only what they share is claimed: four names are few"
+    )
 
 
 @dataclass(frozen=True)

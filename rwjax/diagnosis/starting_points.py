@@ -12,7 +12,7 @@ from rwjax.diagnosis.score_screen import Candidate, ScoreScreen, Screened
 from rwjax.effects.library import included_numbers, limit_numbers
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
-from rwjax.fitting.processes import Search
+from rwjax.fitting.processes import Task
 from rwjax.fitting.secant import search_point, with_residual
 from rwjax.plant.from_rig import theta_of
 from rwjax.plant.structure import Structure
@@ -52,7 +52,7 @@ def begin(fits: ModelFits, hypotheses: Sequence[Hypothesis], parent: Hypothesis)
     points = [(e, replace(here[e], theta=theta)) for e, s in screened.items() for theta in s.begin]
     places: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
     same = fits.settings.halving.same_place
-    searches = [Search(f.problem, partial(with_residual, f)) for _, f in points]
+    searches = [Task(f.problem, partial(with_residual, f)) for _, f in points]
     for (e, _), f in zip(points, run(searches), strict=True):
         known = any(abs(f.cost - other.cost) <= same * other.cost for other in places[e])
         places[e] += () if known else (f,)

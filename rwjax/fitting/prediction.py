@@ -122,7 +122,7 @@ def every_output(problem: Problem, theta: np.ndarray, start: np.ndarray) -> list
     Returns:
         For each log the outputs `(time,)` [SI] at its times, by name.
     """
-    structure = problem.structure.reading(())
+    structure = problem.structure.with_every_output()
     y = np.asarray(free_run(structure, theta, start, problem.batch, solver=problem.solver)[0])
     found = [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in enumerate(problem.logs)]
     return [dict(zip(structure.outputs, samples.T, strict=True)) for samples in found]

@@ -1,8 +1,9 @@
 """Logs and a structure made ready for a fit: layout in time, noise, initial states, priors."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +58,10 @@ class Problem:
         """Names of all entries of `theta`: the structure's, then those of every run, run by run."""
         runs = (self.logs[k].name for k in np.unique(runs_of(self.logs), return_index=True)[1])
         return self.structure.names + tuple(f"{name} in {run}" for run in runs for name in self.per_run)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process is given: nothing that follows from the rest, which other threads may be working out."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def expand(self, values: np.ndarray) -> np.ndarray:
         """Values of the structure's numbers, repeated for those of every run.

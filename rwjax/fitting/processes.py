@@ -8,15 +8,18 @@ input. A problem is sent once; from then on a number stands for it, in both dire
 """
 
 import io
+import logging
 import os
 import pickle
 import subprocess
 import sys
+import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import Any, BinaryIO, Generic, NamedTuple, TypeVar
 
@@ -40,7 +43,7 @@ HELPER = "import sys; sys.path[:] = sys.argv[1:]; from rwjax.fitting.processes i
 
 
 @dataclass(frozen=True)
-class Search(Generic[T]):
+class Task(Generic[T]):
     """A search that may run in another process.
 
     Attributes:
@@ -105,7 +108,7 @@ class _Ends:
 class _Failed(NamedTuple):
     """What a helper sends in the place of results."""
 
-    error: Exception
+    error: BaseException
 
 
 class _Helper:
@@ -117,13 +120,14 @@ class _Helper:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
+            env=os.environ | {"JAX_PLATFORMS": "cpu"},
             start_new_session=True,  # Ctrl-C is for this process alone
         )
         assert self.process.stdin and self.process.stdout
         self.ends = _Ends(self.process.stdout, self.process.stdin, defines=True)  # pyright: ignore[reportArgumentType]
 
-    def carry_out(self, searches: Sequence[Search]) -> list[Any] | _Failed:
-        """Results of searches; `EOFError` or `OSError` where the process has ended."""
+    def carry_out(self, searches: Sequence[Task]) -> list[Any] | _Failed:
+        """Results of searches."""
         self.ends.send([search.begin for search in searches])
         return self.ends.receive()
 
@@ -136,14 +140,16 @@ class _Helper:
 
 
 class Team:
-    """This process and its helpers, which begin when they are first needed.
+    """This process and its helpers, which begin when they are first needed and end with its context.
+
+    A team is for one diagnosis: it keeps the problems that were sent.
 
     Args:
-        helpers: How many helpers; as many as there are further processors without it.
+        helpers: How many helpers at most; as many as there are further processors without it.
     """
 
     def __init__(self, helpers: int | None = None) -> None:
-        self._wanted = min(THREADS - 1, MOST_HELPERS) if helpers is None else helpers
+        self._most = min(THREADS - 1, MOST_HELPERS) if helpers is None else helpers
         self._helpers: list[_Helper] = []
 
     def __enter__(self) -> "Team":
@@ -153,15 +159,13 @@ class Team:
         self.end()
 
     def end(self) -> None:
-        """Ends the helpers, whatever they are at."""
-        self._wanted = 0
-        for helper in self._helpers:
-            helper.end()
-        self._helpers = []
+        """Ends the helpers, whatever they are at; others begin when they are needed again."""
+        while self._helpers:
+            self._helpers.pop().end()
 
     def together(
         self,
-        searches: Sequence[Search[T]],
+        searches: Sequence[Task[T]],
         check: Callable[[], None] = lambda: None,
         heeded: Callable[[Simulating[T]], Simulating[T]] = lambda search: search,
         done: Callable[[int, T], None] = lambda number, found: None,
@@ -170,15 +174,15 @@ class Team:
 
         Args:
             searches: The searches.
-            check: Called now and then; raises where the searches have to end.
-            heeded: Makes a search one that ends so by itself.
+            check: Called between searches; raises where they have to end.
+            heeded: Wraps a search of this process, so that it ends within its work where searches have to end.
             done: Takes the number and the result of each that is done, on any thread.
 
         Returns:
             What each search returns, in the given order.
 
         Raises:
-            Exception: The first error of any search, or what `check` raises; the helpers end with it.
+            Exception: The first error of any search, or what `check` or `done` raises; the helpers end with it.
         """
 
         def followed(number: int) -> Simulating[T]:
@@ -187,30 +191,41 @@ class Team:
             return found
 
         shared = _Shared(searches, done)
-        if not (self._wanted and len(shared.left) > 1 and jax.default_backend() == "cpu"):
+        if not self._begun(shared.for_helpers):
             return together([followed(k) for k in range(len(searches))])
-        self._helpers = self._helpers or [_Helper() for _ in range(self._wanted)]
         threads = [Thread(target=shared.hand_over, args=(helper,), daemon=True) for helper in self._helpers]
+        own = max(THREADS - len(threads), 1)
         try:
             for thread in threads:
                 thread.start()
             while any(thread.is_alive() for thread in threads) or shared.left:
                 if (numbers := shared.next()) is not None:
-                    found = together([followed(k) for k in numbers], threads=1)
+                    found = together([followed(k) for k in numbers], threads=own)
                     shared.found |= zip(numbers, found, strict=True)
                 else:
                     next((thread for thread in threads if thread.is_alive()), threads[0]).join(0.02)
                 check()
-                if shared.error:
-                    raise shared.error
+                shared.raise_error()
+            shared.raise_error()
         except BaseException:
             self.end()
             raise
         for helper in shared.lost:
             helper.end()
             self._helpers.remove(helper)
-        self._wanted = len(self._helpers)
+            self._most -= 1
         return [shared.found[k] for k in range(len(searches))]
+
+    def _begun(self, pieces: int) -> bool:
+        """Whether there are helpers for so many pieces that they may take, of which one is for this process."""
+        if min(self._most, pieces - 1) < 1 or jax.default_backend() != "cpu" or getattr(sys, "frozen", False):
+            return False
+        while len(self._helpers) < min(self._most, pieces - 1):
+            try:
+                self._helpers.append(_Helper())
+            except (OSError, TypeError):  # no further process, or no interpreter is known
+                self._most = len(self._helpers)
+        return bool(self._helpers)
 
 
 ALONE = Team(0)
@@ -220,7 +235,7 @@ ALONE = Team(0)
 class _Shared:
     """Searches that several processes share, in pieces of one structure each."""
 
-    def __init__(self, searches: Sequence[Search], done: Callable[[int, Any], None]) -> None:
+    def __init__(self, searches: Sequence[Task], done: Callable[[int, Any], None]) -> None:
         self.searches, self.done = searches, done
         alike: dict[object, list[int]] = {}
         for number, search in enumerate(searches):
@@ -228,51 +243,85 @@ class _Shared:
         self.left = deque(every[k : k + PIECE] for every in alike.values() for k in range(0, len(every), PIECE))
         self.found: dict[int, Any] = {}
         self.lost: list[_Helper] = []
-        self.error: Exception | None = None
+        self._error: BaseException | None = None
         self._lock = Lock()
 
+    @property
+    def for_helpers(self) -> int:
+        """How many pieces are left that a helper may take: it knows the library's effects and solvers alone."""
+        return sum(self._is_for_helpers(numbers) for numbers in self.left)
+
+    def _is_for_helpers(self, numbers: Sequence[int]) -> bool:
+        problem = self.searches[numbers[0]].problem
+        return problem.structure.from_library and problem.solver.from_library
+
     def next(self, *, by_helper: bool = False) -> list[int] | None:
-        """Numbers of the searches of the next piece; none where nothing is left. A helper knows the library's effects alone."""
+        """Numbers of the searches of the next piece; none where nothing is left."""
         with self._lock:
             for numbers in self.left:
-                problem = self.searches[numbers[0]].problem
-                if not by_helper or (problem.structure.from_library and problem.solver.from_library):
+                if not by_helper or self._is_for_helpers(numbers):
                     self.left.remove(numbers)
                     return numbers
         return None
 
+    def raise_error(self) -> None:
+        """Raises what went wrong in a thread or in a helper."""
+        if self._error:
+            raise self._error
+
     def hand_over(self, helper: _Helper) -> None:
-        """Has a helper carry searches out until none is left; what a helper that ends had begun is left again."""
-        while not self.error and (numbers := self.next(by_helper=True)) is not None:
+        """Has a helper carry searches out until none is left; what a helper that is lost had begun is left again."""
+        while not self._error and (numbers := self.next(by_helper=True)) is not None:
             try:
                 found = helper.carry_out([self.searches[k] for k in numbers])
-            except (EOFError, OSError):
+            except Exception as error:  # reason: whatever keeps two processes apart, the work can be done in this one
+                logging.getLogger("rwjax").info("a helper process is lost (%r); its work is done here", error)
                 with self._lock:
                     self.lost.append(helper)
                     self.left.appendleft(numbers)
                 return
-            except Exception as error:  # reason: it is raised in the thread that waits for the results
-                self.error = error
-                return
             if isinstance(found, _Failed):
-                self.error = found.error
+                self._error = found.error
                 return
-            for number, one in zip(numbers, found, strict=True):
-                self.found[number] = one
-                self.done(number, one)
+            try:
+                for number, one in zip(numbers, found, strict=True):
+                    self.found[number] = one
+                    self.done(number, one)
+            except BaseException as error:  # reason: it is raised in the thread that waits for the results
+                self._error = error
+                return
 
 
 def help_out() -> None:
-    """What a helper does: it carries out what comes on its standard input, until that ends."""
+    """What a helper does: it carries out what comes on its standard input, and ends with that at once."""
     source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what is printed is no result
     ends = _Ends(source, sink, defines=False)
+    wanted: SimpleQueue[Any] = SimpleQueue()
+
+    def listen() -> None:
+        try:
+            while True:
+                wanted.put(ends.receive())
+        finally:  # the other process has ended
+            os._exit(0)
+
+    Thread(target=listen, daemon=True).start()
     while True:
+        searches = wanted.get()
         try:
-            searches = ends.receive()
-        except EOFError:
-            return
-        try:
-            ends.send(together([begin() for begin in searches], threads=1))
+            found = together([begin() for begin in searches], threads=1)
         except Exception as error:  # reason: it is raised in the process that has sent the search
-            ends.send(_Failed(error))
+            found = _Failed(_as_sent(error))
+        ends.send(found)
+
+
+def _as_sent(error: Exception) -> Exception:
+    """An error that `pickle` can bring to another process, with the place where it was raised."""
+    place = traceback.format_exc()
+    try:
+        again = pickle.loads(pickle.dumps(error))
+    except Exception:  # reason: an error of any class may come
+        again = RuntimeError(f"{type(error).__name__}: {error}")
+    again.add_note(f"in a helper process:\n{place}")
+    return again

@@ -204,7 +204,16 @@ class Structure(NamedTuple):
         Returns:
             A structure with these outputs, with all of its kind where none of them is named.
         """
-        return self._replace(read=tuple(name for name in self._readable if name in outputs))
+        read = tuple(name for name in self._readable if name in outputs)
+        return self._replace(read=() if read == self._readable else read)
+
+    def with_every_output(self) -> "Structure":
+        """The same structure with all outputs of this kind of rig.
+
+        Returns:
+            The structure.
+        """
+        return self._replace(read=())
 
     def with_effects(self, *effects: str) -> "Structure":
         """The same structure with further effects.

@@ -1,6 +1,7 @@
 """Searches that another process shares."""
 
 import os
+import pickle
 import time
 from dataclasses import replace
 from functools import partial
@@ -12,7 +13,7 @@ from rwjax.fitting.batched_runs import Simulating
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
-from rwjax.fitting.processes import ALONE, Search, Team
+from rwjax.fitting.processes import ALONE, PIECE, Task, Team
 from rwjax.fitting.secant import descend, search_point, with_residual
 from rwjax.plant.from_rig import bounds_of, theta_of
 from rwjax.rig.model import Rig
@@ -59,7 +60,7 @@ def begun(rig: Rig, problem: Problem) -> Fit:
 
 def test_a_search_gives_the_same_bytes_in_every_process_and_its_own_problem_back() -> None:
     fits = [begun(rig, several(rig)) for rig in RIGS]
-    searches = [Search(f.problem, partial(descended, f)) for f in fits] * 2
+    searches = [Task(f.problem, partial(descended, f)) for f in fits] * 2
     here = ALONE.together(searches)
     with Team(1) as team:
         shared = team.together(searches)
@@ -71,9 +72,9 @@ def test_a_search_gives_the_same_bytes_in_every_process_and_its_own_problem_back
 
 def test_searches_of_one_structure_stay_in_one_process_and_each_is_told_of_once() -> None:
     problems, told = [several(rig) for rig in RIGS], []
-    searches = [Search(p, partial(who, p, 0.5)) for p in problems for _ in range(3)]
+    searches = [Task(p, partial(who, p, 0.5)) for p in problems for _ in range(3)]
     with Team(1) as team:
-        team.together([Search(p, partial(who, p)) for p in problems])  # so that the helper is there
+        team.together([Task(p, partial(who, p)) for p in problems])  # so that the helper is there
         found = team.together(searches, done=lambda number, by: told.append((number, by)))
     assert sorted(told) == [*enumerate(found)]
     assert [len({*found[k : k + 3]}) for k in (0, 3, 6)] == [1, 1, 1]
@@ -86,22 +87,58 @@ def test_a_solver_of_ones_own_stays_in_this_process() -> None:
 
     problems = [replace(several(rig), solver=Own()) for rig in RIGS]
     with Team(1) as team:
-        assert team.together([Search(p, partial(who, p, 0.3)) for p in problems]) == [os.getpid()] * 3
+        assert team.together([Task(p, partial(who, p, 0.3)) for p in problems]) == [os.getpid()] * 3
 
 
 def test_what_a_helper_leaves_when_it_ends_is_done_here() -> None:
     problems = [several(rig) for rig in RIGS]
     with Team(1) as team:
         for _ in range(2):  # the second time there is no helper any more
-            found = team.together([Search(p, partial(dies_elsewhere, p, os.getpid())) for p in problems])
+            found = team.together([Task(p, partial(dies_elsewhere, p, os.getpid())) for p in problems])
             assert found == [os.getpid()] * 3
 
 
 def test_what_goes_wrong_in_a_helper_is_raised_here() -> None:
     problems = [several(rig) for rig in RIGS]
-    with Team(1) as team, pytest.raises(ZeroDivisionError, match="there"):
-        while True:  # until the helper is there and has a part
-            team.together([Search(p, partial(fails_elsewhere, p, os.getpid())) for p in problems])
+    with Team(1) as team, pytest.raises(ZeroDivisionError, match="there") as raised:
+        for _ in range(10):  # until the helper is there and has a part
+            team.together([Task(p, partial(fails_elsewhere, p, os.getpid())) for p in problems])
+    assert "fails_elsewhere" in raised.value.__notes__[0]  # the place where it was raised
+
+
+def test_what_goes_wrong_when_a_result_is_told_of_is_raised_here() -> None:
+    def done(number: int, by: int) -> None:
+        if by != os.getpid():
+            raise ZeroDivisionError("told")
+
+    problems = [several(rig) for rig in RIGS]
+    with Team(1) as team, pytest.raises(ZeroDivisionError, match="told"):
+        for _ in range(10):
+            team.together([Task(p, partial(who, p, 0.5)) for p in problems], done=done)
+
+
+def test_many_searches_of_one_structure_go_to_several_processes() -> None:
+    problem = several(platform())
+    with Team(1) as team:
+        for _ in range(10):
+            found = {*team.together([Task(problem, partial(who, problem, 0.05)) for _ in range(3 * PIECE)])}
+            if len(found) == 2:
+                break
+    assert len(found) == 2
+
+
+def test_what_follows_from_a_problem_is_not_sent() -> None:
+    problem = several(platform())
+    before = len(pickle.dumps(problem))
+    assert problem.from_start.start_only.batch.windows and problem.windows_with_readings
+    assert len(pickle.dumps(problem)) == before
+
+
+def test_without_an_interpreter_everything_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.executable", "")
+    problems = [several(rig) for rig in RIGS]
+    with Team(1) as team:
+        assert team.together([Task(p, partial(who, p)) for p in problems]) == [os.getpid()] * 3
 
 
 def waits_elsewhere(problem: Problem, at_home: int) -> Simulating[int]:
@@ -119,8 +156,8 @@ def test_no_helper_is_waited_for_where_the_searches_have_to_end() -> None:
 
     problems = [several(rig) for rig in RIGS]
     with Team(1) as team:
-        team.together([Search(p, partial(who, p)) for p in problems])  # so that the helper is there
+        team.together([Task(p, partial(who, p)) for p in problems])  # so that the helper is there
         until = time.monotonic() + 1.0
         with pytest.raises(Over):
-            team.together([Search(p, partial(waits_elsewhere, p, os.getpid())) for p in problems], check)
+            team.together([Task(p, partial(waits_elsewhere, p, os.getpid())) for p in problems], check)
     assert time.monotonic() - until < 5.0

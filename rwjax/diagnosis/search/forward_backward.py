@@ -131,8 +131,8 @@ class Search:
                 further=len(self.candidates) + limits.rivals_exactly * work.exact,
             )
             if not self.fits.fitted_from(hypothesis, tried):
-                self._fit(tried, hypothesis)
                 self.fits.take_down(hypothesis, tried)
+                self._fit(tried, hypothesis)
             self._fit_thoroughly(tried, hypothesis, enough)
             best = self.comparison.leader(tried)
             if not self.comparison.needs(best, hypothesis):

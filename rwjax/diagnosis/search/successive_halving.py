@@ -17,7 +17,7 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import Round
 from rwjax.diagnosis.starting_points import Begun, begin
 from rwjax.fitting.multiple_shooting import Fit
-from rwjax.fitting.processes import Search
+from rwjax.fitting.processes import Task
 from rwjax.fitting.secant import descend
 
 
@@ -135,7 +135,7 @@ class SuccessiveHalving:
     ) -> list[Fit]:
         """Fits after some steps."""
         tolerance = self.fits.settings.fitting.tolerance
-        searches = [Search(f.problem, partial(descend, f, most_steps=steps, tolerance=tolerance)) for f in begun]
+        searches = [Task(f.problem, partial(descend, f, most_steps=steps, tolerance=tolerance)) for f in begun]
         return self.fits.together(searches, work, done)
 
     def _halve(self, parents: Mapping[Hypothesis, Hypothesis], *, give_way: bool = True) -> dict[Hypothesis, float]:
