@@ -27,6 +27,10 @@ def _ready(self: Lowering, arrays: Sequence[Array], body: Program, inputs: Seque
     return found
 
 
+MOST_HANDED = 144
+"""Entries of an array that a loop hands on from turn to turn at most, each a value of its own."""
+
+
 def _sliced(array: Array, turn: Term) -> Array:
     """What a turn of a loop gets of an array."""
     return Lazy(array.shape[1:], array.kind, array.spread, lambda e, index: array.at(e, (turn, *index)))
@@ -49,7 +53,7 @@ class _Handed:
             if s.directions or (matrices and array.matrix):
                 self.places[k] = lowering.allocate(array.shape, array.kind, s)
                 stores.append((array, self.places[k]))
-            elif not array.few:
+            elif array.size > MOST_HANDED:
                 raise Unsupported("a loop that hands on a long array")
             else:
                 values += self._values(array, s)
@@ -145,7 +149,7 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     spread = [s | wants for s in spread]
     if wants.directions or any(s.directions for s in spread):
         raise Unsupported("the derivative of a loop without a fixed end")
-    long = {k: _updating(body, m, k) for k, a in enumerate(first) if not a.few}
+    long = {k: by for k, a in enumerate(first) if not a.few and (by := _updating(body, m, k))}
     if long and wants.lanes:
         raise Unsupported("a long array in a loop whose end differs from run to run")
     rooms = {k: self.room(q.outputs[k], q.avals[k], spread[k]) for k in long}
@@ -175,13 +179,13 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     return whole(loop.close(kept, any_lane(e, wanted(kept))))
 
 
-def _updating(body: Program, consts: int, k: int) -> Equation:
-    """The equation by which a loop writes one row of a long array and leaves the others."""
+def _updating(body: Program, consts: int, k: int) -> Equation | None:
+    """The equation by which a loop writes one row of an array and leaves the others; None where it changes it otherwise."""
     held = body.inputs[consts + k]
     found = next((q for q in body.equations if any(v is body.outputs[k] for v in q.outputs)), None)
     users = [q for q in body.equations if any(v is held for v in q.inputs)]
     if found is None or found.name != "dynamic_update_slice" or found.inputs[0] is not held or users != [found]:
-        raise Unsupported("a loop that changes a long array other than row by row")
+        return None
     return found
 
 

@@ -37,11 +37,25 @@ def _rows_written(x):
     return jax.lax.while_loop(lambda given: given[0] < 25, turn, (jnp.asarray(0), jnp.zeros((25, 4))))[1]
 
 
+def _a_line_of_twenty_in_a_scan(x):
+    return jax.lax.scan(lambda line, v: (jnp.append(line[1:], 0.5 * line[0] + v), line[3]), x[:20], x)
+
+
+def _a_line_of_twenty_until(x):
+    def turn(given):
+        k, line = given
+        return k + 1, jnp.append(line[1:], 0.5 * line[0] + k.astype(float))
+
+    return jax.lax.while_loop(lambda given: given[0] < 33, turn, (jnp.asarray(0), x[:20]))[1]
+
+
 CASES = {
     "loop": _loop,
     "loop within a loop": _loop_within_a_loop,
     "until": _until,
     "rows written": _rows_written,
+    "a line of twenty in a scan": _a_line_of_twenty_in_a_scan,
+    "a line of twenty until": _a_line_of_twenty_until,
     "sums": lambda x: (jnp.sum(x), jnp.min(x), jnp.max(x), jnp.sum(x.reshape(3, 10), axis=0), jnp.any(x > 2.0)),
     "running": lambda x: (jnp.cumsum(x), jnp.cumsum(jnp.abs(x))[-1]),
     "products": lambda x: (x[:9].reshape(3, 3) @ x[9:12], x[:9].reshape(3, 3) @ x[9:18].reshape(3, 3), x[:4] @ x[4:8]),
