@@ -17,7 +17,7 @@ from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.partial import Claim, claimed, further_laws
+from rwjax.diagnosis.partial import Claim, claimed, further_laws, leaves_visible
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
@@ -318,29 +318,40 @@ class _Further:
         return self.choice.complete and not self.ended
 
 
-def _visible(fits: ModelFits, best: Hypothesis) -> bool:
-    """Whether a set leaves a visible part of the training runs, of which there are enough to tell what holds."""
-    compare, limits = ModelComparison(fits), fits.settings.verdict
+def _tells(judged: _Judged, choice: Choice) -> bool:
+    """Whether there are names and enough training runs to tell whether they hold."""
+    fits = judged.fits
     runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
-    leaves = np.sqrt(compare.excess(best)) >= limits.doubt and compare.removed(best) < limits.several
-    return bool(best.names and runs >= fits.settings.partial.runs and leaves)
+    return choice.complete and bool(choice.best.names) and runs >= fits.settings.partial.runs
+
+
+def _left_on_held_out_runs(judged: _Judged, choice: Choice) -> bool:
+    """Whether names that leave nothing visible of the training runs explain the held-out ones in part alone."""
+    gap, settings = judged.gap_of(choice.best), judged.fits.settings
+    return judge(choice, gap, settings.verdict) == "unknown" and closes_in_part(gap, settings.partial)
 
 
 def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
-    """What holds of a choice that leaves a visible part, and of what the search finds when it goes on; by the training runs."""
+    """What holds of a choice that leaves a visible part, and of what the search finds when it goes on; by the training runs.
+
+    Where the held-out runs alone show what is left, it is asked whether the names hold; others are not sought.
+    """
     fits = judged.fits
-    if not choice.complete or not _visible(fits, choice.best):
+    if not _tells(judged, choice):
+        return _Further(judged, choice)
+    visible = leaves_visible(fits, choice.best)
+    if not visible and not _left_on_held_out_runs(judged, choice):
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names)
-            further = search.run(choice.best)
+            further = search.run(choice.best) if visible else choice
             polish(fits, further.best)
             claim, refused = claimed(search, further)
     except Stopped:
         return _Further(_judged_anew(judged), choice, ended=True)
     judged = _judged_anew(judged)
-    if claim is None:
+    if claim is None or (not visible and claim.named != choice.best):
         return _Further(judged, choice, refused=refused)
     chosen = further if claim.named == further.best else search.chosen(claim.named, claim.rivals)
     return _Further(judged, chosen, claim, refused)

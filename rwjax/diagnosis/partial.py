@@ -17,6 +17,8 @@ A set of names holds where each of them does.
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from rwjax.diagnosis.agreement import amplitudes, left_out
 from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
 from rwjax.diagnosis.localise.law import law_left
@@ -60,6 +62,20 @@ class Holding(NamedTuple):
     refused: dict[str, str]
 
 
+def leaves_visible(fits: ModelFits, hypothesis: Hypothesis) -> bool:
+    """Whether a set leaves a visible part of the training runs.
+
+    Args:
+        fits: a fit of the set among them.
+        hypothesis: the set.
+
+    Returns:
+        True where it is as large as a gap that is looked into, and no small share of the error.
+    """
+    compare, limits = ModelComparison(fits), fits.settings.verdict
+    return bool(np.sqrt(compare.excess(hypothesis)) >= limits.doubt and compare.removed(hypothesis) < limits.several)
+
+
 def claimed(search: Search, choice: Choice) -> Holding:
     """The largest part of an explanation that holds.
 
@@ -67,7 +83,7 @@ def claimed(search: Search, choice: Choice) -> Holding:
 
     Args:
         search: the search that has found it.
-        choice: the explanation, with a fit at its end; where it reaches the noise, the evidence says what stands beside it.
+        choice: the explanation, with a fit at its end; where it comes near the noise, the evidence says what stands beside it.
 
     Returns:
         What holds, and why the rest does not.
@@ -75,14 +91,14 @@ def claimed(search: Search, choice: Choice) -> Holding:
     fits, best, refused = search.fits, choice.best, dict[str, str]()
     while best.names:
         fitted(fits, best)
-        complete = search.comparison.excess(best) <= search.limits.nothing_left
-        if not complete:
+        near_noise = np.sqrt(search.comparison.excess(best)) < fits.settings.verdict.doubt
+        if not near_noise:
             search.halving.fit([e for e in extensions(search.candidates, best) if e not in fits], best)
         followed = left_out(fits, best)
         reasons = {name: why_not_held(fits, best, name, followed) for name in best.names}
         fails = {name: why for name, why in reasons.items() if why is not None}
         if not fails:
-            if complete and best == choice.best:
+            if best == choice.best and near_noise:
                 return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
             rivals = _rivals(search, best)
             if rivals is None:
