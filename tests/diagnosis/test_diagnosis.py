@@ -16,6 +16,7 @@ from rwjax.diagnosis.hypothesis import candidates
 from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
 from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.fitting.fit import fit
+from rwjax.fitting.processes import Team
 from rwjax.rig.model import Rig
 from tests.diagnosis.several_runs import RIG, run_of
 from tests.diagnosis.simulated import TIME, true_log
@@ -180,3 +181,13 @@ def test_a_rig_without_free_numbers_is_diagnosed() -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": 0.02}}) for k in range(3)]
     found = diagnose(rig, logs, only=("axis.bias_torque", "axis.coulomb", "axis.spring"))
     assert found.verdict == "effect" and found.effects == ("axis.bias_torque",)
+
+
+def test_helpers_change_no_byte_of_the_answer() -> None:
+    logs = [run_of(k, {"axis.bias_torque": {"T": 0.02}}, disturbed=0.02) for k in range(3)]
+    only = ("axis.bias_torque", "axis.coulomb", "axis.spring", "axis.stribeck")
+    answers = []
+    for helpers in (0, 1):
+        with Team(helpers) as team:
+            answers.append(json.dumps(diagnose(RIG, logs, only=only, team=team).json()))
+    assert answers[0] == answers[1]
