@@ -318,40 +318,32 @@ class _Further:
         return self.choice.complete and not self.ended
 
 
-def _tells(judged: _Judged, choice: Choice) -> bool:
-    """Whether there are names and enough training runs to tell whether they hold."""
+def _may_go_on(judged: _Judged, choice: Choice) -> bool:
+    """Whether a choice leaves a visible part of the training runs, of which there are enough to tell what holds."""
     fits = judged.fits
     runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
-    return choice.complete and bool(choice.best.names) and runs >= fits.settings.partial.runs
-
-
-def _left_on_held_out_runs(judged: _Judged, choice: Choice) -> bool:
-    """Whether names that leave nothing visible of the training runs explain the held-out ones in part alone."""
-    gap, settings = judged.gap_of(choice.best), judged.fits.settings
-    return judge(choice, gap, settings.verdict) == "unknown" and closes_in_part(gap, settings.partial)
+    enough = choice.complete and bool(choice.best.names) and runs >= fits.settings.partial.runs
+    return enough and leaves_visible(fits, choice.best)
 
 
 def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
     """What holds of a choice that leaves a visible part, and of what the search finds when it goes on; by the training runs.
 
-    Where the held-out runs alone show what is left, it is asked whether the names hold; others are not sought.
+    Where the held-out runs alone show what is left, nothing is asked: names that follow the fitted runs and not the others may be wrong.
     """
     fits = judged.fits
-    if not _tells(judged, choice):
-        return _Further(judged, choice)
-    visible = leaves_visible(fits, choice.best)
-    if not visible and not _left_on_held_out_runs(judged, choice):
+    if not _may_go_on(judged, choice):
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names)
-            further = search.run(choice.best) if visible else choice
+            further = search.run(choice.best)
             polish(fits, further.best)
             claim, refused = claimed(search, further)
     except Stopped:
         return _Further(_judged_anew(judged), choice, ended=True)
     judged = _judged_anew(judged)
-    if claim is None or (not visible and claim.named != choice.best):
+    if claim is None:
         return _Further(judged, choice, refused=refused)
     chosen = further if claim.named == further.best else search.chosen(claim.named, claim.rivals)
     return _Further(judged, chosen, claim, refused)
