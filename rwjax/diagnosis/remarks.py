@@ -43,6 +43,11 @@ def remarks(
     """
     believed = base.problem.expand(theta_of(rig, base.problem.structure))
     found = [*ask(base.problem, believed), *spread.notes, *(remark for log in logs for remark in log.remarks())]
+    if not rig.free:
+        found.append(
+            "the rig file frees no number, so that each counts as exact; one that is wrong shows as an effect or as a wrong number: "
+            "name in `fit.free` what is not known well"
+        )
     known = set() if rig.kind in TWO_AXIS else thresholds(rig.kind)  # of one command
     widths = [(name.rpartition(".")[0], f.numbers()[name]) for f in fits for name in f.free if name in known]
     if widths:

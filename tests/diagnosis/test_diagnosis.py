@@ -181,6 +181,8 @@ def test_a_rig_without_free_numbers_is_diagnosed() -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": 0.02}}) for k in range(3)]
     found = diagnose(rig, logs, only=("axis.bias_torque", "axis.coulomb", "axis.spring"))
     assert found.verdict == "effect" and found.effects == ("axis.bias_torque",)
+    assert any("`fit.free`" in remark for remark in found.remarks)
+    assert not any("`fit.free`" in remark for remark in diagnose(RIG, logs, only=("axis.spring",)).remarks)
 
 
 def test_helpers_change_no_byte_of_the_answer() -> None:
