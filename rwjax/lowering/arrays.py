@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from itertools import count, product
 from math import prod
 from typing import NamedTuple
@@ -291,34 +292,39 @@ def entries_of(e: Emitter, array: Array) -> Entries:
     return Entries(terms, array.kind, array.spread)
 
 
-def each_entry(e: Emitter, shape: tuple[int, ...], do: Callable[[Index], None], before: Index = ()) -> None:
+def each_entry(e: Emitter, shape: tuple[int, ...], do: Callable[[Index], None]) -> None:
     """Does something for every entry of an array: in loops over the leading axes, one by one over the few last entries.
 
     Args:
         e: Where the instructions go.
         shape: Shape of the array.
         do: What to do for an index.
-        before: Index of the axes before these.
     """
-    if prod(shape) <= UNROLLED:
-        for index in all_indices(shape):
-            do((*before, *index))
-        return
-    with e.loop(shape[0]) as i:
-        each_entry(e, shape[1:], do, (*before, i))
+    _each(e.loop, UNROLLED, shape, do, ())
 
 
-def each_of_few(e: Emitter, shape: tuple[int, ...], do: Callable[[Index], None], before: Index = ()) -> None:
+def each_of_few(e: Emitter, shape: tuple[int, ...], do: Callable[[Index], None]) -> None:
     """Does something for every entry of an array of few, in a loop over each of its axes.
 
     Args:
         e: Where the instructions go.
         shape: Shape of the array.
         do: What to do for an index.
-        before: Index of the axes before these.
     """
-    if not shape:
-        do(before)
+    _each(e.entries, 1, shape, do, ())
+
+
+def _each(
+    loop: Callable[[int], AbstractContextManager[Value]],
+    one_by_one: int,
+    shape: tuple[int, ...],
+    do: Callable[[Index], None],
+    before: Index,
+) -> None:
+    """Does something for every entry of an array, in loops until so few entries are left that they are done one by one."""
+    if prod(shape) <= one_by_one:
+        for index in all_indices(shape):
+            do((*before, *index))
         return
-    with e.entries(shape[0]) as i:
-        each_of_few(e, shape[1:], do, (*before, i))
+    with loop(shape[0]) as i:
+        _each(loop, one_by_one, shape[1:], do, (*before, i))

@@ -6,9 +6,9 @@ import numpy as np
 
 from rwjax.lowering.arrays import Array, Entries, Lazy, Spread
 from rwjax.lowering.elementwise import Operation, emit
-from rwjax.lowering.emitter import Emitter, Term, Value, kind_of
+from rwjax.lowering.emitter import Emitter, Term, Unsupported, Value, kind_of
 from rwjax.lowering.flow import Equation, Program, flattened, result_spreads
-from rwjax.lowering.lower import Lowering, Unsupported, any_lane
+from rwjax.lowering.lower import Lowering, any_lane
 
 
 def _cond(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:

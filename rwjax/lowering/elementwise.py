@@ -8,7 +8,7 @@ import numpy as np
 from llvmlite import ir
 
 from rwjax.lowering import functions
-from rwjax.lowering.emitter import TYPES, Emitter, Term
+from rwjax.lowering.emitter import TYPES, Emitter, Term, Unsupported
 
 COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 NUMBERS = {"add": "fadd", "add_any": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
@@ -98,7 +98,7 @@ def _arithmetic(e: Emitter, of: Operation, terms: list[Term]) -> Term:
     if kind == "i" and of.name in ("div", "rem"):
         return _whole_division(e, of.name, *terms)
     if kind == "f" and of.name not in NUMBERS:
-        raise NotImplementedError(f"{of.name} of numbers with fractions")
+        raise Unsupported(f"{of.name} of numbers with fractions")
     names = NUMBERS if kind == "f" else WHOLE
     return getattr(e.builder, names[of.name])(*e.alike(kind * 2, *terms))
 

@@ -36,6 +36,10 @@ def kind_of(dtype: np.dtype) -> str:
     return {"i": "i", "u": "i", "b": "b"}.get(dtype.kind, "?")
 
 
+class Unsupported(Exception):
+    """Raised for a program that is not lowered; it says what is in the way."""
+
+
 class Emitter:
     """Where instructions are put, and what has been put there already.
 

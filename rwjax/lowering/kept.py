@@ -12,6 +12,7 @@ import numpy as np
 
 from rwjax.lowering import program_files
 from rwjax.lowering.arrays import Spread
+from rwjax.lowering.emitter import Unsupported
 from rwjax.lowering.machine import processor
 from rwjax.lowering.program import Code, Lowered, Slot, build
 
@@ -77,7 +78,7 @@ def _found(
     try:
         code = build(function, arguments, given, lanes)
     except Exception as error:  # XLA runs every program of JAX, and tells the user of a fault in an effect of their own
-        what = str(error) if isinstance(error, NotImplementedError) else f"{type(error).__name__}: {error}"
+        what = str(error) if isinstance(error, Unsupported) else f"{type(error).__name__}: {error}"
         logging.getLogger("rwjax").warning("rwjax: note: %s runs through XLA, which is slower: %s", name, what)
         return None
     program_files.write(path, _packed(code))

@@ -8,9 +8,9 @@ from llvmlite import ir
 
 from rwjax.lowering import elementwise, movement
 from rwjax.lowering.arrays import UNROLLED, Array, Entries, Index, Lazy, Memory, Spread, entries_of
-from rwjax.lowering.emitter import Emitter, Loop, Term, Value, kind_of
+from rwjax.lowering.emitter import Emitter, Loop, Term, Unsupported, Value, kind_of
 from rwjax.lowering.flow import Equation, Program, carried_spreads, flattened, invariant, result_spreads
-from rwjax.lowering.lower import LOOKED_UP, Lowering, Rule, Unset, Unsupported, any_lane
+from rwjax.lowering.lower import LOOKED_UP, Lowering, Rule, Unset, any_lane
 
 
 def _ready(self: Lowering, arrays: Sequence[Array], body: Program, inputs: Sequence) -> list[Array]:

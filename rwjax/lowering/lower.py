@@ -25,7 +25,7 @@ from rwjax.lowering.arrays import (
     each_of_few,
     entries_of,
 )
-from rwjax.lowering.emitter import Emitter, Term, Value, kind_of
+from rwjax.lowering.emitter import Emitter, Term, Unsupported, Value, kind_of
 from rwjax.lowering.flow import ABSENT, Constant, Equation, Program
 
 LOOKED_UP = ("gather", "dynamic_slice")
@@ -33,10 +33,6 @@ LOOKED_UP = ("gather", "dynamic_slice")
 
 class Unset(Lazy):
     """An array whose entries nobody has given yet."""
-
-
-class Unsupported(NotImplementedError):
-    """Raised for a program that is not lowered; it says what is in the way."""
 
 
 class Lowering:

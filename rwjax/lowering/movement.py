@@ -7,7 +7,7 @@ import numpy as np
 from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Index, Lazy, Spread
-from rwjax.lowering.emitter import Emitter, Term, Value, kind_of
+from rwjax.lowering.emitter import Emitter, Term, Unsupported, Value, kind_of
 from rwjax.lowering.flow import Equation
 
 Rule = Callable[[Emitter, Equation, list[Array]], list[Array]]
@@ -288,7 +288,7 @@ def _scattered(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     n = q.params["dimension_numbers"]
     window = [k for k in range(len(a.shape)) if k not in n.inserted_window_dims]
     if n.operand_batching_dims or places.shape != (len(n.scatter_dims_to_operand_dims),):
-        raise NotImplementedError("scatter of several windows")
+        raise Unsupported("scatter of several windows")
 
     def of(e: Emitter, index: Index) -> Term:
         place: list[Term] = [0] * len(a.shape)
@@ -309,7 +309,7 @@ def _scattered(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
 def _padded(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     a, filling = inputs
     if any(interior for _, _, interior in q.params["padding_config"]):
-        raise NotImplementedError("pad between entries")
+        raise Unsupported("pad between entries")
     low = [int(first) for first, _, _ in q.params["padding_config"]]
 
     def of(e: Emitter, index: Index) -> Term:

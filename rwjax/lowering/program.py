@@ -15,10 +15,10 @@ from llvmlite import ir
 
 from rwjax.lowering.arrays import Array, Memory, Spread
 from rwjax.lowering.branches import BRANCHES
-from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, Value, kind_of
+from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, Unsupported, Value, kind_of
 from rwjax.lowering.flow import flattened, invariant, result_spreads
 from rwjax.lowering.loops import LOOPS
-from rwjax.lowering.lower import Lowering, Unsupported
+from rwjax.lowering.lower import Lowering
 from rwjax.lowering.machine import compiled, loaded
 
 ENTRY = "rwjax.run"

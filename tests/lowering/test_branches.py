@@ -7,7 +7,7 @@ import pytest
 from jaxtyping import Array
 
 from rwjax.lowering.arrays import Spread
-from rwjax.lowering.lower import Unsupported
+from rwjax.lowering.emitter import Unsupported
 from rwjax.lowering.program import Lowered, assembled, build
 from tests.lowering.lowered import LANES, agrees
 

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rwjax.lowering.lower import Unsupported
+from rwjax.lowering.emitter import Unsupported
 from tests.lowering.lowered import agrees
 
 X = np.random.default_rng(4).normal(size=(10, 30))
