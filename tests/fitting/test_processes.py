@@ -13,7 +13,7 @@ from rwjax.fitting.batched_runs import Simulating
 from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
-from rwjax.fitting.processes import ALONE, PIECE, Task, Team
+from rwjax.fitting.processes import ALONE, Task, Team
 from rwjax.fitting.secant import descend, search_point, with_residual
 from rwjax.plant.from_rig import bounds_of, theta_of
 from rwjax.rig.model import Rig
@@ -123,7 +123,7 @@ def test_many_searches_of_one_structure_go_to_several_processes() -> None:
     problem = several(platform())
     with Team(1) as team:
         for _ in range(10):
-            found = {*team.together([Task(problem, partial(who, problem, 0.05)) for _ in range(3 * PIECE)])}
+            found = {*team.together([Task(problem, partial(who, problem, 0.05)) for _ in range(36)])}
             if len(found) == 2:
                 break
     assert len(found) == 2
