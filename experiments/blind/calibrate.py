@@ -45,7 +45,9 @@ def again(line: dict, limits: Limits) -> dict:
     """A case's line with the verdict that other limits give; rivals are those that its own verdict listed."""
     if "error" in line:
         return line
-    g = Gap(line["before"], line["after"], line["floor"], line["closed"], line["ci95"] and tuple(line["ci95"]))
+    # older lines have the interval on the held-out runs themselves, whose upper end this is
+    at_most = line["at_most"] if "at_most" in line else line["ci95"] and line["ci95"][1]
+    g = Gap(line["before"], line["after"], line["floor"], line["closed"], None, at_most)
     return line | {"verdict": verdict(len(line["effects"]), bool(line["alternatives"]), g, limits)}
 
 

@@ -41,11 +41,12 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
         try:
             with within:
                 rig = read_rig(Path(folder) / "rig.toml")
-                found = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team).json()
+                diagnosis = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team)
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
             return line | {"seconds": round(perf_counter() - begin, 2), "error": text}
+    found = diagnosis.json()
     gap, where = found["gap"], found["where"] or {}
     return line | {
         "verdict": found["verdict"],
@@ -54,6 +55,7 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
         "subsystem": where.get("subsystem"),
         "coordinate": where.get("coordinate"),
         **{key: gap[key] for key in ("signal", "before", "after", "floor", "closed", "ci95")},
+        "at_most": diagnosis.gaps[gap["signal"]].at_most,
         "top": [[one["effect"], one["probability"]] for one in found["ranking"][:LISTED]],
         "seconds": round(perf_counter() - begin, 2),
     }

@@ -17,7 +17,7 @@ from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.partial import Claim, claimed, further_laws, leaves_visible
+from rwjax.diagnosis.partial import Claim, claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
@@ -322,8 +322,9 @@ def _may_go_on(judged: _Judged, choice: Choice) -> bool:
     """Whether a choice leaves a visible part of the training runs, of which there are enough to tell what holds."""
     fits = judged.fits
     runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
-    enough = choice.complete and bool(choice.best.names) and runs >= fits.settings.partial.runs
-    return enough and leaves_visible(fits, choice.best)
+    searched = choice.complete and len(choice.criterion) > 1
+    enough = searched and runs >= fits.settings.partial.runs
+    return enough and ModelComparison(fits).leaves_visible(choice.best)
 
 
 def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
@@ -337,8 +338,9 @@ def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names)
-            further = search.run(choice.best)
-            polish(fits, further.best)
+            further = search.go_on(choice.best)
+            if further.best.names:
+                polish(fits, further.best)
             claim, refused = claimed(search, further)
     except Stopped:
         return _Further(_judged_anew(judged), choice, ended=True)

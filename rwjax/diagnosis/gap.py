@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import GapSettings
 from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.prediction import Prediction, errors, floor_variance, predicted
+from rwjax.logs.segments import runs_of
 
 Split = tuple[tuple[int, ...], tuple[int, ...]]
 """Numbers of the logs that a fold fits and of those on which it is judged."""
@@ -22,13 +24,15 @@ class HeldOut:
     Attributes:
         square: squared error (m,) [SI].
         floor: variance of the floor (m,) [SI], empty where it was not wanted.
-        block: number of the block of samples that are resampled together (m,).
+        run: number of the run (m,).
+        second: number of the second of all runs, or of the stretch that is resampled as a whole (m,).
         error: measured minus predicted, by log number and output (time,) [SI].
     """
 
     square: dict[str, np.ndarray]
     floor: dict[str, np.ndarray]
-    block: dict[str, np.ndarray]
+    run: dict[str, np.ndarray]
+    second: dict[str, np.ndarray]
     error: dict[int, dict[str, np.ndarray]]
 
     def rms(self, name: str) -> float:
@@ -52,7 +56,10 @@ class Gap:
         after: RMS error with the named effects [SI].
         floor: RMS error that noise and unknown first states leave of a right rig [SI].
         closed: share of the gap above the floor that is closed [1], None where `before` is not above the floor.
-        ci95: 95 % interval of that share [1], None where resampling gives none.
+        ci95: 95 % interval of that share [1] for new runs of this rig under such commands, by resampling runs; None below
+            three held-out runs and where resampling gives none.
+        at_most: the share that closes on these runs with a chance of 2.5 % at most [1], by resampling their seconds; None where that
+            gives none.
     """
 
     before: float
@@ -60,6 +67,7 @@ class Gap:
     floor: float
     closed: float | None
     ci95: tuple[float, float] | None
+    at_most: float | None
 
     @property
     def size(self) -> float:
@@ -82,10 +90,11 @@ def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *,
     limits = fits.settings.gap
     square: dict[str, list[np.ndarray]] = {}
     floor: dict[str, list[np.ndarray]] = {}
-    block: dict[str, list[np.ndarray]] = {}
+    run: dict[str, list[np.ndarray]] = {}
+    second: dict[str, list[np.ndarray]] = {}
     error: dict[int, dict[str, np.ndarray]] = {}
 
-    begun = fits(hypothesis)
+    begun, runs = fits(hypothesis), runs_of(fits.problem.logs)
 
     def judged(fold: Split) -> Simulating[list[Prediction]]:
         train, test = fold
@@ -102,11 +111,12 @@ def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *,
                 seen = np.isfinite(log.outputs[name])
                 e = np.where(np.isfinite(e), e, limits.diverged)
                 square.setdefault(name, []).append(e[seen] ** 2)
-                group = k * 100_000 + np.floor((log.time - log.time[0]) / limits.block)
-                block.setdefault(name, []).append(group[seen])
+                stretch = k * 100_000 + np.floor((log.time - log.time[0]) / limits.block)
+                second.setdefault(name, []).append(stretch[seen])
+                run.setdefault(name, []).append(np.full(int(np.sum(seen)), int(runs[k])))
                 if with_floor:
                     floor.setdefault(name, []).append(floors[name][seen])
-    return HeldOut(_joined(square), _joined(floor), _joined(block), error)
+    return HeldOut(_joined(square), _joined(floor), _joined(run), _joined(second), error)
 
 
 def _joined(parts: dict[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
@@ -131,34 +141,65 @@ def closure(before: float, after: float, floor: float) -> float | None:
 
 
 def gap(before: HeldOut, after: HeldOut, name: str, limits: GapSettings) -> Gap:
-    """Gap of one output, its closure with a 95 % interval from resampled blocks.
+    """Gap of one output, with how sure its closure is.
 
     Args:
         before: errors of the rig as it is, with their floor.
         after: errors with the named effects.
         name: the output.
-        limits: how the interval is drawn.
+        limits: how the intervals are drawn.
 
     Returns:
         The gap.
     """
-    floor_square = before.floor[name]
-    b, a, f = before.rms(name), after.rms(name), float(np.sqrt(np.mean(floor_square)))
+    squares = np.stack([before.square[name], after.square[name], before.floor[name]])
+    b, a, f = (float(e) for e in np.sqrt(np.mean(squares, axis=1)))
     closed = closure(b, a, f)
     if closed is None:
-        return Gap(b, a, f, None, None)
-    _, group = np.unique(before.block[name], return_inverse=True)
-    total = np.stack([np.bincount(group, weights=x) for x in (before.square[name], after.square[name], floor_square)])
-    count = np.bincount(group)
-    drawn = np.random.default_rng(0).integers(0, len(count), (limits.resamples, len(count)))
-    rb, ra, rf = np.sqrt(total[:, drawn].sum(axis=-1) / count[drawn].sum(axis=-1))
+        return Gap(b, a, f, None, None, None)
+    of_runs = _of_new_runs(closed, squares, before.run[name], limits)
+    return Gap(b, a, f, closed, of_runs, _at_most(squares, before.second[name], limits))
+
+
+def _sums(squares: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sums of squares of each group (3, g), and how many samples it has (g,)."""
+    _, group = np.unique(group, return_inverse=True)
+    return np.stack([np.bincount(group, weights=square) for square in squares]), np.bincount(group)
+
+
+def _of_new_runs(
+    closed: float, squares: np.ndarray, run: np.ndarray, limits: GapSettings
+) -> tuple[float, float] | None:
+    """95 % interval of the closure by Student's distribution, with the spread that leaving each run out in turn tells (the jackknife).
+
+    What is left of the gap is a ratio, and its logarithm is nearer to a normal variable. Where it is not told from nothing, it has none.
+    """
+    total, count = _sums(squares, run)
+    n = len(count)
+    if n < limits.fewest_runs:
+        return None
+    b, a, f = np.sqrt((total.sum(axis=1, keepdims=True) - total) / (count.sum() - count))
     with np.errstate(all="ignore"):
-        values = ((rb - ra) / (rb - rf))[rb > rf]
+        left = 1.0 - (b - a) / (b - f)
+    if not np.all(np.isfinite(left)) or np.any(b <= f):
+        return None
+    wide = float(student.ppf(0.975, n - 1) * (n - 1.0) / np.sqrt(n))
+    reach, whole = wide * float(np.std(left, ddof=1)), 1.0 - closed
+    if whole <= reach or np.any(left <= 0.0):
+        return closed - reach, closed + reach
+    factor = float(np.exp(wide * np.std(np.log(left), ddof=1)))
+    return 1.0 - factor * whole, 1.0 - whole / factor
+
+
+def _at_most(squares: np.ndarray, second: np.ndarray, limits: GapSettings) -> float | None:
+    """The upper end of a 95 % interval of the closure on these runs; None where no draw of their seconds has one."""
+    total, count = _sums(squares, second)
+    drawn = np.random.default_rng(0).integers(0, len(count), (limits.resamples, len(count)))
+    b, a, f = np.sqrt(total[:, drawn].sum(axis=-1) / count[drawn].sum(axis=-1))
+    with np.errstate(all="ignore"):
+        values = ((b - a) / (b - f))[b > f]
     values = values[np.isfinite(values)]
-    if not len(values):
-        return Gap(b, a, f, closed, None)
-    low, high = np.percentile(values, [2.5, 97.5])
-    return Gap(b, a, f, closed, (float(low), float(high)))
+    return float(np.quantile(values, 0.975)) if len(values) else None
 
 
 def headline(gaps: dict[str, Gap]) -> str:

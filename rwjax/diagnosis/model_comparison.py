@@ -108,18 +108,31 @@ class ModelComparison:
         shares = [(a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b)) for a, b in error if a > 1.0]
         return max(shares, default=1.0)
 
+    def leaves_visible(self, hypothesis: Hypothesis) -> bool:
+        """Whether a hypothesis leaves a visible part of the training runs.
+
+        Args:
+            hypothesis: the hypothesis.
+
+        Returns:
+            True where it is as large as a gap that is looked into, and no small share of the error.
+        """
+        limits = self.fits.settings.verdict
+        return bool(np.sqrt(self.excess(hypothesis)) >= limits.doubt and self.removed(hypothesis) < limits.several)
+
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the logs need the larger hypothesis in place of the smaller one.
 
         Args:
-            larger: the hypothesis with more names.
+            larger: the hypothesis with more names, or others.
             smaller: the hypothesis with fewer names.
 
         Returns:
             True where it gains enough in the criterion and removes enough of the excess.
         """
         removed = self.excess(smaller) - self.excess(larger)
-        worth = self.limits.further_removes if smaller.names else self.limits.first_removes
+        first = not smaller.names and len(larger.names) == 1
+        worth = self.limits.first_removes if first else self.limits.further_removes
         return bool(self.gain(larger, smaller) > self.limits.needed and removed > worth * self.excess(smaller))
 
     def ties(self, one: Hypothesis, other: Hypothesis) -> bool:

@@ -62,20 +62,6 @@ class Holding(NamedTuple):
     refused: dict[str, str]
 
 
-def leaves_visible(fits: ModelFits, hypothesis: Hypothesis) -> bool:
-    """Whether a set leaves a visible part of the training runs.
-
-    Args:
-        fits: a fit of the set among them.
-        hypothesis: the set.
-
-    Returns:
-        True where it is as large as a gap that is looked into, and no small share of the error.
-    """
-    compare, limits = ModelComparison(fits), fits.settings.verdict
-    return bool(np.sqrt(compare.excess(hypothesis)) >= limits.doubt and compare.removed(hypothesis) < limits.several)
-
-
 def claimed(search: Search, choice: Choice) -> Holding:
     """The largest part of an explanation that holds.
 

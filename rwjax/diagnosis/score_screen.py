@@ -7,12 +7,13 @@ probes see what a derivative at the null does not, such as a dead zone, a delay 
 torques that local residuals miss.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.settings import ScreeningSettings
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
 from rwjax.fitting.multiple_shooting import Fit
@@ -75,6 +76,45 @@ class Candidate:
         return list(groups.values())
 
 
+@dataclass(frozen=True)
+class Probe:
+    """What one start of a candidate changes in the free run.
+
+    Attributes:
+        hypothesis: the candidate's name.
+        candidate: the candidate, its starts so scaled that they change a part of what is left.
+        start: the start, as a parameter vector (t,) [SI].
+        whole: change of the residual (m,), in units of the noise [1].
+        change: the same without what the free numbers can do (m,) [1].
+    """
+
+    hypothesis: Hypothesis
+    candidate: Candidate
+    start: np.ndarray
+    whole: np.ndarray
+    change: np.ndarray
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether an amplitude that it moves cannot have the other sign."""
+        moved = self.candidate.amplitude & (self.start != self.candidate.off)
+        return bool(np.any(moved & (self.candidate.off <= self.candidate.bounds[:, 0])))
+
+    def numbers(self, share: float) -> dict[str, float]:
+        """Numbers that the start sets, amplitudes at a share of theirs.
+
+        Args:
+            share: the share [1].
+
+        Returns:
+            Values by name [SI].
+        """
+        c = self.candidate
+        theta = np.where(c.amplitude, c.off + share * (self.start - c.off), self.start)
+        names = c.problem.structure.names
+        return {names[k]: float(theta[k]) for k in np.flatnonzero(self.start != c.off)}
+
+
 class ScoreScreen:
     """Predictions around one fit.
 
@@ -82,6 +122,8 @@ class ScoreScreen:
         fitted: the fit, at its end.
         limits: limits of the screen.
         run: how several searches are run.
+        residual: what the fit leaves where something was read (m,), in units of the noise [1].
+        left: the same without what the free numbers can do (m,) [1].
     """
 
     def __init__(
@@ -105,9 +147,20 @@ class ScoreScreen:
         self._observed = problem.batch.weight.ravel() > 0.0
         self._columns = np.stack(blocks).reshape(len(self._observed), len(k))[self._observed]
         self._basis = _orthonormal(self._columns)
+        self.residual = e.residual.ravel()[self._observed]
+        self.left = self._without(self.residual)
 
-    def _with_free_numbers(self, candidate: Candidate, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Numbers with those that parent and candidate have free moved to where they leave least of a residual."""
+    def with_free_numbers(self, candidate: Candidate, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Numbers with those that parent and candidate have free moved to where they leave least of a residual.
+
+        Args:
+            candidate: the candidate.
+            theta: parameter vector (t,) [SI].
+            residual: the residual there where something was read (m,), in units of the noise [1].
+
+        Returns:
+            The parameter vector with these numbers moved (t,) [SI].
+        """
         names = candidate.problem.structure.names
         also = [k for k, name in enumerate(self.fitted.free) if name in names and candidate.free[names.index(name)]]
         columns = self._columns[:, also]
@@ -145,6 +198,26 @@ class ScoreScreen:
             found.append(replace(predicted, begin=_different(begin)))
         return found
 
+    def probes(self, candidates: Mapping[Hypothesis, Candidate]) -> list[Probe]:
+        """What the starts of every candidate change, at amplitudes that change a part of what there is to explain.
+
+        Args:
+            candidates: candidates by their names.
+
+        Returns:
+            A probe for each start with a finite residual.
+        """
+        every = [*candidates.values()]
+        scaled = [self._scaled(c, r) for c, r in zip(every, self._probed(every), strict=True)]
+        found = []
+        for e, c, probed in zip(candidates, scaled, self._probed(scaled), strict=True):
+            residual, *others = probed.reshape(len(probed), -1)[:, self._observed]
+            for start, other in zip(c.starts, others, strict=True):
+                change = other - residual
+                if np.all(np.isfinite(change)):
+                    found.append(Probe(e, c, start, change, self._without(change)))
+        return found
+
     def moved(self, candidate: Candidate, probed: np.ndarray) -> list[np.ndarray]:
         """The starts of a candidate, each with the free numbers moved to where they leave least of its residual.
 
@@ -157,7 +230,7 @@ class ScoreScreen:
         """
         left = probed.reshape(len(probed), -1)[1:, self._observed]
         known = [(theta, r) for theta, r in zip(candidate.starts, left, strict=True) if np.all(np.isfinite(r))]
-        return [np.clip(self._with_free_numbers(candidate, theta, r), *candidate.bounds.T) for theta, r in known]
+        return [np.clip(self.with_free_numbers(candidate, theta, r), *candidate.bounds.T) for theta, r in known]
 
     def _probed(self, candidates: Sequence[Candidate]) -> list[np.ndarray]:
         """Residuals of every candidate without its effect and at its starts."""
@@ -217,7 +290,7 @@ class ScoreScreen:
         """Half the sum of squares that the best sum of some starts leaves, and the share of each start in it."""
         C = self._without(np.stack(changes, axis=1))
         share = np.linalg.lstsq(C, -free, rcond=1e-9)[0]
-        one_sided = ((_amplitudes(candidate, starts) != 0.0) & (candidate.bounds[:, 0] >= 0.0)).any(axis=1)
+        one_sided = ((_amplitudes(candidate, starts) != 0.0) & (candidate.bounds[:, 0] >= candidate.off)).any(axis=1)
         share = np.clip(share, np.where(one_sided, 0.0, -self.limits.largest), self.limits.largest)
         return 0.5 * float(np.sum((free + C @ share) ** 2)), share
 
@@ -234,7 +307,7 @@ class ScoreScreen:
         if change.any():
             theta = np.where(candidate.amplitude, candidate.off + share @ change, theta)
         whole = residual + np.stack(changes, axis=1) @ share
-        return np.clip(self._with_free_numbers(candidate, theta, whole), *candidate.bounds.T)
+        return np.clip(self.with_free_numbers(candidate, theta, whole), *candidate.bounds.T)
 
 
 def _amplitudes(candidate: Candidate, starts: list[np.ndarray]) -> np.ndarray:

@@ -167,6 +167,23 @@ class SearchSettings:
     )
 
 
+@dataclass(frozen=True)
+class PairSettings:
+    """Limits of the search for two names at once, where single names leave a part."""
+
+    largest: float = _limit(
+        10.0,
+        "times a probe's change up to which the change is taken to grow in proportion: two names may undo most of each other",
+    )
+    alike: float = _limit(0.98, "correlation of two probes' changes above which they count as the same thing")
+    fitted: int = _limit(8, "pairs at most that are fitted, those that are predicted to leave least")
+    begun_at: tuple[float, ...] = _limit(
+        (1.0, 0.5, 0.2),
+        "shares of a predicted pair from which its fit begins: far from the rig as it is, a prediction goes too far",
+    )
+    steps: int = _limit(7, "steps from each of these points")
+
+
 class Round(NamedTuple):
     """One round of successive halving: how many hypotheses take part, and how many steps each takes."""
 
@@ -229,6 +246,11 @@ class ScreeningSettings:
         12, "starts of a candidate all of which are begun from; of more, the predicted and the nearest one"
     )
     shapes: int = _limit(3, "predicted places at most, of starts that differ in more than amplitudes")
+    number_moved: float = _limit(0.1, "share of itself by which a fixed number of the rig file is moved in a probe")
+    number_from: tuple[float, ...] = _limit(
+        (1.0, 0.7, 1.4, 0.5, 2.0),
+        "factors on a fixed number from which its fit may begin, besides what a probe predicts",
+    )
     probed: tuple[float, float] = _limit((1e-3, 30.0), "least and largest share of a start's amplitude that is probed")
     far: float = _limit(5.0, "factor between a fitted number and the rig file's above which a fit begins from both")
     wrong_by: float = _limit(4.0, "factor by which a fixed number of the rig file is wrong at most")
@@ -236,10 +258,11 @@ class ScreeningSettings:
 
 @dataclass(frozen=True)
 class GapSettings:
-    """How the closure's interval is drawn."""
+    """How the closure's intervals are drawn."""
 
-    block: float = _limit(1.0, "time [s] within which errors are resampled together")
-    resamples: int = _limit(2000, "resamples of the blocks")
+    fewest_runs: int = _limit(3, "held-out runs below which nothing is said of new ones")
+    block: float = _limit(1.0, "time [s] within which errors of these runs are resampled together")
+    resamples: int = _limit(2000, "resamples of the runs, and of these blocks")
     diverged: float = _limit(1e6, "error [SI] that stands for that of a run that left the range of numbers")
 
 
@@ -355,6 +378,7 @@ class Settings:
     verdict: Limits = Limits()
     partial: PartialSettings = PartialSettings()
     search: SearchSettings = SearchSettings()
+    pairs: PairSettings = PairSettings()
     halving: HalvingSettings = HalvingSettings()
     fitting: FittingSettings = FittingSettings()
     screening: ScreeningSettings = ScreeningSettings()

@@ -98,10 +98,15 @@ def candidate_of(fits: ModelFits, hypothesis: Hypothesis, parent: Hypothesis) ->
     bounds[moves.index] = moves.bounds
     off, start = np.where(added, null, bases[0]), _first_states(problem, fits(parent))
     unprobed = [*(starts if far else ())]
+    number = added & np.isin(structure.names, hypothesis.numbers)
+    if number.any() and not (added & ~number).any():  # nothing else is begun, and numbers have no starts of their own
+        limits = fits.settings.screening
+        unprobed += [np.where(number, factor * base, base) for base in bases for factor in limits.number_from]
+        bases = [np.where(number, (1.0 + limits.number_moved) * base, base) for base in bases]
     if alike:
         handed = [values[alike[name]] if name in alike else bases[0][k] for k, name in enumerate(structure.names)]
         unprobed.append(np.array(handed))
-    return Candidate(problem, start, off, bases, unprobed, free, free & added & (null == 0.0), bounds)
+    return Candidate(problem, start, off, bases, unprobed, free, free & added & (number | (null == 0.0)), bounds)
 
 
 def _in_order(fits: ModelFits, structure: Structure, values: dict[str, float]) -> np.ndarray:

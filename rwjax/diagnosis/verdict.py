@@ -90,7 +90,7 @@ def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:
     if not names:
         return "none" if gap.size < limits.doubt else "unknown"
     least = limits.several if names > 1 else limits.barely
-    short = gap.closed < least or (gap.ci95 is not None and gap.ci95[1] < limits.explained)
+    short = gap.closed < least or (gap.at_most is not None and gap.at_most < limits.explained)
     if (short and gap.after > limits.at_floor * gap.floor) or leaves_a_visible_part(gap, limits):
         return "unknown"
     return "ambiguous" if rivals else "effect"

@@ -17,7 +17,7 @@ from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.logs.coverage import Outside, Split
 from tests.systems import platform, reaction, wheel
 
-NONE = HeldOut({}, {}, {}, {})
+NONE = HeldOut({}, {}, {}, {}, {})
 FIRST = Rung((), 0.05, {"axis.inertia": (0.1, 0.001)}, {"axis.inertia": (0.0, 0.0)}, {})
 SECOND = Rung(
     ("axis.coulomb",),
@@ -41,7 +41,7 @@ DIAGNOSIS = Diagnosis(
     windows=(Window("a.csv", 1.0, 2.0, 0.5),),
     left=None,
     signal="yaw_rad",
-    gaps={"yaw_rad": Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99))},
+    gaps={"yaw_rad": Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99), 0.99)},
     held_out="leave-one-run-out",
     next_experiment="none needed",
     proposal=None,

@@ -14,11 +14,11 @@ LIMITS = Limits()
 
 
 def test_a_search_that_was_ended_claims_nothing() -> None:
-    gap = Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0))
+    gap = Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0), 1.0)
     rival = (Hypothesis(("drive.bias",)),)
     for choice in (chosen("axis.coulomb"), chosen("axis.coulomb", alternatives=rival), chosen()):
         assert judge(replace(choice, complete=False), gap, LIMITS) == "unknown"
-        assert judge(replace(choice, complete=False), Gap(1.0, 1.0, 1.0, None, None), LIMITS) == "unknown"
+        assert judge(replace(choice, complete=False), Gap(1.0, 1.0, 1.0, None, None, None), LIMITS) == "unknown"
 
 
 def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
@@ -28,21 +28,21 @@ def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
 @pytest.mark.parametrize(
     ("choice", "gap", "outcome"),
     [
-        (chosen(), Gap(1.0, 1.0, 1.0, None, None), "none"),
-        (chosen(), Gap(1.2, 1.2, 1.0, 0.0, (0.0, 0.0)), "none"),
-        (chosen(), Gap(5.0, 5.0, 1.0, 0.0, (0.0, 0.0)), "unknown"),
-        (chosen("axis.coulomb"), Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)), "effect"),
-        (chosen("axis.coulomb"), Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6)), "unknown"),
-        (chosen("axis.coulomb"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "unknown"),  # a visible part is left
-        (chosen("axis.coulomb"), Gap(81.0, 4.0, 1.0, 0.9625, (0.95, 0.97)), "effect"),  # … and here a small share
-        (chosen("axis.coulomb"), Gap(7.0, 1.9, 1.0, 0.85, (0.8, 0.9)), "effect"),
-        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9)), "unknown"),
-        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 1.2, 1.0, 0.93, (0.9, 0.95)), "effect"),
+        (chosen(), Gap(1.0, 1.0, 1.0, None, None, None), "none"),
+        (chosen(), Gap(1.2, 1.2, 1.0, 0.0, (0.0, 0.0), 0.0), "none"),
+        (chosen(), Gap(5.0, 5.0, 1.0, 0.0, (0.0, 0.0), 0.0), "unknown"),
+        (chosen("axis.coulomb"), Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0), 1.0), "effect"),
+        (chosen("axis.coulomb"), Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6), 0.6), "unknown"),
+        (chosen("axis.coulomb"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9), 0.9), "unknown"),  # a visible part is left
+        (chosen("axis.coulomb"), Gap(81.0, 4.0, 1.0, 0.9625, (0.95, 0.97), 0.97), "effect"),  # … and here a small share
+        (chosen("axis.coulomb"), Gap(7.0, 1.9, 1.0, 0.85, (0.8, 0.9), 0.9), "effect"),
+        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 4.0, 1.0, 0.85, (0.8, 0.9), 0.9), "unknown"),
+        (chosen("axis.coulomb", "drive.lag"), Gap(21.0, 1.2, 1.0, 0.93, (0.9, 0.95), 0.95), "effect"),
         # hardly anything is closed: no name, however wide the interval
-        (chosen("axis.coulomb"), Gap(5.0, 4.6, 1.0, 0.1, (-1.0, 0.85)), "unknown"),
+        (chosen("axis.coulomb"), Gap(5.0, 4.6, 1.0, 0.1, (-1.0, 0.85), 0.85), "unknown"),
         (
             chosen("axis.coulomb", alternatives=(Hypothesis(("wheel.coulomb",)),)),
-            Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0)),
+            Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0), 1.0),
             "ambiguous",
         ),
     ],
@@ -52,7 +52,7 @@ def test_the_outcomes_of_a_search(choice: Choice, gap: Gap, outcome: str) -> Non
 
 
 def test_other_limits_give_another_outcome() -> None:
-    gap = Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6))
+    gap = Gap(5.0, 3.0, 1.0, 0.5, (0.4, 0.6), 0.6)
     assert verdict(1, False, gap, LIMITS) == "unknown"
     assert verdict(1, False, gap, replace(LIMITS, barely=0.5, explained=0.5, several=0.5)) == "effect"
     assert verdict(1, False, gap, replace(LIMITS, at_floor=3.0, doubt=3.0)) == "effect"
@@ -60,13 +60,13 @@ def test_other_limits_give_another_outcome() -> None:
 
 
 def test_names_that_hold_have_to_close_half_of_the_gap() -> None:
-    assert closes_in_part(Gap(5.0, 3.0, 1.0, 0.5, None), PartialSettings())
-    assert not closes_in_part(Gap(5.0, 3.1, 1.0, 0.475, None), PartialSettings())
-    assert not closes_in_part(Gap(1.0, 1.0, 1.0, None, None), PartialSettings())
+    assert closes_in_part(Gap(5.0, 3.0, 1.0, 0.5, None, None), PartialSettings())
+    assert not closes_in_part(Gap(5.0, 3.1, 1.0, 0.475, None, None), PartialSettings())
+    assert not closes_in_part(Gap(1.0, 1.0, 1.0, None, None, None), PartialSettings())
 
 
 def test_a_gap_stands_out_where_it_is_a_floor_above_its_floor() -> None:
-    assert not stands_out(Gap(1.0, 1.0, 1.0, None, None), LIMITS)
-    assert not stands_out(Gap(1.4, 1.4, 1.0, 0.0, None), LIMITS)
-    assert stands_out(Gap(1.42, 1.42, 1.0, 0.0, None), LIMITS)
-    assert not stands_out(Gap(1.42, 1.42, 1.0, 0.0, None), replace(LIMITS, nothing=2.0))
+    assert not stands_out(Gap(1.0, 1.0, 1.0, None, None, None), LIMITS)
+    assert not stands_out(Gap(1.4, 1.4, 1.0, 0.0, None, None), LIMITS)
+    assert stands_out(Gap(1.42, 1.42, 1.0, 0.0, None, None), LIMITS)
+    assert not stands_out(Gap(1.42, 1.42, 1.0, 0.0, None, None), replace(LIMITS, nothing=2.0))

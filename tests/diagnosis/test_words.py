@@ -19,7 +19,7 @@ from rwjax.diagnosis.words import (
 )
 
 SETTINGS = ReportSettings()
-GAP = Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99))
+GAP = Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99), 0.99)
 
 
 def rung(numbers: dict[str, tuple[float, float]], own: dict[str, tuple[float, float]], drift=(np.nan, np.nan)) -> Rung:
@@ -151,7 +151,7 @@ def test_a_gap_is_a_line() -> None:
     said = "* yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)"
     assert gap_line("yaw_rad", GAP, marked=True) == said
     bare = "  current_A: before 0.1, after 0.1, floor 0.1 A"
-    assert gap_line("current_A", Gap(0.1, 0.1, 0.1, None, None), marked=False) == bare
+    assert gap_line("current_A", Gap(0.1, 0.1, 0.1, None, None, None), marked=False) == bare
 
 
 def test_units() -> None:

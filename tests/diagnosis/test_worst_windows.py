@@ -10,7 +10,7 @@ TIME = 2.0 + np.arange(1001) * 0.01
 
 
 def errors(error: np.ndarray) -> HeldOut:
-    return HeldOut({"yaw_rad": error**2}, {}, {}, {0: {"yaw_rad": error}})
+    return HeldOut({"yaw_rad": error**2}, {}, {}, {}, {0: {"yaw_rad": error}})
 
 
 def test_the_seconds_with_the_most_error_come_first() -> None:

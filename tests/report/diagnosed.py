@@ -29,7 +29,9 @@ def held_out(rms: float) -> HeldOut:
     """Errors of both logs: one value throughout."""
     error = {k: {"yaw_rad": np.full(50, rms)} for k in (0, 1)}
     flat = {"yaw_rad": np.full(100, rms**2)}
-    return HeldOut(flat, {"yaw_rad": np.full(100, FLOOR)}, {"yaw_rad": np.zeros(100, int)}, error)
+    return HeldOut(
+        flat, {"yaw_rad": np.full(100, FLOOR)}, {"yaw_rad": np.zeros(100, int)}, {"yaw_rad": np.zeros(100, int)}, error
+    )
 
 
 def diagnosed(**changed: Any) -> Diagnosis:
@@ -54,7 +56,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "windows": (),
         "left": None,
         "signal": "yaw_rad",
-        "gaps": {"yaw_rad": Gap(BEFORE, AFTER, FLOOR, 0.975, (0.9, 0.99))},
+        "gaps": {"yaw_rad": Gap(BEFORE, AFTER, FLOOR, 0.975, (0.9, 0.99), 0.99)},
         "held_out": "marked",
         "next_experiment": "none needed",
         "proposal": None,

@@ -15,6 +15,7 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.search.neighbours import exchanges, extensions
+from rwjax.diagnosis.search.pairs import promising_pairs
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
 
@@ -52,28 +53,81 @@ class Search:
         self.halving = SuccessiveHalving(fits)
         self.comparison = ModelComparison(fits)
         self.limits = fits.settings.search
+        self._pairs: list[Hypothesis] | None = None
 
-    def run(self, begin: Hypothesis = NOTHING) -> Choice:
-        """Searches from the rig as it is, or goes on from what was chosen.
-
-        What is negligible is measured by what the hypothesis leaves that is begun from. So a search that goes on looks for what the
-        one before it took for the exact form of its names.
-
-        Args:
-            begin: where to begin, with a fit at its end.
+    def run(self) -> Choice:
+        """Searches from the rig as it is.
 
         Returns:
             The choice, with what was tried.
         """
-        self.fits(begin)
-        best = self.backward(self.forward(begin))
+        self.fits(NOTHING)
+        return self.chosen(*self.exchanged(self.forward(NOTHING)))
+
+    def go_on(self, begin: Hypothesis) -> Choice:
+        """Goes on from what was chosen, and looks for two names at once where a visible part is left.
+
+        What is negligible is measured by what the hypothesis leaves that is begun from. So this looks for what the search before it
+        took for the exact form of its names.
+
+        Args:
+            begin: what was chosen, with a fit at its end.
+
+        Returns:
+            The choice, with what was tried.
+        """
+        best, rivals = self.exchanged(self.forward(begin) if begin.names else begin)
+        if (pair := self.pair(best)) is not None:
+            best, rivals = self.exchanged(pair)
+        return self.chosen(best, rivals)
+
+    def exchanged(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
+        """A hypothesis without the names that are not needed, or what surpasses it.
+
+        Args:
+            best: the hypothesis, with a fit that has begun.
+
+        Returns:
+            What no rival surpasses, and its rivals.
+        """
+        best = self.backward(best)
         rivals = self.rivals(best)
         for _ in range(self.limits.exchanges):
             if (better := self.surpassing(best, rivals)) is None:
                 break
             best = self.backward(better)
             rivals = self.rivals(best)
-        return self.chosen(best, rivals)
+        return best, rivals
+
+    def pair(self, best: Hypothesis) -> Hypothesis | None:
+        """Two names that explain together what one name after the other does not.
+
+        Args:
+            best: what the search has come to that adds one name after the other.
+
+        Returns:
+            The pair, or None where that leaves no visible part or no pair explains enough of it.
+        """
+        compare = self.comparison
+        if not compare.leaves_visible(best) or not (pairs := self.pairs()):
+            return None
+        fit_exactly(self.fits, self._by_cost(pairs)[: self.limits.exactly_at_once])
+        leader = compare.leader(pairs)
+        return leader if compare.needs(leader, best) else None
+
+    def pairs(self) -> list[Hypothesis]:
+        """Two names at a time, those that are predicted to leave least, with fits that have begun.
+
+        Returns:
+            The pairs, the same at every call.
+        """
+        if self._pairs is None:
+            exact = self.limits.exactly_at_once * self.fits.settings.headway.exact
+            places = promising_pairs(self.fits, self.candidates)
+            self.fits.headway.enter([*places], "pairs", besides=exact, further=0.0)
+            self.halving.fit_at(places, self.fits.settings.pairs.steps)
+            self._pairs = [*places]
+        return self._pairs
 
     def chosen(self, best: Hypothesis, rivals: Sequence[Hypothesis]) -> Choice:
         """The choice of a hypothesis, with those of its rivals that cannot be told apart from it.
@@ -161,7 +215,7 @@ class Search:
         return hypothesis
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
-        """Fits the hypotheses with one member exchanged.
+        """Fits the hypotheses with one member exchanged, beside two names also the other promising pairs.
 
         Those that leave least and are not far behind are fitted by exact derivatives, like `best` itself.
 
@@ -177,6 +231,8 @@ class Search:
         if compare.removed(best) < limits.rivals_removed and compare.excess(best) > limits.rivals_excess:
             return []
         rivals = exchanges(self.candidates, best)
+        if len(best.names) == 2:
+            rivals += [e for e in self.pairs() if e != best and e not in rivals]
         exact = limits.rivals_exactly * self.fits.settings.headway.exact
         self.fits.headway.enter(rivals, "rivals", besides=limits.again + exact, further=0.0)
         fit_exactly(self.fits, [best])  # which may free the first states

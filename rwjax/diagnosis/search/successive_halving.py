@@ -18,7 +18,7 @@ from rwjax.diagnosis.settings import Round
 from rwjax.diagnosis.starting_points import Begun, begin
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.processes import Task
-from rwjax.fitting.secant import descend
+from rwjax.fitting.secant import descend, with_residual
 
 
 def extrapolated_cost(cost: float, before: float, parent: float, at_parent: float) -> float:
@@ -125,6 +125,23 @@ class SuccessiveHalving:
         found = self._stepped(places, limits.thorough_steps)
         best = sorted(found, key=lambda f: f.cost)[: limits.places]
         fits.keep({hypothesis: min(fits.ends_of(best), key=lambda f: f.cost)})
+
+    def fit_at(self, places: Mapping[Hypothesis, Sequence[Fit]], steps: int) -> None:
+        """Fits hypotheses from given points, and carries those to their end that come close to the best.
+
+        Args:
+            places: points without a step, by hypothesis.
+            steps: steps from each of them.
+        """
+        begun = [(e, place) for e, found in places.items() for place in found]
+        work = self.fits.settings.headway.first_round * len(places)
+        at = self.fits.together([Task(place.problem, partial(with_residual, place)) for _, place in begun])
+        for (e, _), found in zip(begun, self._stepped(at, steps, work), strict=True):
+            self.fits.keep({e: found})
+        for e in places:
+            self.fits.headway.compare(e)
+        least = self.fits.least(self.fits)
+        self.fits.finish([e for e in places if self.fits.known(e).cost <= self.limits.close * least])
 
     def _stepped(
         self,
