@@ -1,0 +1,1 @@
+"""Is the same question answered alike, however it is asked?"""
