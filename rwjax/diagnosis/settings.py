@@ -131,6 +131,10 @@ class SearchSettings:
         "the first",
     )
     most_names: int = _limit(3, "names of a hypothesis at most")
+    most_names_further: int = _limit(
+        2,
+        "the same where the search goes on since a visible part is left: three names imitate much, and what they leave then says so",
+    )
     removed_so_far: tuple[float, ...] = _limit(
         (0.0, 0.15, 0.4),
         "share of the error above the noise that so many names must have removed for a further one to be looked for: of three "
@@ -181,7 +185,8 @@ class PairSettings:
         (1.0, 0.5, 0.2),
         "shares of a predicted pair from which its fit begins: far from the rig as it is, a prediction goes too far",
     )
-    steps: int = _limit(7, "steps from each of these points")
+    steps: int = _limit(2, "steps from each of these points")
+    further_steps: int = _limit(5, "further steps of each pair from where they have come furthest")
 
 
 class Round(NamedTuple):

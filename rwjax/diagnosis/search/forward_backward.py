@@ -62,7 +62,7 @@ class Search:
             The choice, with what was tried.
         """
         self.fits(NOTHING)
-        return self.chosen(*self.exchanged(self.forward(NOTHING)))
+        return self.chosen(*self.exchanged(self.forward(NOTHING, self.limits.most_names)))
 
     def go_on(self, begin: Hypothesis) -> Choice:
         """Goes on from what was chosen, and looks for two names at once where a visible part is left.
@@ -76,7 +76,8 @@ class Search:
         Returns:
             The choice, with what was tried.
         """
-        best, rivals = self.exchanged(self.forward(begin) if begin.names else begin)
+        most = self.limits.most_names_further
+        best, rivals = self.exchanged(self.forward(begin, most) if begin.names else begin)
         if (pair := self.pair(best)) is not None:
             best, rivals = self.exchanged(pair)
         return self.chosen(best, rivals)
@@ -125,8 +126,7 @@ class Search:
             exact = self.limits.exactly_at_once * self.fits.settings.headway.exact
             places = promising_pairs(self.fits, self.candidates)
             self.fits.headway.enter([*places], "pairs", besides=exact, further=0.0)
-            self.halving.fit_at(places, self.fits.settings.pairs.steps)
-            self._pairs = [*places]
+            self._pairs = self.halving.fit_at(places, self.fits.settings.pairs)
         return self._pairs
 
     def chosen(self, best: Hypothesis, rivals: Sequence[Hypothesis]) -> Choice:
@@ -160,11 +160,12 @@ class Search:
         ranked = [e for e in ranked if e in self.fits or not e.names]
         return Choice(best, tuple(alternatives), tuple(same), criterion, compare.probabilities(ranked, effective))
 
-    def forward(self, hypothesis: Hypothesis) -> Hypothesis:
+    def forward(self, hypothesis: Hypothesis, most: int) -> Hypothesis:
         """Adds names while the logs need them.
 
         Args:
             hypothesis: where to begin, with a fit at its end.
+            most: names at most.
 
         Returns:
             The hypothesis with the names added.
@@ -172,7 +173,7 @@ class Search:
         excess, limits = self.comparison.excess, self.limits
         work = self.fits.settings.headway
         enough = max(limits.nothing_left, limits.negligible * excess(hypothesis))
-        while len(hypothesis.names) < limits.most_names and excess(hypothesis) > enough:
+        while len(hypothesis.names) < most and excess(hypothesis) > enough:
             if self.comparison.removed(hypothesis) < limits.removed_so_far[len(hypothesis.names)]:
                 break
             tried = extensions(self.candidates, hypothesis)

@@ -14,7 +14,7 @@ from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.diagnosis.settings import Round
+from rwjax.diagnosis.settings import PairSettings, Round
 from rwjax.diagnosis.starting_points import Begun, begin
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.processes import Task
@@ -126,22 +126,31 @@ class SuccessiveHalving:
         best = sorted(found, key=lambda f: f.cost)[: limits.places]
         fits.keep({hypothesis: min(fits.ends_of(best), key=lambda f: f.cost)})
 
-    def fit_at(self, places: Mapping[Hypothesis, Sequence[Fit]], steps: int) -> None:
+    def fit_at(self, places: Mapping[Hypothesis, Sequence[Fit]], limits: PairSettings) -> list[Hypothesis]:
         """Fits hypotheses from given points, and carries those to their end that come close to the best.
 
         Args:
             places: points without a step, by hypothesis.
-            steps: steps from each of them.
+            limits: how many steps are taken from all points, and how many further ones from where they have come furthest.
+
+        Returns:
+            The hypotheses of which a free run from one of the points ends.
         """
+        fits, work = self.fits, self.fits.settings.headway.first_round * len(places)
         begun = [(e, place) for e, found in places.items() for place in found]
-        work = self.fits.settings.headway.first_round * len(places)
-        at = self.fits.together([Task(place.problem, partial(with_residual, place)) for _, place in begun])
-        for (e, _), found in zip(begun, self._stepped(at, steps, work), strict=True):
-            self.fits.keep({e: found})
+        at = fits.together([Task(place.problem, partial(with_residual, place)) for _, place in begun])
+        finite = [(e, place) for (e, _), place in zip(begun, at, strict=True) if np.isfinite(place.cost)]
+        found = self._stepped([place for _, place in finite], limits.steps, work)
+        for (e, _), stepped in zip(finite, found, strict=True):
+            fits.keep({e: stepped})
+        those = [*dict.fromkeys(e for e, _ in finite)]
+        further = self._stepped([fits.known(e) for e in those], limits.further_steps, work)
+        fits.keep(dict(zip(those, further, strict=True)))
         for e in places:
-            self.fits.headway.compare(e)
-        least = self.fits.least(self.fits)
-        self.fits.finish([e for e in places if self.fits.known(e).cost <= self.limits.close * least])
+            fits.headway.compare(e)
+        most = self.limits.close * fits.least(fits)
+        fits.finish([e for e in those if fits.known(e).cost <= most or fits.ended(e)])
+        return those
 
     def _stepped(
         self,
