@@ -70,3 +70,19 @@ def test_one_name_is_chosen_and_what_it_beats_is_ranked_below_it() -> None:
     assert np.sum([p for _, p in choice.ranking]) == pytest.approx(1.0)
     assert {e.names for e, _ in choice.ranking} == {(), *((name,) for name in names)}
     assert choice.criterion[choice.best] > 5.0 and choice.criterion[NOTHING] == 0.0
+
+
+def test_no_name_is_added_to_as_many_as_there_may_be() -> None:
+    rig = platform("viscous = 0.02")
+    log = true_log(rig, **{"axis.bias_torque": {"T": 0.03}, "drive.curvature": {"c": 0.2}})
+    search, one = Search(fits_of(rig, log), ("axis.bias_torque", "drive.curvature")), Hypothesis(("drive.curvature",))
+    search.halving.fit([one], NOTHING)
+    assert search.forward(one, 1) == one and {*search.fits} == {NOTHING, one}
+    assert search.forward(one, 2) == one.plus("axis.bias_torque")
+
+
+def test_a_search_for_pairs_among_one_name_finds_none() -> None:
+    rig = platform("viscous = 0.02")
+    search = Search(fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.05}})), ("drive.deadzone",))
+    assert search.pairs() == [] and search.pair(NOTHING) is None
+    assert search.go_on(NOTHING).best == NOTHING
