@@ -42,11 +42,11 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
             with within:
                 rig = read_rig(Path(folder) / "rig.toml")
                 diagnosis = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team)
+                found = diagnosis.json()
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
             return line | {"seconds": round(perf_counter() - begin, 2), "error": text}
-    found = diagnosis.json()
     gap, where = found["gap"], found["where"] or {}
     return line | {
         "verdict": found["verdict"],

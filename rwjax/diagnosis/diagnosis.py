@@ -252,7 +252,7 @@ def _ended(further: "_Further") -> list[str]:
         return []
     why = "Ctrl-C" if budget.stopped else f"the budget of {budget.seconds:g} s"
     if choice.complete:
-        names = " and ".join(map(spoken, choice.best.names))
+        names = " and ".join(map(spoken, choice.best.names)) or "the rig as it is"
         return [
             f"{why} ended the search for what {names} leaves, and nothing is claimed; every candidate was compared by then"
         ]
@@ -322,7 +322,7 @@ def _may_go_on(judged: _Judged, choice: Choice) -> bool:
     """Whether a choice leaves a visible part of the training runs, of which there are enough to tell what holds."""
     fits = judged.fits
     runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
-    searched = choice.complete and len(choice.criterion) > 1
+    searched = choice.complete and (bool(choice.best.names) or len(choice.criterion) > 1)
     enough = searched and runs >= fits.settings.partial.runs
     return enough and ModelComparison(fits).leaves_visible(choice.best)
 

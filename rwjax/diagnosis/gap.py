@@ -56,9 +56,9 @@ class Gap:
         after: RMS error with the named effects [SI].
         floor: RMS error that noise and unknown first states leave of a right rig [SI].
         closed: share of the gap above the floor that is closed [1], None where `before` is not above the floor.
-        ci95: 95 % interval of that share [1] for new runs of this rig under such commands, by resampling runs; None below
-            three held-out runs and where resampling gives none.
-        at_most: the share that closes on these runs with a chance of 2.5 % at most [1], by resampling their seconds; None where that
+        ci95: 95 % interval of that share [1] for new runs of this rig under such commands, by leaving each run out in turn; None
+            below three held-out runs, and where `before` of the others is not above their floor.
+        at_most: upper end of a 95 % interval of that share on these very runs [1], by resampling their seconds; None where that
             gives none.
     """
 
@@ -178,7 +178,10 @@ def _of_new_runs(
     n = len(count)
     if n < limits.fewest_runs:
         return None
-    b, a, f = np.sqrt((total.sum(axis=1, keepdims=True) - total) / (count.sum() - count))
+    others = 1.0 - np.eye(
+        n
+    )  # summed anew: a run that left the range of numbers would wipe out the others in a difference
+    b, a, f = np.sqrt((total @ others) / (count @ others))
     with np.errstate(all="ignore"):
         left = 1.0 - (b - a) / (b - f)
     if not np.all(np.isfinite(left)) or np.any(b <= f):

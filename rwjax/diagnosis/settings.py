@@ -267,7 +267,7 @@ class GapSettings:
 
     fewest_runs: int = _limit(3, "held-out runs below which nothing is said of new ones")
     block: float = _limit(1.0, "time [s] within which errors of these runs are resampled together")
-    resamples: int = _limit(2000, "resamples of the runs, and of these blocks")
+    resamples: int = _limit(2000, "resamples of these blocks")
     diverged: float = _limit(1e6, "error [SI] that stands for that of a run that left the range of numbers")
 
 

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, chosen_names, free_names
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import Probe, ScoreScreen
 from rwjax.diagnosis.search.neighbours import extensions
@@ -111,12 +111,14 @@ def _places(fits: ModelFits, screen: ScoreScreen, pair: Joint, shares: Sequence[
     """Points from which the fit of a pair may begin: shares of what it is predicted to need, the free numbers moved to suit them."""
     whole = candidate_of(fits, pair.names, NOTHING)
     names, (moves, _) = whole.problem.structure.names, fits.space(pair.names)
+    own = {*free_names(fits.rig, pair.names, fits.outputs), *chosen_names(pair.names)}
     found = []
     for share in shares:
         theta, residual = whole.off.copy(), screen.residual
         for probe, amount in zip(pair.probes, pair.shares, strict=True):
             for name, value in probe.numbers(share * amount).items():
-                theta[names.index(name)] = value
+                if name in own:  # of two effects that include the same one, the first brings its numbers
+                    theta[names.index(name)] = value
             residual = residual + share * amount * probe.whole
         theta = np.clip(screen.with_free_numbers(whole, theta, residual), *whole.bounds.T)
         found.append(search_point(whole.problem, moves, theta, whole.first))

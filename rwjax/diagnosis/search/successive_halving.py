@@ -140,16 +140,20 @@ class SuccessiveHalving:
         begun = [(e, place) for e, found in places.items() for place in found]
         at = fits.together([Task(place.problem, partial(with_residual, place)) for _, place in begun])
         finite = [(e, place) for (e, _), place in zip(begun, at, strict=True) if np.isfinite(place.cost)]
-        found = self._stepped([place for _, place in finite], limits.steps, work)
-        for (e, _), stepped in zip(finite, found, strict=True):
-            fits.keep({e: stepped})
         those = [*dict.fromkeys(e for e, _ in finite)]
-        further = self._stepped([fits.known(e) for e in those], limits.further_steps, work)
-        fits.keep(dict(zip(those, further, strict=True)))
-        for e in places:
-            fits.headway.compare(e)
-        most = self.limits.close * fits.least(fits)
-        fits.finish([e for e in those if fits.known(e).cost <= most or fits.ended(e)])
+        ended = fits.reopen(those)
+        try:
+            found = self._stepped([place for _, place in finite], limits.steps, work)
+            for (e, _), stepped in zip(finite, found, strict=True):
+                fits.keep({e: stepped})
+            further = self._stepped([fits.known(e) for e in those], limits.further_steps, work)
+            fits.keep(dict(zip(those, further, strict=True)))
+            for e in places:
+                fits.headway.compare(e)
+            most = self.limits.close * fits.least(fits)
+            fits.finish([e for e in those if fits.known(e).cost <= most])
+        finally:
+            fits.close_again(ended)
         return those
 
     def _stepped(

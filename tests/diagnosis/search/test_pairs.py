@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from rwjax import parse_rig
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names
 from rwjax.diagnosis.score_screen import Candidate, Probe
 from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.search.pairs import joint_gains, promising_pairs
 from rwjax.diagnosis.settings import PairSettings
+from rwjax.diagnosis.starting_points import candidate_of
 from tests.diagnosis.simulated import COMMAND, TIME, fits_of, true_log
 from tests.systems import platform, record, run
 
@@ -132,3 +133,20 @@ def test_no_pair_is_looked_for_where_one_name_explains_the_logs() -> None:
     best = search.run().best
     assert best.names == ("axis.bias_torque",) and search.pair(best) is None
     assert all(len(e.names) < 2 for e in fits)
+
+
+def test_a_pair_sets_no_number_that_it_does_not_fit() -> None:
+    rig = platform("viscous = 0.02")
+    fits = fits_of(rig, true_log(rig, noise=1e-3, **{"axis.coulomb": {"M_c": 0.05}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    pairs = promising_pairs(fits, ("axis.stribeck", "axis.asymmetric_friction", "axis.presliding"))
+    assert (
+        Hypothesis(("axis.stribeck", "axis.asymmetric_friction")) in pairs
+    )  # both hold dry friction, and one of them brings it
+    for pair, places in pairs.items():
+        own = {*free_names(rig, pair, fits.outputs), *chosen_names(pair)}
+        off = candidate_of(fits, pair, NOTHING).off
+        for place in places:
+            moved = {place.problem.structure.names[k] for k in np.flatnonzero(place.theta != off)}
+            assert moved <= own
