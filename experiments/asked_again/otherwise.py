@@ -1,6 +1,7 @@
 """The same rig and the same logs, written down otherwise: nothing of what they say of the rig changes.
 
-The exception is the first guess of a free number, which says where a fit begins and not what is true.
+There are two exceptions. The first guess of a free number says where a fit begins and not what is true. Twice the counts also say that rounding
+is half as large as it was.
 """
 
 from collections.abc import Callable
@@ -79,7 +80,7 @@ def other_guesses(question: Question, seed: int) -> Question:
         table = other.rig
         for part in tables:
             table = table.get(part, {})
-        if isinstance(table.get(key), float):
+        if isinstance(table.get(key), int | float):
             table[key] = float(table[key]) * float(FACTOR ** rng.uniform(-1.0, 1.0))
     return other
 

@@ -178,9 +178,7 @@ def _of_new_runs(
     n = len(count)
     if n < limits.fewest_runs:
         return None
-    others = 1.0 - np.eye(
-        n
-    )  # summed anew: a run that left the range of numbers would wipe out the others in a difference
+    others = 1.0 - np.eye(n)  # no difference: one run that left the range of numbers would wipe out all others
     b, a, f = np.sqrt((total @ others) / (count @ others))
     with np.errstate(all="ignore"):
         left = 1.0 - (b - a) / (b - f)

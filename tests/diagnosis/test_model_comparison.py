@@ -49,3 +49,14 @@ def test_the_cause_leads_is_needed_and_removes_all_of_the_excess() -> None:
     )
     order = [e for e, _ in compare.probabilities([wrong, NOTHING, right], effective)]
     assert order[0] == right and np.isclose(sum(p for _, p in compare.probabilities([wrong, right], effective)), 1.0)
+
+
+def test_two_names_at_once_have_to_remove_half_where_one_name_need_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, one = platform("viscous = 0.02"), Hypothesis(("axis.bias_torque",))
+    both, compare = one.plus("drive.deadzone"), ModelComparison(fits_of(rig, true_log(rig)))
+    left = {NOTHING: 100.0, one: 70.0, both: 55.0}
+    monkeypatch.setattr(compare, "excess", left.__getitem__)
+    monkeypatch.setattr(compare, "gain", lambda larger, smaller: 100.0)
+    assert compare.needs(one, NOTHING) and not compare.needs(both, NOTHING) and not compare.needs(both, one)
+    left[both] = 30.0
+    assert compare.needs(both, NOTHING) and compare.needs(both, one)

@@ -48,3 +48,12 @@ def test_a_limit_begins_at_the_numbers_of_the_effect_that_it_limits() -> None:
     names = candidate_of(fits, elastic, play).problem.structure.names
     for name in ("s", "k", "c"):
         assert handed[names.index(f"axis.flexible_coupling.{name}")] == fits(play).numbers()[f"axis.backlash.{name}"]
+
+
+def test_a_wrong_number_is_tried_at_several_factors_and_probed() -> None:
+    rig, wrong = platform("viscous = 0.02"), Hypothesis(("parameter.drive.gain",))
+    fits = fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.03}}))
+    candidate = candidate_of(fits, wrong, NOTHING)
+    k = candidate.problem.structure.names.index("drive.gain")
+    assert np.allclose(sorted(theta[k] / 0.4 for theta in candidate.unprobed), [0.5, 0.7, 1.0, 1.4, 2.0])
+    assert candidate.amplitude[k] and candidate.off[k] == 0.4 and candidate.starts[0][k] != 0.4
