@@ -2,19 +2,19 @@
 
 Everything is decided on training runs. A name holds where
 
+* it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
+  both residuals allow;
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
   better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
   in which the library's other laws of the coordinate stand for it; what it leaves lies nearest to a law of another coordinate;
-* it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
-  both residuals allow;
 * its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives. Where
   they are many, the names that these do not share are dropped.
 
 A set of names holds where each of them does.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,11 +78,12 @@ def claimed(search: Search, choice: Choice) -> Holding:
     while best.names:
         fitted(fits, best)
         near_noise = np.sqrt(search.comparison.excess(best)) < fits.settings.verdict.doubt
-        if not near_noise:
-            search.halving.fit([e for e in extensions(search.candidates, best) if e not in fits], best)
         followed = left_out(fits, best)
-        reasons = {name: why_not_held(fits, best, name, followed) for name in best.names}
-        fails = {name: why for name, why in reasons.items() if why is not None}
+        fails = _those_failing(best, lambda name: why_not_in_every_run(fits, best, name, followed))
+        if not fails:
+            if not near_noise:
+                search.halving.fit([e for e in extensions(search.candidates, best) if e not in fits], best)
+            fails = _those_failing(best, lambda name: why_not_of_its_form(fits, best, name))
         if not fails:
             if best == choice.best and near_noise:
                 return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
@@ -99,8 +100,13 @@ def claimed(search: Search, choice: Choice) -> Holding:
     return Holding(None, refused)
 
 
-def why_not_held(fits: ModelFits, best: Hypothesis, name: str, followed: Mapping[int, float]) -> str | None:
-    """Why a name may not be claimed.
+def _those_failing(best: Hypothesis, test: Callable[[str], str | None]) -> dict[str, str]:
+    """The names of a set that fail a test, and why."""
+    return {name: why for name in best.names if (why := test(name)) is not None}
+
+
+def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed: Mapping[int, float]) -> str | None:
+    """Why a name is not needed, or not in the same amount by every run.
 
     Args:
         fits: a fit of the set at its end.
@@ -124,7 +130,22 @@ def why_not_held(fits: ModelFits, best: Hypothesis, name: str, followed: Mapping
     without = left_out(fits, smaller)
     if any(followed[run] > limits.harms * without[run] for run in telling):
         return "a run that is left out is followed worse with it"
-    left = law_left(fits, best, smaller, name)
+    return None
+
+
+def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
+    """Why what is missing has another form than a name.
+
+    Args:
+        fits: a fit of the set at its end, and fits of what extends it.
+        best: the set.
+        name: one of its names.
+
+    Returns:
+        The first test that it fails, in words; None where it holds.
+    """
+    limits = fits.settings.partial
+    left = law_left(fits, best, _without(fits, best, name), name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
     laws = further_laws(fits, best)

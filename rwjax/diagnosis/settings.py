@@ -181,6 +181,9 @@ class PairSettings:
     )
     alike: float = _limit(0.98, "correlation of two probes' changes above which they count as the same thing")
     fitted: int = _limit(8, "pairs at most that are fitted, those that are predicted to leave least")
+    of_a_name: int = _limit(
+        3, "pairs of these at most that hold the same name: what explains much alone is predicted to leave little beside any other"
+    )
     begun_at: tuple[float, ...] = _limit(
         (1.0, 0.5, 0.2),
         "shares of a predicted pair from which its fit begins: far from the rig as it is, a prediction goes too far",
@@ -214,7 +217,10 @@ class HalvingSettings:
     )
     thorough_steps: int = _limit(7, "steps from every place where a single hypothesis is fitted from all of them")
     close: float = _limit(1.5, "cost, against the best, up to which a hypothesis is carried to its end")
-    behind: float = _limit(20.0, "cost, against the best finished fit, above which a hypothesis takes part no longer")
+    behind: float = _limit(
+        20.0,
+        "cost, predicted or reached, against the parent's or the best finished fit's, above which a hypothesis takes part no longer",
+    )
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ class Begun:
     """Where the fit of one hypothesis may begin.
 
     Attributes:
-        predicted: half the sum of squares [1] that the score screen predicts to be left.
+        predicted: half the sum of squares [1] that the score screen predicts to be left, at most what `here` leaves.
         here: the fit as it stands at the best of the screened points, without a step.
         places: fits without a step at the points from which the search should begin; the one with the least cost first.
     """
@@ -33,13 +33,16 @@ class Begun:
     places: list[Fit]
 
 
-def begin(fits: ModelFits, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, Begun]:
+def begin(
+    fits: ModelFits, hypotheses: Sequence[Hypothesis], parent: Hypothesis, behind: float = np.inf
+) -> dict[Hypothesis, Begun]:
     """Screens hypotheses from a parent's estimates, and simulates each at the places where it may begin.
 
     Args:
         fits: fits, the parent's among them.
         hypotheses: those to begin.
         parent: the hypothesis from whose estimates they begin.
+        behind: predicted cost, against the parent's, above which a hypothesis begins nowhere; the parent's special cases begin anyway.
 
     Returns:
         The places by hypothesis; two places of the same cost count as one.
@@ -49,14 +52,16 @@ def begin(fits: ModelFits, hypotheses: Sequence[Hypothesis], parent: Hypothesis)
     found = screen.predict([candidate_of(fits, e, parent) for e in hypotheses])
     screened = dict(zip(hypotheses, found, strict=True))
     here = {e: _here(fits, e, parent, s) for e, s in screened.items()}
-    points = [(e, replace(here[e], theta=theta)) for e, s in screened.items() for theta in s.begin]
+    predicted, most = {e: min(s.predicted, here[e].cost) for e, s in screened.items()}, behind * fits(parent).cost
+    ahead = [e for e in hypotheses if predicted[e] <= most or parent.contains(e)]
+    points = [(e, replace(here[e], theta=theta)) for e in ahead for theta in screened[e].begin]
     places: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
     same = fits.settings.halving.same_place
     searches = [Task(f.problem, partial(with_residual, f)) for _, f in points]
     for (e, _), f in zip(points, run(searches), strict=True):
         known = any(abs(f.cost - other.cost) <= same * other.cost for other in places[e])
         places[e] += () if known else (f,)
-    return {e: Begun(s.predicted, here[e], sorted(places[e], key=lambda f: f.cost)) for e, s in screened.items()}
+    return {e: Begun(predicted[e], here[e], sorted(places[e], key=lambda f: f.cost)) for e in hypotheses}
 
 
 def _here(fits: ModelFits, hypothesis: Hypothesis, parent: Hypothesis, screened: Screened) -> Fit:

@@ -8,7 +8,7 @@ import pytest
 from rwjax.diagnosis.agreement import amplitudes, left_out
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
-from rwjax.diagnosis.partial import claimed, further_laws, why_not_held
+from rwjax.diagnosis.partial import claimed, further_laws, why_not_in_every_run, why_not_of_its_form
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.settings import PartialSettings, Settings
@@ -22,7 +22,8 @@ PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
 
 def why_not(search: Search, best: Hypothesis, name: str) -> str | None:
-    return why_not_held(search.fits, best, name, left_out(search.fits, best))
+    fits = search.fits
+    return why_not_in_every_run(fits, best, name, left_out(fits, best)) or why_not_of_its_form(fits, best, name)
 
 
 def test_a_true_name_holds_beside_a_motion_that_nothing_explains() -> None:

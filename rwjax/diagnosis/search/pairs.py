@@ -5,7 +5,8 @@ that adds one name after the other never looks at both. So every name is probed 
 what any two of them leave together. The probes of single names serve for all of their pairs.
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -54,16 +55,32 @@ def promising_pairs(fits: ModelFits, candidates: Sequence[str]) -> dict[Hypothes
     singles = extensions(candidates, NOTHING)
     probes = screen.probes({e: candidate_of(fits, e, NOTHING) for e in singles})
     possible = {both for e in singles for both in extensions(candidates, e) if len(both.names) > 1}
-    chosen: dict[Hypothesis, Joint] = {}
-    for pair in joint_gains(screen.left, probes, limits):
-        if len(chosen) == limits.fitted:
-            break
-        if pair.names in possible and pair.names not in chosen:
-            chosen[pair.names] = pair
+    chosen = foremost((p for p in joint_gains(screen.left, probes, limits) if p.names in possible), limits)
     return {e: _places(fits, screen, pair, limits.begun_at) for e, pair in chosen.items()}
 
 
-def joint_gains(left: np.ndarray, probes: Sequence[Probe], limits: PairSettings) -> list[Joint]:
+def foremost(pairs: Iterable[Joint], limits: PairSettings) -> dict[Hypothesis, Joint]:
+    """The first pairs of different names, among which no name stands too often.
+
+    Args:
+        pairs: pairs of probes, the one that leaves least first; several may be of the same names.
+        limits: how many pairs are taken, and how many of one name.
+
+    Returns:
+        The first probes of each pair of names.
+    """
+    chosen: dict[Hypothesis, Joint] = {}
+    count: Counter[str] = Counter()
+    for pair in pairs:
+        if len(chosen) == limits.fitted:
+            break
+        if pair.names not in chosen and all(count[name] < limits.of_a_name for name in pair.names.names):
+            chosen[pair.names] = pair
+            count.update(pair.names.names)
+    return chosen
+
+
+def joint_gains(left: np.ndarray, probes: Sequence[Probe], limits: PairSettings) -> Iterator[Joint]:
     """The best sum of every two probes of different names.
 
     With the changes c and d of two probes and their shares s and t, it is where ``|left + s c + t d|² / 2`` is least within the bounds
@@ -74,12 +91,12 @@ def joint_gains(left: np.ndarray, probes: Sequence[Probe], limits: PairSettings)
         probes: the probes.
         limits: limits of the shares, and from where on two changes are alike.
 
-    Returns:
+    Yields:
         The pairs, the one that leaves least first.
     """
     known = [p for p in probes if np.any(p.change)]
     if len(known) < 2:
-        return []
+        return
     changes = np.stack([p.change for p in known])
     size = np.sqrt(np.sum(changes**2, axis=1))
     changes /= size[:, None]
@@ -97,14 +114,12 @@ def joint_gains(left: np.ndarray, probes: Sequence[Probe], limits: PairSettings)
     gains = np.array([2.0 * (a * s + b * t) - s**2 - t**2 - 2.0 * c * s * t for s, t in sums])
     best = np.argmax(gains, axis=0)
     predicted = 0.5 * (float(left @ left) - np.max(gains, axis=0))
-    found = []
     for k in np.argsort(predicted, kind="stable"):
         one, other = known[i[k]], known[j[k]]
         if one.hypothesis != other.hypothesis:
             s, t = (float(x[k]) for x in sums[best[k]])
             names = one.hypothesis.plus(*other.hypothesis.names)
-            found.append(Joint(names, float(predicted[k]), (one, other), (s / size[i[k]], t / size[j[k]])))
-    return found
+            yield Joint(names, float(predicted[k]), (one, other), (s / size[i[k]], t / size[j[k]]))
 
 
 def _places(fits: ModelFits, screen: ScoreScreen, pair: Joint, shares: Sequence[float]) -> list[Fit]:

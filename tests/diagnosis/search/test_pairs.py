@@ -1,5 +1,6 @@
 """Pairs of names: what two probes explain together, and two causes of which neither alone brings the rig closer."""
 
+from collections import Counter
 from dataclasses import replace
 from itertools import combinations
 
@@ -13,7 +14,7 @@ from rwjax import parse_rig
 from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names
 from rwjax.diagnosis.score_screen import Candidate, Probe
 from rwjax.diagnosis.search.forward_backward import Search
-from rwjax.diagnosis.search.pairs import joint_gains, promising_pairs
+from rwjax.diagnosis.search.pairs import foremost, joint_gains, promising_pairs
 from rwjax.diagnosis.settings import PairSettings
 from rwjax.diagnosis.starting_points import candidate_of
 from tests.diagnosis.simulated import COMMAND, TIME, fits_of, true_log
@@ -53,8 +54,21 @@ def test_probes_of_one_name_and_probes_that_change_the_same_are_no_pair() -> Non
     left, a, b = rng.standard_normal((3, 50))
     same = [probe("a", a, one_sided=False), probe("a", b, one_sided=False)]
     alike = [probe("a", a, one_sided=False), probe("b", 3.0 * a + 1e-3 * b, one_sided=False)]
-    assert joint_gains(left, same, LIMITS) == joint_gains(left, alike, LIMITS) == []
-    assert joint_gains(left, same[:1], LIMITS) == []
+    for probes in (same, alike, same[:1]):
+        assert not [*joint_gains(left, probes, LIMITS)]
+
+
+def test_a_name_that_explains_much_beside_any_other_leaves_room_for_two_that_explain_all() -> None:
+    rng = np.random.default_rng(1)
+    changes = rng.standard_normal((12, 400))
+    decoy = probe("decoy", -changes[0] - changes[1] + 0.3 * changes[2], one_sided=False)
+    probes = [decoy, *(probe(f"{k}", c, one_sided=False) for k, c in enumerate(changes))]
+    left = -(changes[0] + changes[1]) + 0.5 * rng.standard_normal(400)
+    pairs = sorted(joint_gains(left, probes, LIMITS), key=lambda p: "decoy" not in p.names.names)
+    assert pairs[LIMITS.fitted].names.names[0] == "decoy"
+    chosen = foremost(pairs, LIMITS)
+    assert Hypothesis(("0", "1")) in chosen and len(chosen) == LIMITS.fitted
+    assert max(Counter(name for e in chosen for name in e.names).values()) <= LIMITS.of_a_name
 
 
 PENDULUM = """
