@@ -154,29 +154,29 @@ def where(lines: Sequence[Line]) -> Table:
 
 
 def families(word: str, lines: Sequence[Line], alike: Judged) -> Table:
-    """The family of the true name against that of the first names said, by `subsystem` or `coordinate`.
+    """The family of the true name against that of the set named first, by `subsystem` or `coordinate`.
 
-    What is as good as the truth counts as the truth's own family.
+    It is right if the family is, or the set is as good as the truth; other names of another family are wrong.
     """
     family = {"subsystem": subsystem, "coordinate": coordinate}[word]
 
     def said(line: Line) -> str:
-        if not (offered := options(line)):
-            return line.get("verdict", "error")
-        best = [line["effect"]] if as_good(offered[0], line, alike) else offered[0]
-        return " + ".join(sorted({family(name) for name in best}))
+        offered = options(line)
+        return " + ".join(sorted({family(name) for name in offered[0]})) if offered else line.get("verdict", "error")
 
-    count = Counter((family(line["effect"]), said(line)) for line in lines)
-    true, silent = sorted({name for name, _ in count}), ("unknown", "none", "error")
-    names = [
-        *sorted({*true, *(name for _, name in count)} - {*silent}),
-        *(s for s in silent if any(s in k for k in count)),
-    ]
+    seen, silent = {said(line) for line in lines}, ("unknown", "none", "error")
+    true = sorted({family(line["effect"]) for line in lines})
+    names = [*sorted({*true, *seen} - {*silent}), *(one for one in silent if one in seen)]
     table = []
-    for name in true:
-        found = [count[name, other] for other in names]
-        table.append([name, str(sum(found)), share(count[name, name], sum(found)), *map(str, found)])
-    return Table(f"One effect: true {word} (rows) and named {word} (columns)", ["", "cases", "right", *names], table)
+    for name in [*true, "all"]:
+        among = [line for line in lines if name in (family(line["effect"]), "all")]
+        named = [line for line in among if options(line)]
+        right = sum(said(line) == family(line["effect"]) or as_good(options(line)[0], line, alike) for line in named)
+        count = Counter(said(line) for line in among)
+        counted = [len(named) - right, *(count[other] for other in names)]
+        table.append([name, str(len(among)), share(right, len(among)), *map(str, counted)])
+    title = f"One effect: true {word} (rows) and {word} named first (columns)"
+    return Table(title, ["", "cases", "right or as good", "wrong", *names], table)
 
 
 def worth(lines: Sequence[Line], alike: Judged) -> Table:
