@@ -21,6 +21,7 @@ from time import perf_counter
 
 from experiments.blind.cases import KINDS, make_case, write_case
 from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
+from experiments.commit import commit
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.fitting.processes import ALONE, Team
@@ -34,7 +35,7 @@ COPIED = ("set", "index", "group", "kind", "effect", "seed", "amplitude", "size"
 def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = ALONE) -> dict:
     """One case's line: what it is, and what the diagnosis, inside a context and by a team, says of it or how it failed."""
     case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
-    line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"]}
+    line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"], "commit": commit()}
     with tempfile.TemporaryDirectory() as folder:
         write_case(case, Path(folder))
         begin = perf_counter()

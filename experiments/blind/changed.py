@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.blind.draw import read
-from experiments.blind.score import RIGHT, Judged, Line, judged, outcome
-from experiments.speed.table import show
+from experiments.blind.score import RIGHT, Judged, Line, half, judged, outcome, share
+from experiments.speed.table import Table, show
 
 GAP = 0.01
 """Floors by which a gap may move without being listed."""
@@ -30,7 +30,7 @@ def judgement(line: Line, alike: Judged) -> str:
         said = line.get("verdict", "error")
         return "right" if said == right else said if said in ("none", "unknown", "error") else "wrong"
     found = outcome(line, alike)
-    return "right" if found in RIGHT else found
+    return "right" if found in RIGHT else "wrong, with a true name" if half(line, alike) else found
 
 
 def differences(old: Line, new: Line, gap: float = GAP) -> list[str]:
@@ -49,18 +49,34 @@ def differences(old: Line, new: Line, gap: float = GAP) -> list[str]:
     return found + [f"{key}: {by:+.3g} floors" for key, by in off.items() if not abs(by) <= gap]
 
 
-def each(both: Sequence[tuple[Line, Line]], gap: float) -> None:
+def both_of(earlier: Sequence[Line], later: Sequence[Line]) -> list[tuple[Line, Line]]:
+    """The earlier and the later answer to each case that has both."""
+    first = {line["index"]: line for line in earlier}
+    return [(first[line["index"]], line) for line in later if line["index"] in first]
+
+
+def counted(both: Sequence[tuple[Line, Line]], alike: Judged, shared: bool = False) -> Table:
+    """How often each outcome is there earlier and later, by what the rig lacks; later as a share too if `shared`."""
+    table = []
+    for group, title in TITLES.items():
+        among = [pair for pair in both if pair[1]["group"] == group]
+        then, now = (Counter(judgement(pair[k], alike) for pair in among) for k in (0, 1))
+        for name in sorted(then | now, key=lambda name: (name != "right", name)):
+            row = [f"{title}, {len(among)}", name, str(then[name]), str(now[name])]
+            table.append(row + [share(now[name], len(among))] * shared)
+    head = ["what the rig lacks", "outcome", "earlier", "later"] + ["later, share"] * shared
+    return Table(f"The same {len(both)} cases", head, table)
+
+
+def each(both: Sequence[tuple[Line, Line]], gap: float) -> Table:
     """Every case that is answered otherwise."""
     table = []
     for old, new in both:
         if found := differences(old, new, gap):
             case = f"{new['index']}: {new['kind']} {new['effect']} {new['seed']}"
             table.append([case, "; ".join(found)])
-    show(
-        f"Answered otherwise: {len(table)} of {len(both)} cases",
-        ["case (index: kind, effect, seed)", "earlier → later"],
-        table,
-    )
+    head = ["case (index: kind, effect, seed)", "earlier → later"]
+    return Table(f"Answered otherwise: {len(table)} of {len(both)} cases", head, table)
 
 
 def main() -> None:
@@ -73,11 +89,9 @@ def main() -> None:
         "--gap", type=float, default=GAP, metavar="FLOORS", help=f"that a gap may move by; {GAP:g} without"
     )
     a = parser.parse_args()
-    first, alike = {line["index"]: line for line in read(a.earlier)}, judged(a.earlier)
-    now = judged(a.later)
-    for index, same in alike.items():  # what the oracle has said of the same logs still holds
-        now.setdefault(index, set()).update(same)
-    both = [(first[line["index"]], line) for line in read(a.later) if line["index"] in first]
+    first, alike = read(a.earlier), judged(a.earlier)
+    now = judged(a.earlier, a.later)  # what the oracle has said of the same logs still holds
+    both = both_of(first, read(a.later))
     print(f"{len(both)} cases in both files; {len(first) - len(both)} in the earlier one alone")
     for group, title in TITLES.items():
         if not any(new["group"] == group for _, new in both):
@@ -87,7 +101,7 @@ def main() -> None:
         table = [[old, new, str(count[old, new])] for old, new in sorted(count, key=lambda p: (p[0] != "right", p))]
         show(f"{title}: {len(pairs)} cases", ["earlier", "later", "cases"], table)
     if a.each:
-        each(both, a.gap)
+        show(*each(both, a.gap))
 
 
 if __name__ == "__main__":

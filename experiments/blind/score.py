@@ -16,6 +16,7 @@ Intervals are Clopper and Pearson's, 95 %.
 """
 
 import argparse
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import permutations
@@ -27,7 +28,7 @@ from scipy.stats import binomtest
 from experiments.blind.cases import split
 from experiments.blind.draw import read
 from experiments.blind.inseparable import beside, options
-from experiments.speed.table import show
+from experiments.speed.table import Table, show
 from rwjax.diagnosis.hypothesis import coordinate_of
 from rwjax.diagnosis.verdict import CLAIMS
 
@@ -36,15 +37,17 @@ RIGHT = ("exact", "set")
 BINS = (3.0, 5.0, 10.0, 30.0)  # sizes
 SAID = (0.0, 0.5, 0.7, 0.9, 0.97, 1.0)  # probabilities
 AT_FLOOR = 1.25  # error left, in floors, above which there is an excess
+AT_LEAST = (0.0, 0.5, 0.7, 0.9, 0.97, 0.999)  # probabilities of the first name
+AT_MOST = (float("inf"), 3.0, 2.0, 1.5, AT_FLOOR, 1.1)  # errors left, in floors
 
 Line = dict
 Judged = dict[int, set[frozenset[str]]]
 
 
-def judged(path: Path) -> Judged:
-    """Hypotheses of each case that the oracle cannot tell from the truth."""
+def judged(*paths: Path) -> Judged:
+    """Hypotheses of each case that the oracle cannot tell from the truth, by what it was asked about results of the same set."""
     found: Judged = {}
-    for one in read(beside(path)):
+    for one in (one for path in paths for one in read(beside(path))):
         if one["inseparable"]:
             found.setdefault(one["index"], set()).add(frozenset(one["option"].split("+")))
     return found
@@ -59,6 +62,11 @@ def matches(option: frozenset[str], line: Line) -> bool:
     )
 
 
+def as_good(option: frozenset[str], line: Line, alike: Judged) -> bool:
+    """Whether an option is the truth, or one that the oracle cannot tell from it."""
+    return matches(option, line) or option in alike.get(line["index"], ())
+
+
 def outcome(line: Line, alike: Judged) -> str:
     """One of `CLASSES`."""
     if "error" in line:
@@ -66,7 +74,7 @@ def outcome(line: Line, alike: Judged) -> str:
     if line["verdict"] in ("none", "unknown"):
         return line["verdict"]
     true, offered = frozenset(split(line["effect"])), options(line)
-    fits = [matches(o, line) or o in alike.get(line["index"], ()) for o in offered]
+    fits = [as_good(o, line, alike) for o in offered]
     if line["verdict"] == "partial":
         held = any(all({name} & {*accepted(line)} for name in o) for o in offered)
         return "part" if held else "twin" if any(fits) else "wrong"
@@ -86,29 +94,39 @@ def share(hits: int, count: int) -> str:
 
 
 def rows(lines: Sequence[Line], alike: Judged, by: Callable[[Line], str]) -> list[list[str]]:
-    """One row for each value of `by`, in order of first appearance, and one for all."""
+    """One row for each value of `by`, numbers in it by their size, and one for all."""
     groups: dict[str, list[Line]] = {}
     for line in lines:
         groups.setdefault(by(line), []).append(line)
     found = []
-    for name, group in [*sorted(groups.items()), ("all", list(lines))]:
+    for name, group in [*sorted(groups.items(), key=natural), ("all", list(lines))]:
         count = Counter(outcome(line, alike) for line in group)
         right = sum(count[c] for c in RIGHT)
         found.append([name, str(len(group)), share(right, len(group)), *(str(count[c]) for c in CLASSES)])
     return found
 
 
+def natural(item: tuple[str, object]) -> list[str | int]:
+    """What a name is sorted by: its words and its numbers."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", item[0])]
+
+
 def size_bin(line: Line) -> str:
     """Range of sizes that a case falls into."""
     k = int(np.clip(np.searchsorted(BINS, line["size"], "right") - 1, 0, len(BINS) - 2))
-    return f"size {BINS[k]:02.0f} to {BINS[k + 1]:02.0f}"
+    return f"size {BINS[k]:.0f} to {BINS[k + 1]:.0f}"
 
 
-def singles(lines: Sequence[Line], alike: Judged) -> None:
-    """Cases with one true name."""
-    head = ["", "cases", "right", *CLASSES]
-    for title, by in (("by size", size_bin), ("by kind", lambda x: x["kind"]), ("by effect", lambda x: x["effect"])):
-        show(f"One effect, {title}", head, rows(lines, alike, by))
+BY: dict[str, Callable[[Line], str]] = {"size": size_bin, "kind": lambda x: x["kind"], "effect": lambda x: x["effect"]}
+
+
+def by(what: str, lines: Sequence[Line], alike: Judged) -> Table:
+    """Outcomes of cases with one true name by `size`, `kind` or `effect`."""
+    return Table(f"One effect, by {what}", ["", "cases", "right", *CLASSES], rows(lines, alike, BY[what]))
+
+
+def shares(lines: Sequence[Line], alike: Judged) -> Table:
+    """What share of the cases with one true name is right, by several measures."""
     clean = [line for line in lines if line["left"] < 1.0]
     count = Counter(outcome(line, alike) for line in lines)
     table = [
@@ -122,13 +140,61 @@ def singles(lines: Sequence[Line], alike: Judged) -> None:
             share(sum(outcome(line, alike) in RIGHT for line in clean), len(clean)),
         ],
     ]
-    show("One effect, shares", ["", f"of {len(lines)}"], table)
+    return Table("One effect, shares", ["", f"of {len(lines)}"], table)
+
+
+def where(lines: Sequence[Line]) -> Table:
+    """How often the place of the gap is right, whatever is named."""
     located = [line for line in lines if "error" not in line and line["verdict"] != "none"]
     table = []
     for word, among in (("subsystem", places_of), ("coordinate", coordinates_of)):
         hits = sum(line[word] in among(line) for line in located)
         table.append([word, share(hits, len(located)), share(hits, len(lines))])
-    show("One effect, where", ["", f"of {len(located)} that say where", "of all"], table)
+    return Table("One effect, where", ["", f"of {len(located)} that say where", "of all"], table)
+
+
+def families(word: str, lines: Sequence[Line], alike: Judged) -> Table:
+    """The family of the true name against that of the set named first, by `subsystem` or `coordinate`.
+
+    It is right if the family is, or the set is as good as the truth; other names of another family are wrong.
+    """
+    family = {"subsystem": subsystem, "coordinate": coordinate}[word]
+
+    def said(line: Line) -> str:
+        offered = options(line)
+        return " + ".join(sorted({family(name) for name in offered[0]})) if offered else line.get("verdict", "error")
+
+    seen, silent = {said(line) for line in lines}, ("unknown", "none", "error")
+    true = sorted({family(line["effect"]) for line in lines})
+    names = [*sorted({*true, *seen} - {*silent}), *(one for one in silent if one in seen)]
+    table = []
+    for name in [*true, "all"]:
+        among = [line for line in lines if name in (family(line["effect"]), "all")]
+        named = [line for line in among if options(line)]
+        right = sum(said(line) == family(line["effect"]) or as_good(options(line)[0], line, alike) for line in named)
+        count = Counter(said(line) for line in among)
+        counted = [len(named) - right, *(count[other] for other in names)]
+        table.append([name, str(len(among)), share(right, len(among)), *map(str, counted)])
+    title = f"One effect: true {word} (rows) and {word} named first (columns)"
+    return Table(title, ["", "cases", "right or as good", "wrong", *names], table)
+
+
+def worth(lines: Sequence[Line], alike: Judged) -> Table:
+    """How often each verdict is said, by what the rig lacks, and what its names are worth."""
+    group = {name: [x for x in lines if x["group"] == name] for name in ("single", "outside", "none")}
+    classes = ("part", "twin", "wider", "wrong")
+    head = ["verdict", f"of {len(group['single'])} with one cause", "right", *classes]
+    head += [f"of {len(group['outside'])} outside the list", f"of {len(group['none'])} that lack nothing"]
+    table = []
+    for verdict in (*CLAIMS, "none", "unknown"):
+        said = {name: [x for x in among if x.get("verdict") == verdict] for name, among in group.items()}
+        count = Counter(outcome(line, alike) for line in said["single"])
+        names = [share(sum(count[c] for c in RIGHT), len(said["single"])), *(str(count[c]) for c in classes)]
+        names = names if verdict in CLAIMS else ["–"] * len(names)
+        table.append(
+            [f"`{verdict}`", str(len(said["single"])), *names, str(len(said["outside"])), str(len(said["none"]))]
+        )
+    return Table("What a verdict is worth", head, table)
 
 
 def accepted(line: Line) -> list[str]:
@@ -138,37 +204,47 @@ def accepted(line: Line) -> list[str]:
 
 def places_of(line: Line) -> set[str]:
     """Subsystems that are right."""
-    return {name.removeprefix("parameter.").split(".")[0] for name in accepted(line)}
+    return {subsystem(name) for name in accepted(line)}
+
+
+def subsystem(name: str) -> str:
+    """The part of the rig that a name belongs to."""
+    return name.removeprefix("parameter.").split(".")[0]
 
 
 def coordinates_of(line: Line) -> set[str]:
-    """Coordinates that are right; none is known of a name that the library lacks."""
-    found = set()
-    for name in accepted(line):
-        try:
-            found.add(coordinate_of(name))
-        except KeyError:
-            continue
-    return found
+    """Coordinates that are right."""
+    return {coordinate(name) for name in accepted(line)}
 
 
-def pairs(lines: Sequence[Line], alike: Judged) -> None:
+def coordinate(name: str) -> str:
+    """What a name's torque or error is a function of; not known of one that the library lacks."""
+    try:
+        return coordinate_of(name)
+    except KeyError:
+        return "not known"
+
+
+def half(line: Line, alike: Judged) -> bool:
+    """Whether a wrong answer holds a true name."""
+    return outcome(line, alike) == "wrong" and any({*o} & {*accepted(line)} for o in options(line))
+
+
+def pairs(lines: Sequence[Line], alike: Judged) -> Table:
     """Cases with two true names."""
     count = Counter(outcome(line, alike) for line in lines)
-    part = sum(
-        outcome(line, alike) == "wrong" and any({*o} & {*accepted(line)} for o in options(line)) for line in lines
-    )
     table = [[c, share(count[c], len(lines))] for c in CLASSES]
-    show("Two effects", ["", f"of {len(lines)}"], [*table, ["of the wrong: one true name", str(part)]])
+    part = sum(half(line, alike) for line in lines)
+    return Table("Two effects", ["", f"of {len(lines)}"], [*table, ["of the wrong: one true name", str(part)]])
 
 
-def nothing(lines: Sequence[Line]) -> None:
+def nothing(lines: Sequence[Line]) -> Table:
     """Cases that lack nothing."""
     table = []
     for kind in [*sorted({line["kind"] for line in lines}), "all"]:
         group = [line for line in lines if kind in (line["kind"], "all")]
         table.append([kind, str(len(group)), *verdicts(group, ("none", *CLAIMS, "unknown"))])
-    show("Nothing missing: verdicts", ["", "cases", "none", *CLAIMS, "unknown", "error"], table)
+    return Table("Nothing missing: verdicts", ["", "cases", "none", *CLAIMS, "unknown", "error"], table)
 
 
 def verdicts(lines: Sequence[Line], names: Sequence[str]) -> list[str]:
@@ -182,7 +258,7 @@ def excess(line: Line) -> bool:
     return "error" in line or line["after"] > AT_FLOOR * line["floor"]
 
 
-def outside(lines: Sequence[Line], alike: Judged) -> None:
+def outside(lines: Sequence[Line], alike: Judged) -> Table:
     """Causes outside the library's list."""
     groups = [(name, [x for x in lines if x["effect"] == name]) for name in sorted({x["effect"] for x in lines})]
     groups.append(("all", list(lines)))
@@ -191,22 +267,20 @@ def outside(lines: Sequence[Line], alike: Judged) -> None:
     groups.append(("told apart by the oracle from what is named", told))
     names = ("unknown", *CLAIMS, "none")
     table = [[name, str(len(group)), *verdicts(group, names)] for name, group in groups]
-    show("Causes outside the list: verdicts", ["", "cases", *names, "error"], table)
+    return Table("Causes outside the list: verdicts", ["", "cases", *names, "error"], table)
 
 
-def in_part(lines: Sequence[Line], alike: Judged) -> None:
+def in_part(lines: Sequence[Line], alike: Judged) -> Table:
     """How often names under `partial` are right, by how many causes there are."""
     found = [line for line in lines if line.get("verdict") == "partial"]
-    if not found:
-        return
     table = []
     for group in [*dict.fromkeys(line["group"] for line in found), "all"]:
         among = [line for line in found if group in (line["group"], "all")]
         table.append([group, str(len(among)), share(sum(outcome(x, alike) == "part" for x in among), len(among))])
-    show("Names under `partial`", ["", "cases", "right"], table)
+    return Table("Names under `partial`", ["", "cases", "right"], table)
 
 
-def calibration(title: str, lines: Sequence[Line]) -> None:
+def calibration(title: str, lines: Sequence[Line]) -> Table:
     """What the first name's probability says against how often that name is right."""
     said, right = [], []
     for line in lines:
@@ -225,16 +299,44 @@ def calibration(title: str, lines: Sequence[Line]) -> None:
             table.append(
                 [f"{low} to {high}", str(inside.sum()), mean, share(int(hit[inside].sum()), int(inside.sum()))]
             )
-    show(f"{title}; mean distance {100 * off:.1f} %", ["said", "cases", "said, mean", "right"], table)
+    return Table(f"{title}; mean distance {100 * off:.1f} %", ["said", "cases", "said, mean", "right"], table)
 
 
-def times(lines: Sequence[Line]) -> None:
+def risk(lines: Sequence[Line], alike: Judged, by_floors: bool = False) -> Table:
+    """What is named, and what of it is not right, if only some names are believed.
+
+    Those are believed whose first name has at least a probability or, `by_floors`, that leave at most so many floors.
+    """
+
+    def believed(line: Line, limit: float) -> bool:
+        if line.get("verdict") not in CLAIMS:
+            return False
+        return line["after"] <= limit * line["floor"] if by_floors else line["top"][0][1] >= limit
+
+    group = {name: [x for x in lines if x["group"] == name] for name in ("single", "outside", "none")}
+    title = (
+        f"What is named and what is wrong, by {'the floors left' if by_floors else 'the probability of the first name'}"
+    )
+    head = ["at most" if by_floors else "at least", "one cause: named", "of these not right", "of these wrong"]
+    head += ["outside the list: named", "nothing missing: named"]
+    table = []
+    for limit in AT_MOST if by_floors else AT_LEAST:
+        named = {name: [x for x in among if believed(x, limit)] for name, among in group.items()}
+        count = Counter(outcome(line, alike) for line in named["single"])
+        off = len(named["single"]) - sum(count[c] for c in (*RIGHT, "part"))
+        answered = [share(len(named[name]), len(group[name])) for name in ("single", "outside", "none")]
+        misses = [share(n, len(named["single"])) for n in (off, count["wrong"])]
+        table.append([f"{limit:g}".replace("inf", "any"), answered[0], *misses, *answered[1:]])
+    return Table(title, head, table)
+
+
+def times(lines: Sequence[Line]) -> Table:
     """Seconds of a diagnosis."""
     table = []
     for kind in [*sorted({line["kind"] for line in lines}), "all"]:
         took = [line["seconds"] for line in lines if kind in (line["kind"], "all")]
         table.append([kind, str(len(took)), *(f"{np.quantile(took, q):.1f}" for q in (0.5, 0.9, 1.0))])
-    show("Seconds of a diagnosis", ["", "cases", "median", "90 %", "most"], table)
+    return Table("Seconds of a diagnosis", ["", "cases", "median", "90 %", "most"], table)
 
 
 def fine(line: Line, alike: Judged) -> bool:
@@ -244,7 +346,7 @@ def fine(line: Line, alike: Judged) -> bool:
     return outcome(line, alike) in (*RIGHT, "part")
 
 
-def confusions(lines: Sequence[Line], alike: Judged) -> None:
+def confusions(lines: Sequence[Line], alike: Judged) -> Table:
     """Every case that is not right."""
     table = []
     for line in sorted(lines, key=lambda x: (x["group"], x["effect"], x["kind"])):
@@ -257,7 +359,34 @@ def confusions(lines: Sequence[Line], alike: Judged) -> None:
         case = f"{line['kind']} {line['effect']} {line['seed']} {line['amplitude']}"
         said = line.get("error") or f"{line['verdict']}: {' | '.join(names)}"
         table.append([case, size, outcome(line, alike), said, top, *left])
-    show("Not right", ["case (kind, effect, seed, amplitude)", "size", "", "said", "first", "before", "after"], table)
+    head = ["case (kind, effect, seed, amplitude)", "size", "", "said", "first", "before", "after"]
+    return Table("Not right", head, table)
+
+
+def calibrations(lines: Sequence[Line]) -> list[Table]:
+    """Probabilities of the first name, causes outside the list left out: of every answer, and of those that name one set."""
+    known = [x for x in lines if x["group"] != "outside"]
+    alone = [x for x in known if x.get("verdict") == "effect"]
+    return [
+        calibration("Probability of the first name, every case with an answer", known),
+        calibration("The same where the verdict is `effect`", alone),
+    ]
+
+
+def tables(lines: Sequence[Line], alike: Judged) -> list[Table]:
+    """Every table that there are cases for."""
+    single, pair, none, beyond = (
+        [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")
+    )
+    found = [worth(lines, alike)]
+    if single:
+        found += [*(by(what, single, alike) for what in BY), shares(single, alike), where(single)]
+        found += [families(word, single, alike) for word in ("subsystem", "coordinate")]
+    found += [pairs(pair, alike)] if pair else []
+    found += [nothing(none)] if none else []
+    found += [outside(beyond, alike)] if beyond else []
+    found += [in_part(lines, alike)] if any(x.get("verdict") == "partial" for x in lines) else []
+    return [*found, *calibrations(lines), risk(lines, alike), risk(lines, alike, by_floors=True), times(lines)]
 
 
 def main() -> None:
@@ -267,24 +396,12 @@ def main() -> None:
     parser.add_argument("--confusions", action="store_true")
     a = parser.parse_args()
     lines, alike = read(a.path), judged(a.path)
-    group = {name: [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")}
     if not lines:
         parser.error(f"{a.path} holds no results")
-    if group["single"]:
-        singles(group["single"], alike)
-    if group["pair"]:
-        pairs(group["pair"], alike)
-    if group["none"]:
-        nothing(group["none"])
-    if group["outside"]:
-        outside(group["outside"], alike)
-    in_part(lines, alike)
-    known = [x for x in lines if x["group"] != "outside"]
-    calibration("Probability of the first name, every case with an answer", known)
-    calibration("The same where the verdict is `effect`", [x for x in known if x.get("verdict") == "effect"])
-    times(lines)
+    for table in tables(lines, alike):
+        show(*table)
     if a.confusions:
-        confusions(lines, alike)
+        show(*confusions(lines, alike))
 
 
 if __name__ == "__main__":

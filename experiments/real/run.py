@@ -10,7 +10,6 @@ part of it, or a name that is wrong.
 
 import argparse
 import json
-import subprocess
 import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,6 +17,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
+from experiments.commit import commit
 from experiments.realdata import ROOT, need
 from experiments.servos.cases import (
     DUTY_PER_RAD,
@@ -114,12 +114,12 @@ def outcome(verdict: str, sets: Sequence[Sequence[str]], changed: Sequence[str])
 
 def line(pair: Pair, most: float) -> dict:
     """The result of a pair."""
-    begin, commit = perf_counter(), ["git", "rev-parse", "--short", "HEAD"]
+    begin = perf_counter()
     found = diagnosed(pair, most).json()
     sets = [found["effects"], *found["alternatives"]]
     return {
         **pair._asdict(),
-        "commit": subprocess.run(commit, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip(),
+        "commit": commit(),
         "outcome": outcome(found["verdict"], sets, pair.changed),
         **{key: found[key] for key in ("verdict", "complete", "effects", "alternatives", "remarks")},
         **{key: found["gap"][key] for key in ("before", "after", "floor", "closed", "ci95")},

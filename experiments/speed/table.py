@@ -77,14 +77,24 @@ def ratio(times: Sequence[float], others: Sequence[float]) -> float:
     return statistics.median(a / b for a, b in zip(times, others, strict=False))
 
 
+class Table(NamedTuple):
+    """What `show` prints: a title, the heads of the columns and the rows."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join(
+        ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *(f"| {' | '.join(r)} |" for r in rows)]
+    )
+
+
 def show(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Prints a Markdown table."""
-    print(f"\n### {title}\n")
-    print("| " + " | ".join(head) + " |")
-    print("|" + " --- |" * len(head))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print(flush=True)
+    print(f"\n### {title}\n\n{markdown(head, rows)}\n", flush=True)
 
 
 def seconds(value: float) -> str:

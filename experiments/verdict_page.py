@@ -1,0 +1,178 @@
+"""Writes the tables of docs/verdict.md from stored results: `python -m experiments.verdict_page`.
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`, under a line that says which files it is of, and of which commit where
+these say so. All else on the page is written by hand. To show a new campaign, change `SET` or an entry of `BLOCKS`.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from experiments.blind.changed import both_of, counted
+from experiments.blind.draw import read
+from experiments.blind.score import (
+    AT_FLOOR,
+    RIGHT,
+    Judged,
+    Line,
+    by,
+    calibrations,
+    coordinates_of,
+    excess,
+    families,
+    judged,
+    nothing,
+    outcome,
+    outside,
+    places_of,
+    risk,
+    share,
+    shares,
+    times,
+    worth,
+)
+from experiments.speed.table import Table, markdown
+from rwjax.diagnosis.verdict import CLAIMS
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "verdict.md"
+RESULTS = ROOT / "experiments" / "blind" / "results"
+SET = "second"
+"""File of the set that the page is about."""
+BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
+
+
+class Block(NamedTuple):
+    """A table, and the names of the result files that it is of."""
+
+    files: tuple[str, ...]
+    table: Table
+
+
+def path(name: str) -> Path:
+    """A file of results."""
+    return RESULTS / f"{name}.jsonl"
+
+
+@cache
+def lines(name: str) -> Sequence[Line]:
+    """The answers that a file holds."""
+    if not (found := read(path(name))):
+        raise SystemExit(f"{path(name)} holds no results")
+    return found
+
+
+def source(name: str) -> str:
+    """A file and the commits that its lines name; older lines name none."""
+    commits = dict.fromkeys(f"`{line['commit']}`" for line in lines(name) if line.get("commit"))
+    return f"`{name}.jsonl`" + (f" (commit {', '.join(commits)})" if commits else "")
+
+
+def text(block: Block) -> str:
+    """What stands between the markers."""
+    title, head, rows = block.table
+    files = ", then ".join(source(name) for name in block.files)
+    return f"\n*{title}. From {files}.*\n\n{markdown(head, rows)}\n\n"
+
+
+def asked(among: Sequence[Line], alike: Judged) -> Table:
+    """What was asked of the diagnosis before any case was seen, and what is reached."""
+    single, none, beyond = ([x for x in among if x["group"] == name] for name in ("single", "none", "outside"))
+    count = Counter(outcome(line, alike) for line in single)
+    located = [line for line in single if "error" not in line and line["verdict"] != "none"]
+    places = sum(line["subsystem"] in places_of(line) for line in located)
+    coordinates = sum(line["coordinate"] in coordinates_of(line) for line in located)
+
+    def said(group: Sequence[Line], *verdicts: str) -> str:
+        return share(sum(line.get("verdict") in verdicts for line in group), len(group))
+
+    seen = [line for line in beyond if excess(line)]
+    left = f"outside the list, where the best explanation leaves more than {AT_FLOOR} floors"
+    right = sum(count[c] for c in RIGHT)
+    rows = [
+        (
+            "one cause: exact, or in a set that the logs cannot tell apart",
+            "at least 90 %",
+            single,
+            share(right, len(single)),
+        ),
+        ("… a wrong name", "at most 3 %", single, share(count["wrong"], len(single))),
+        ("… subsystem of the gap", "at least 90 %", single, share(places, len(single))),
+        ("… coordinate of the gap", "at least 80 %", single, share(coordinates, len(single))),
+        ("nothing missing: any name", "at most 2 %", none, said(none, *CLAIMS)),
+        (f"{left}: `unknown`", "at least 80 %", seen, said(seen, "unknown")),
+        ("… a name alone (`effect`)", "at most 10 %", seen, said(seen, "effect")),
+        ("… any name", "", seen, said(seen, *CLAIMS)),
+        ("outside the list, all: `unknown`", "", beyond, said(beyond, "unknown")),
+        ("… a name alone", "", beyond, said(beyond, "effect")),
+        ("… any name", "", beyond, said(beyond, *CLAIMS)),
+    ]
+    table = [[what, wish, str(len(group)), found] for what, wish, group, found in rows]
+    return Table("Asked and reached", ["", "asked", "cases", "reached"], table)
+
+
+def of(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
+    """A table of the set, or of some groups of its cases."""
+
+    def block() -> Block:
+        among = [line for line in lines(SET) if not groups or line["group"] in groups]
+        return Block((SET,), make(among, judged(path(SET))))
+
+    return block
+
+
+def before_and_after(earlier: str, later: str, *asked_about: str, shared: bool = False) -> Callable[[], Block]:
+    """The same cases in two files, by what the oracle was asked about these or about other answers to them."""
+
+    def block() -> Block:
+        alike = judged(*(path(name) for name in (earlier, later, *asked_about)))
+        return Block((earlier, later), counted(both_of(lines(earlier), lines(later)), alike, shared))
+
+    return block
+
+
+BLOCKS: dict[str, Callable[[], Block]] = {
+    "worth": of(worth),
+    "asked": of(asked),
+    "partial-second": before_and_after("second_later", "second_e3a8e97", "second"),
+    "partial-own": before_and_after("partial_before", "partial"),
+    "pairs": before_and_after("test", "test_pair_382d076", shared=True),
+    "subsystems": of(lambda among, alike: families("subsystem", among, alike), "single"),
+    "coordinates": of(lambda among, alike: families("coordinate", among, alike), "single"),
+    "said": of(lambda among, _: calibrations(among)[0]),
+    "said-alone": of(lambda among, _: calibrations(among)[1]),
+    "risk-probability": of(risk),
+    "risk-floors": of(lambda among, alike: risk(among, alike, by_floors=True)),
+    "shares": of(shares, "single"),
+    "by-size": of(lambda among, alike: by("size", among, alike), "single"),
+    "by-kind": of(lambda among, alike: by("kind", among, alike), "single"),
+    "nothing": of(lambda among, _: nothing(among), "none"),
+    "outside": of(outside, "outside"),
+    "by-effect": of(lambda among, alike: by("effect", among, alike), "single"),
+    "seconds": of(lambda among, _: times(among)),
+}
+
+
+def written(page: str) -> str:
+    """The page with every table as the stored results have it."""
+    marked = [name for _, name, _ in BLOCK.findall(page)]
+    if unknown := {*marked} - {*BLOCKS}:
+        raise SystemExit(f"no table is called {', '.join(sorted(unknown))}")
+    if page.count("<!-- table:") != len(marked) or page.count("<!-- end -->") != len(marked):
+        raise SystemExit("a table's marker has no end, or an end has no table")
+    return BLOCK.sub(lambda found: found[1] + text(BLOCKS[found[2]]()) + found[3], page)
+
+
+def main() -> None:
+    """Command line."""
+    page = PAGE.read_text()
+    new = written(page)
+    PAGE.write_text(new)
+    print(f"{PAGE.relative_to(ROOT)}: {'as it was' if new == page else 'rewritten'}")
+
+
+if __name__ == "__main__":
+    main()

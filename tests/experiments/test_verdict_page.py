@@ -1,0 +1,55 @@
+"""The tables of docs/verdict.md are those of the stored results."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
+
+from experiments import verdict_page
+from experiments.verdict_page import BLOCKS, PAGE, written
+
+
+def test_the_page_is_what_the_command_writes() -> None:
+    page = PAGE.read_text()
+    assert written(page) == page, "run python -m experiments.verdict_page"
+
+
+def test_every_table_stands_on_the_page_once_and_no_other() -> None:
+    page = PAGE.read_text()
+    assert all(page.count(f"<!-- table: {name} -->\n") == 1 for name in BLOCKS)
+    assert page.count("<!-- table: ") == len(BLOCKS)
+
+
+def test_what_is_written_by_hand_stays() -> None:
+    page = "By hand, | too |.\n\n<!-- table: shares -->\nan old table\n<!-- end -->\nMore by hand.\n"
+    before, after = (part in written(page) for part in ("By hand, | too |.\n\n<!--", "<!-- end -->\nMore by hand.\n"))
+    assert before and after and "an old table" not in written(page) and "| exact | 78.4 %" in written(page)
+
+
+@pytest.mark.parametrize(
+    ("page", "message"),
+    [
+        ("<!-- table: shapes -->\n<!-- end -->", "no table is called shapes"),
+        ("<!-- table: shares -->\n| a |\n", "has no end"),
+        ("<!-- table: shares -->\n| a |\n<!-- table: worth -->\n<!-- end -->", "has no end"),
+    ],
+)
+def test_a_marker_that_leads_nowhere_is_refused(page: str, message: str) -> None:
+    with pytest.raises(SystemExit, match=message):
+        written(page)
+
+
+def test_the_line_above_a_table_names_the_commits_that_a_file_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verdict_page, "RESULTS", tmp_path)
+    one = {"group": "none", "kind": "wheel", "verdict": "none", "seconds": 1.0}
+    for name, commits in (("of_commits", ("abc1234", "abc1234", "def5678-dirty")), ("of_old", (None,))):
+        text = "".join(json.dumps(one | ({"commit": c} if c else {})) + "\n" for c in commits)
+        (tmp_path / f"{name}.jsonl").write_text(text)
+    assert verdict_page.source("of_commits") == "`of_commits.jsonl` (commit `abc1234`, `def5678-dirty`)"
+    assert verdict_page.source("of_old") == "`of_old.jsonl`"
+    with pytest.raises(SystemExit, match="holds no results"):
+        verdict_page.source("of_none")
