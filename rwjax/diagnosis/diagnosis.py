@@ -13,6 +13,7 @@ from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
 from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by, spoken
+from rwjax.diagnosis.localise.left_torque import LeftTorque, left_torque
 from rwjax.diagnosis.localise.where import Where, locate
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -212,8 +213,11 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
         alternatives=tuple(e.names for e in outcome.alternatives),
         ranking=ranking,
         where=where,
-        windows=worst_windows(before, layout.logs, signal, fits.settings.report.windows),
+        windows=worst_windows(
+            where.missing if where else (), before, layout.logs, signal, fits.settings.report.windows
+        ),
         left=_left(judged, outcome) if outcome.verdict == "partial" else None,
+        left_torque=_left_torque(fits, outcome),
         signal=signal,
         gaps=outcome.gaps,
         held_out=layout.rule,
@@ -395,8 +399,15 @@ def _left(judged: _Judged, outcome: _Outcome) -> Left:
     share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
     shares = further_laws(fits, named)
     where = locate(fits(named), fits.train, shares, None, fits.settings.localisation, deep=False)
-    windows = worst_windows(outcome.after, judged.layout.logs, judged.signal, fits.settings.report.windows)
-    return Left(share, where, windows)
+    missing, most = where.missing if where else (), fits.settings.report.windows
+    return Left(share, where, worst_windows(missing, outcome.after, judged.layout.logs, judged.signal, most))
+
+
+def _left_torque(fits: ModelFits, outcome: _Outcome) -> LeftTorque | None:
+    """What is left as coloured noise, where a gap stood out."""
+    return (
+        None if outcome.verdict == "none" else left_torque(fits(outcome.named), fits.train, fits.settings.localisation)
+    )
 
 
 def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:

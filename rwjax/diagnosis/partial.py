@@ -14,7 +14,7 @@ Everything is decided on training runs. A name holds where
 A set of names holds where each of them does.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -79,11 +79,11 @@ def claimed(search: Search, choice: Choice) -> Holding:
         fitted(fits, best)
         near_noise = np.sqrt(search.comparison.excess(best)) < fits.settings.verdict.doubt
         followed = left_out(fits, best)
-        fails = _those_failing(best, lambda name: why_not_in_every_run(fits, best, name, followed))
+        fails = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
         if not fails:
             if not near_noise:
                 search.halving.fit([e for e in extensions(search.candidates, best) if e not in fits], best)
-            fails = _those_failing(best, lambda name: why_not_of_its_form(fits, best, name))
+            fails = _failing({name: why_not_of_its_form(fits, best, name) for name in best.names})
         if not fails:
             if best == choice.best and near_noise:
                 return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
@@ -100,9 +100,9 @@ def claimed(search: Search, choice: Choice) -> Holding:
     return Holding(None, refused)
 
 
-def _those_failing(best: Hypothesis, test: Callable[[str], str | None]) -> dict[str, str]:
-    """The names of a set that fail a test, and why."""
-    return {name: why for name in best.names if (why := test(name)) is not None}
+def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
+    """The names that fail a test, and why."""
+    return {name: why for name, why in reasons.items() if why is not None}
 
 
 def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed: Mapping[int, float]) -> str | None:

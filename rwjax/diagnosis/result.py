@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rwjax.diagnosis.gap import Gap, HeldOut
+from rwjax.diagnosis.localise.left_torque import LeftTorque
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.verdict import CLAIMS, Verdict
@@ -58,7 +59,7 @@ class Left:
     Attributes:
         share: share of the squared excess on the held-out runs that stays [1].
         where: where it lies, by the training runs; None where nothing was tried beside what is named.
-        windows: seconds of the held-out runs that hold most of the squared error that is left.
+        windows: seconds in which what is left arises.
     """
 
     share: float
@@ -82,8 +83,10 @@ class Diagnosis:
         alternatives: sets of names that cannot be told apart from the named effects.
         ranking: candidates with their probabilities, the most probable one first.
         where: where the gap lies, None where nothing was tried.
-        windows: seconds of the held-out logs with the most squared error.
+        windows: seconds in which the gap arises.
         left: what the named effects leave, where the verdict is `partial`.
+        left_torque: torque that the named effects leave on the training logs, as coloured noise; None where nothing is missing or no
+            log tells it.
         signal: the headline signal.
         gaps: the gap by output.
         held_out: the rule by which logs were held out.
@@ -114,6 +117,7 @@ class Diagnosis:
     where: Where | None
     windows: tuple[Window, ...]
     left: Left | None
+    left_torque: LeftTorque | None
     signal: str
     gaps: dict[str, Gap]
     held_out: str
@@ -203,6 +207,7 @@ class Diagnosis:
             ],
             "where": self._where_json(),
             "left": self._left_json(),
+            "left_torque": self.left_torque.json() if self.left_torque is not None else None,
             "gap": {
                 "signal": self.signal,
                 **_gap_json(self.gaps[self.signal]),

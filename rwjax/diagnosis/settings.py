@@ -182,7 +182,8 @@ class PairSettings:
     alike: float = _limit(0.98, "correlation of two probes' changes above which they count as the same thing")
     fitted: int = _limit(8, "pairs at most that are fitted, those that are predicted to leave least")
     of_a_name: int = _limit(
-        3, "pairs of these at most that hold the same name: what explains much alone is predicted to leave little beside any other"
+        3,
+        "pairs of these at most that hold the same name: what explains much alone is predicted to leave little beside any other",
     )
     begun_at: tuple[float, ...] = _limit(
         (1.0, 0.5, 0.2),

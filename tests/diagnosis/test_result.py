@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rwjax.diagnosis.gap import Gap, HeldOut
+from rwjax.diagnosis.localise.left_torque import LeftTorque
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.settings import Settings
@@ -40,6 +41,7 @@ DIAGNOSIS = Diagnosis(
     where=Where("yaw_rate", 0.98, "yaw_rate", (-0.1, 0.2), {"yaw_rate": 0.98}, ()),
     windows=(Window("a.csv", 1.0, 2.0, 0.5),),
     left=None,
+    left_torque=LeftTorque(0.02, 0.1, np.array([0.0, 2.0, 4.0]), np.array([1e-4, 5e-5])),
     signal="yaw_rad",
     gaps={"yaw_rad": Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99), 0.99)},
     held_out="leave-one-run-out",
@@ -61,7 +63,8 @@ DIAGNOSIS = Diagnosis(
 def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     found = json.loads(json.dumps(DIAGNOSIS.json(), allow_nan=False))
     assert list(found) == [
-        "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "left", "gap", "held_out", "split",
+        "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "left", "left_torque",
+        "gap", "held_out", "split",
         "next_experiment", "drift", "remarks",
     ]  # fmt: skip
     assert found["schema"] == "rwjax.diagnosis/2" and found["untold"] is None
@@ -71,6 +74,7 @@ def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     )
     assert found["split"]["proposed"] == "b.csv" and found["split"]["outside"][0]["share"] == 0.4
     assert found["gap"]["segment_s"] is None
+    assert found["left_torque"]["spectrum"][1] == {"from_hz": 2.0, "to_hz": 4.0, "density_N2m2_per_Hz": 5e-5}
     assert found["where"]["subsystem"] == "axis" and found["where"]["interval"] == [-0.1, 0.2]
     assert found["where"]["windows"] == [{"log": "a.csv", "from_s": 1.0, "to_s": 2.0, "share": 0.5}]
     assert found["drift"][1]["numbers"]["axis.inertia"] == {

@@ -6,7 +6,7 @@ import numpy as np
 
 from rwjax.diagnosis.information_criterion import correlation_time
 from rwjax.diagnosis.localise.own_noise import above
-from rwjax.diagnosis.localise.spectrum import welch
+from rwjax.diagnosis.localise.spectrum import OctavePower
 from rwjax.diagnosis.settings import RegimeSettings
 from rwjax.fitting.initial_guess import NO_COMMAND
 
@@ -138,49 +138,26 @@ def _shifts(series: np.ndarray, rng: np.random.Generator, count: int) -> np.ndar
     return rng.integers(least, n - least + 1, count) % n
 
 
-def bands(torque: list[np.ndarray], own: list[np.ndarray], interval: list[float], window: int) -> list[Part]:
+def bands(power: "OctavePower") -> list[Part]:
     """Share of every octave in the missing torque's power beyond that of draws of the rig's own noise.
 
     Args:
-        torque: missing torque of each log (time,) [N m].
-        own: the same of draws (time, draws) [N m].
-        interval: sampling interval of each log [s].
-        window: samples of a Welch window.
+        power: power of the missing torque and of the draws by octave.
 
     Returns:
         The octaves, the lowest one first.
     """
-    lowest = 1.0 / min(len(y) * h for y, h in zip(torque, interval, strict=True))
-    highest = 0.5 / max(interval)
-    count = max(int(np.log2(highest / lowest)), 1)
-    edges = highest * 2.0 ** -np.arange(count, -1.0, -1.0)
-    edges[0] = 0.0
-    power = np.zeros((count, 1 + own[0].shape[1]))
-    for y, o, h in zip(torque, own, interval, strict=True):
-        both = np.concatenate([y[:, None], o], axis=1)
-        for length in (len(y), window):  # low octaves need the whole log
-            f, density = welch(both, h, min(length, len(y)))
-            fine = 8.0 / (min(window, len(y)) * h)
-            for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-                if (high <= fine) == (length != window):
-                    power[k] += np.sum(density[(f >= low) & (f < high)], axis=0) * f[1] * len(y) * h
-    return _octaves(edges, power)
-
-
-def _octaves(edges: np.ndarray, power: np.ndarray) -> list[Part]:
-    """Octaves between edges [Hz], from the power of the torque (column 0) and of draws (k, 1 + draws)."""
-    expected = np.mean(power[:, 1:], axis=1)
-    beyond = np.maximum(power[:, 0] - expected, 0.0)
+    expected, beyond = power.expected, power.beyond
     total = max(float(np.sum(beyond)), 1e-300)
     return [
         Part(
             f"{low:.2g} to {high:.2g} Hz",
             float(beyond[k] / total),
             float(expected[k] / max(np.sum(expected), 1e-300)),
-            above(float(power[k, 0]), power[k, 1:]),
+            above(float(power.power[k, 0]), power.power[k, 1:]),
             float(low),
             float(high),
         )
-        for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True))
+        for k, (low, high) in enumerate(zip(power.edges[:-1], power.edges[1:], strict=True))
         if expected[k] > 0.0
     ]

@@ -1,4 +1,7 @@
-"""Power spectra of records, by Welch's method."""
+"""Power spectra of records, by Welch's method, and their power in octaves beyond that of noise."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -27,3 +30,58 @@ def welch(
     power = np.mean(np.abs(np.fft.rfft(parts * hann)) ** 2, axis=0).T * (interval / np.sum(hann**2))
     power[1 : len(power) - (length % 2 == 0)] *= 2.0  # frequencies below 0 lie upon those above
     return np.fft.rfftfreq(length, interval), power
+
+
+class OctavePower(NamedTuple):
+    """Power of several records and of draws of their noise, by octave.
+
+    Attributes:
+        edges: edges of the octaves (o + 1,) [Hz], the first one 0.
+        power: energy of the records (column 0) and of each draw (o, 1 + draws) [unit² s].
+        duration: length of all records [s].
+    """
+
+    edges: np.ndarray
+    power: np.ndarray
+    duration: float
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Energy of the noise (o,) [unit² s]."""
+        return np.mean(self.power[:, 1:], axis=1)
+
+    @property
+    def beyond(self) -> np.ndarray:
+        """Energy of the records beyond that of the noise (o,) [unit² s]."""
+        return np.maximum(self.power[:, 0] - self.expected, 0.0)
+
+
+def octave_power(
+    records: Sequence[np.ndarray], own: Sequence[np.ndarray], interval: Sequence[float], window: int
+) -> OctavePower:
+    """Power of records and of draws of their noise, by octave.
+
+    Args:
+        records: records (time,) [any unit].
+        own: draws of the noise of each record (time, draws) [the same unit].
+        interval: sampling interval of each record [s].
+        window: samples of a Welch window.
+
+    Returns:
+        The power, the lowest octave first.
+    """
+    lowest = 1.0 / min(len(y) * h for y, h in zip(records, interval, strict=True))
+    highest = 0.5 / max(interval)
+    count = max(int(np.log2(highest / lowest)), 1)
+    edges = highest * 2.0 ** -np.arange(count, -1.0, -1.0)
+    edges[0] = 0.0
+    power = np.zeros((count, 1 + own[0].shape[1]))
+    for y, o, h in zip(records, own, interval, strict=True):
+        both = np.concatenate([y[:, None], o], axis=1)
+        for length in (len(y), window):  # low octaves need the whole record
+            f, density = welch(both, h, min(length, len(y)))
+            fine = 8.0 / (min(window, len(y)) * h)
+            for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+                if (high <= fine) == (length != window):
+                    power[k] += np.sum(density[(f >= low) & (f < high)], axis=0) * f[1] * len(y) * h
+    return OctavePower(edges, power, float(sum(len(y) * h for y, h in zip(records, interval, strict=True))))

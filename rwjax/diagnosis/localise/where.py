@@ -18,6 +18,7 @@ from rwjax.diagnosis.localise.momentum import Momentum, split
 from rwjax.diagnosis.localise.own_noise import rates
 from rwjax.diagnosis.localise.regimes import Part, bands, regimes, weights
 from rwjax.diagnosis.localise.regimes import shares as regime_shares
+from rwjax.diagnosis.localise.spectrum import OctavePower, octave_power
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import every_output
@@ -185,10 +186,7 @@ def locate(
         Where the gap lies, None where nothing was tried and no effect is named.
     """
     clean = every_output(fitted.problem, fitted.theta, fitted.start)
-    count = limits.draws if deep else 0
-    body = "wheel" if fitted.problem.structure.kind == "wheel" else "yaw"
-    told = () if fitted.problem.structure.halves else logs
-    read = {k: r for k in told if (r := read_body(fitted, k, body, limits, Own(clean[k], count))) is not None}
+    read = read_logs_of(fitted, logs, clean, limits, draws=limits.draws if deep else 0)
     found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
     logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
     ordered = sorted((name for name in shares), key=lambda name: -shares[name])
@@ -203,9 +201,30 @@ def locate(
     return replace(
         where,
         regimes=_regimes(fitted, found, limits.regimes),
-        bands=_bands(fitted, found, limits.regimes.window),
+        bands=tuple(bands(power_of(fitted, found, limits.regimes.window))),
         momentum=_momentum(fitted, read, clean, limits),
     )
+
+
+def read_logs_of(
+    fitted: Fit, logs: Sequence[int], clean: list[dict[str, np.ndarray]], limits: LocalisationSettings, draws: int
+) -> dict[int, Read]:
+    """Motion of the body on which the missing torque acts; of a two-axis rig, whose axes push one another, none.
+
+    Args:
+        fitted: the fit.
+        logs: numbers of the logs.
+        clean: readings of the rig's own free runs by log and output (time,) [SI].
+        limits: limits of the localisation.
+        draws: draws of the rig's own readings.
+
+    Returns:
+        The motion by the number of the log, of those that tell it.
+    """
+    structure = fitted.problem.structure
+    body = "wheel" if structure.kind == "wheel" else "yaw"
+    told = () if structure.halves else logs
+    return {k: r for k in told if (r := read_body(fitted, k, body, limits, Own(clean[k], draws))) is not None}
 
 
 def _regimes(fitted: Fit, found: list[Missing], limits: RegimeSettings) -> tuple[Part, ...]:
@@ -222,9 +241,19 @@ def _regimes(fitted: Fit, found: list[Missing], limits: RegimeSettings) -> tuple
     return tuple(regime_shares(mass, own, label, own_label, limits.shifts))
 
 
-def _bands(fitted: Fit, found: list[Missing], window: int) -> tuple[Part, ...]:
+def power_of(fitted: Fit, found: Sequence[Missing], window: int) -> OctavePower:
+    """Power of the missing torque and of what the rig's own noise would show, by octave.
+
+    Args:
+        fitted: the fit.
+        found: missing torque of each log, with draws.
+        window: samples of a Welch window.
+
+    Returns:
+        The power [N² m² s].
+    """
     interval = [float(np.median(np.diff(fitted.problem.logs[m.log].time))) for m in found]
-    return tuple(bands([m.torque for m in found], [m.own for m in found], interval, window))
+    return octave_power([m.torque for m in found], [m.own for m in found], interval, window)
 
 
 def _momentum(

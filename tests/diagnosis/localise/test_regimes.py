@@ -4,6 +4,7 @@ import numpy as np
 from scipy.stats import binom, kstest
 
 from rwjax.diagnosis.localise.regimes import REGIMES, bands, regimes, shares, weights
+from rwjax.diagnosis.localise.spectrum import octave_power
 from rwjax.diagnosis.settings import RegimeSettings
 from tests.diagnosis.localise.measured import COASTS, COMMAND, TIME, located, measured
 from tests.systems import platform
@@ -59,7 +60,7 @@ def test_p_of_regimes_and_of_bands_are_even_where_nothing_is_planted() -> None:
         p += [part.p for part in parts if part.name == "reversing"]
     assert kstest(p, "uniform").pvalue > 1e-3
     white = rng.normal(size=(200, 1200, 25))
-    low = [bands([one[:, 0]], [one[:, 1:]], [0.01], SETTINGS.window)[-2].p for one in white]
+    low = [bands(octave_power([one[:, 0]], [one[:, 1:]], [0.01], SETTINGS.window))[-2].p for one in white]
     assert kstest(low, "uniform").pvalue > 1e-3
 
 

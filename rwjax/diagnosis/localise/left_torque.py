@@ -1,0 +1,84 @@
+r"""Left torque: what the named effects leave, as coloured noise for those who randomise their simulators.
+
+The torque is read off the logs like the missing one, with the named effects in the plant. Its power beyond that of the fitted rig's own
+readings is its spectrum. Of a first-order Gauss-Markov process with standard deviation $\sigma$ and correlation time $\tau$, whose
+density is $4\sigma^2\tau / (1 + (2\pi f\tau)^2)$, half of the power lies below $f = 1/(2\pi\tau)$. That gives $\tau$.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rwjax.diagnosis.localise.spectrum import OctavePower
+from rwjax.diagnosis.localise.where import missing_torque, power_of, read_logs_of
+from rwjax.diagnosis.settings import LocalisationSettings
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.prediction import every_output
+
+
+class LeftTorque(NamedTuple):
+    """Torque that a fitted rig leaves, as coloured noise.
+
+    Attributes:
+        rms: its standard deviation [N m].
+        correlation_time: its correlation time [s], None where nothing is left.
+        edges: edges of octaves (o + 1,) [Hz].
+        density: its one-sided power spectral density in each of them (o,) [N² m²/Hz].
+    """
+
+    rms: float
+    correlation_time: float | None
+    edges: np.ndarray
+    density: np.ndarray
+
+    def json(self) -> dict:
+        """What `diagnosis.json` holds.
+
+        Returns:
+            Plain objects.
+        """
+        octaves = zip(self.edges[:-1], self.edges[1:], self.density, strict=True)
+        return {
+            "rms_Nm": self.rms,
+            "correlation_time_s": self.correlation_time,
+            "spectrum": [
+                {"from_hz": float(low), "to_hz": float(high), "density_N2m2_per_Hz": float(density)}
+                for low, high, density in octaves
+            ],
+        }
+
+
+def left_torque(fitted: Fit, logs: Sequence[int], limits: LocalisationSettings) -> LeftTorque | None:
+    """Torque that a fitted rig leaves of some logs.
+
+    Args:
+        fitted: the fit with the named effects.
+        logs: numbers of the logs.
+        limits: limits of the localisation.
+
+    Returns:
+        The torque; None where the logs tell none, as those of a two-axis rig.
+    """
+    clean = every_output(fitted.problem, fitted.theta, fitted.start)
+    read = read_logs_of(fitted, logs, clean, limits, limits.draws)
+    found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
+    return coloured(power_of(fitted, found, limits.regimes.window)) if found else None
+
+
+def coloured(power: OctavePower) -> LeftTorque:
+    """Coloured noise of a power by octave.
+
+    Args:
+        power: the power, with that of draws of the rig's own noise.
+
+    Returns:
+        The noise.
+    """
+    variance, width = power.beyond / power.duration, np.diff(power.edges)
+    whole = float(np.sum(variance))
+    if whole == 0.0:
+        return LeftTorque(0.0, None, power.edges, variance / width)
+    below = np.concatenate([[0.0], np.cumsum(variance)]) / whole
+    half = float(np.interp(0.5, below, power.edges))
+    return LeftTorque(float(np.sqrt(whole)), 1.0 / (2.0 * np.pi * half), power.edges, variance / width)

@@ -1,0 +1,56 @@
+"""Left torque: what is left, as coloured noise."""
+
+import numpy as np
+import pytest
+
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
+from rwjax.diagnosis.localise.left_torque import coloured, left_torque
+from rwjax.diagnosis.localise.spectrum import octave_power
+from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
+from tests.diagnosis.several_runs import run_of, searched
+
+WINDOW = RegimeSettings().window
+
+
+def gauss_markov(sigma: float, tau: float, interval: float, count: int, rng: np.random.Generator) -> np.ndarray:
+    """A first-order Gauss-Markov process, exact at its samples."""
+    keep, y = np.exp(-interval / tau), np.empty(count)
+    y[0] = rng.normal(0.0, sigma)
+    kicks = rng.normal(0.0, sigma * np.sqrt(1.0 - keep**2), count)
+    for k in range(1, count):
+        y[k] = keep * y[k - 1] + kicks[k]
+    return y
+
+
+@pytest.mark.parametrize("tau", [0.03, 0.1, 0.4])
+def test_a_coloured_torque_in_white_noise_has_its_size_and_its_correlation_time(tau: float) -> None:
+    rng = np.random.default_rng(0)
+    true = [gauss_markov(0.02, tau, 0.005, 12_000, rng) for _ in range(12)]
+    noise = rng.normal(0.0, 0.01, (12, 12_000, 5))
+    records, own = [y + n[:, 0] for y, n in zip(true, noise, strict=True)], [n[:, 1:] for n in noise]
+    found = coloured(octave_power(records, own, [0.005] * 12, WINDOW))
+    assert found.rms == pytest.approx(0.02, rel=0.05)
+    assert found.correlation_time == pytest.approx(tau, rel=0.2)
+    octave = int(np.searchsorted(found.edges, 1.0 / (2.0 * np.pi * tau))) - 1
+    f = np.linspace(*found.edges[octave : octave + 2], 200)
+    density = np.mean(4.0 * 0.02**2 * tau / (1.0 + (2.0 * np.pi * f * tau) ** 2))
+    assert found.density[octave] == pytest.approx(density, rel=0.2)
+
+
+def test_white_noise_alone_leaves_little_and_none_leaves_nothing() -> None:
+    noise = np.random.default_rng(1).normal(size=(4000, 25))
+    found = coloured(octave_power([noise[:, 0]], [noise[:, 1:]], [0.01], WINDOW))
+    assert found.rms < 0.3  # of 1
+    own = noise[:, 1:]
+    nothing = coloured(octave_power([np.zeros(4000)], [own], [0.01], WINDOW))
+    assert nothing.rms == 0.0 and nothing.correlation_time is None and not nothing.density.any()
+
+
+def test_dry_friction_is_left_as_its_torque_until_it_is_named() -> None:
+    dry = Hypothesis(("axis.coulomb",))
+    search = searched([run_of(k, {"axis.coulomb": {"M_c": 0.06}}) for k in range(3)], dry)
+    before, after = (left_torque(search.fits(e), (0, 1, 2), LocalisationSettings()) for e in (NOTHING, dry))
+    assert before is not None and after is not None
+    assert before.rms > 0.06  # the friction, and what the inertia that was bent to suit it gets wrong
+    assert after.rms < 0.05 * before.rms
+    assert after.json()["rms_Nm"] == after.rms and len(after.json()["spectrum"]) == len(after.density)
