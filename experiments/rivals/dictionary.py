@@ -110,12 +110,18 @@ def _friction() -> Iterator[tuple[str, list[Form]]]:
     yield (
         "axis.stribeck",
         [
-            (_axis(f"stribeck {v}", lambda m, v=v: -np.sign(m.states["w"]) * np.exp(-((m.states["w"] / v) ** 2))), sliding)
+            (
+                _axis(f"stribeck {v}", lambda m, v=v: -np.sign(m.states["w"]) * np.exp(-((m.states["w"] / v) ** 2))),
+                sliding,
+            )
             for v in (0.1, 0.2, 0.35, 0.5)
         ],
     )
     yield "axis.quadratic_drag", [(_axis("speed squared", lambda m: -m.states["w"] * np.abs(m.states["w"])),)]
-    yield "axis.presliding", [(_axis(f"dahl {x}", lambda m, x=x: -_presliding(m, x)), sliding) for x in (0.01, 0.03, 0.1)]
+    yield (
+        "axis.presliding",
+        [(_axis(f"dahl {x}", lambda m, x=x: -_presliding(m, x)), sliding) for x in (0.01, 0.03, 0.1)],
+    )
     turning = [
         _axis(f"sign {f.__name__} {n}", lambda m, f=f, n=n: -np.sign(m.states["w"]) * f(n * m.states["psi"]))
         for n in (1, 2)
@@ -222,7 +228,10 @@ def _sensor(kind: str) -> Iterator[tuple[str, list[Form]]]:
         return {rate: np.gradient(np.gradient(f(m.states[angle]), m.h), m.h)}
 
     yield "sensor.scale", [(Term("scale", lambda m: m.scaled),)]
-    yield "sensor.eccentricity", [tuple(Term(f"turn {f.__name__}", lambda m, f=f: wobble(m, f)) for f in (np.sin, np.cos))]
+    yield (
+        "sensor.eccentricity",
+        [tuple(Term(f"turn {f.__name__}", lambda m, f=f: wobble(m, f)) for f in (np.sin, np.cos))],
+    )
 
 
 def forms(runs: list[Motion]) -> dict[str, list[Form]]:

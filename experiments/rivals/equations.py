@@ -179,9 +179,7 @@ class _Rates:
         X = np.stack([states[name] for name in self.structure.states], axis=1)
         n = len(X)
         more = max(LENGTH - n, 0)
-        t, X, u = (
-            np.pad(v, [(0, more)] + [(0, 0)] * (v.ndim - 1), mode="edge") for v in (self.time, X, self.command)
-        )
+        t, X, u = (np.pad(v, [(0, more)] + [(0, 0)] * (v.ndim - 1), mode="edge") for v in (self.time, X, self.command))
         found = np.asarray(rates_along(self.structure, theta, t, X, u))[:n]
         return {name: found[:, self.structure.states.index(name)] for name in self.bodies}
 
@@ -223,8 +221,10 @@ def motion_of(rig: Rig, log: Log) -> Motion:
     if "current_A" in log.outputs:
         seen = np.isfinite(log.outputs["current_A"])
         source["i"] = ("value", np.interp(log.time, log.time[seen], log.outputs["current_A"][seen]))
-        model["i"], rests["i"] = i, np.zeros(len(i), bool)
         R = numbers["motor.resistance"]
+        # without inductance the current jumps with the command, and a reading tells the current after it
+        model["i"] = i if "i" in states else i + (held - V) / R
+        rests["i"] = np.zeros(len(i), bool)
         by_number["motor.torque_constant"]["i"] = -states["Omega"] / R
         by_number["motor.resistance"]["i"] = -i / R
     return Motion(time, V, i, states, numbers, rig.kind, rests, source, model, by_number, scaled, h)

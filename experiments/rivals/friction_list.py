@@ -2,7 +2,7 @@
 
 BAM (Duclusaud et al., "Extended friction models for the physics simulation of servo actuators", 2024) fits each of a fixed list of friction
 models to training logs by free run, and takes the one with the smallest error on validation logs. Its list has Coulomb and viscous friction,
-Stribeck, load-dependent and quadratic terms. It fits by CMA-ES; here the library's own fit takes its place, which finds the same optimum sooner.
+Stribeck, load-dependent and quadratic terms. It fits by CMA-ES; here the library's own fit takes its place.
 """
 
 from collections.abc import Sequence

@@ -55,7 +55,16 @@ class Scored(NamedTuple):
         ]
 
 
-HEAD = ("", "answered", "right", "first name right", "wider", "wrong", "names where nothing lacks", "cannot be said: answered")
+HEAD = (
+    "",
+    "answered",
+    "right",
+    "first name right",
+    "wider",
+    "wrong",
+    "names where nothing lacks",
+    "cannot be said: answered",
+)
 
 
 def sayable(line: Line) -> bool:

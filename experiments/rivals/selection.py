@@ -42,6 +42,8 @@ def stlsq(problem: Problem) -> list[str]:
     from pysindy import STLSQ
 
     X, y, run = problem.training()
+    if not problem.effects:
+        return []
 
     def fit(threshold: float, X: np.ndarray, y: np.ndarray) -> np.ndarray:
         found = STLSQ(threshold=threshold, alpha=RIDGE * len(y), max_iter=20)
@@ -65,6 +67,8 @@ def lasso(problem: Problem) -> list[str]:
     from sklearn.linear_model import Lasso
 
     X, y, run = problem.training()
+    if not problem.effects:
+        return []
     most = float(np.max(np.abs(X.T @ y))) / len(y)
 
     def fit(weight: float, X: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -86,7 +90,7 @@ def forward(problem: Problem) -> list[str]:
     """
     X, y, run = problem.training()
     chosen: list[str] = []
-    while len(chosen) < MOST:
+    while len(chosen) < min(MOST, len(problem.effects)):
         rest = _left(X[:, problem.columns(chosen)], y)
         n = independent(rest, run)
         level = n * np.log(np.sum(rest**2)) + np.log(n) * len(problem.columns(chosen))
@@ -136,8 +140,6 @@ def _sparsest(
 ) -> np.ndarray:
     """Coefficients at the highest level whose error on runs left out lies within a standard error of the lowest one."""
     levels, runs = list(levels), np.unique(run)
-    if not X.shape[1]:
-        return np.zeros(0)
     error = np.empty((len(levels), len(runs)))
     for j, k in enumerate(runs):
         out = run == k
