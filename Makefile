@@ -1,11 +1,11 @@
-# make demo | test | test-all | firmware-test | wheel | lint | bench | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | test-all | firmware-test | wheel | lint | bench | rivals | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test test-all firmware-test wheel lint bench lock clean python
+.PHONY: demo test test-all firmware-test wheel lint bench rivals lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -43,6 +43,15 @@ bench: .venv/.bench
 
 .venv/.bench: $(READY)
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
+	@touch $@
+
+# Rivals of the diagnosis on labelled cases of the separate simulator (half a minute a case), then their scores.
+rivals: .venv/.rivals
+	@$(BIN)/python -m experiments.rivals.run explore --limit 30 -o build/rivals.jsonl
+	@$(BIN)/python -m experiments.rivals.score build/rivals.jsonl --coverage 0.95
+
+.venv/.rivals: $(READY)
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[rivals]"
 	@touch $@
 
 # The locked files, by their hashes, then the package itself as it lies here, with nothing else resolved or fetched.
