@@ -10,7 +10,7 @@ from rwjax.methods.measured_motion import MeasuredMotion
 from rwjax.methods.regression import weak_form
 from rwjax.plant.from_rig import structure_of
 from tests.methods.logs import COMMAND, TIME
-from tests.systems import platform, record, wheel
+from tests.systems import platform, reaction, record, run, wheel
 
 
 def test_regression_refuses_a_command_whose_current_it_cannot_know() -> None:
@@ -36,3 +36,12 @@ def test_slow_samples_and_their_neighbours_are_left_out() -> None:
     rate = np.where(TIME < 5.0, 2.0, 0.0) + np.random.default_rng(0).normal(0.0, 0.01, len(TIME))
     m = MeasuredMotion(rig, structure_of(rig), record(TIME, 0.0 * TIME, {"yaw_rad_s": rate}))
     assert m.known[100:400].all() and not m.known[TIME > 5.2].any()
+
+
+def test_a_wheel_that_is_not_read_turns_as_the_rig_would_turn_it() -> None:
+    rig = reaction()
+    truth = run(rig, record(TIME, 4.0 * COMMAND, dict.fromkeys(("yaw_rad", "wheel_rad_s"), 0.0 * TIME)), {})
+    m = MeasuredMotion(rig, structure_of(rig), record(TIME, 4.0 * COMMAND, {"yaw_rad": truth["yaw_rad"]}))
+    wheel_rate = truth["wheel_rad_s"]
+    assert np.ptp(wheel_rate) > 1.0
+    assert m.states["Omega"] == pytest.approx(wheel_rate, abs=0.02 * np.ptp(wheel_rate))
