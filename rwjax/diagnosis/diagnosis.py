@@ -92,12 +92,16 @@ class _Judged:
         self._known: dict[Hypothesis, HeldOut] = {}
 
     def __call__(self, hypothesis: Hypothesis) -> HeldOut:
-        if not hypothesis.names:
-            return self.before
-        if hypothesis not in self._known:
-            fitted(self.fits, hypothesis)
-            self._known[hypothesis] = held_out(self.fits, hypothesis, self.layout.folds, with_floor=False)
-        return self._known[hypothesis]
+        self.prepare([hypothesis])
+        return self._known[hypothesis] if hypothesis.names else self.before
+
+    def prepare(self, hypotheses: Sequence[Hypothesis]) -> None:
+        """Works out the errors of several hypotheses side by side."""
+        new = [e for e in hypotheses if e.names and e not in self._known]
+        self.fits.end([e for e in new if e in self.fits])
+        for e in new:
+            fitted(self.fits, e)
+        self._known |= zip(new, held_out(self.fits, new, self.layout.folds, with_floor=False), strict=True)
 
     def rms(self, hypothesis: Hypothesis) -> float:
         """RMS error of the headline signal [SI]."""
@@ -270,7 +274,7 @@ def _which(fits: ModelFits, layout: _Layout, strategy: Strategy, among: Asked) -
     """Floor and which: errors of the rig as it is, the headline signal, and the choice where its gap stands out."""
     settings = fits.settings
     fits(NOTHING)
-    before = held_out(fits, NOTHING, layout.folds, with_floor=True)
+    before = _of_the_rig(fits, layout)
     bare = {name: gap(before, before, name, settings.gap) for name in before.square}
     signal = headline(bare)
     if not stands_out(bare[signal], settings.verdict):
@@ -278,8 +282,13 @@ def _which(fits: ModelFits, layout: _Layout, strategy: Strategy, among: Asked) -
     fits.start_from_first_readings()
     fits.headway.signal = signal
     choice = _searched(fits, strategy, shown_by(among.names, fits.outputs))
-    before = held_out(fits, NOTHING, layout.folds, with_floor=True)  # the search may have found better numbers
+    before = _of_the_rig(fits, layout)  # the search may have found better numbers
     return before, signal, choice
+
+
+def _of_the_rig(fits: ModelFits, layout: _Layout) -> HeldOut:
+    """Errors of the rig as it is on held-out logs, with their floor."""
+    return held_out(fits, [NOTHING], layout.folds, with_floor=True)[0]
 
 
 def _searched(fits: ModelFits, strategy: Strategy, names: Sequence[str]) -> Choice:
@@ -357,7 +366,7 @@ def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
 
 def _judged_anew(judged: _Judged) -> _Judged:
     """The errors on held-out logs after a search, by which fits may have become better."""
-    before = held_out(judged.fits, NOTHING, judged.layout.folds, with_floor=True)
+    before = _of_the_rig(judged.fits, judged.layout)
     return _Judged(judged.fits, judged.layout, before, judged.signal)
 
 
@@ -427,10 +436,12 @@ def _waterfalls(
 def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
     judged, choice = further.judged, further.choice
-    ranked, unit = [], UNIT[judged.signal]
+    ranked, unit, most = [], UNIT[judged.signal], judged.fits.settings.report.ranked
     beside = {outcome.named, *outcome.alternatives}
+    if further.complete:
+        judged.prepare([e for e, _ in choice.ranking[:most]])
     for k, (e, probability) in enumerate(choice.ranking):
-        first = k < judged.fits.settings.report.ranked
+        first = k < most
         leaves = judged.rms(e) if first and (further.complete or e == choice.best) else None
         told = first and e not in beside and outcome.verdict != "none"
         why = why_not(leaves, outcome.named.names, judged.rms(outcome.named), unit) if told else None

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import t as student
@@ -9,8 +10,8 @@ from scipy.stats import t as student
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.settings import GapSettings
-from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.prediction import Prediction, errors, floor_variance, predicted
+from rwjax.fitting.processes import Task
 from rwjax.logs.segments import runs_of
 
 Split = tuple[tuple[int, ...], tuple[int, ...]]
@@ -75,34 +76,42 @@ class Gap:
         return float(np.sqrt(max(self.before**2 - self.floor**2, 0.0)) / self.floor)
 
 
-def held_out(fits: ModelFits, hypothesis: Hypothesis, folds: Sequence[Split], *, with_floor: bool) -> HeldOut:
-    """Free-run errors of a hypothesis on every fold's held-out logs, fitted to the rest of the fold.
+def held_out(
+    fits: ModelFits, hypotheses: Sequence[Hypothesis], folds: Sequence[Split], *, with_floor: bool
+) -> list[HeldOut]:
+    """Free-run errors of hypotheses on every fold's held-out logs, fitted to the rest of the fold.
 
     Args:
-        fits: fits to the training logs, that of the hypothesis among them.
-        hypothesis: the hypothesis to judge.
+        fits: fits to the training logs, those of the hypotheses among them, each at its end.
+        hypotheses: the hypotheses to judge.
         folds: the logs that each fold fits and those on which it is judged.
         with_floor: whether the floor is worked out as well.
 
     Returns:
-        The errors.
+        The errors of each hypothesis.
     """
-    limits = fits.settings.gap
+    cases = [(e, train, test) for e in hypotheses for train, test in folds]
+    elsewhere = [(e, train) for e, train, _ in cases if {*train} != {*fits.train}]
+    fitted = iter(fits.together([fits.on(e, train) for e, train in elsewhere]))
+    theta = [(fits(e) if {*train} == {*fits.train} else next(fitted)).theta for e, train, _ in cases]
+    runs = []
+    for (e, _, test), numbers in zip(cases, theta, strict=True):
+        problem = fits.problem_of(e).only(test)
+        runs.append(Task(problem, partial(predicted, problem, numbers, test, with_floor=with_floor)))
+    found = fits.together(runs)
+    n = len(folds)
+    return [_errors(fits, found[k * n : (k + 1) * n], with_floor=with_floor) for k in range(len(hypotheses))]
+
+
+def _errors(fits: ModelFits, by_fold: Sequence[list[Prediction]], *, with_floor: bool) -> HeldOut:
+    """Errors of one hypothesis by its predictions of every fold."""
+    limits, runs = fits.settings.gap, runs_of(fits.problem.logs)
     square: dict[str, list[np.ndarray]] = {}
     floor: dict[str, list[np.ndarray]] = {}
     run: dict[str, list[np.ndarray]] = {}
     second: dict[str, list[np.ndarray]] = {}
     error: dict[int, dict[str, np.ndarray]] = {}
-
-    begun, runs = fits(hypothesis), runs_of(fits.problem.logs)
-
-    def judged(fold: Split) -> Simulating[list[Prediction]]:
-        train, test = fold
-        fitted = begun if set(train) == set(fits.train) else (yield from fits.on(hypothesis, train).begin())
-        problem = fits.problem_of(hypothesis).only(test)
-        return (yield from predicted(problem, fitted.theta, test, with_floor=with_floor))
-
-    for predictions in together([judged(fold) for fold in folds]):
+    for predictions in by_fold:
         variance = floor_variance(fits.problem, predictions) if with_floor else [{} for _ in predictions]
         for prediction, found, floors in zip(predictions, errors(fits.problem, predictions), variance, strict=True):
             k, log = prediction.log, fits.problem.logs[prediction.log]

@@ -391,6 +391,16 @@ class ModelFits:
         self._finished |= {*hypotheses}
         self.free_starts()
 
+    def end(self, hypotheses: Sequence[Hypothesis]) -> None:
+        """Carries fits to their end, side by side, as a call of each would.
+
+        Args:
+            hypotheses: hypotheses with a fit that has begun.
+        """
+        begun = [e for e in hypotheses if e not in self._finished]
+        for e, fitted in zip(begun, self.ends_of([self._best[e] for e in begun]), strict=True):
+            self.put(e, fitted, ended=True)
+
     def _to_the_end(self, begun: Fit) -> Task[Fit]:
         problem = self.training(begun.problem.structure)
         return Task(problem, partial(_ended, problem, begun, self.settings.fitting))

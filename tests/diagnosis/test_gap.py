@@ -80,7 +80,7 @@ def test_the_headline_is_the_output_furthest_above_its_floor() -> None:
 def test_held_out_errors_of_a_true_rig_are_noise_and_their_floor_says_so() -> None:
     rig = platform()
     fits = fits_of(rig, true_log(rig))
-    found = held_out(fits, Hypothesis(), [((0,), (0,))], with_floor=True)
+    (found,) = held_out(fits, [Hypothesis()], [((0,), (0,))], with_floor=True)
     assert found.rms("yaw_rad") == pytest.approx(2e-4, rel=0.1)
     assert np.sqrt(np.mean(found.floor["yaw_rad"])) == pytest.approx(2e-4, rel=0.3)
     assert len(np.unique(found.second["yaw_rad"])) == 21 and len(found.error[0]["yaw_rad"]) == len(TIME)
