@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, count
 
 import numpy as np
 import pytest
@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from rwjax import parse_rig
+from rwjax.diagnosis.budget import Budget, Stopped
+from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names
 from rwjax.diagnosis.score_screen import Candidate, Probe
 from rwjax.diagnosis.search.forward_backward import Search
@@ -164,3 +166,17 @@ def test_a_pair_sets_no_number_that_it_does_not_fit() -> None:
         for place in places:
             moved = {place.problem.structure.names[k] for k in np.flatnonzero(place.theta != off)}
             assert moved <= own
+
+
+@pytest.mark.parametrize("checks", [3, 30, 60, 90])
+def test_a_search_that_is_ended_among_the_pairs_keeps_their_fits_at_their_end(checks: int) -> None:
+    fits = with_another_payload(1.5)
+    known = Search(fits, NAMES).pairs()
+    ended = [e for e in known if fits.ended(e)]
+    cost = {e: fits.known(e).cost for e in known}
+    ticks = count()
+    fits.headway = Headway(Budget(float(checks), lambda: next(ticks)))
+    with pytest.raises(Stopped), fits.headway.budget.searching():
+        Search(fits, NAMES).pairs()
+    assert ended and all(fits.ended(e) for e in ended)
+    assert all(fits.known(e).cost <= cost[e] for e in known)
