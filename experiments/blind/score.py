@@ -12,6 +12,14 @@ These are the outcomes of a case with one true name, where an *option* is `effec
 * part: the verdict is `partial`, and some option holds true names alone, or what is the same thing.
 * wrong: other names. Under `partial` one name that is not true is enough. Then there are the verdicts `unknown` and `none`, and errors.
 
+A *messy* case has large causes among small ones, and the group `small` has small ones alone. There a name is *true* where it is one of
+either, or declared the same thing, and an option is true where all its names are, or where the oracle cannot tell it from the large causes:
+
+* named: every option is true and holds all large causes. Of small causes alone one is named.
+* part: every option is true, and a large cause lacks in some option.
+* wider: some option is true, and some is not.
+* false: no option is true. Then there are `unknown` and `none`, which say nothing, and errors. Of small causes alone `none` is right, too.
+
 Intervals are Clopper and Pearson's, 95 %.
 """
 
@@ -25,7 +33,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from experiments.blind.cases import split
-from experiments.blind.draw import read
+from experiments.blind.draw import GROUPS, read
 from experiments.blind.inseparable import beside, options
 from experiments.speed.table import show
 from rwjax.diagnosis.hypothesis import coordinate_of
@@ -33,6 +41,9 @@ from rwjax.diagnosis.verdict import CLAIMS
 
 CLASSES = ("exact", "set", "part", "twin", "wider", "wrong", "unknown", "none", "error")
 RIGHT = ("exact", "set")
+MESSY = ("messy", "small")
+OF_MESSY = ("named", "part", "wider", "false", "unknown", "none", "error")
+RIGHT_OF = {"messy": ("named",), "small": ("none", "named")}
 BINS = (3.0, 5.0, 10.0, 30.0)  # sizes
 SAID = (0.0, 0.5, 0.7, 0.9, 0.97, 1.0)  # probabilities
 AT_FLOOR = 1.25  # error left, in floors, above which there is an excess
@@ -75,6 +86,23 @@ def outcome(line: Line, alike: Judged) -> str:
     if all(fits):
         return "set" if true in offered else "twin"
     return "wider" if any(fits) or any(true <= o for o in offered) else "wrong"
+
+
+def among_small(line: Line, alike: Judged) -> str:
+    """One of `OF_MESSY`, of a case with small causes."""
+    if "error" in line:
+        return "error"
+    if line["verdict"] in ("none", "unknown"):
+        return line["verdict"]
+    groups = {name: {name, *line["same_as"].get(name, ())} for name in (*split(line["effect"]), *line["small"])}
+    true = set().union(*groups.values())
+    instead = alike.get(line["index"], set())
+    offered = options(line)
+    held = [option <= true or option in instead for option in offered]
+    if not all(held):
+        return "wider" if any(held) else "false"
+    whole = all(o in instead or all(o & groups[name] for name in split(line["effect"])) for o in offered)
+    return "named" if whole else "part"
 
 
 def share(hits: int, count: int) -> str:
@@ -171,6 +199,23 @@ def nothing(lines: Sequence[Line]) -> None:
     show("Nothing missing: verdicts", ["", "cases", "none", *CLAIMS, "unknown", "error"], table)
 
 
+def messy(title: str, lines: Sequence[Line], alike: Judged) -> None:
+    """Cases with small causes, by kind and by how many large ones there are."""
+    groups: dict[str, list[Line]] = {}
+    for line in lines:
+        count = len(split(line["effect"]))
+        for name in (line["kind"], f"{count} large" if count else "", "all"):
+            groups.setdefault(name, []).append(line)
+    table = []
+    for name in [*sorted(groups.keys() - {"", "all"}), "all"]:
+        count = Counter(among_small(line, alike) for line in groups[name])
+        right = sum(count[c] for c in RIGHT_OF[lines[0]["group"]])
+        said = count["unknown"] + (count["none"] if lines[0]["group"] == "messy" else 0)
+        shares = (share(hits, len(groups[name])) for hits in (right, count["false"], said))
+        table.append([name, str(len(groups[name])), *shares, *(str(count[c]) for c in OF_MESSY)])
+    show(title, ["", "cases", "right", "false", "nothing said", *OF_MESSY], table)
+
+
 def verdicts(lines: Sequence[Line], names: Sequence[str]) -> list[str]:
     """Share of each verdict, and of errors."""
     count = Counter("error" if "error" in line else line["verdict"] for line in lines)
@@ -239,6 +284,8 @@ def times(lines: Sequence[Line]) -> None:
 
 def fine(line: Line, alike: Judged) -> bool:
     """Whether a case needs no second look."""
+    if line["group"] in MESSY:
+        return among_small(line, alike) in RIGHT_OF[line["group"]]
     if line["group"] in ("none", "outside"):
         return line.get("verdict") == ("none" if line["group"] == "none" else "unknown")
     return outcome(line, alike) in (*RIGHT, "part")
@@ -256,7 +303,8 @@ def confusions(lines: Sequence[Line], alike: Judged) -> None:
         size = f"{line['size']:.1f}" if "size" in line else ""
         case = f"{line['kind']} {line['effect']} {line['seed']} {line['amplitude']}"
         said = line.get("error") or f"{line['verdict']}: {' | '.join(names)}"
-        table.append([case, size, outcome(line, alike), said, top, *left])
+        found = (among_small if line["group"] in MESSY else outcome)(line, alike)
+        table.append([case, size, found, said, top, *left])
     show("Not right", ["case (kind, effect, seed, amplitude)", "size", "", "said", "first", "before", "after"], table)
 
 
@@ -267,7 +315,7 @@ def main() -> None:
     parser.add_argument("--confusions", action="store_true")
     a = parser.parse_args()
     lines, alike = read(a.path), judged(a.path)
-    group = {name: [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")}
+    group = {name: [x for x in lines if x["group"] == name] for name in GROUPS}
     if not lines:
         parser.error(f"{a.path} holds no results")
     if group["single"]:
@@ -278,8 +326,11 @@ def main() -> None:
         nothing(group["none"])
     if group["outside"]:
         outside(group["outside"], alike)
-    in_part(lines, alike)
-    known = [x for x in lines if x["group"] != "outside"]
+    for name, title in (("messy", "Large causes among small ones"), ("small", "Small causes alone")):
+        if group[name]:
+            messy(title, group[name], alike)
+    in_part([x for x in lines if x["group"] not in MESSY], alike)
+    known = [x for x in lines if x["group"] not in ("outside", *MESSY)]
     calibration("Probability of the first name, every case with an answer", known)
     calibration("The same where the verdict is `effect`", [x for x in known if x.get("verdict") == "effect"])
     times(lines)
