@@ -6,6 +6,8 @@ from numba import njit
 from experiments.blind.drive import SLOT, chance
 from experiments.blind.truth import CONTACT, ELEMENTS, MEMORY, PSI, PSI_DRIVE, REST, TOUCH, W_DRIVE, W
 
+WAVES = 7  # of the coloured noise of the torque
+
 
 @njit
 def fall(w, p):
@@ -61,6 +63,18 @@ def warmth(t, p):
 
 
 @njit
+def rumbling(t, salt):
+    """Coloured noise of RMS 1 at a time of a run: waves of 0.2 to 13 Hz, of which slow ones are the larger."""
+    total, power = 0.0, 0.0
+    for k in range(WAVES):
+        rate = 2.0 * np.pi * 0.2 * 2.0**k * (0.75 + 0.5 * chance(k, salt, 4.0))
+        size = 2.0 ** (-0.5 * k)
+        total += size * np.sin(rate * t + 2.0 * np.pi * chance(k, salt, 5.0))
+        power += 0.5 * size * size
+    return total / np.sqrt(power)
+
+
+@njit
 def push(t, p):
     """Torque on the axis (the wheel where there is no axis) that depends on time alone."""
     torque = p.bias_torque
@@ -71,6 +85,8 @@ def push(t, p):
         slot = np.floor(t / SLOT)
         if slot > 0.0 and chance(slot, p.salt, 2.0) < 0.3:
             torque += p.bursts * (2.0 * chance(slot, p.salt, 3.0) - 1.0) * np.sin(np.pi * (t / SLOT - slot))
+    if p.rumble != 0.0:
+        torque += p.rumble * rumbling(t, p.salt)
     return torque
 
 

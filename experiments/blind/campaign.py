@@ -19,8 +19,9 @@ from json import dumps
 from pathlib import Path
 from time import perf_counter
 
-from experiments.blind.cases import KINDS, make_case, write_case
+from experiments.blind.cases import KINDS, write_case
 from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
+from experiments.blind.messy import case_of
 from experiments.commit import commit
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
@@ -29,12 +30,15 @@ from rwjax.fitting.processes import ALONE, Team
 EACH = 40  # cases until a worker, whose memory grows with every program, gives way to a new one
 LISTED = 5  # names of the ranking that are kept
 NO_LIMIT = nullcontext()
-COPIED = ("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable")
+COPIED = (
+    *("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable"),
+    *("sizes", "small", "mess"),
+)
 
 
 def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = ALONE) -> dict:
     """One case's line: what it is, and what the diagnosis, inside a context and by a team, says of it or how it failed."""
-    case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
+    case = case_of(row)
     line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"], "commit": commit()}
     with tempfile.TemporaryDirectory() as folder:
         write_case(case, Path(folder))

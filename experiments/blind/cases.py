@@ -5,7 +5,7 @@
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -160,8 +160,8 @@ def settled(truth: Truth, start: np.ndarray) -> np.ndarray:
     return start
 
 
-def observe(rig: Rig, records: list[Recorded]) -> Scene:
-    """What a rig does without effects."""
+def observe(rig: Rig, records: list[Recorded], jitter: float = JITTER) -> Scene:
+    """What a rig does without effects; its samples are up to `jitter` [s] from their time stamps."""
     found = []
     for record in records:
         start = settled(rig.truth, record.start)
@@ -183,16 +183,16 @@ def observe(rig: Rig, records: list[Recorded]) -> Scene:
         start=float(np.mean([x[THETA if rig.kind == "wheel" else PSI] for _, _, x in found])),
         ampere=float(np.quantile(np.abs(ampere), 0.99)),
         energy=energy,
-        floor=_floor(rig, states),
+        floor=_floor(rig, states, jitter),
     )
 
 
-def _floor(rig: Rig, states: np.ndarray) -> dict[str, float]:
+def _floor(rig: Rig, states: np.ndarray, jitter: float) -> dict[str, float]:
     """What noise, quantisation and the unknown instant of each sample leave of each column, in SI."""
-    late = JITTER / np.sqrt(3.0)
+    late = jitter / np.sqrt(3.0)
     wheel, axis = (late * float(np.sqrt(np.mean(states[:, k] ** 2))) for k in (OMEGA, W))
-    jitter = {"wheel_counts": wheel, "yaw_counts": axis, "yaw_rad": axis}
-    return {name: float(np.hypot(f, jitter.get(name, 0.0))) for name, f in rig.sensors.floor().items()}
+    by_column = {"wheel_counts": wheel, "yaw_counts": axis, "yaw_rad": axis}
+    return {name: float(np.hypot(f, by_column.get(name, 0.0))) for name, f in rig.sensors.floor().items()}
 
 
 def _raw_size(with_it: list[dict], without: list[dict], floor: dict[str, float]) -> float:
@@ -238,22 +238,35 @@ def equivalent(kind: str, name: str, truth: Truth) -> list[str]:
     return same.get(name, [])
 
 
-def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0, raw: bool = True) -> Case:
+Amplitude = float | Mapping[str, float]
+"""Strength of every cause, or of each by its name; 1 is as drawn, 0 without it."""
+
+
+def strength(amplitude: Amplitude, name: str) -> float:
+    """Amplitude of one cause."""
+    return amplitude[name] if isinstance(amplitude, Mapping) else amplitude
+
+
+def make_case(kind: str, effect: str | None, seed: int, amplitude: Amplitude = 1.0, raw: bool = True) -> Case:
     """A random rig of a kind that lacks `effect`, or nothing; reproducible by its seed.
 
     `effect` is a name of the interface, `outside.NAME`, several joined by +, or None. `amplitude` scales the strength
     (1: as drawn, 0: without the effect) and changes neither rig, inputs nor noise. `raw`: whether the label holds the
     raw size, which takes runs without the effect.
     """
-    case = prepare(kind, effect, seed)
+    return built(prepare(kind, effect, seed), effect, seed, amplitude, raw)
+
+
+def built(case: Prepared, effect: str | None, seed: int, amplitude: Amplitude, raw: bool) -> Case:
+    """The case of a rig with all its causes; the label asks for those in `effect`."""
     rig, names = case.rig, split(effect)
-    truth = rig.truth
-    for numbers in case.numbers.values():
-        truth = put(truth, numbers, amplitude)
+    kind, truth = rig.kind, rig.truth
+    for name, numbers in case.numbers.items():
+        truth = put(truth, numbers, strength(amplitude, name))
     wrong = {}
     for name, off in case.wrong.items():
-        value = number(truth, name)
-        wrong[name] = value + amplitude * off if name == "axis.gravity.angle" else value * np.exp(amplitude * off)
+        value, by = number(truth, name), strength(amplitude, f"parameter.{name}") * off
+        wrong[name] = value + by if name == "axis.gravity.angle" else value * np.exp(by)
     believed = truth if case.wrong else rig.truth
     for name, value in wrong.items():
         believed = with_number(believed, name, value)
@@ -269,7 +282,9 @@ def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0, 
         logs[name] = _log(record, validate, cells(clean, rig.sensors, noise))
         starts[name] = record.start.tolist()
     outside = [name for name in names if name.startswith("outside.")]
-    present = names if amplitude > 0.0 else []
+    present = [name for name in names if strength(amplitude, name) > 0.0]
+    causes = dict.fromkeys([*names, *case.numbers, *(f"parameter.{name}" for name in case.wrong)])
+    there = [name for name in causes if strength(amplitude, name) > 0.0]
     label = {
         "kind": kind,
         "verdict": "none" if not present else "unknown" if outside else "effect",
@@ -277,15 +292,15 @@ def make_case(kind: str, effect: str | None, seed: int, amplitude: float = 1.0, 
         "outside": [name for name in present if name in outside],
         "seed": seed,
         "effect": effect or "none",
-        "amplitude": amplitude,
+        "amplitude": dict(amplitude) if isinstance(amplitude, Mapping) else amplitude,
         "raw_size": _raw_size(with_it, without, case.scene.floor) if raw else None,
-        "same_as": {name: equivalent(kind, name, truth) for name in present if equivalent(kind, name, truth)},
-        "changed": {e: {k: getattr(truth, k) for k in numbers} for e, numbers in case.numbers.items() if present},
+        "same_as": {name: equivalent(kind, name, truth) for name in there if equivalent(kind, name, truth)},
+        "changed": {e: {k: getattr(truth, k) for k in numbers} for e, numbers in case.numbers.items() if e in there},
         "true_numbers": {name: number(truth, name) for name in rig.free},
         "wrong_numbers": {name: float(value) for name, value in wrong.items()},
         "floor": case.scene.floor,
         "starts": starts,
-        "parameters": asdict(truth),
+        "parameters": {k: v for k, v in asdict(truth).items() if k != "rumble"},  # which is a run's alone
     }
     first = _starts(rig, np.random.default_rng([seed, KINDS.index(kind), 2]))
     return Case(rig_text(replace(rig, truth=truth), first | label["wrong_numbers"]), logs, label)

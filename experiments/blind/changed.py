@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.blind.draw import read
-from experiments.blind.score import RIGHT, Judged, Line, half, judged, outcome, share
+from experiments.blind.score import MESSY, RIGHT, RIGHT_OF, Judged, Line, among_small, half, judged, outcome, share
 from experiments.speed.table import Table, show
 
 GAP = 0.01
@@ -20,6 +20,8 @@ TITLES = {
     "pair": "Two causes",
     "outside": "A cause outside the list",
     "none": "Nothing missing",
+    "messy": "Large causes among small ones",
+    "small": "Small causes alone",
 }
 
 
@@ -29,6 +31,9 @@ def judgement(line: Line, alike: Judged) -> str:
         right = "unknown" if line["group"] == "outside" else "none"
         said = line.get("verdict", "error")
         return "right" if said == right else said if said in ("none", "unknown", "error") else "wrong"
+    if line["group"] in MESSY:
+        found = among_small(line, alike)
+        return "right" if found in RIGHT_OF[line["group"]] else found
     found = outcome(line, alike)
     return "right" if found in RIGHT else "wrong, with a true name" if half(line, alike) else found
 

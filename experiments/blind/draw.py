@@ -1,8 +1,8 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own fits.
 
 `python -m experiments.blind.draw calibrate [--processes 1] [--group single …]` appends to `experiments/blind/sets/calibrate.jsonl` what is
-not there yet. Look at `calibrate`, `explore` and `partial` as often as you like. `test` and `second` have been looked at: the next claim needs a set
-of its own, with seeds that served nothing else.
+not there yet. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. `final` is for the
+next claim: leave it undrawn until the search is frozen.
 
 A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
 
@@ -11,6 +11,10 @@ A line holds the place in the set and group, kind, effect, the size wanted, seed
 * misfits of the runs fitted without and with the effect, and relative errors of its numbers;
 * `repeatable` (see the oracle), and of a pair the size without either name (`needed`);
 * why seeds before this one were `dropped`, all of them where the line has no seed.
+
+Of the groups `messy` (large causes among small ones) and `small` (small ones alone) `effect` has the large causes, `amplitude` is that of
+each, and `sizes` says how large each is by itself. `small`, `mess` and `mess_size` hold the rest (see `messy`). `size` is then what the rig
+file leaves of the whole, and `left` what it leaves with the large causes added: the small ones.
 """
 
 import argparse
@@ -27,16 +31,18 @@ import numpy as np
 
 from experiments.blind.cases import KINDS, Case, kinds_of, make_case, split
 from experiments.blind.draws import EFFECTS
+from experiments.blind.messy import case_of, small_parts
 from experiments.blind.oracle import STEP, Fit, by_rule, judge, perfect, refit, size
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
-from experiments.blind.sizes import COARSE, LARGEST, SMALLEST, WITHIN, OutOfReach, sized
+from experiments.blind.sizes import COARSE, LARGEST, SMALLEST, WITHIN, OutOfReach, sized, sized_by
 
 SETS = Path(__file__).parent / "sets"
-GROUPS = ("single", "outside", "pair", "none")
+GROUPS = ("single", "outside", "pair", "none", "messy", "small")
 TRIES = 8  # seeds of one place in a set
 APART = 2000  # between the seeds of two tries, more than a set has places
 OUTSIDE_FROM = 5.0  # smallest size of a cause outside the list
+LARGE_FROM = 8.0  # smallest size of a large cause among small ones
 LEAVES = 0.5  # largest share of the size that the true effect may leave
 SEEN = 1.05  # least factor by which the effect must raise the misfit of the runs that are fitted
 OF_PAIR = 2.0  # size that must be left where a pair lacks either name
@@ -52,6 +58,8 @@ class Plan:
     outside: int  # of every cause outside the list
     pairs: int
     none: int
+    messy: int = 0
+    small: int = 0
 
 
 PLANS = {
@@ -60,6 +68,9 @@ PLANS = {
     "test": Plan(70_000, each=8, wrong=3, outside=10, pairs=40, none=200),
     "second": Plan(110_000, each=8, wrong=3, outside=10, pairs=40, none=200),
     "partial": Plan(150_000, each=1, wrong=0, outside=2, pairs=20, none=10),
+    "messy": Plan(190_000, each=0, wrong=0, outside=0, pairs=0, none=0, messy=60, small=30),
+    # of 40 pairs 31 to 37 were found, and 98 % of the single causes; the rest is always found
+    "final": Plan(230_000, each=10, wrong=5, outside=20, pairs=240, none=200, messy=200, small=200),
 }
 
 
@@ -93,6 +104,8 @@ def places(name: str) -> list[Place]:
             found += [(group, str(kinds[k % len(kinds)]), effect, between(low)) for k in range(count)]
     found += [("pair", KINDS[k % 3], pair(KINDS[k % 3], rng), between(OUTSIDE_FROM)) for k in range(plan.pairs)]
     found += [("none", KINDS[k % 3], "none", None) for k in range(plan.none)]
+    found += [("messy", KINDS[k % 3], large(KINDS[k % 3], 1 + k // 3 % 2, rng), None) for k in range(plan.messy)]
+    found += [("small", KINDS[k % 3], "none", None) for k in range(plan.small)]
     return [Place(k, *one) for k, one in enumerate(found)]
 
 
@@ -104,6 +117,11 @@ def pair(kind: str, rng: np.random.Generator) -> str:
         names = sorted(str(n) for n in rng.choice(able, 2, replace=False))
         if {*names} not in together:
             return "+".join(names)
+
+
+def large(kind: str, count: int, rng: np.random.Generator) -> str:
+    """One effect, or two."""
+    return pair(kind, rng) if count > 1 else str(rng.choice([name for name in EFFECTS if kind in kinds_of(name)]))
 
 
 def carried(case: Case, base: Fit | None = None) -> dict:
@@ -144,6 +162,8 @@ def draw(name: str, place: Place) -> dict:
     """The case at a place, or why there is none."""
     row = {"set": name, "index": place.index, "group": place.group, "kind": place.kind, "effect": place.effect}
     seed = PLANS[name].first + place.index
+    if place.group in ("messy", "small"):
+        return row | among_small(place, seed)
     if place.wanted is None:
         case = make_case(place.kind, "none", seed)
         return row | {"seed": seed, "amplitude": 1.0} | rounded(carried(case))
@@ -161,6 +181,53 @@ def draw(name: str, place: Place) -> dict:
         row |= rounded(more)
         break
     return row | ({"dropped": dropped} if dropped else {})
+
+
+def among_small(place: Place, seed: int) -> dict:
+    """A rig with small causes: its large ones sized one by one and looked at together, then what is small."""
+    dropped = []
+    for one in range(seed, seed + APART * TRIES, APART):
+        try:
+            found = {"seed": one, **sized_alone(place, one)}
+            found |= small_parts(place.kind, place.effect, one, found["amplitude"])
+            found |= rounded(whole(case_of({"kind": place.kind, "effect": place.effect, **found})))
+        except OutOfReach as reason:
+            dropped.append(str(reason))
+            continue
+        return found | ({"dropped": dropped} if dropped else {})
+    return {"dropped": dropped}
+
+
+def sized_alone(place: Place, seed: int) -> dict:
+    """Amplitude and size of each large cause by itself, where the causes together can be seen and none hides another."""
+    names, rng = split(place.effect), np.random.default_rng([seed, KINDS.index(place.kind), 100])
+    amplitude, sizes = dict.fromkeys(names, 0.0), {}
+    base: Fit | None = None
+    for name in names:
+        wanted = float(np.exp(rng.uniform(np.log(LARGE_FROM), np.log(LARGEST / WITHIN))))
+
+        def alone(strength: float, raw: bool, name: str = name) -> Case:
+            return make_case(place.kind, place.effect, seed, dict.fromkeys(names, 0.0) | {name: strength}, raw)
+
+        found = sized_by(alone, wanted)
+        amplitude[name], sizes[name], base = found.case.truth["amplitude"][name], found.size, found.base
+    if base is not None:
+        case = make_case(place.kind, place.effect, seed, amplitude, raw=False)
+        carried(case, base)
+        if len(names) > 1:
+            needed(case)
+    return {"amplitude": amplitude, "sizes": rounded(sizes)}
+
+
+def whole(case: Case) -> dict:
+    """Size of everything in a messy case, and of what its large causes leave; their floor holds what varies."""
+    noise, without = perfect(case, COARSE), refit(case, None, step=COARSE)
+    found = size(without.gap, noise)
+    if not case.truth["effects"]:
+        return {"size": found, "left": found}
+    if found < SMALLEST:
+        raise OutOfReach(f"what varies hides it: size {found:.3g} of the whole")
+    return {"size": found, "left": size(refit(case, case.truth["effect"], step=COARSE).gap, noise)}
 
 
 def rounded(values: dict) -> dict:

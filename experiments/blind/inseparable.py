@@ -13,9 +13,10 @@ from functools import partial
 from json import dumps
 from pathlib import Path
 
-from experiments.blind.cases import kinds_of, make_case, split
+from experiments.blind.cases import kinds_of, split
 from experiments.blind.draw import appending, read
 from experiments.blind.draws import EFFECTS
+from experiments.blind.messy import case_of
 from experiments.blind.oracle import Fit, perfect, refit
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE
@@ -41,7 +42,7 @@ def options(line: dict) -> list[frozenset[str]]:
 def questions(line: dict) -> list[frozenset[str]]:
     """Those of the hypotheses offered that the oracle should be asked about, and can be."""
     truth = frozenset(split(line["effect"]))
-    same = {other for others in line["same_as"].values() for other in others}
+    same = {other for others in line["same_as"].values() for other in others} | {*line.get("small", ())}
     found = []
     for option in options(line) if truth else []:
         longer = len(option) > len(truth) and line["group"] != "outside"
@@ -66,7 +67,7 @@ def ask(line: dict, done: set[tuple[int, str]]) -> list[dict]:
     open_ones = [o for o in questions(line) if (line["index"], "+".join(sorted(o))) not in done]
     if not open_ones:
         return []
-    case = make_case(line["kind"], line["effect"], line["seed"], line["amplitude"], raw=False)
+    case = case_of(line)
     true, noise, found = refit(case, line["effect"], evaluations=EVALUATIONS, step=COARSE), perfect(case, COARSE), []
     for option in open_ones:
         name = "+".join(sorted(option))

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from experiments.blind.cases import KINDS, Case, Prepared, make_case, prepare, settled, split
+from experiments.blind.cases import KINDS, Case, Prepared, make_case, prepare, settled, split, strength
 from experiments.blind.draws import EFFECTS, Numbers, put
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import number, with_number
@@ -269,7 +269,7 @@ def refit(
                 names.append(name.removeprefix("parameter."))
                 continue
             numbers = prepared.numbers[name] if name in own else (EFFECTS | OUTSIDE)[name].draw(prepared.scene, rng)
-            truth = put(truth, numbers, label["amplitude"] if name in own else (1.0, 0.2)[trial % 2])
+            truth = put(truth, numbers, strength(label["amplitude"], name) if name in own else (1.0, 0.2)[trial % 2])
             names += [k for k in _continuous(numbers, truth) if k not in names]
         names = [n for n in names if n != "coulomb" or "axis.friction.coulomb" not in names]
         for name, value in (first or {}).items():

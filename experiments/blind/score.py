@@ -12,6 +12,14 @@ These are the outcomes of a case with one true name, where an *option* is `effec
 * part: the verdict is `partial`, and some option holds true names alone, or what is the same thing.
 * wrong: other names. Under `partial` one name that is not true is enough. Then there are the verdicts `unknown` and `none`, and errors.
 
+A *messy* case has large causes among small ones, and the group `small` has small ones alone. There a name is *true* where it is one of
+either, or declared the same thing, and an option is true where all its names are, or where the oracle cannot tell it from the large causes:
+
+* named: every option is true and holds all large causes. Of small causes alone one is named.
+* part: every option is true, and a large cause lacks in some option.
+* wider: some option is true, and some is not.
+* false: no option is true. Then there are `unknown` and `none`, which say nothing, and errors. Of small causes alone `none` is right, too.
+
 Intervals are Clopper and Pearson's, 95 %.
 """
 
@@ -34,6 +42,9 @@ from rwjax.diagnosis.verdict import CLAIMS
 
 CLASSES = ("exact", "set", "part", "twin", "wider", "wrong", "unknown", "none", "error")
 RIGHT = ("exact", "set")
+MESSY = ("messy", "small")
+OF_MESSY = ("named", "part", "wider", "false", "unknown", "none", "error")
+RIGHT_OF = {"messy": ("named",), "small": ("none", "named")}
 BINS = (3.0, 5.0, 10.0, 30.0)  # sizes
 SAID = (0.0, 0.5, 0.7, 0.9, 0.97, 1.0)  # probabilities
 AT_FLOOR = 1.25  # error left, in floors, above which there is an excess
@@ -83,6 +94,23 @@ def outcome(line: Line, alike: Judged) -> str:
     if all(fits):
         return "set" if true in offered else "twin"
     return "wider" if any(fits) or any(true <= o for o in offered) else "wrong"
+
+
+def among_small(line: Line, alike: Judged) -> str:
+    """One of `OF_MESSY`, of a case with small causes."""
+    if "error" in line:
+        return "error"
+    if line["verdict"] in ("none", "unknown"):
+        return line["verdict"]
+    groups = {name: {name, *line["same_as"].get(name, ())} for name in (*split(line["effect"]), *line["small"])}
+    true = set().union(*groups.values())
+    instead = alike.get(line["index"], set())
+    offered = options(line)
+    held = [option <= true or option in instead for option in offered]
+    if not all(held):
+        return "wider" if any(held) else "false"
+    whole = all(o in instead or all(o & groups[name] for name in split(line["effect"])) for o in offered)
+    return "named" if whole else "part"
 
 
 def share(hits: int, count: int) -> str:
@@ -247,6 +275,23 @@ def nothing(lines: Sequence[Line]) -> Table:
     return Table("Nothing missing: verdicts", ["", "cases", "none", *CLAIMS, "unknown", "error"], table)
 
 
+def messy(title: str, lines: Sequence[Line], alike: Judged) -> Table:
+    """Cases with small causes, by kind and by how many large ones there are."""
+    groups: dict[str, list[Line]] = {}
+    for line in lines:
+        count = len(split(line["effect"]))
+        for name in (line["kind"], f"{count} large" if count else "", "all"):
+            groups.setdefault(name, []).append(line)
+    table = []
+    for name in [*sorted(groups.keys() - {"", "all"}), "all"]:
+        count = Counter(among_small(line, alike) for line in groups[name])
+        right = sum(count[c] for c in RIGHT_OF[lines[0]["group"]])
+        said = count["unknown"] + (count["none"] if lines[0]["group"] == "messy" else 0)
+        shares = (share(hits, len(groups[name])) for hits in (right, count["false"], said))
+        table.append([name, str(len(groups[name])), *shares, *(str(count[c]) for c in OF_MESSY)])
+    return Table(title, ["", "cases", "right", "false", "nothing said", *OF_MESSY], table)
+
+
 def verdicts(lines: Sequence[Line], names: Sequence[str]) -> list[str]:
     """Share of each verdict, and of errors."""
     count = Counter("error" if "error" in line else line["verdict"] for line in lines)
@@ -341,6 +386,8 @@ def times(lines: Sequence[Line]) -> Table:
 
 def fine(line: Line, alike: Judged) -> bool:
     """Whether a case needs no second look."""
+    if line["group"] in MESSY:
+        return among_small(line, alike) in RIGHT_OF[line["group"]]
     if line["group"] in ("none", "outside"):
         return line.get("verdict") == ("none" if line["group"] == "none" else "unknown")
     return outcome(line, alike) in (*RIGHT, "part")
@@ -358,14 +405,15 @@ def confusions(lines: Sequence[Line], alike: Judged) -> Table:
         size = f"{line['size']:.1f}" if "size" in line else ""
         case = f"{line['kind']} {line['effect']} {line['seed']} {line['amplitude']}"
         said = line.get("error") or f"{line['verdict']}: {' | '.join(names)}"
-        table.append([case, size, outcome(line, alike), said, top, *left])
+        found = (among_small if line["group"] in MESSY else outcome)(line, alike)
+        table.append([case, size, found, said, top, *left])
     head = ["case (kind, effect, seed, amplitude)", "size", "", "said", "first", "before", "after"]
     return Table("Not right", head, table)
 
 
 def calibrations(lines: Sequence[Line]) -> list[Table]:
     """Probabilities of the first name, causes outside the list left out: of every answer, and of those that name one set."""
-    known = [x for x in lines if x["group"] != "outside"]
+    known = [x for x in lines if x["group"] not in ("outside", *MESSY)]
     alone = [x for x in known if x.get("verdict") == "effect"]
     return [
         calibration("Probability of the first name, every case with an answer", known),
@@ -378,15 +426,19 @@ def tables(lines: Sequence[Line], alike: Judged) -> list[Table]:
     single, pair, none, beyond = (
         [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")
     )
-    found = [worth(lines, alike)]
+    clear = [x for x in lines if x["group"] not in MESSY]
+    found = [worth(clear, alike)]
     if single:
         found += [*(by(what, single, alike) for what in BY), shares(single, alike), where(single)]
         found += [families(word, single, alike) for word in ("subsystem", "coordinate")]
     found += [pairs(pair, alike)] if pair else []
     found += [nothing(none)] if none else []
     found += [outside(beyond, alike)] if beyond else []
-    found += [in_part(lines, alike)] if any(x.get("verdict") == "partial" for x in lines) else []
-    return [*found, *calibrations(lines), risk(lines, alike), risk(lines, alike, by_floors=True), times(lines)]
+    for name, title in (("messy", "Large causes among small ones"), ("small", "Small causes alone")):
+        group = [x for x in lines if x["group"] == name]
+        found += [messy(title, group, alike)] if group else []
+    found += [in_part(clear, alike)] if any(x.get("verdict") == "partial" for x in clear) else []
+    return [*found, *calibrations(lines), risk(clear, alike), risk(clear, alike, by_floors=True), times(lines)]
 
 
 def main() -> None:

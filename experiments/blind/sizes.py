@@ -4,6 +4,7 @@
 """
 
 import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,23 +34,23 @@ class OutOfReach(ValueError):
     """No amplitude gives the wanted size; says why."""
 
 
-def sized(kind: str, effect: str, seed: int, wanted: float) -> Sized:
-    """The case of a seed at the wanted size, by bisection on the amplitude's logarithm."""
+def reach(measure: Callable[[float], float], wanted: float, first: float, allowed: tuple[float, float]) -> float:
+    """Amplitude at which `measure(amplitude)` has a size near the one wanted and within what is allowed.
+
+    By bisection on the amplitude's logarithm, which begins at `first`.
+    """
     low, high = np.log(LOW), np.log(HIGH)
     below: tuple[float, float] | None = None  # logarithms of amplitude and size
     above: tuple[float, float] | None = None
-    goal, first = np.log(wanted), None
-    raw = make_case(kind, effect, seed).truth["raw_size"]
-    x = float(np.clip(goal - np.log(raw), np.log(0.02), np.log(10.0))) if 0.0 < raw < np.inf else 0.0
+    goal, x = np.log(wanted), first
     for _ in range(STEPS):
-        case = make_case(kind, effect, seed, float(f"{np.exp(x):.4g}"), raw=False)
-        base = refit(case, None, evaluations=EVALUATIONS, step=COARSE, first=first)
-        found = size(base.gap, perfect(case, COARSE))
-        if max(wanted / WITHIN, SMALLEST) <= found <= min(wanted * WITHIN, LARGEST):
-            return Sized(case, found, base)
+        amplitude = float(f"{np.exp(x):.4g}")
+        found = measure(amplitude)
+        if max(wanted / WITHIN, allowed[0]) <= found <= min(wanted * WITHIN, allowed[1]):
+            return amplitude
         y = np.log(max(found, 0.1))
         if found < wanted:
-            below, first = (x, y), base.numbers
+            below = (x, y)
         else:
             above = (x, y)
         if below and above:
@@ -62,6 +63,30 @@ def sized(kind: str, effect: str, seed: int, wanted: float) -> Sized:
         else:
             x = float(np.clip(x + np.sign(goal - y) * np.clip(1.2 * abs(goal - y), 0.3, 2.5), low, high))
     raise OutOfReach(f"no amplitude found in {STEPS} steps")
+
+
+def sized(kind: str, effect: str, seed: int, wanted: float) -> Sized:
+    """The case of a seed at the wanted size; all its causes have one amplitude."""
+    return sized_by(lambda amplitude, raw: make_case(kind, effect, seed, amplitude, raw), wanted)
+
+
+def sized_by(make: Callable[[float, bool], Case], wanted: float) -> Sized:
+    """The case `make(amplitude, raw)` at the wanted size, each time by a refit of the rig without effects."""
+    first: dict[str, float] | None = None
+    tried: dict[float, Sized] = {}
+
+    def measure(amplitude: float) -> float:
+        nonlocal first
+        case = make(amplitude, False)
+        base = refit(case, None, evaluations=EVALUATIONS, step=COARSE, first=first)
+        found = size(base.gap, perfect(case, COARSE))
+        first = base.numbers if found < wanted else first
+        tried[amplitude] = Sized(case, found, base)
+        return found
+
+    raw = make(1.0, True).truth["raw_size"]
+    x = float(np.clip(np.log(wanted) - np.log(raw), np.log(0.02), np.log(10.0))) if 0.0 < raw < np.inf else 0.0
+    return tried[reach(measure, wanted, x, (SMALLEST, LARGEST))]
 
 
 def main() -> None:

@@ -136,6 +136,7 @@ class Truth:
     jump: float = 0.0
     jump_time: float = 5.0
     salt: float = 0.0  # makes random events differ from log to log
+    rumble: float = 0.0  # N m, RMS of the coloured noise of the torque in a run
 
     def array(self) -> np.void:
         """The numbers as a record, whose fields compiled code reads by name."""

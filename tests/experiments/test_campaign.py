@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -45,11 +46,12 @@ def test_a_size_out_of_reach_is_refused() -> None:
 def test_a_set_holds_every_effect_in_every_kind_of_rig_and_its_own_seeds(name: str) -> None:
     plan, places = draw.PLANS[name], draw.places(name)
     assert places == draw.places(name)
-    count = {effect: sum(p.effect == effect for p in places) for effect in {p.effect for p in places}}
-    assert all(count[effect] == plan.each for effect in EFFECTS)
-    assert all(count[effect] == plan.outside for effect in OUTSIDE)
-    assert all(count.get(f"parameter.{number}", 0) == plan.wrong for number in FIELD)
-    assert count["none"] == plan.none
+    count = Counter((p.group, p.effect) for p in places)
+    assert all(count["single", effect] == plan.each for effect in EFFECTS)
+    assert all(count["outside", effect] == plan.outside for effect in OUTSIDE)
+    assert all(count["single", f"parameter.{number}"] == plan.wrong for number in FIELD)
+    assert count["none", "none"] == plan.none and count["small", "none"] == plan.small
+    assert sum(p.group == "messy" for p in places) == plan.messy
     assert len(places) < draw.APART
     last = {p.first + draw.APART * draw.TRIES: p.first for p in draw.PLANS.values()}
     assert all(first >= plan.first or end <= plan.first for end, first in last.items())
@@ -76,7 +78,7 @@ def test_a_campaign_skips_what_its_file_holds(tmp_path: Path) -> None:
 
 
 def test_a_line_names_the_commit_also_where_a_diagnosis_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(campaign, "make_case", lambda *_, **__: SimpleNamespace(truth={"same_as": {}}))
+    monkeypatch.setattr(campaign, "case_of", lambda *_, **__: SimpleNamespace(truth={"same_as": {}}))
     monkeypatch.setattr(campaign, "write_case", lambda *_: None)  # so that there is no rig file
     monkeypatch.setattr(campaign, "commit", lambda: "abc1234")
     found = campaign.answer({"index": 0, "kind": "wheel", "effect": "none", "seed": 1, "amplitude": 1.0})
