@@ -20,7 +20,7 @@ from pathlib import Path
 from time import perf_counter
 
 from experiments.blind.cases import KINDS, write_case
-from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
+from experiments.blind.draw import GROUPS, PLANS, appending, cases, evenly, read
 from experiments.blind.messy import case_of
 from experiments.commit import commit
 from rwjax import read_logs, read_rig
@@ -68,9 +68,7 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
 
 def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
     """At most `limit` of the cases, evenly over the set; those of one kind of rig, which share programs, together."""
-    step = max(len(rows) / limit, 1.0) if limit else 1.0
-    chosen = [rows[int(k * step)] for k in range(min(limit or len(rows), len(rows)))]
-    return sorted(chosen, key=lambda row: KINDS.index(row["kind"]))
+    return sorted(evenly(rows, limit), key=lambda row: KINDS.index(row["kind"]))
 
 
 def end_with_parent() -> None:

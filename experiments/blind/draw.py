@@ -1,7 +1,7 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own fits.
 
-`python -m experiments.blind.draw calibrate [--processes 1] [--group single …]` appends to `experiments/blind/sets/calibrate.jsonl` what is
-not there yet. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. `final` is for the
+`python -m experiments.blind.draw calibrate [--processes 1] [--group single …] [--limit 20]` appends to
+`experiments/blind/sets/calibrate.jsonl` what is not there yet, with a limit at most so many places of each group. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. `final` is for the
 next claim: leave it undrawn until the search is frozen.
 
 A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
@@ -20,12 +20,12 @@ file leaves of the whole, and `left` what it leaves with the large causes added:
 import argparse
 import json
 import multiprocessing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TextIO
+from typing import TextIO, TypeVar
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, LARGEST, SMALLEST, WITHIN, OutOfReach, sized, sized_by
 
+T = TypeVar("T")
 SETS = Path(__file__).parent / "sets"
 GROUPS = ("single", "outside", "pair", "none", "messy", "small")
 TRIES = 8  # seeds of one place in a set
@@ -250,6 +251,12 @@ def appending(path: Path) -> TextIO:
     return path.open("a")
 
 
+def evenly(rows: Sequence[T], limit: int | None) -> list[T]:
+    """At most `limit` of some rows, evenly over all of them."""
+    step = max(len(rows) / limit, 1.0) if limit else 1.0
+    return [rows[int(k * step)] for k in range(min(limit or len(rows), len(rows)))]
+
+
 def cases(name: str) -> Iterator[dict]:
     """The cases of a set that were found."""
     return (row for row in read(SETS / f"{name}.jsonl") if "seed" in row)
@@ -261,10 +268,12 @@ def main() -> None:
     parser.add_argument("name", choices=PLANS)
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
+    parser.add_argument("--limit", type=int, help="places of each group, evenly over all of its own")
     a = parser.parse_args()
     path = SETS / f"{a.name}.jsonl"
     done = {row["index"] for row in read(path)}
-    todo = [place for place in places(a.name) if place.group in a.group and place.index not in done]
+    wanted = [p for name in a.group for p in evenly([p for p in places(a.name) if p.group == name], a.limit)]
+    todo = [place for place in wanted if place.index not in done]
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(a.processes, context) as pool, appending(path) as file:
         for k, row in enumerate(pool.map(partial(draw, a.name), todo), 1):
