@@ -1,0 +1,66 @@
+"""Is a pair a fair question? What the fitted rig leaves of its own logs, and of the given ones.
+
+`python -m experiments.real.run --fair` prints both for every pair, and diagnoses nothing. A question is fair where the rig follows its own
+logs: where something was changed, it leaves of them at most a third of what it leaves of the given ones. Where nothing was, it leaves of
+the given ones at most three times what it leaves of its own: then no more is there to be found than in the logs that it was fitted to.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from experiments.real.pairs import Pair, fixed, given, own
+from experiments.speed.table import show
+from rwjax import predict
+from rwjax.errors import InputError
+from rwjax.logs.log import Log
+from rwjax.rig.model import Rig
+
+TIMES = 3.0
+"""How many times more a rig leaves of a set-up that differs than of its own, at least [1]."""
+
+
+def left(rig: Rig, logs: Sequence[Log]) -> float:
+    """Free-run RMS error of all logs together [rad, or rad/s of a wheel]; infinite where a run goes further than any rig."""
+    square = []
+    for log in logs:
+        signal, measured = next(iter(log.outputs.items()))
+        try:
+            square.append(np.square(predict(rig, log)[signal] - measured))
+        except InputError:
+            return np.inf
+    return float(np.sqrt(np.nanmean(np.concatenate(square))))
+
+
+def is_fair(changed: bool, of_own: float, of_given: float) -> bool:
+    """Whether a pair is a fair question.
+
+    Args:
+        changed: Whether something differs.
+        of_own: What the fitted rig leaves of its own logs [rad].
+        of_given: What it leaves of the given ones [rad].
+
+    Returns:
+        Whether it is.
+    """
+    if not np.isfinite(of_own):
+        return False
+    return of_given >= TIMES * of_own if changed else of_given <= TIMES * of_own
+
+
+def errors(pair: Pair) -> tuple[float, float]:
+    """What a pair's rig leaves of its own logs and of the given ones [rad]."""
+    rig = fixed(pair)
+    return left(rig, own(pair, rig)), left(*given(pair, rig))
+
+
+def report(pairs: Sequence[Pair]) -> None:
+    """Prints the table."""
+    rows = []
+    for pair in pairs:
+        of_own, of_given = errors(pair)
+        fair = "yes" if is_fair(bool(pair.changed), of_own, of_given) else "no"
+        changed = " + ".join(pair.changed) or "nothing"
+        rows.append([pair.name, pair.set, changed, f"{1e3 * of_own:.1f}", f"{1e3 * of_given:.1f}", fair])
+        print(" ".join(rows[-1]), flush=True)
+    show("What fitted rigs leave", ["pair", "set", "changed", "own [mrad]", "given [mrad]", "fair"], rows)
