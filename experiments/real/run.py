@@ -23,7 +23,10 @@ from rwjax.diagnosis.diagnosis import Diagnosis, diagnose
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.fitting.processes import Team
 
-SAME_LOAD = {"parameter.axis.inertia": "parameter.motor.inertia"}
+SAME = {
+    "parameter.axis.inertia": "parameter.motor.inertia",
+    "parameter.motor.inertia": "parameter.axis.inertia",
+}
 """Names of what the library says is the same thing."""
 
 
@@ -55,7 +58,7 @@ def outcome(
         return "published" if any({*one} <= {*published} for one in sets) else "wrong"
     if verdict not in CLAIMS:
         return verdict
-    right = {*changed, *(SAME_LOAD[name] for name in changed if name in SAME_LOAD)}
+    right = {*changed, *(SAME[name] for name in changed if name in SAME)}
     inside = [e for e in sets if {*e} <= right]
     if any(len(e) == len(changed) for e in inside):
         return "named"
@@ -116,9 +119,9 @@ def main() -> None:
     parser.add_argument(
         "--fair", action="store_true", help="print what fitted rigs leave of all pairs, and diagnose nothing"
     )
-    parser.add_argument("--only", default="", metavar="DATA", help="pairs of the sets whose name holds this")
+    parser.add_argument("--only", default="", metavar="WORDS", help="pairs whose name holds this")
     a = parser.parse_args()
-    asked = [pair for pair in pairs() if a.only in pair.data]
+    asked = [pair for pair in pairs() if a.only in pair.name]
     if a.fair:
         return fair.report(asked)
     a.path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,11 +1,12 @@
 """Measured rigs with a withheld label: the manifest, what is published of the rigs, and what an answer is worth."""
 
+import csv
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from experiments.real.fair import is_fair
+from experiments.real.fair import is_fair, put_right
 from experiments.real.pairs import Pair, given, own, pairs
 from experiments.real.published import PUBLISHED, Published
 from experiments.real.run import outcome
@@ -66,9 +67,18 @@ def test_a_fair_question(changed: bool, of_own: float, of_given: float, fair: bo
     assert is_fair(changed, of_own, of_given) == fair
 
 
+def test_what_is_put_right() -> None:
+    pair = Pair("frozen", "a", "first", "second", list(LOAD))
+    right = put_right(pair)
+    assert right is not None and right.told == ("axis.inertia", "axis.gravity.torque") and not right.changed
+    assert put_right(pair._replace(changed=[])) is None
+    assert put_right(pair._replace(changed=["drive.supply_sag"])) is None
+    assert put_right(pair._replace(given_data="b")) is None
+
+
 def test_pairs_have_names_of_their_own_and_differ_in_something_or_in_their_runs() -> None:
     every = pairs()
-    assert len({pair.name for pair in every}) == len(every)
+    assert len({pair.name for pair in every}) == len(every) >= 40
     assert {pair.set for pair in every} == {"develop", "frozen"}
     for pair in every:
         first = pair.data, pair.fitted, pair.fitted_runs
@@ -128,3 +138,22 @@ def test_every_published_set_is_listed(realdata: Path) -> None:
 def test_an_answer_beside_what_is_published(verdict: str, sets: list[tuple[str, ...]], worth: str) -> None:
     said = Published(["axis.backlash"], ["sensor.scale"], "a paper")
     assert said.says(verdict, sets) == worth
+
+
+NUMBERS_OF = {
+    "length_m": ("axis.inertia", "axis.gravity.torque"),
+    "mass_kg": ("axis.inertia", "axis.gravity.torque"),
+    "kp": ("drive.servo.kp",),
+}
+"""Numbers of the rig file that go with a column of the lists in which the pendulums' authors say how each run was made."""
+
+
+@pytest.mark.parametrize("pair", [pair for pair in pairs() if pair.data.endswith("_pendulum")], ids=lambda p: p.name)
+def test_what_was_changed_is_what_the_authors_list(pair: Pair, realdata: Path) -> None:
+    rows = []
+    for data, setup in ((pair.data, pair.fitted), (pair.given_data or pair.data, pair.given)):
+        with (realdata / data / "manifest.csv").open() as file:
+            rows.append(next(row for row in csv.DictReader(file) if row["file"].endswith(f"_{setup}.csv")))
+    differs = {name for key, names in NUMBERS_OF.items() if rows[0].get(key) != rows[1].get(key) for name in names}
+    said = {*pair.told, *(name.removeprefix("parameter.") for name in pair.changed)}
+    assert differs == ({*()} if pair.given_data else said)
