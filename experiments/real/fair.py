@@ -4,8 +4,9 @@
 logs: where something was changed, it leaves of them at most a third of what it leaves of the given ones. Where nothing was, it leaves of
 the given ones at most three times what it leaves of its own: then no more is there to be found than in the logs that it was fitted to.
 
-The last column says how much of the given logs is left once the changed numbers are put right: no answer that names them alone can do better
-by much. Where it is far above what is left of the rig's own logs, something changes besides, as friction that grows with the load does.
+Besides it says what is left of the given logs once the changed numbers are put right, and whether they can be named: whether that is at
+most half of what is left with them wrong, as every claim of a diagnosis has to reach. Where it is more, something changes besides, as
+friction that grows with the load does, and `unknown` is the best answer.
 """
 
 from collections.abc import Sequence
@@ -22,6 +23,9 @@ from rwjax.rig.model import Rig
 
 TIMES = 3.0
 """How many times more a rig leaves of a set-up that differs than of its own, at least [1]."""
+MOST_LEFT = 0.5
+"""Share of the given logs' error that the right numbers leave at most where they can be named [1]."""
+WORDS = {True: "yes", False: "no", None: "-"}
 
 
 def left(rig: Rig, logs: Sequence[Log]) -> float:
@@ -68,6 +72,19 @@ class Left(NamedTuple):
     right: float | None
 
 
+def can_be_named(given: float, right: float | None) -> bool | None:
+    """Whether what was changed explains half of the gap, None where nobody knows.
+
+    Args:
+        given: What the fitted rig leaves of the given logs [rad].
+        right: What it leaves with the changed numbers put right [rad].
+
+    Returns:
+        Whether it does.
+    """
+    return None if right is None else right <= MOST_LEFT * given
+
+
 def errors(pair: Pair) -> Left:
     """What a pair's rig leaves."""
     rig, right = fixed(pair), put_right(pair)
@@ -79,9 +96,11 @@ def report(pairs: Sequence[Pair]) -> None:
     rows = []
     for pair in pairs:
         found = errors(pair)
-        fair = "yes" if is_fair(bool(pair.changed), found.own, found.given) else "no"
+        said = is_fair(bool(pair.changed), found.own, found.given), can_be_named(found.given, found.right)
         numbers = ["-" if one is None else f"{1e3 * one:.1f}" for one in found]
-        rows.append([pair.name, pair.set, " + ".join(pair.changed) or "nothing", *numbers, fair])
+        rows.append(
+            [pair.name, pair.set, " + ".join(pair.changed) or "nothing", *numbers, *(WORDS[one] for one in said)]
+        )
         print(" ".join(rows[-1]), flush=True)
-    head = ["pair", "set", "changed", "own [mrad]", "given [mrad]", "put right [mrad]", "fair"]
+    head = ["pair", "set", "changed", "own [mrad]", "given [mrad]", "put right [mrad]", "fair", "can be named"]
     show("What fitted rigs leave", head, rows)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.real.fair import is_fair, put_right
+from experiments.real.fair import can_be_named, is_fair, put_right
 from experiments.real.pairs import Pair, given, own, pairs
 from experiments.real.published import PUBLISHED, Published
 from experiments.real.run import outcome
@@ -65,6 +65,10 @@ def test_what_an_answer_is_worth_where_nothing_was_changed(
 )
 def test_a_fair_question(changed: bool, of_own: float, of_given: float, fair: bool) -> None:
     assert is_fair(changed, of_own, of_given) == fair
+
+
+def test_what_can_be_named() -> None:
+    assert can_be_named(0.1, 0.04) is True and can_be_named(0.1, 0.08) is False and can_be_named(0.1, None) is None
 
 
 def test_what_is_put_right() -> None:
