@@ -1,111 +1,64 @@
 """Is what was changed on a measured rig named? `python -m experiments.real.run [--set develop] [--most SECONDS] [-o build/real.jsonl]`
 
-Each pair of `manifest.toml` takes two set-ups of one rig: another payload, arm or gain. The rig is fitted to the logs of the first one.
-With all its numbers fixed, it is then given to `rwjax diagnose` with the logs of the second one. The diagnosis sees the rig file and the
-logs alone. It is given three runs, of which it leaves each out in turn. The fourth one that was published, `sin_time_square`, is left out of it:
-it goes so fast that no fitted set-up follows even its own (the first pair's rig leaves 135 mrad of it, and 0 to 8 of the others). A line is
-appended for each pair, with the commit; pairs that the file holds are skipped. The table counts what is claimed: all that was changed, a
-part of it, or a name that is wrong.
+Each pair of `manifest.toml` takes two set-ups of one rig: another payload, arm, gain or motor, or the same with other runs. The rig is
+fitted to the logs of the first one. With all its numbers fixed, it is then given to `rwjax diagnose` with the logs of the second one. The
+diagnosis sees the rig file and the logs alone. A line is appended for each pair, with the commit; pairs that the file holds are skipped.
+The table counts what is claimed: all that was changed, a part of it, or a name that is wrong. `--fair` prints instead what the fitted rig
+leaves of its own logs and of the given ones (`fair.py`).
 """
 
 import argparse
 import json
-import tomllib
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import NamedTuple
 
 from experiments.commit import commit
-from experiments.realdata import ROOT, need
-from experiments.servos.cases import (
-    DUTY_PER_RAD,
-    ENABLED,
-    GOAL,
-    LOADS,
-    POSITION,
-    PUBLISHED,
-    SUPPLY,
-    rig_file,
-)
+from experiments.real import fair
+from experiments.real.pairs import Pair, fixed, given, pairs
+from experiments.real.published import PUBLISHED
+from experiments.realdata import ROOT
 from experiments.speed.table import machine, show
-from rwjax import fit, parse_rig, read_logs
 from rwjax.diagnosis.diagnosis import Diagnosis, diagnose
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.fitting.processes import Team
-from rwjax.logs.log import Log
-from rwjax.rig.model import Rig
 
-MANIFEST = Path(__file__).with_name("manifest.toml")
-RUNS = "sin_sin", "lift_and_drop", "up_and_down"
-FIRST_LOAD = "L100_m0535"
-"""Load of the first guess where a set-up's name says no other."""
-SAME_LOAD = {"parameter.axis.inertia": "parameter.motor.inertia"}
+SAME = {
+    "parameter.axis.inertia": "parameter.motor.inertia",
+    "parameter.motor.inertia": "parameter.axis.inertia",
+}
 """Names of what the library says is the same thing."""
-
-
-class Pair(NamedTuple):
-    """A line of the manifest."""
-
-    set: str
-    data: str
-    fitted: str
-    given: str
-    changed: list[str]
-
-    @property
-    def name(self) -> str:
-        """What it is called in the results."""
-        return f"{self.data}: {self.fitted} to {self.given}"
-
-
-def pairs() -> list[Pair]:
-    """All pairs of the manifest."""
-    return [Pair(**line) for line in tomllib.loads(MANIFEST.read_text())["pair"]]
-
-
-def plain_rig(data: str, setup: str) -> str:
-    """Rig file of a set-up before any fit."""
-    if data == "unitree_go1_pendulum":
-        servo = 'acts_on = "torque"\nkp = 10.0\nkd = 0.3\ndamping_on = "speed"\nlimit = 23.7'
-        return rig_file(PUBLISHED[data], servo, "", ['time_s = "time_s"', GOAL, ENABLED, POSITION], LOADS[setup], True)
-    load, _, kp = setup.rpartition("kp")
-    servo = f'acts_on = "duty"\nkp = {DUTY_PER_RAD[data] * float(kp)}\nperiod = 0.005'
-    columns = ['time_s = "time_s"', GOAL, ENABLED, SUPPLY, POSITION]
-    return rig_file(PUBLISHED[data], servo, "", columns, LOADS.get(load.rstrip("_"), LOADS[FIRST_LOAD]), False)
-
-
-def fixed(pair: Pair) -> Rig:
-    """The rig as fitted to the first set-up's logs, with every number fixed."""
-    rig = parse_rig(plain_rig(pair.data, pair.fitted), f"{pair.fitted}.toml")
-    return replace(fit(rig, logs_of(pair.data, pair.fitted, rig)).rig, free=(), prior={})
-
-
-def logs_of(data: str, setup: str, rig: Rig) -> list[Log]:
-    """Those runs of a set-up that were published."""
-    files = [need() / data / f"{run}_{setup}.csv" for run in RUNS]
-    return read_logs([file for file in files if file.exists()], rig)
 
 
 def diagnosed(pair: Pair, most: float) -> Diagnosis:
     """What the second set-up's logs are said to lack."""
-    rig = fixed(pair)
+    rig, logs = given(pair, fixed(pair))
     with Team() as team:
-        return diagnose(rig, logs_of(pair.data, pair.given, rig), budget=most, team=team)
+        return diagnose(rig, logs, budget=most, team=team)
 
 
-def outcome(verdict: str, sets: Sequence[Sequence[str]], changed: Sequence[str]) -> str:
-    """What an answer is worth: `named`, `in part`, `wrong` or the verdict that claims nothing.
+def outcome(
+    verdict: str, sets: Sequence[Sequence[str]], changed: Sequence[str], published: Collection[str] = ()
+) -> str:
+    """What an answer is worth.
 
     Args:
         verdict: the verdict.
         sets: the named set and its alternatives.
-        changed: what was changed.
+        changed: what was changed, none of it where nothing was.
+        published: effects that the rig has in every set-up, as its authors say.
+
+    Returns:
+        Where something was changed: `named`, `in part`, `wrong` or the verdict that claims nothing. Where nothing was: `nothing` for
+        such a verdict, `published` where one of the sets is of published effects alone, which are no change, and else `wrong`.
     """
+    if not changed:
+        if verdict not in CLAIMS:
+            return "nothing"
+        return "published" if any({*one} <= {*published} for one in sets) else "wrong"
     if verdict not in CLAIMS:
         return verdict
-    right = {*changed, *(SAME_LOAD[name] for name in changed if name in SAME_LOAD)}
+    right = {*changed, *(SAME[name] for name in changed if name in SAME)}
     inside = [e for e in sets if {*e} <= right]
     if any(len(e) == len(changed) for e in inside):
         return "named"
@@ -118,9 +71,10 @@ def line(pair: Pair, most: float) -> dict:
     found = diagnosed(pair, most).json()
     sets = [found["effects"], *found["alternatives"]]
     return {
+        "name": pair.name,
         **pair._asdict(),
         "commit": commit(),
-        "outcome": outcome(found["verdict"], sets, pair.changed),
+        "outcome": outcome(found["verdict"], sets, pair.changed, PUBLISHED[pair.data].present),
         **{key: found[key] for key in ("verdict", "complete", "effects", "alternatives", "remarks")},
         **{key: found["gap"][key] for key in ("before", "after", "floor", "closed", "ci95")},
         "ranking": found["ranking"][:10],
@@ -128,12 +82,17 @@ def line(pair: Pair, most: float) -> dict:
     }
 
 
+def name_of(one: dict) -> str:
+    """Name of a line's pair; lines written before there were other sets hold none."""
+    return one.get("name") or f"{one['data']}: {one['fitted']} to {one['given']}"
+
+
 def report(lines: Sequence[dict]) -> None:
     """Prints the table."""
     rows = [
         [
-            f"{one['data']}: {one['fitted']} to {one['given']}",
-            " + ".join(one["changed"]),
+            name_of(one),
+            " + ".join(one["changed"]) or "nothing",
             one["outcome"],
             f"{one['verdict']}: {' + '.join(one['effects']) or '-'}",
             *(f"{1e3 * one[key]:.1f}" for key in ("before", "after", "floor")),
@@ -151,15 +110,22 @@ def main() -> None:
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "real.jsonl")
     parser.add_argument("--set", dest="name", choices=("develop", "frozen"), default="develop")
     parser.add_argument("--most", type=float, default=float("inf"), metavar="SECONDS", help="of a diagnosis")
+    parser.add_argument(
+        "--fair", action="store_true", help="print what fitted rigs leave of all pairs, and diagnose nothing"
+    )
+    parser.add_argument("--only", default="", metavar="WORDS", help="pairs whose name holds this")
     a = parser.parse_args()
+    asked = [pair for pair in pairs() if a.only in pair.name]
+    if a.fair:
+        return fair.report(asked)
     a.path.parent.mkdir(parents=True, exist_ok=True)
     held = a.path.read_text().splitlines() if a.path.exists() else []
-    known = {Pair(*(json.loads(text)[field] for field in Pair._fields)).name for text in held}
-    for pair in pairs():
+    known = {name_of(json.loads(text)) for text in held}
+    for pair in asked:
         if pair.set == a.name and pair.name not in known:
             with a.path.open("a") as file:
                 file.write(json.dumps(line(pair, a.most)) + "\n")
-    report([json.loads(text) for text in a.path.read_text().splitlines()])
+    return report([json.loads(text) for text in a.path.read_text().splitlines()])
 
 
 if __name__ == "__main__":

@@ -105,9 +105,14 @@ PUBLISHED = {
 """Torque constant [N m/A] and resistance [ohm] behind the gear, those of the Feetech servos for 12 V where their authors took 15 V."""
 LOADS = {
     "L100_m0535": (0.006745, 0.5422),
+    "L100_m0741": (0.009273, 0.7444),
+    "L100_m1168": (0.014615, 1.1630),
+    "L150_m0535": (0.013688, 0.8236),
+    "L150_m0741": (0.018793, 1.1269),
     "L150_m1168": (0.029472, 1.7549),
     "m0000": (0.000585, 0.0574),
     "m1000": (0.023085, 1.529),
+    "m3000": (0.068085, 4.472),
 }
 """Inertia [kg m2] and largest torque [N m] of the pendulums' loads, as published."""
 

@@ -1,11 +1,19 @@
-"""Measured rigs with a withheld label: the manifest, and what an answer is worth."""
+"""Measured rigs with a withheld label: the manifest, what is published of the rigs, and what an answer is worth."""
 
+import csv
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from experiments.real.run import RUNS, outcome, pairs, plain_rig
-from rwjax import parse_rig
+from experiments.real.fair import can_be_named, is_fair, put_right
+from experiments.real.pairs import Pair, given, own, pairs
+from experiments.real.published import PUBLISHED, Published
+from experiments.real.run import outcome
+from experiments.real.setups import SETS
+from rwjax.diagnosis.hypothesis import candidates
+from rwjax.effects.library import BY_NAME
+from rwjax.logs.driven import driven_by
 
 LOAD = ("parameter.axis.inertia", "parameter.axis.gravity.torque")
 
@@ -24,20 +32,132 @@ LOAD = ("parameter.axis.inertia", "parameter.axis.gravity.torque")
     ],
 )
 def test_what_an_answer_is_worth(verdict: str, sets: list[tuple[str, ...]], worth: str) -> None:
-    assert outcome(verdict, sets, list(LOAD)) == worth
+    assert outcome(verdict, sets, list(LOAD), ["axis.stribeck"]) == worth
 
 
-def test_every_pair_is_of_one_rig_and_a_number_of_it_is_changed() -> None:
+@pytest.mark.parametrize(
+    ("verdict", "sets", "worth"),
+    [
+        ("none", [()], "nothing"),
+        ("unknown", [("axis.spring",)], "nothing"),
+        ("partial", [("axis.backlash",)], "published"),
+        ("ambiguous", [("axis.spring",), ("axis.backlash",)], "published"),
+        ("partial", [("axis.backlash", "axis.spring")], "wrong"),
+        ("effect", [("parameter.axis.inertia",)], "wrong"),
+    ],
+)
+def test_what_an_answer_is_worth_where_nothing_was_changed(
+    verdict: str, sets: list[tuple[str, ...]], worth: str
+) -> None:
+    assert outcome(verdict, sets, [], ["axis.backlash", "axis.stribeck"]) == worth
+
+
+@pytest.mark.parametrize(
+    ("changed", "of_own", "of_given", "fair"),
+    [
+        (True, 0.01, 0.03, True),
+        (True, 0.01, 0.02, False),
+        (True, 0.01, float("inf"), True),
+        (True, float("inf"), float("inf"), False),
+        (False, 0.01, 0.03, True),
+        (False, 0.01, 0.04, False),
+    ],
+)
+def test_a_fair_question(changed: bool, of_own: float, of_given: float, fair: bool) -> None:
+    assert is_fair(changed, of_own, of_given) == fair
+
+
+def test_what_can_be_named() -> None:
+    assert can_be_named(0.1, 0.04) is True and can_be_named(0.1, 0.08) is False and can_be_named(0.1, None) is None
+
+
+def test_what_is_put_right() -> None:
+    pair = Pair("frozen", "a", "first", "second", list(LOAD))
+    right = put_right(pair)
+    assert right is not None and right.told == ("axis.inertia", "axis.gravity.torque") and not right.changed
+    assert put_right(pair._replace(changed=[])) is None
+    assert put_right(pair._replace(changed=["drive.supply_sag"])) is None
+    assert put_right(pair._replace(given_data="b")) is None
+
+
+def test_pairs_have_names_of_their_own_and_differ_in_something_or_in_their_runs() -> None:
     every = pairs()
-    assert len({pair.name for pair in every}) == len(every) and {pair.set for pair in every} == {"develop", "frozen"}
+    assert len({pair.name for pair in every}) == len(every) >= 40
+    assert {pair.set for pair in every} == {"develop", "frozen"}
     for pair in every:
-        assert pair.fitted != pair.given
-        given, fitted = (parse_rig(plain_rig(pair.data, setup), "rig.toml") for setup in (pair.given, pair.fitted))
-        assert given.kind == fitted.kind == "joint"
-        assert all(name.removeprefix("parameter.") in fitted.numbers for name in pair.changed)
+        first = pair.data, pair.fitted, pair.fitted_runs
+        assert first != (pair.given_data or pair.data, pair.given, pair.given_runs) or pair.withheld, pair.name
 
 
-def test_the_logs_of_every_pair_are_there(realdata: Path) -> None:
-    for pair in pairs():
-        for setup in (pair.fitted, pair.given):
-            assert sum((realdata / pair.data / f"{run}_{setup}.csv").exists() for run in RUNS) >= 2
+@pytest.mark.parametrize("pair", pairs(), ids=lambda pair: pair.name)
+def test_what_was_changed_is_among_the_candidates(pair: Pair) -> None:
+    rigs = [SETS[pair.data].rig(pair.fitted), SETS[pair.given_data or pair.data].rig(pair.given)]
+    assert rigs[0].kind == rigs[1].kind and {*rigs[0].numbers} == {*rigs[1].numbers}
+    assert {*pair.changed} <= {*BY_NAME, *(f"parameter.{name}" for name in rigs[0].numbers)}
+    assert {*pair.told} <= {*rigs[0].numbers}
+
+
+@pytest.mark.parametrize("supplied", [True, False])
+def test_a_supply_that_drops_is_a_candidate_where_its_voltage_is_withheld(supplied: bool) -> None:
+    rig = SETS["bam_xl330_pendulum"].rig("kp400")
+    rig = replace(rig, free=(), numbers=rig.numbers | {"drive.supply": 8.3})
+    rig = driven_by(rig, "goal_rad", switched=True, supplied=supplied)
+    assert ("drive.supply_sag" in candidates(rig)) == (not supplied)
+
+
+@pytest.mark.parametrize("pair", pairs(), ids=lambda pair: pair.name)
+def test_the_logs_of_every_pair_are_there(pair: Pair, realdata: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RWJAX_REALDATA", str(realdata))
+    rig = SETS[pair.data].rig(pair.fitted)
+    rig, logs = given(pair, rig)
+    assert len(own(pair, rig)) >= max(1, len(pair.fitted_runs)) and len(logs) >= max(1, len(pair.given_runs))
+    assert not pair.withheld or ("drive.supply" in rig.numbers and all(log.supply is None for log in logs))
+
+
+def test_what_is_published_has_names_of_the_library() -> None:
+    for data, said in PUBLISHED.items():
+        assert said.source and bool(said.reason) != (data in SETS), data
+        rig = None if said.reason else SETS[data].rig(said.setup)
+        numbers = set() if rig is None else {f"parameter.{name}" for name in rig.numbers}
+        assert {*said.present, *said.contradict} <= {*BY_NAME, *numbers}, data
+        assert not {*said.present} & {*said.contradict}
+
+
+def test_every_published_set_is_listed(realdata: Path) -> None:
+    assert {path.name for path in realdata.iterdir() if path.is_dir()} == {*PUBLISHED}
+    assert {pair.data for pair in pairs()} <= {*PUBLISHED}
+
+
+@pytest.mark.parametrize(
+    ("verdict", "sets", "worth"),
+    [
+        ("unknown", [("axis.backlash",)], "no claim"),
+        ("effect", [("axis.backlash",)], "agrees"),
+        ("ambiguous", [("axis.spring",), ("axis.backlash",)], "agrees"),
+        ("partial", [("axis.backlash", "axis.spring")], "more"),
+        ("partial", [("axis.spring",)], "other"),
+        ("effect", [("sensor.scale", "axis.backlash")], "contradicts"),
+    ],
+)
+def test_an_answer_beside_what_is_published(verdict: str, sets: list[tuple[str, ...]], worth: str) -> None:
+    said = Published(["axis.backlash"], ["sensor.scale"], "a paper")
+    assert said.says(verdict, sets) == worth
+
+
+NUMBERS_OF = {
+    "length_m": ("axis.inertia", "axis.gravity.torque"),
+    "mass_kg": ("axis.inertia", "axis.gravity.torque"),
+    "kp": ("drive.servo.kp",),
+}
+"""Numbers of the rig file that go with a column of the lists in which the pendulums' authors say how each run was made."""
+
+
+@pytest.mark.parametrize("pair", [pair for pair in pairs() if pair.data.endswith("_pendulum")], ids=lambda p: p.name)
+def test_what_was_changed_is_what_the_authors_list(pair: Pair, realdata: Path) -> None:
+    rows = []
+    for data, setup in ((pair.data, pair.fitted), (pair.given_data or pair.data, pair.given)):
+        with (realdata / data / "manifest.csv").open() as file:
+            rows.append(next(row for row in csv.DictReader(file) if row["file"].endswith(f"_{setup}.csv")))
+    differs = {name for key, names in NUMBERS_OF.items() if rows[0].get(key) != rows[1].get(key) for name in names}
+    said = {*pair.told, *(name.removeprefix("parameter.") for name in pair.changed)}
+    assert differs == ({*()} if pair.given_data else said)
