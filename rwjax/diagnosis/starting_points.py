@@ -42,7 +42,8 @@ def begin(
         fits: fits, the parent's among them.
         hypotheses: those to begin.
         parent: the hypothesis from whose estimates they begin.
-        behind: predicted cost, against the parent's, above which a hypothesis begins nowhere; the parent's special cases begin anyway.
+        behind: predicted cost, against the parent's, above which a hypothesis begins nowhere. The parent's special cases and what was
+            fitted before begin anyway: of these more is known than the prediction.
 
     Returns:
         The places by hypothesis; two places of the same cost count as one.
@@ -53,7 +54,7 @@ def begin(
     screened = dict(zip(hypotheses, found, strict=True))
     here = {e: _here(fits, e, parent, s) for e, s in screened.items()}
     predicted, most = {e: min(s.predicted, here[e].cost) for e, s in screened.items()}, behind * fits(parent).cost
-    ahead = [e for e in hypotheses if predicted[e] <= most or parent.contains(e)]
+    ahead = [e for e in hypotheses if predicted[e] <= most or parent.contains(e) or e in fits]
     points = [(e, replace(here[e], theta=theta)) for e in ahead for theta in screened[e].begin]
     places: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
     same = fits.settings.halving.same_place

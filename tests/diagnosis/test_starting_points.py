@@ -57,3 +57,16 @@ def test_a_wrong_number_is_tried_at_several_factors_and_probed() -> None:
     k = candidate.problem.structure.names.index("drive.gain")
     assert np.allclose(sorted(theta[k] / 0.4 for theta in candidate.unprobed), [0.5, 0.7, 1.0, 1.4, 2.0])
     assert candidate.amplitude[k] and candidate.off[k] == 0.4 and candidate.starts[0][k] != 0.4
+
+
+def test_what_is_predicted_to_leave_far_more_than_its_parent_begins_nowhere_unless_it_was_fitted_before() -> None:
+    rig = platform("viscous = 0.02")
+    dry, pushed, spring = (Hypothesis((name,)) for name in ("axis.coulomb", "axis.bias_torque", "axis.spring"))
+    fits = fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.06}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    SuccessiveHalving(fits).fit([dry, pushed], NOTHING)
+    begun = begin(fits, [pushed, spring, NOTHING], dry, behind=20.0)
+    assert min(begun[e].predicted for e in (pushed, spring)) > 20.0 * fits(dry).cost
+    assert begun[pushed].places and begun[NOTHING].places and not begun[spring].places
+    assert begin(fits, [spring], dry)[spring].places

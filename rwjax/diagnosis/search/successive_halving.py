@@ -178,12 +178,13 @@ class SuccessiveHalving:
         fits.keep(best)
         promise = {e: b.predicted for e, b in begun.items()}
         places = {e: b.places for e, b in begun.items() if b.places}
-        most = {e: limits.behind * fits(parent).cost for e, parent in parents.items()}
         for e in begun.keys() - places.keys():
             fits.headway.compare(e)
+        # a complete parent leaves no room far above it
+        most = {e: np.inf if fits.by_start_rule else limits.behind * fits(parent).cost for e, parent in parents.items()}
         work = fits.settings.headway
         for one in limits.rounds:
-            ahead = [e for e in places if promise[e] <= most[e] or parents[e].contains(e)]
+            ahead = [e for e in places if promise[e] <= most[e] or one.steps == 1 or parents[e].contains(e)]
             ahead = sorted(ahead, key=promise.__getitem__)[: one.hypotheses if give_way else None]
             share = work.first_round if one is limits.rounds[0] else work.later_round
             self._round(one, ahead, parents, places, best, promise, share * len(parents))
