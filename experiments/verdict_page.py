@@ -7,11 +7,11 @@ these say so. All else on the page is written by hand. To show a new campaign, c
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
-from experiments.blind.changed import both_of, counted
+from experiments.blind.changed import TITLES, both_of, counted, judgement
 from experiments.blind.draw import read
 from experiments.blind.score import (
     AT_FLOOR,
@@ -24,6 +24,7 @@ from experiments.blind.score import (
     excess,
     families,
     judged,
+    messy,
     nothing,
     outcome,
     outside,
@@ -42,6 +43,8 @@ PAGE = ROOT / "docs" / "verdict.md"
 RESULTS = ROOT / "experiments" / "blind" / "results"
 SET = "second"
 """File of the set that the page is about."""
+FINAL = "final"
+"""File of the part of the final set that was diagnosed."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
 
 
@@ -134,10 +137,43 @@ def before_and_after(earlier: str, later: str, *asked_about: str, shared: bool =
     return block
 
 
+def of_final(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
+    """A table of the part of the final set that was diagnosed, or of some groups of it."""
+
+    def block() -> Block:
+        among = [line for line in lines(FINAL) if not groups or line["group"] in groups]
+        return Block((FINAL,), make(among, judged(path(FINAL))))
+
+    return block
+
+
+OUTCOMES = {
+    "right": ("right",),
+    "true in part, or as good": ("part", "twin"),
+    "a name too many": ("wider",),
+    "wrong": ("wrong", "wrong, with a true name", "false"),
+    "nothing said": ("unknown", "none", "error"),
+}
+"""Columns of `reached`, and the judgements that each holds."""
+
+
+def reached(among: Sequence[Line], alike: Judged) -> Table:
+    """Outcomes by what the rig lacks."""
+    rows = []
+    for group, title in TITLES.items():
+        said = [judgement(line, alike) for line in among if line["group"] == group]
+        shares_of = (share(sum(one in held for one in said), len(said)) for held in OUTCOMES.values())
+        rows += [[title, str(len(said)), *shares_of]] if said else []
+    return Table("Outcomes by what the rig lacks", ["", "cases", *OUTCOMES], rows)
+
+
 BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
-    "partial-second": before_and_after("second_later", "second_e3a8e97", "second"),
+    "final": of_final(reached),
+    "final-messy": of_final(partial(messy, "Large causes among small ones"), "messy"),
+    "final-small": of_final(partial(messy, "Small causes alone"), "small"),
+    "partial-second": before_and_after("second_later", "second_caac2cf", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),
     "subsystems": of(lambda among, alike: families("subsystem", among, alike), "single"),

@@ -49,7 +49,7 @@ def _mass(missing: Missing) -> np.ndarray:
     """Square of the missing torque in units of its standard deviation (time,) [1], beyond what the rig's own noise would show."""
     weight = weights(missing.deviation)
     own = np.mean(missing.own**2, axis=1) if missing.own.shape[1] else missing.deviation**2
-    return weight * (missing.torque**2 - own)
+    return np.nan_to_num(weight * (missing.torque**2 - own))
 
 
 def _shared_out(mass: dict[int, np.ndarray], logs: Sequence[Log], most: int) -> tuple[Window, ...]:
