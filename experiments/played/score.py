@@ -30,11 +30,14 @@ DRAWS = 10_000  # of the cases, for an interval
 STATES = {
     "played": "played",
     "closed": "no longer left open by a diagnosis of today: nothing to play",
-    "same": "no run proposed: the rivals are the same thing, says the diagnosis",
+    "same": "no run proposed: the rivals are the same thing for this kind of rig, says the diagnosis",
+    "no command": "no run proposed: no command as large as those of the logs separates the rivals, says the diagnosis",
     "no plan": "no run proposed, for other reasons",
     "error": "the first diagnosis failed",
 }
 """What becomes of a case, with its words."""
+SENTENCES = {"same": "for this kind of rig they are the same thing", "no command": "separate"}
+"""Words of a diagnosis that proposes no run."""
 
 
 def outcome(answer: dict, line: Line) -> str:
@@ -63,7 +66,7 @@ def state(line: Line) -> str:
         return "closed"
     if line["proposed"] is not None:
         return "played"
-    return "same" if "the same thing" in line["proposal"] else "no plan"
+    return next((name for name, words in SENTENCES.items() if words in line["proposal"]), "no plan")
 
 
 def ratio(proposed: Sequence[bool], random: Sequence[bool]) -> str:

@@ -69,6 +69,11 @@ def test_what_became_of_a_case() -> None:
     assert (
         state(line("open", proposal="none can tell them apart: for this kind of rig they are the same thing")) == "same"
     )
+    for said in (
+        "no command within 2.6 V separates a and b: there they are the same thing for this rig",
+        "none found that separates a",
+    ):
+        assert state(line("open", proposal=said)) == "no command"
     assert state(line("open", proposal="one motor at a time")) == "no plan"
     assert state(line("open") | {"before": {"error": "it broke"}}) == "error"
 
@@ -81,6 +86,7 @@ def test_the_tables_count_what_was_played() -> None:
         "played": "4",
         "closed": "1",
         "same": "0",
+        "no command": "0",
         "no plan": "1",
         "error": "0",
     }
