@@ -132,18 +132,20 @@ def _runs(rig: Rig, wishes: Wishes, rng: np.random.Generator) -> dict[str, tuple
         level = rig.top * float(rng.choice([1.0, 1.0, rng.uniform(0.5, 1.0)]))
         u = command(kind, float(rng.uniform(10.0, 15.0)), level, rng)
         t = np.arange(len(u)) * TICK
-        late = rng.uniform(-JITTER, JITTER, len(t))
-        if (
-            rig.truth.L == 0.0 and "current_A" in rig.sensors.noise
-        ):  # that jumps with the command: read once it is written
-            late = np.maximum(late, 0.0)
-        at = np.maximum.accumulate(np.maximum(t + late, 0.0))
+        at = sampled(rig, t, rng.uniform(-JITTER, JITTER, len(t)))
         start = np.zeros(5)
         if rig.kind != "wheel":
             start[PSI] = angle + rng.uniform(-0.3, 0.3)
         start[THETA] = rng.uniform(-np.pi, np.pi)
         runs[f"{kind}_{k}.csv"] = (Recorded(t, u, at, start, float(k)), k >= count - marked)
     return runs
+
+
+def sampled(rig: Rig, time: np.ndarray, late: np.ndarray) -> np.ndarray:
+    """When samples are taken that come `late` [s] after `time` [s]; in order, none before the run begins."""
+    if rig.truth.L == 0.0 and "current_A" in rig.sensors.noise:  # that jumps with the command: read once it is written
+        late = np.maximum(late, 0.0)
+    return np.maximum.accumulate(np.maximum(time + late, 0.0))
 
 
 def settled(truth: Truth, start: np.ndarray) -> np.ndarray:

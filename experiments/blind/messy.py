@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from experiments.blind.cases import JITTER, KINDS, Case, Prepared, built, make_case, observe, prepare, split
+from experiments.blind.cases import JITTER, KINDS, Case, Prepared, built, observe, prepare, sampled, split
 from experiments.blind.draws import EFFECTS, Numbers, between, put, sign
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD, Rig, number, with_number
@@ -189,10 +189,7 @@ def messed(prepared: Prepared, seed: int, small: Iterable[str], mess: Mess) -> P
     factors = friction(rig.kind, seed, len(prepared.runs), mess.friction)
     runs: dict[str, tuple[Recorded, bool]] = {}
     for (name, (record, validate)), factor in zip(prepared.runs.items(), factors, strict=True):
-        late = rng.uniform(-mess.jitter, mess.jitter, len(record.at))
-        if rig.truth.L == 0.0 and "current_A" in rig.sensors.noise:  # which jumps with the command
-            late = np.maximum(late, 0.0)
-        at = np.maximum.accumulate(np.maximum(record.at + late, 0.0))
+        at = sampled(rig, record.at, rng.uniform(-mess.jitter, mess.jitter, len(record.at)))
         runs[name] = (replace(record, at=at, friction=float(factor), rumble=mess.torque), validate)
     scene = observe(rig, [record for record, _ in runs.values()], float(np.hypot(JITTER, mess.jitter)))
     numbers, wrong = dict(prepared.numbers), dict(prepared.wrong)
@@ -204,14 +201,24 @@ def messed(prepared: Prepared, seed: int, small: Iterable[str], mess: Mess) -> P
     return Prepared(rig, scene, runs, numbers, wrong)
 
 
-def case_of(row: Mapping) -> Case:
-    """The case of a line of a set, messy or not, without its raw size."""
-    kind, effect, seed = row["kind"], row["effect"], row["seed"]
+def prepared_of(row: Mapping) -> Prepared:
+    """The rig and the runs of a line of a set, messy or not."""
+    prepared = prepare(row["kind"], row["effect"], row["seed"])
+    return messed(prepared, row["seed"], row["small"], Mess(**row["mess"])) if "mess" in row else prepared
+
+
+def case_from(prepared: Prepared, row: Mapping) -> Case:
+    """The case of a line of a set with the runs of `prepared`, without its raw size."""
+    effect, seed = row["effect"], row["seed"]
     if "mess" not in row:
-        return make_case(kind, effect, seed, row["amplitude"], raw=False)
+        return built(prepared, effect, seed, row["amplitude"], raw=False)
     amplitude = {name: float(row["amplitude"][name]) for name in split(effect)}
     amplitude |= {name: one["amplitude"] for name, one in row["small"].items()}
-    prepared = messed(prepare(kind, effect, seed), seed, row["small"], Mess(**row["mess"]))
     case = built(prepared, effect, seed, amplitude, raw=False)
     mess = row["mess"] | {"friction_of_runs": {name: record.friction for name, (record, _) in prepared.runs.items()}}
     return replace(case, truth=case.truth | {"small": row["small"], "mess": mess})
+
+
+def case_of(row: Mapping) -> Case:
+    """The case of a line of a set, messy or not, without its raw size."""
+    return case_from(prepared_of(row), row)
