@@ -97,7 +97,8 @@ class _Judged:
 
     def prepare(self, hypotheses: Sequence[Hypothesis]) -> None:
         """Works out the errors of several hypotheses side by side."""
-        new = [e for e in hypotheses if e.names and e not in self._known]
+        if not (new := [e for e in hypotheses if e.names and e not in self._known]):
+            return
         self.fits.end([e for e in new if e in self.fits])
         for e in new:
             fitted(self.fits, e)
@@ -413,7 +414,7 @@ def _left(judged: _Judged, outcome: _Outcome) -> Left:
 
 
 def _left_torque(fits: ModelFits, outcome: _Outcome) -> LeftTorque | None:
-    """What is left as coloured noise, where a gap stood out."""
+    """What is left as coloured noise, where something is missing."""
     return (
         None if outcome.verdict == "none" else left_torque(fits(outcome.named), fits.train, fits.settings.localisation)
     )

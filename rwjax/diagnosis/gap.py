@@ -115,10 +115,11 @@ def _errors(fits: ModelFits, by_fold: Sequence[list[Prediction]], *, with_floor:
         variance = floor_variance(fits.problem, predictions) if with_floor else [{} for _ in predictions]
         for prediction, found, floors in zip(predictions, errors(fits.problem, predictions), variance, strict=True):
             k, log = prediction.log, fits.problem.logs[prediction.log]
-            error[k] = found
-            for name, e in found.items():
+            error[k] = {}
+            for name, raw in found.items():
                 seen = np.isfinite(log.outputs[name])
-                e = np.where(np.isfinite(e), e, limits.diverged)
+                e = np.where(np.isfinite(raw), raw, limits.diverged)
+                error[k][name] = np.where(seen, e, np.nan)
                 square.setdefault(name, []).append(e[seen] ** 2)
                 stretch = k * 100_000 + np.floor((log.time - log.time[0]) / limits.block)
                 second.setdefault(name, []).append(stretch[seen])

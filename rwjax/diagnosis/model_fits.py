@@ -224,6 +224,17 @@ class ModelFits:
         """
         return hypothesis in self._finished
 
+    def stepped(self, hypothesis: Hypothesis) -> bool:
+        """Whether a search has taken a step towards the fit of a hypothesis, or has ended it.
+
+        Args:
+            hypothesis: any hypothesis.
+
+        Returns:
+            True where it has; of others no more is known than where they were screened.
+        """
+        return self.ended(hypothesis) or (hypothesis in self._best and self._best[hypothesis].steps > 0)
+
     def __contains__(self, hypothesis: Hypothesis) -> bool:
         return hypothesis in self._best
 

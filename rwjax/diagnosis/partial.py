@@ -82,7 +82,7 @@ def claimed(search: Search, choice: Choice) -> Holding:
         fails = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
         if not fails:
             if not near_noise:
-                search.halving.fit([e for e in extensions(search.candidates, best) if e not in fits], best)
+                search.halving.fit([e for e in extensions(search.candidates, best) if not fits.stepped(e)], best)
             fails = _failing({name: why_not_of_its_form(fits, best, name) for name in best.names})
         if not fails:
             if best == choice.best and near_noise:

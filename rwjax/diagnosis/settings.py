@@ -364,7 +364,7 @@ class ReportSettings:
     ranked: int = _limit(
         10, "names of the ranking whose held-out gap is worked out, and of which is said why they are not named"
     )
-    windows: int = _limit(5, "worst seconds of the held-out logs that are shown")
+    windows: int = _limit(5, "seconds in which the gap arises that are shown")
     sure: float = _limit(3.0, "standard errors by which a number must shift for a line of its own")
     far_percent: float = _limit(
         10.0,

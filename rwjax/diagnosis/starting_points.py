@@ -54,7 +54,7 @@ def begin(
     screened = dict(zip(hypotheses, found, strict=True))
     here = {e: _here(fits, e, parent, s) for e, s in screened.items()}
     predicted, most = {e: min(s.predicted, here[e].cost) for e, s in screened.items()}, behind * fits(parent).cost
-    ahead = [e for e in hypotheses if predicted[e] <= most or parent.contains(e) or e in fits]
+    ahead = [e for e in hypotheses if predicted[e] <= most or parent.contains(e) or fits.stepped(e)]
     points = [(e, replace(here[e], theta=theta)) for e in ahead for theta in screened[e].begin]
     places: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
     same = fits.settings.halving.same_place

@@ -146,7 +146,7 @@ def left_words(share: float, where: Where | None, windows: Sequence[Window], lim
     Args:
         share: share of the squared excess on the held-out runs that stays [1].
         where: where it lies, None where that is not known.
-        windows: seconds of the held-out runs with most of the squared error that is left.
+        windows: seconds in which what is left arises, the one with most first.
         limits: what counts as much.
 
     Returns:
@@ -157,7 +157,7 @@ def left_words(share: float, where: Where | None, windows: Sequence[Window], lim
         said += f"; nearest to it comes a law in {where_words(where, limits)}, which removes {100 * where.share:.0f} % of that"
     if windows:
         log, begin, end, most = windows[0]
-        said += f"; worst from {begin:.1f} to {end:.1f} s of {log} ({100 * most:.0f} %)"
+        said += f"; most of what is left arises from {begin:.1f} to {end:.1f} s of {log} ({100 * most:.0f} %)"
     return said
 
 

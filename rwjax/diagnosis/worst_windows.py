@@ -37,7 +37,7 @@ def worst_windows(
         most: how many windows.
 
     Returns:
-        At most so many windows, the worst one first; none where there is nothing to share out.
+        At most so many windows with a share, the worst one first.
     """
     if missing:
         return _shared_out({m.log: _mass(m) for m in missing}, logs, most)
@@ -64,6 +64,6 @@ def _shared_out(mass: dict[int, np.ndarray], logs: Sequence[Log], most: int) -> 
     found = []
     for k, of in by_second.items():
         t = logs[k].time
-        for s in np.argsort(-of, kind="stable")[:most]:
+        for s in np.argsort(-of, kind="stable")[: min(most, np.count_nonzero(of))]:
             found.append(Window(logs[k].name, float(t[0] + s), float(min(t[0] + s + 1.0, t[-1])), float(of[s] / total)))
     return tuple(sorted(found, key=lambda w: -w.share)[:most])

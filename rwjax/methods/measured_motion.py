@@ -1,14 +1,13 @@
 """Motion along a log at equal steps, smoothed from the readings: what regression takes for the true motion."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import lfilter, savgol_filter
 
 from rwjax.errors import LogError
-from rwjax.fitting.prediction import every_output, predict_logs
-from rwjax.fitting.problem import pose
+from rwjax.fitting.predict import predict
 from rwjax.logs.log import Log
-from rwjax.logs.noise import pooled_noise
-from rwjax.plant.from_rig import theta_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
@@ -52,7 +51,6 @@ class MeasuredMotion:
         before = np.clip(held - 1, 0, None)
         self.command = 0.5 * (log.command[before] + log.command[held])  # what acts around a sample, not after it
         self.on = log.enabled[held] if structure.switched and log.enabled is not None else None
-        simulated = _free_run(rig, structure, log)
         self.states = {name: np.zeros(n) for name in structure.states}
         self.known = np.ones(n, bool)
         self.acceleration: dict[str, np.ndarray] = {}
@@ -64,8 +62,8 @@ class MeasuredMotion:
                 self._from_angle(angle, rate, self._at(log, log.outputs[angle_name]))
             elif rate_name in log.outputs:
                 self._from_rate(angle, rate, self._at(log, log.outputs[rate_name]))
-            elif rate_name in simulated:
-                self.states[rate] = self._at(log, simulated[rate_name])
+            else:
+                self.states[rate] = self._at(log, predict(rig, replace(log, outputs={}, resolution={}))[rate_name])
         self._leave_out_switching()
         if "i" in self.states:
             if "current_A" in log.outputs:
@@ -145,10 +143,3 @@ class MeasuredMotion:
 def _smoothed(y: np.ndarray, width: int, order: int, *, deriv: int = 0, delta: float) -> np.ndarray:
     """Savitzky-Golay filter, or a derivative of it."""
     return np.asarray(savgol_filter(y, width, order, deriv=deriv, delta=delta))
-
-
-def _free_run(rig: Rig, structure: Structure, log: Log) -> dict[str, np.ndarray]:
-    """Every output of a rig's free run under a log's command (time,) [SI], those that are not measured among them."""
-    problem, theta = pose(structure, (log,), pooled_noise((log,))), theta_of(rig, structure)
-    start = np.stack([run.start for run in predict_logs(problem, theta, with_floor=False)])
-    return every_output(problem, theta, start)[0]

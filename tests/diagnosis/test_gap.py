@@ -7,6 +7,8 @@ import pytest
 
 from rwjax.diagnosis.gap import Gap, HeldOut, closure, gap, headline, held_out
 from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
 from rwjax.diagnosis.settings import GapSettings
 from tests.diagnosis.simulated import TIME, fits_of, true_log
 from tests.systems import platform
@@ -84,3 +86,23 @@ def test_held_out_errors_of_a_true_rig_are_noise_and_their_floor_says_so() -> No
     assert found.rms("yaw_rad") == pytest.approx(2e-4, rel=0.1)
     assert np.sqrt(np.mean(found.floor["yaw_rad"])) == pytest.approx(2e-4, rel=0.3)
     assert len(np.unique(found.second["yaw_rad"])) == 21 and len(found.error[0]["yaw_rad"]) == len(TIME)
+
+
+def test_errors_of_several_hypotheses_side_by_side_are_those_of_each_alone() -> None:
+    rig = platform("viscous = 0.02")
+    logs = [replace(true_log(rig, **{"axis.coulomb": {"M_c": m}}), name=f"{m}.csv") for m in (0.03, 0.05)]
+    hypotheses = [Hypothesis(), Hypothesis(("axis.coulomb",)), Hypothesis(("axis.bias_torque",))]
+
+    def fits() -> ModelFits:
+        found = ModelFits.of(rig, logs, [0, 1])
+        found(hypotheses[0])
+        SuccessiveHalving(found).fit(hypotheses[1:], hypotheses[0])
+        found.end(hypotheses[1:])
+        return found
+
+    folds = [((0,), (1,)), ((1,), (0,))]
+    together = held_out(fits(), hypotheses, folds, with_floor=False)
+    for e, found in zip(hypotheses, together, strict=True):
+        (alone,) = held_out(fits(), [e], folds, with_floor=False)
+        assert np.array_equal(found.square["yaw_rad"], alone.square["yaw_rad"]) and found.error.keys() == {0, 1}
+    assert len({found.rms("yaw_rad") for found in together}) == 3

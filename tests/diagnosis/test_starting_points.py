@@ -4,7 +4,7 @@ import numpy as np
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.score_screen import ScoreScreen
-from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
+from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, fitted
 from rwjax.diagnosis.starting_points import begin, candidate_of
 from tests.diagnosis.simulated import fits_of, moved_to, true_log
 from tests.systems import platform
@@ -70,3 +70,18 @@ def test_what_is_predicted_to_leave_far_more_than_its_parent_begins_nowhere_unle
     assert min(begun[e].predicted for e in (pushed, spring)) > 20.0 * fits(dry).cost
     assert begun[pushed].places and begun[NOTHING].places and not begun[spring].places
     assert begin(fits, [spring], dry)[spring].places
+
+
+def test_what_has_begun_nowhere_counts_as_not_fitted_and_is_fitted_later() -> None:
+    rig = platform("viscous = 0.02")
+    dry, spring = (Hypothesis((name,)) for name in ("axis.coulomb", "axis.spring"))
+    fits = fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.06}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    halving = SuccessiveHalving(fits)
+    halving.fit([dry], NOTHING)
+    before = halving.fit([spring], dry)[spring]
+    assert spring in fits and not fits.stepped(spring)
+    assert fits.stepped(dry)
+    after = fitted(fits, spring)
+    assert fits.stepped(spring) and after.cost < before.cost

@@ -38,12 +38,12 @@ class OctavePower(NamedTuple):
     Attributes:
         edges: edges of the octaves (o + 1,) [Hz], the first one 0.
         power: energy of the records (column 0) and of each draw (o, 1 + draws) [unit² s].
-        duration: length of all records [s].
+        duration: length of the records that tell an octave (o,) [s].
     """
 
     edges: np.ndarray
     power: np.ndarray
-    duration: float
+    duration: np.ndarray
 
     @property
     def expected(self) -> np.ndarray:
@@ -61,6 +61,8 @@ def octave_power(
 ) -> OctavePower:
     """Power of records and of draws of their noise, by octave.
 
+    An octave is told by the records that are long enough for its upper edge and sampled fast enough for it.
+
     Args:
         records: records (time,) [any unit].
         own: draws of the noise of each record (time, draws) [the same unit].
@@ -70,18 +72,19 @@ def octave_power(
     Returns:
         The power, the lowest octave first.
     """
-    lowest = 1.0 / min(len(y) * h for y, h in zip(records, interval, strict=True))
-    highest = 0.5 / max(interval)
+    lowest = 1.0 / max(len(y) * h for y, h in zip(records, interval, strict=True))
+    highest = 0.5 / min(interval)
     count = max(int(np.log2(highest / lowest)), 1)
     edges = highest * 2.0 ** -np.arange(count, -1.0, -1.0)
     edges[0] = 0.0
-    power = np.zeros((count, 1 + own[0].shape[1]))
+    power, duration = np.zeros((count, 1 + own[0].shape[1])), np.zeros(count)
     for y, o, h in zip(records, own, interval, strict=True):
-        both = np.concatenate([y[:, None], o], axis=1)
-        for length in (len(y), window):  # low octaves need the whole record
-            f, density = welch(both, h, min(length, len(y)))
-            fine = 8.0 / (min(window, len(y)) * h)
-            for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-                if (high <= fine) == (length != window):
-                    power[k] += np.sum(density[(f >= low) & (f < high)], axis=0) * f[1] * len(y) * h
-    return OctavePower(edges, power, float(sum(len(y) * h for y, h in zip(records, interval, strict=True))))
+        both, lasts = np.concatenate([y[:, None], o], axis=1), len(y) * h
+        fine = 8.0 / (min(window, len(y)) * h)
+        spectra = [welch(both, h, length) for length in (len(y), min(window, len(y)))]
+        for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+            if 1.0 / lasts < high < 0.5 / h * (1.0 + 1e-6):
+                f, density = spectra[0 if high <= fine else 1]  # low octaves need the whole record
+                power[k] += np.sum(density[(f >= low) & (f < high)], axis=0) * f[1] * lasts
+                duration[k] += lasts
+    return OctavePower(edges, power, duration)

@@ -237,7 +237,7 @@ class Search:
         exact = limits.rivals_exactly * self.fits.settings.headway.exact
         self.fits.headway.enter(rivals, "rivals", besides=limits.again + exact, further=0.0)
         fit_exactly(self.fits, [best])  # which may free the first states
-        self._fit([e for e in rivals if e not in self.fits], best)
+        self._fit([e for e in rivals if not self.fits.stepped(e)], best)
         near = [e for e in self._by_cost(rivals) if not e.contains(best) and not self._far_behind(e, best)]
         self.halving.fit_again(near[: limits.again], best)
         leading = self._by_cost(rivals)[: limits.rivals_exactly]

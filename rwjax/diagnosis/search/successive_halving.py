@@ -245,6 +245,6 @@ def fitted(fits: ModelFits, hypothesis: Hypothesis) -> Fit:
     Returns:
         The fit.
     """
-    if hypothesis.names and hypothesis not in fits:
+    if hypothesis.names and not fits.stepped(hypothesis):
         SuccessiveHalving(fits).fit([hypothesis], NOTHING)
     return fits(hypothesis)

@@ -37,13 +37,46 @@ def test_a_coloured_torque_in_white_noise_has_its_size_and_its_correlation_time(
     assert found.density[octave] == pytest.approx(density, rel=0.2)
 
 
-def test_white_noise_alone_leaves_little_and_none_leaves_nothing() -> None:
-    noise = np.random.default_rng(1).normal(size=(4000, 25))
-    found = coloured(octave_power([noise[:, 0]], [noise[:, 1:]], [0.01], WINDOW))
-    assert found.rms < 0.3  # of 1
-    own = noise[:, 1:]
-    nothing = coloured(octave_power([np.zeros(4000)], [own], [0.01], WINDOW))
-    assert nothing.rms == 0.0 and nothing.correlation_time is None and not nothing.density.any()
+def test_noise_alone_leaves_nothing_of_a_complete_rig() -> None:
+    noise = np.random.default_rng(1).normal(size=(40, 4000, 25))
+    found = [coloured(octave_power([one[:, 0]], [one[:, 1:]], [0.01], WINDOW)) for one in noise]
+    nothing = [one for one in found if one.rms == 0.0 and one.correlation_time is None and not one.density.any()]
+    assert len(nothing) >= 37  # a dozen octaves, each by chance once in a thousand times
+
+
+def test_a_short_run_beside_long_ones_moves_neither_size_nor_correlation_time() -> None:
+    rng = np.random.default_rng(2)
+    lengths = [12_000] * 12 + [300]
+    records = [gauss_markov(0.02, 1.0, 0.005, n, rng) for n in lengths]
+    own = [rng.normal(0.0, 1e-4, (n, 5)) for n in lengths]
+    found = [coloured(octave_power(records[:k], own[:k], [0.005] * k, WINDOW)) for k in (12, 13)]
+    assert found[0].correlation_time == pytest.approx(1.0, rel=0.2)
+    assert found[1].correlation_time == pytest.approx(found[0].correlation_time, rel=0.05)
+    assert found[1].rms == pytest.approx(found[0].rms, rel=0.05)
+
+
+def test_power_is_the_square_of_white_noise_whatever_the_lengths_and_intervals() -> None:
+    rng = np.random.default_rng(3)
+    for lengths, intervals in (
+        ([256] * 40, [0.01] * 40),
+        ([20_000, 2_000], [0.001, 0.01]),
+        ([255, 257] * 20, [0.01] * 40),
+    ):
+        records = [rng.normal(size=n) for n in lengths]
+        power = octave_power(records, [np.zeros((n, 1)) for n in lengths], intervals, WINDOW)
+        told = power.edges[-1] <= 0.5 / max(intervals) * 1.001  # noise of a faster log is spread over more octaves
+        if told:
+            assert np.sum(power.power[:, 0] / power.duration) == pytest.approx(1.0, rel=0.05)
+        else:
+            density = power.power[:, 0] / power.duration / np.diff(power.edges)
+            assert density[-3:] == pytest.approx(2.0 * min(intervals), rel=0.1)
+
+
+def test_what_is_slower_than_the_runs_has_no_correlation_time() -> None:
+    rng = np.random.default_rng(4)
+    records = [np.full(1000, rng.normal()) for _ in range(6)]
+    found = coloured(octave_power(records, [rng.normal(0.0, 1e-3, (1000, 8)) for _ in range(6)], [0.01] * 6, WINDOW))
+    assert found.rms > 0.1 and found.correlation_time is None
 
 
 def test_dry_friction_is_left_as_its_torque_until_it_is_named() -> None:
