@@ -70,8 +70,9 @@ def lines(name: str) -> Sequence[Line]:
 
 def source(name: str) -> str:
     """A file and the commits that its lines name; older lines name none."""
-    commits = dict.fromkeys(f"`{line['commit']}`" for line in lines(name) if line.get("commit"))
-    return f"`{name}.jsonl`" + (f" (commit {', '.join(commits)})" if commits else "")
+    commits = Counter(line["commit"] for line in lines(name) if line.get("commit"))
+    said = ", ".join(f"`{one}`" + (f" in {count}" if len(commits) > 1 else "") for one, count in commits.items())
+    return f"`{name}.jsonl`" + (f" (commit {said})" if said else "")
 
 
 def text(block: Block) -> str:
@@ -173,7 +174,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "final": of_final(reached),
     "final-messy": of_final(partial(messy, "Large causes among small ones"), "messy"),
     "final-small": of_final(partial(messy, "Small causes alone"), "small"),
-    "partial-second": before_and_after("second_later", "second_caac2cf", "second"),
+    "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),
     "subsystems": of(lambda among, alike: families("subsystem", among, alike), "single"),

@@ -1,8 +1,8 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own fits.
 
 `python -m experiments.blind.draw calibrate [--processes 1] [--group single …] [--limit 20]` appends to
-`experiments/blind/sets/calibrate.jsonl` what is not there yet, with a limit at most so many places of each group. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. `final` is for the
-next claim: leave it undrawn until the search is frozen.
+`experiments/blind/sets/calibrate.jsonl` what is not there yet, with a limit at most so many places of each group. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. Of `final` a part
+has been drawn and diagnosed once: the places that it leaves are for the next claim, on a search that is frozen before they are drawn.
 
 A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
 

@@ -102,5 +102,5 @@ def report(pairs: Sequence[Pair]) -> None:
             [pair.name, pair.set, " + ".join(pair.changed) or "nothing", *numbers, *(WORDS[one] for one in said)]
         )
         print(" ".join(rows[-1]), flush=True)
-    head = ["pair", "set", "changed", "own [mrad]", "given [mrad]", "put right [mrad]", "fair", "can be named"]
+    head = ["pair", "set", "changed", "own [10⁻³ SI]", "given [10⁻³ SI]", "put right [10⁻³ SI]", "fair", "can be named"]
     show("What fitted rigs leave", head, rows)

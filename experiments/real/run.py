@@ -25,9 +25,8 @@ from rwjax.fitting.processes import Team
 
 SAME = {
     "parameter.axis.inertia": "parameter.motor.inertia",
-    "parameter.motor.inertia": "parameter.axis.inertia",
 }
-"""Names of what the library says is the same thing."""
+"""Names of what the library says is the same thing, by one of them."""
 
 
 def diagnosed(pair: Pair, most: float) -> Diagnosis:
@@ -49,8 +48,9 @@ def outcome(
         published: effects that the rig has in every set-up, as its authors say.
 
     Returns:
-        Where something was changed: `named`, `in part`, `wrong` or the verdict that claims nothing. Where nothing was: `nothing` for
-        such a verdict, `published` where one of the sets is of published effects alone, which are no change, and else `wrong`.
+        Where something was changed: `named`, `in part`, `wrong` or the verdict that claims nothing; `named with others` where sets stand
+        beside the changed names that hold others. Where nothing was: `nothing` for such a verdict, `published` where one of the sets
+        is of published effects alone, which are no change, and else `wrong`.
     """
     if not changed:
         if verdict not in CLAIMS:
@@ -58,11 +58,12 @@ def outcome(
         return "published" if any({*one} <= {*published} for one in sets) else "wrong"
     if verdict not in CLAIMS:
         return verdict
-    right = {*changed, *(SAME[name] for name in changed if name in SAME)}
-    inside = [e for e in sets if {*e} <= right]
-    if any(len(e) == len(changed) for e in inside):
-        return "named"
-    return "in part" if inside else "wrong"
+    true = [frozenset(SAME.get(name, name) for name in e) for e in sets]  # a thing by one of its names
+    wanted = frozenset(SAME.get(name, name) for name in changed)
+    inside = [len(e) == len(said) and e <= wanted for e, said in zip(true, sets, strict=True)]
+    if wanted in (e for e, right in zip(true, inside, strict=True) if right):
+        return "named" if all(inside) else "named with others"
+    return "in part" if any(inside) else "wrong"
 
 
 def line(pair: Pair, most: float) -> dict:
@@ -76,7 +77,7 @@ def line(pair: Pair, most: float) -> dict:
         "commit": commit(),
         "outcome": outcome(found["verdict"], sets, pair.changed, PUBLISHED[pair.data].present),
         **{key: found[key] for key in ("verdict", "complete", "effects", "alternatives", "remarks")},
-        **{key: found["gap"][key] for key in ("before", "after", "floor", "closed", "ci95")},
+        **{key: found["gap"][key] for key in ("signal", "before", "after", "floor", "closed", "ci95")},
         "ranking": found["ranking"][:10],
         "seconds": round(perf_counter() - begin, 1),
     }
@@ -100,7 +101,7 @@ def report(lines: Sequence[dict]) -> None:
         ]
         for one in lines
     ]
-    head = ["rig", "changed", "outcome", "answer", "before [mrad]", "after [mrad]", "floor [mrad]", "time [s]"]
+    head = ["rig", "changed", "outcome", "answer", "before [10⁻³ SI]", "after [10⁻³ SI]", "floor [10⁻³ SI]", "time [s]"]
     show(f"Measured rigs with a withheld label; {machine()}", head, rows)
 
 

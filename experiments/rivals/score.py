@@ -6,7 +6,7 @@
 A rival's answer is kept where its confidence reaches a threshold, set so that it answers as many cases of one cause as the library. The
 same threshold decides on rigs that lack nothing: each name there is a false one. An answer is *right* where it gives the truth alone,
 *wider* where it gives the truth and more, else *wrong*. The library's answers are judged by `experiments.blind.score`, so a set that its
-logs cannot separate is right. Cases whose cause a rival has no word for stand in rows of their own. Intervals are Clopper and Pearson's, 95 %.
+logs cannot separate is right; true names that leave something (`partial`) count as wider. Cases whose cause a rival has no word for stand in rows of their own. Intervals are Clopper and Pearson's, 95 %.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from rwjax.diagnosis.verdict import CLAIMS
 Line = dict
 OWN = 0.15
 """Confidence from which a rival's answer counts by its own threshold, chosen on ten cases of `calibrate` [1]."""
-OF_LIBRARY = {"exact": "right", "set": "right", "part": "right", "wider": "wider", "twin": "wrong", "wrong": "wrong"}
+OF_LIBRARY = {"exact": "right", "set": "right", "part": "wider", "wider": "wider", "twin": "wrong", "wrong": "wrong"}
 
 
 class Scored(NamedTuple):

@@ -28,7 +28,7 @@ from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.uninformative import diverged_numbers, part_of, why_uninformative
-from rwjax.diagnosis.verdict import Verdict, closes_in_part, judge, stands_out
+from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, stands_out
 from rwjax.diagnosis.waterfall import Rung, rung
 from rwjax.diagnosis.words import UNIT, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
@@ -414,10 +414,11 @@ def _left(judged: _Judged, outcome: _Outcome) -> Left:
 
 
 def _left_torque(fits: ModelFits, outcome: _Outcome) -> LeftTorque | None:
-    """What is left as coloured noise, where something is missing."""
-    return (
-        None if outcome.verdict == "none" else left_torque(fits(outcome.named), fits.train, fits.settings.localisation)
-    )
+    """What the claimed names leave as coloured noise, or the rig as it is where none is claimed but something is missing."""
+    if outcome.verdict == "none":
+        return None
+    claimed_ones = outcome.named if outcome.verdict in CLAIMS else NOTHING
+    return left_torque(fits(claimed_ones), fits.train, fits.settings.localisation)
 
 
 def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:

@@ -178,7 +178,9 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
         return f"The training runs speak more for {best}."
     if leaves <= after:
         return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
-    return f"It leaves {leaves:.3g} {unit} on held-out runs, {leaves / after:.2g} times what {best} leaves."
+    times = f"{leaves / after:.2g}"
+    beside = f"about as much as {best}" if times == "1" else f"{times} times what {best} leaves"
+    return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."
 
 
 def numbers_of(rung: Rung) -> list[str]:

@@ -23,7 +23,9 @@ LOAD = ("parameter.axis.inertia", "parameter.axis.gravity.torque")
     [
         ("effect", [LOAD], "named"),
         ("effect", [LOAD[::-1]], "named"),
-        ("ambiguous", [("axis.spring",), ("parameter.motor.inertia", LOAD[1])], "named"),
+        ("ambiguous", [("axis.spring",), ("parameter.motor.inertia", LOAD[1])], "named with others"),
+        ("ambiguous", [LOAD, ("parameter.motor.inertia", LOAD[1])], "named"),
+        ("effect", [("parameter.axis.inertia", "parameter.motor.inertia")], "wrong"),
         ("partial", [LOAD[:1]], "in part"),
         ("effect", [(*LOAD, "axis.stribeck")], "wrong"),
         ("effect", [("axis.stribeck",)], "wrong"),

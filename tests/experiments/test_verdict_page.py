@@ -49,7 +49,7 @@ def test_the_line_above_a_table_names_the_commits_that_a_file_holds(
     for name, commits in (("of_commits", ("abc1234", "abc1234", "def5678-dirty")), ("of_old", (None,))):
         text = "".join(json.dumps(one | ({"commit": c} if c else {})) + "\n" for c in commits)
         (tmp_path / f"{name}.jsonl").write_text(text)
-    assert verdict_page.source("of_commits") == "`of_commits.jsonl` (commit `abc1234`, `def5678-dirty`)"
+    assert verdict_page.source("of_commits") == "`of_commits.jsonl` (commit `abc1234` in 2, `def5678-dirty` in 1)"
     assert verdict_page.source("of_old") == "`of_old.jsonl`"
     with pytest.raises(SystemExit, match="holds no results"):
         verdict_page.source("of_none")

@@ -1,4 +1,4 @@
-r"""Left torque: what the named effects leave, as coloured noise for those who randomise their simulators.
+r"""Left torque: what the claimed effects leave, as coloured noise for those who randomise their simulators.
 
 The torque is read off the logs like the missing one, with the named effects in the plant. Its power beyond that of the fitted rig's own
 readings is its spectrum. Of a first-order Gauss-Markov process with standard deviation $\sigma$ and correlation time $\tau$, whose
