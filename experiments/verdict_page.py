@@ -7,7 +7,7 @@ these say so. All else on the page is written by hand. To show a new campaign, c
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -153,7 +153,8 @@ OUTCOMES = {
     "true in part, or as good": ("part", "twin"),
     "a name too many": ("wider",),
     "wrong": ("wrong", "wrong, with a true name", "false"),
-    "nothing said": ("unknown", "none", "error"),
+    "`unknown`": ("unknown",),
+    "`none`, or an error": ("none", "error"),
 }
 """Columns of `reached`, and the judgements that each holds."""
 
@@ -172,8 +173,8 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
     "final": of_final(reached),
-    "final-messy": of_final(partial(messy, "Large causes among small ones"), "messy"),
-    "final-small": of_final(partial(messy, "Small causes alone"), "small"),
+    "final-messy": of_final(lambda among, _: messy("Large causes among small ones", among), "messy"),
+    "final-small": of_final(lambda among, _: messy("Small causes alone", among), "small"),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),

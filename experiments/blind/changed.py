@@ -32,7 +32,7 @@ def judgement(line: Line, alike: Judged) -> str:
         said = line.get("verdict", "error")
         return "right" if said == right else said if said in ("none", "unknown", "error") else "wrong"
     if line["group"] in MESSY:
-        found = among_small(line, alike)
+        found = among_small(line)
         return "right" if found in RIGHT_OF[line["group"]] else found
     found = outcome(line, alike)
     return "right" if found in RIGHT else "wrong, with a true name" if half(line, alike) else found

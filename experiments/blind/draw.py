@@ -257,9 +257,15 @@ def evenly(rows: Sequence[T], limit: int | None) -> list[T]:
     return [rows[int(k * step)] for k in range(min(limit or len(rows), len(rows)))]
 
 
+def some(rows: Sequence[T], limit: int | None) -> list[T]:
+    """At most `limit` of some rows, drawn at random: an even step may fall in step with the kinds of rigs."""
+    chosen = np.random.default_rng(len(rows)).permutation(len(rows))[:limit]
+    return [rows[k] for k in sorted(chosen)]
+
+
 def cases(name: str) -> Iterator[dict]:
     """The cases of a set that were found."""
-    return (row for row in read(SETS / f"{name}.jsonl") if "seed" in row)
+    return iter({row["index"]: row for row in read(SETS / f"{name}.jsonl") if "seed" in row}.values())
 
 
 def main() -> None:
@@ -268,11 +274,11 @@ def main() -> None:
     parser.add_argument("name", choices=PLANS)
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
-    parser.add_argument("--limit", type=int, help="places of each group, evenly over all of its own")
+    parser.add_argument("--limit", type=int, help="places of each group, drawn at random among its own")
     a = parser.parse_args()
     path = SETS / f"{a.name}.jsonl"
     done = {row["index"] for row in read(path)}
-    wanted = [p for name in a.group for p in evenly([p for p in places(a.name) if p.group == name], a.limit)]
+    wanted = [p for name in a.group for p in some([p for p in places(a.name) if p.group == name], a.limit)]
     todo = [place for place in wanted if place.index not in done]
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(a.processes, context) as pool, appending(path) as file:

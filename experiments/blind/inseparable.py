@@ -40,11 +40,11 @@ def options(line: dict) -> list[frozenset[str]]:
 
 
 def questions(line: dict) -> list[frozenset[str]]:
-    """Those of the hypotheses offered that the oracle should be asked about, and can be."""
+    """Those of the hypotheses offered that the oracle should be asked about, and can be; none where small causes stand besides."""
     truth = frozenset(split(line["effect"]))
-    same = {other for others in line["same_as"].values() for other in others} | {*line.get("small", ())}
+    same = {other for others in line["same_as"].values() for other in others}
     found = []
-    for option in options(line) if truth else []:
+    for option in options(line) if truth and not line.get("small") else []:
         longer = len(option) > len(truth) and line["group"] != "outside"
         known = all(
             name in EFFECTS or (name.removeprefix("parameter.") in FIELD and name.startswith("parameter."))

@@ -27,6 +27,7 @@ from experiments.blind.tangent import Tangent, tangent
 from experiments.blind.truth import Truth
 
 SMALL = (0.3, 3.0)  # sizes of small causes
+LEAST_SPREAD = 1e-4  # of the friction from run to run, below which something else is that large
 FEWEST, MOST = 3, 6  # small causes
 STRONGEST = 1.0  # amplitude of a small cause
 OFF = (0.02, 0.1)  # relative error of a fixed number
@@ -180,6 +181,8 @@ def _spread(near: Tangent, large: Truth, kind: str, seed: int, rng: np.random.Ge
         if size <= SMALL[1]:
             return spread, float(f"{size:.3g}")
         spread = float(f"{0.7 * spread:.3g}")
+        if spread < LEAST_SPREAD:
+            raise OutOfReach(f"size {size:.3g} with friction that hardly differs from run to run")
 
 
 def messed(prepared: Prepared, seed: int, small: Iterable[str], mess: Mess) -> Prepared:

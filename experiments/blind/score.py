@@ -13,7 +13,8 @@ These are the outcomes of a case with one true name, where an *option* is `effec
 * wrong: other names. Under `partial` one name that is not true is enough. Then there are the verdicts `unknown` and `none`, and errors.
 
 A *messy* case has large causes among small ones, and the group `small` has small ones alone. There a name is *true* where it is one of
-either, or declared the same thing, and an option is true where all its names are, or where the oracle cannot tell it from the large causes:
+either, or declared the same thing, and an option is true where all its names are. (The oracle is not asked: what absorbs small causes too
+would pass for the large ones.)
 
 * named: every option is true and holds all large causes. Of small causes alone one is named.
 * part: every option is true, and a large cause lacks in some option.
@@ -96,7 +97,7 @@ def outcome(line: Line, alike: Judged) -> str:
     return "wider" if any(fits) or any(true <= o for o in offered) else "wrong"
 
 
-def among_small(line: Line, alike: Judged) -> str:
+def among_small(line: Line) -> str:
     """One of `OF_MESSY`, of a case with small causes."""
     if "error" in line:
         return "error"
@@ -104,12 +105,11 @@ def among_small(line: Line, alike: Judged) -> str:
         return line["verdict"]
     groups = {name: {name, *line["same_as"].get(name, ())} for name in (*split(line["effect"]), *line["small"])}
     true = set().union(*groups.values())
-    instead = alike.get(line["index"], set())
     offered = options(line)
-    held = [option <= true or option in instead for option in offered]
+    held = [option <= true for option in offered]
     if not all(held):
         return "wider" if any(held) else "false"
-    whole = all(o in instead or all(o & groups[name] for name in split(line["effect"])) for o in offered)
+    whole = all(o & groups[name] for name in split(line["effect"]) for o in offered)
     return "named" if whole else "part"
 
 
@@ -275,7 +275,7 @@ def nothing(lines: Sequence[Line]) -> Table:
     return Table("Nothing missing: verdicts", ["", "cases", "none", *CLAIMS, "unknown", "error"], table)
 
 
-def messy(title: str, lines: Sequence[Line], alike: Judged) -> Table:
+def messy(title: str, lines: Sequence[Line]) -> Table:
     """Cases with small causes, by kind and by how many large ones there are."""
     groups: dict[str, list[Line]] = {}
     for line in lines:
@@ -284,7 +284,7 @@ def messy(title: str, lines: Sequence[Line], alike: Judged) -> Table:
             groups.setdefault(name, []).append(line)
     table = []
     for name in [*sorted(groups.keys() - {"", "all"}), "all"]:
-        count = Counter(among_small(line, alike) for line in groups[name])
+        count = Counter(among_small(line) for line in groups[name])
         right = sum(count[c] for c in RIGHT_OF[lines[0]["group"]])
         said = count["unknown"] + (count["none"] if lines[0]["group"] == "messy" else 0)
         shares = (share(hits, len(groups[name])) for hits in (right, count["false"], said))
@@ -387,7 +387,7 @@ def times(lines: Sequence[Line]) -> Table:
 def fine(line: Line, alike: Judged) -> bool:
     """Whether a case needs no second look."""
     if line["group"] in MESSY:
-        return among_small(line, alike) in RIGHT_OF[line["group"]]
+        return among_small(line) in RIGHT_OF[line["group"]]
     if line["group"] in ("none", "outside"):
         return line.get("verdict") == ("none" if line["group"] == "none" else "unknown")
     return outcome(line, alike) in (*RIGHT, "part")
@@ -405,7 +405,7 @@ def confusions(lines: Sequence[Line], alike: Judged) -> Table:
         size = f"{line['size']:.1f}" if "size" in line else ""
         case = f"{line['kind']} {line['effect']} {line['seed']} {line['amplitude']}"
         said = line.get("error") or f"{line['verdict']}: {' | '.join(names)}"
-        found = (among_small if line["group"] in MESSY else outcome)(line, alike)
+        found = among_small(line) if line["group"] in MESSY else outcome(line, alike)
         table.append([case, size, found, said, top, *left])
     head = ["case (kind, effect, seed, amplitude)", "size", "", "said", "first", "before", "after"]
     return Table("Not right", head, table)
@@ -436,7 +436,7 @@ def tables(lines: Sequence[Line], alike: Judged) -> list[Table]:
     found += [outside(beyond, alike)] if beyond else []
     for name, title in (("messy", "Large causes among small ones"), ("small", "Small causes alone")):
         group = [x for x in lines if x["group"] == name]
-        found += [messy(title, group, alike)] if group else []
+        found += [messy(title, group)] if group else []
     found += [in_part(clear, alike)] if any(x.get("verdict") == "partial" for x in clear) else []
     return [*found, *calibrations(lines), risk(clear, alike), risk(clear, alike, by_floors=True), times(lines)]
 

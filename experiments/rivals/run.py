@@ -14,7 +14,7 @@ from time import perf_counter
 
 from experiments.blind.campaign import COPIED, spread
 from experiments.blind.cases import make_case, write_case
-from experiments.blind.draw import GROUPS, PLANS, appending, cases, read
+from experiments.blind.draw import PLANS, appending, cases, read
 from experiments.rivals.equations import LENGTHS_S, motion_of
 from experiments.rivals.friction_list import friction_list
 from experiments.rivals.problem import Problem, pose
@@ -81,7 +81,7 @@ def main() -> None:
     parser.add_argument("name", choices=PLANS)
     parser.add_argument("-o", dest="path", type=Path, required=True)
     parser.add_argument("--limit", type=int)
-    parser.add_argument("--group", nargs="+", choices=GROUPS, default=("single", "none"))
+    parser.add_argument("--group", nargs="+", choices=("single", "outside", "pair", "none"), default=("single", "none"))
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
     parser.add_argument("--rivals", nargs="+", choices=RIVALS, default=RIVALS)
     a = parser.parse_args()

@@ -14,7 +14,7 @@ from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
 from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by, spoken
 from rwjax.diagnosis.localise.left_torque import LeftTorque, left_torque
-from rwjax.diagnosis.localise.where import Where, locate
+from rwjax.diagnosis.localise.where import Missing, Where, locate, tells_torque
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
@@ -99,7 +99,7 @@ class _Judged:
         """Works out the errors of several hypotheses side by side."""
         if not (new := [e for e in hypotheses if e.names and e not in self._known]):
             return
-        self.fits.end([e for e in new if e in self.fits])
+        self.fits.end([e for e in new if self.fits.stepped(e)])
         for e in new:
             fitted(self.fits, e)
         self._known |= zip(new, held_out(self.fits, new, self.layout.folds, with_floor=False), strict=True)
@@ -218,9 +218,7 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
         alternatives=tuple(e.names for e in outcome.alternatives),
         ranking=ranking,
         where=where,
-        windows=worst_windows(
-            where.missing if where else (), before, layout.logs, signal, fits.settings.report.windows
-        ),
+        windows=worst_windows(_told(where, fits(NOTHING)), before, layout.logs, signal, fits.settings.report.windows),
         left=_left(judged, outcome) if outcome.verdict == "partial" else None,
         left_torque=_left_torque(fits, outcome),
         signal=signal,
@@ -299,8 +297,7 @@ def _searched(fits: ModelFits, strategy: Strategy, names: Sequence[str]) -> Choi
         with fits.headway.budget.searching():
             choice = strategy.choose(fits, names)
             if choice.best.names:
-                if choice.best not in fits:
-                    fitted(fits, choice.best)
+                fitted(fits, choice.best)
                 polish(fits, choice.best)
     except Stopped:
         choice = so_far(fits, names) if choice is None else replace(choice, complete=False)
@@ -409,8 +406,14 @@ def _left(judged: _Judged, outcome: _Outcome) -> Left:
     share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
     shares = further_laws(fits, named)
     where = locate(fits(named), fits.train, shares, None, fits.settings.localisation, deep=False)
-    missing, most = where.missing if where else (), fits.settings.report.windows
-    return Left(share, where, worst_windows(missing, outcome.after, judged.layout.logs, judged.signal, most))
+    most = fits.settings.report.windows
+    windows = worst_windows(_told(where, fits(named)), outcome.after, judged.layout.logs, judged.signal, most)
+    return Left(share, where, windows)
+
+
+def _told(where: Where | None, found: Fit) -> tuple[Missing, ...]:
+    """The missing torque of every log, where the motion of a fitted rig tells it."""
+    return where.missing if where is not None and tells_torque(found.problem.structure) else ()
 
 
 def _left_torque(fits: ModelFits, outcome: _Outcome) -> LeftTorque | None:

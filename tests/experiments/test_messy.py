@@ -178,20 +178,18 @@ ALONE = [
 
 @pytest.mark.parametrize(("judgement", "line"), [*JUDGED, *ALONE])
 def test_an_answer_is_judged_by_all_that_is_true(judgement: str, line: Row) -> None:
-    assert score.among_small(line, {}) == judgement
+    assert score.among_small(line) == judgement
 
 
-def test_what_the_oracle_cannot_tell_from_the_large_causes_is_no_false_name() -> None:
-    alike = {0: {frozenset({F})}}
-    assert score.among_small(answer("ambiguous", [A], [F], effect=A), alike) == "named"
-    assert score.among_small(answer("ambiguous", [A], [F], effect=A), {}) == "wider"
-    assert questions(answer("ambiguous", [A], [F], [S], effect=A)) == [frozenset({F})]
+def test_the_oracle_is_not_asked_where_small_causes_stand_beside_the_large_ones() -> None:
+    assert score.among_small(answer("ambiguous", [A], [F], effect=A)) == "wider"
+    assert questions(answer("ambiguous", [A], [F], [S], effect=A)) == []
     assert questions(answer("effect", [F], effect="none", group="small")) == []
 
 
 def test_tables_of_messy_and_small_cases() -> None:
-    large = {row[0]: row[1:] for row in score.messy("Messy", [line for _, line in JUDGED], {}).rows}
-    small = {row[0]: row[1:] for row in score.messy("Small", [line for _, line in ALONE], {}).rows}
+    large = {row[0]: row[1:] for row in score.messy("Messy", [line for _, line in JUDGED]).rows}
+    small = {row[0]: row[1:] for row in score.messy("Small", [line for _, line in ALONE]).rows}
     # 4 of 13 are named, 2 false, 2 say nothing; of small causes alone none and the two names are right
     shares = ["30.8 % (9.1 to 61.4)", "15.4 % (1.9 to 45.4)", "15.4 % (1.9 to 45.4)"]
     assert large["all"] == ["13", *shares, *"4312111"]
@@ -211,4 +209,4 @@ def test_a_campaign_keeps_what_a_score_needs(row: Row, monkeypatch: pytest.Monke
     monkeypatch.setattr(campaign, "diagnose", refused)
     line = campaign.answer(row | {"set": "messy", "index": 7, "group": "messy", "sizes": {EFFECT: 9.0}})
     assert line["error"].startswith("ValueError") and line["small"] == row["small"] and line["mess"] == row["mess"]
-    assert score.among_small(line, {}) == "error"
+    assert score.among_small(line) == "error"

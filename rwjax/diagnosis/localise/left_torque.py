@@ -12,7 +12,7 @@ import numpy as np
 
 from rwjax.diagnosis.localise.own_noise import above
 from rwjax.diagnosis.localise.spectrum import OctavePower
-from rwjax.diagnosis.localise.where import missing_torque, power_of, read_logs_of
+from rwjax.diagnosis.localise.where import missing_torque, power_of, read_logs_of, tells_torque
 from rwjax.diagnosis.settings import LocalisationSettings
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import every_output
@@ -62,8 +62,10 @@ def left_torque(fitted: Fit, logs: Sequence[int], limits: LocalisationSettings) 
         limits: limits of the localisation.
 
     Returns:
-        The torque; None where the logs tell none, as those of a two-axis rig.
+        The torque; None where the motion does not tell it (`tells_torque`).
     """
+    if not tells_torque(fitted.problem.structure):
+        return None
     clean = every_output(fitted.problem, fitted.theta, fitted.start)
     read = read_logs_of(fitted, logs, clean, limits, limits.draws)
     found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]

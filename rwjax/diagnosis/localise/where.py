@@ -20,10 +20,13 @@ from rwjax.diagnosis.localise.regimes import Part, bands, regimes, weights
 from rwjax.diagnosis.localise.regimes import shares as regime_shares
 from rwjax.diagnosis.localise.spectrum import OctavePower, octave_power
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
+from rwjax.effects.library import BY_NAME
+from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import every_output
 from rwjax.logs.log import Log
 from rwjax.plant.assemble import one_axis_plant_of
+from rwjax.plant.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -204,6 +207,21 @@ def locate(
         bands=tuple(bands(power_of(fitted, found, limits.regimes.window))),
         momentum=_momentum(fitted, read, clean, limits),
     )
+
+
+def tells_torque(structure: Structure) -> bool:
+    """Whether a missing torque can be read off the motion: no effect has a state of its own, comes late, or bends a reading.
+
+    Args:
+        structure: the structure of the fitted rig.
+
+    Returns:
+        False for such an effect, for a servo, whose own states are not read, and for a rig of two axes.
+    """
+    late = (CommandDelay, CommandFilter, EncoderDelay)
+    effects = [BY_NAME[name] for name in structure.effects]
+    hidden = any(effect.states or issubclass(effect, late) or effect.name.startswith("sensor.") for effect in effects)
+    return not (hidden or structure.servo or structure.halves)
 
 
 def read_logs_of(

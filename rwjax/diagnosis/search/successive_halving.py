@@ -180,7 +180,7 @@ class SuccessiveHalving:
         places = {e: b.places for e, b in begun.items() if b.places}
         for e in begun.keys() - places.keys():
             fits.headway.compare(e)
-        # a complete parent leaves no room far above it
+        # what has begun may still be on its way by the start rule; beside a complete parent there is no room far above it
         most = {e: np.inf if fits.by_start_rule else limits.behind * fits(parent).cost for e, parent in parents.items()}
         work = fits.settings.headway
         for one in limits.rounds:

@@ -87,3 +87,9 @@ def test_dry_friction_is_left_as_its_torque_until_it_is_named() -> None:
     assert before.rms > 0.06  # the friction, and what the inertia that was bent to suit it gets wrong
     assert after.rms < 0.05 * before.rms
     assert after.json()["rms_Nm"] == after.rms and len(after.json()["spectrum"]) == len(after.density)
+
+
+@pytest.mark.parametrize("name", ["drive.lag", "sensor.eccentricity", "sensor.delay", "axis.presliding"])
+def test_beside_hidden_states_late_or_bent_readings_the_motion_tells_no_torque(name: str) -> None:
+    search = searched([run_of(k, {"axis.coulomb": {"M_c": 0.06}}) for k in range(2)], Hypothesis((name,)))
+    assert left_torque(search.fits(Hypothesis((name,))), (0, 1), LocalisationSettings()) is None
