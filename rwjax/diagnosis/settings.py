@@ -316,6 +316,10 @@ class LocalisationSettings:
     """Limits of what tells where the gap lies."""
 
     draws: int = _limit(24, "draws of the fitted rig's own readings")
+    by_chance: float = _limit(
+        0.001,
+        "probability by chance below which an octave of the torque that is left counts: of a dozen, noise passes once in eighty times",
+    )
     still: float = _limit(3.0, "deviations of the smoothed speed below which a body rests")
     chunk: int = _limit(
         2048,

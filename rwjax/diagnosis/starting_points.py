@@ -42,7 +42,7 @@ def begin(
         fits: fits, the parent's among them.
         hypotheses: those to begin.
         parent: the hypothesis from whose estimates they begin.
-        behind: predicted cost, against the parent's, above which a hypothesis begins nowhere. The parent's special cases and what was
+        behind: predicted cost, against the parent's, above which a hypothesis begins nowhere [1]. The parent's special cases and what was
             fitted before begin anyway: of these more is known than the prediction.
 
     Returns:

@@ -55,6 +55,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "where": Where("yaw_rate", 0.8, "yaw_rate", None, {"time": 0.1, "yaw_rate": 0.8}, (missing,)),
         "windows": (),
         "left": None,
+        "left_torque": None,
         "signal": "yaw_rad",
         "gaps": {"yaw_rad": Gap(BEFORE, AFTER, FLOOR, 0.975, (0.9, 0.99), 0.99)},
         "held_out": "marked",

@@ -17,9 +17,6 @@ from rwjax.diagnosis.settings import LocalisationSettings
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import every_output
 
-BY_CHANCE = 0.001
-"""Probability by chance up to which an octave counts: of a dozen octaves noise alone then passes once in eighty times [1]."""
-
 
 class LeftTorque(NamedTuple):
     """Torque that a fitted rig leaves, as coloured noise.
@@ -69,19 +66,20 @@ def left_torque(fitted: Fit, logs: Sequence[int], limits: LocalisationSettings) 
     clean = every_output(fitted.problem, fitted.theta, fitted.start)
     read = read_logs_of(fitted, logs, clean, limits, limits.draws)
     found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
-    return coloured(power_of(fitted, found, limits.regimes.window)) if found else None
+    return coloured(power_of(fitted, found, limits.regimes.window), limits.by_chance) if found else None
 
 
-def coloured(power: OctavePower) -> LeftTorque:
+def coloured(power: OctavePower, by_chance: float) -> LeftTorque:
     """Coloured noise of a power by octave, of which only octaves count that chance would hardly give.
 
     Args:
         power: the power, with that of draws of the rig's own noise.
+        by_chance: probability by chance [1] below which an octave counts.
 
     Returns:
         The noise.
     """
-    told = [above(float(octave[0]), octave[1:]) < BY_CHANCE for octave in power.power]
+    told = [above(float(octave[0]), octave[1:]) < by_chance for octave in power.power]
     variance, width = np.where(told, power.beyond, 0.0) / np.maximum(power.duration, 1e-300), np.diff(power.edges)
     whole = float(np.sum(variance))
     if whole == 0.0:

@@ -10,6 +10,7 @@ from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from tests.diagnosis.several_runs import run_of, searched
 
 WINDOW = RegimeSettings().window
+CHANCE = LocalisationSettings().by_chance
 
 
 def gauss_markov(sigma: float, tau: float, interval: float, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -28,7 +29,7 @@ def test_a_coloured_torque_in_white_noise_has_its_size_and_its_correlation_time(
     true = [gauss_markov(0.02, tau, 0.005, 12_000, rng) for _ in range(12)]
     noise = rng.normal(0.0, 0.01, (12, 12_000, 5))
     records, own = [y + n[:, 0] for y, n in zip(true, noise, strict=True)], [n[:, 1:] for n in noise]
-    found = coloured(octave_power(records, own, [0.005] * 12, WINDOW))
+    found = coloured(octave_power(records, own, [0.005] * 12, WINDOW), CHANCE)
     assert found.rms == pytest.approx(0.02, rel=0.05)
     assert found.correlation_time == pytest.approx(tau, rel=0.2)
     octave = int(np.searchsorted(found.edges, 1.0 / (2.0 * np.pi * tau))) - 1
@@ -39,7 +40,7 @@ def test_a_coloured_torque_in_white_noise_has_its_size_and_its_correlation_time(
 
 def test_noise_alone_leaves_nothing_of_a_complete_rig() -> None:
     noise = np.random.default_rng(1).normal(size=(40, 4000, 25))
-    found = [coloured(octave_power([one[:, 0]], [one[:, 1:]], [0.01], WINDOW)) for one in noise]
+    found = [coloured(octave_power([one[:, 0]], [one[:, 1:]], [0.01], WINDOW), CHANCE) for one in noise]
     nothing = [one for one in found if one.rms == 0.0 and one.correlation_time is None and not one.density.any()]
     assert len(nothing) >= 37  # a dozen octaves, each by chance once in a thousand times
 
@@ -49,7 +50,7 @@ def test_a_short_run_beside_long_ones_moves_neither_size_nor_correlation_time() 
     lengths = [12_000] * 12 + [300]
     records = [gauss_markov(0.02, 1.0, 0.005, n, rng) for n in lengths]
     own = [rng.normal(0.0, 1e-4, (n, 5)) for n in lengths]
-    found = [coloured(octave_power(records[:k], own[:k], [0.005] * k, WINDOW)) for k in (12, 13)]
+    found = [coloured(octave_power(records[:k], own[:k], [0.005] * k, WINDOW), CHANCE) for k in (12, 13)]
     assert found[0].correlation_time == pytest.approx(1.0, rel=0.2)
     assert found[1].correlation_time == pytest.approx(found[0].correlation_time, rel=0.05)
     assert found[1].rms == pytest.approx(found[0].rms, rel=0.05)
@@ -75,7 +76,9 @@ def test_power_is_the_square_of_white_noise_whatever_the_lengths_and_intervals()
 def test_what_is_slower_than_the_runs_has_no_correlation_time() -> None:
     rng = np.random.default_rng(4)
     records = [np.full(1000, rng.normal()) for _ in range(6)]
-    found = coloured(octave_power(records, [rng.normal(0.0, 1e-3, (1000, 8)) for _ in range(6)], [0.01] * 6, WINDOW))
+    found = coloured(
+        octave_power(records, [rng.normal(0.0, 1e-3, (1000, 8)) for _ in range(6)], [0.01] * 6, WINDOW), CHANCE
+    )
     assert found.rms > 0.1 and found.correlation_time is None
 
 
