@@ -1,7 +1,7 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
-[--index 17 …] [--of RESULTS.jsonl]` skips what the file holds already. With a limit the cases are spread evenly over the set, or over
+[--index 17 …] [--of RESULTS.jsonl]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
 the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares.
 """
 
@@ -20,7 +20,7 @@ from pathlib import Path
 from time import perf_counter
 
 from experiments.blind.cases import KINDS, write_case
-from experiments.blind.draw import GROUPS, PLANS, appending, cases, evenly, read
+from experiments.blind.draw import GROUPS, PLANS, appending, cases, read, some
 from experiments.blind.messy import case_of
 from experiments.commit import commit
 from rwjax import read_logs, read_rig
@@ -67,8 +67,8 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
 
 
 def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
-    """At most `limit` of the cases, evenly over the set; those of one kind of rig, which share programs, together."""
-    return sorted(evenly(rows, limit), key=lambda row: KINDS.index(row["kind"]))
+    """At most `limit` of the cases, drawn at random; those of one kind of rig, which share programs, together."""
+    return sorted(some(rows, limit), key=lambda row: KINDS.index(row["kind"]))
 
 
 def end_with_parent() -> None:

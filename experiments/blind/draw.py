@@ -251,12 +251,6 @@ def appending(path: Path) -> TextIO:
     return path.open("a")
 
 
-def evenly(rows: Sequence[T], limit: int | None) -> list[T]:
-    """At most `limit` of some rows, evenly over all of them."""
-    step = max(len(rows) / limit, 1.0) if limit else 1.0
-    return [rows[int(k * step)] for k in range(min(limit or len(rows), len(rows)))]
-
-
 def some(rows: Sequence[T], limit: int | None) -> list[T]:
     """At most `limit` of some rows, drawn at random: an even step may fall in step with the kinds of rigs."""
     chosen = np.random.default_rng(len(rows)).permutation(len(rows))[:limit]

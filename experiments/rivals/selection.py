@@ -16,6 +16,8 @@ from experiments.rivals.problem import Problem
 
 THRESHOLDS = np.geomspace(0.03, 1.0, 12)
 """Thresholds of STLSQ on coefficients of columns of unit RMS, in units of the RMS of what is left [1]."""
+WEIGHTS = np.geomspace(0.01, 1.0, 16)
+"""Weights of the lasso, in units of the least one that leaves no coefficient [1]."""
 RIDGE = 0.01
 """Ridge of STLSQ, for columns of unit RMS [1]."""
 LEAST = 0.15
@@ -39,19 +41,7 @@ def stlsq(problem: Problem) -> list[str]:
     Returns:
         The names, the one that adds most first.
     """
-    from pysindy import STLSQ
-
-    X, y, run = problem.training()
-    if not problem.effects:
-        return []
-
-    def fit(threshold: float, X: np.ndarray, y: np.ndarray) -> np.ndarray:
-        found = STLSQ(threshold=threshold, alpha=RIDGE * len(y), max_iter=20)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # a threshold above every coefficient is an answer: nothing
-            return np.ravel(found.fit(X, y[:, None]).coef_)
-
-    return _pruned(problem, np.flatnonzero(_sparsest(fit, THRESHOLDS, X, y, run)))
+    return _by_coefficients(problem, _by_stlsq, lambda X, y: THRESHOLDS)
 
 
 def lasso(problem: Problem) -> list[str]:
@@ -63,20 +53,36 @@ def lasso(problem: Problem) -> list[str]:
     Returns:
         The names, the one that adds most first.
     """
+    return _by_coefficients(problem, _by_lasso, lambda X, y: WEIGHTS * float(np.max(np.abs(X.T @ y))) / len(y))
+
+
+Coefficients = Callable[[float, np.ndarray, np.ndarray], np.ndarray]
+"""Coefficients (k,) at a level, for columns (n, k) and what they have to explain (n,)."""
+
+
+def _by_stlsq(threshold: float, X: np.ndarray, y: np.ndarray) -> np.ndarray:
+    from pysindy import STLSQ
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a threshold above every coefficient is an answer: nothing
+        return np.ravel(STLSQ(threshold=threshold, alpha=RIDGE * len(y), max_iter=20).fit(X, y[:, None]).coef_)
+
+
+def _by_lasso(weight: float, X: np.ndarray, y: np.ndarray) -> np.ndarray:
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.linear_model import Lasso
 
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # of the smallest weights, which leave all columns in
+        return Lasso(alpha=weight, fit_intercept=False, max_iter=2000, tol=1e-3).fit(X, y).coef_
+
+
+def _by_coefficients(
+    problem: Problem, fit: Coefficients, levels: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> list[str]:
+    """Names of the columns that have a coefficient at the level that leaving out one run after another chooses."""
     X, y, run = problem.training()
-    if not problem.effects:
-        return []
-    most = float(np.max(np.abs(X.T @ y))) / len(y)
-
-    def fit(weight: float, X: np.ndarray, y: np.ndarray) -> np.ndarray:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # of the smallest weights, which leave all columns in
-            return Lasso(alpha=weight, fit_intercept=False, max_iter=2000, tol=1e-3).fit(X, y).coef_
-
-    return _pruned(problem, np.flatnonzero(_sparsest(fit, most * np.geomspace(0.01, 1.0, 16), X, y, run)))
+    return _pruned(problem, np.flatnonzero(_sparsest(fit, levels(X, y), X, y, run))) if problem.effects else []
 
 
 def forward(problem: Problem) -> list[str]:
@@ -132,7 +138,7 @@ def _left(X: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _sparsest(
-    fit: Callable[[float, np.ndarray, np.ndarray], np.ndarray],
+    fit: Coefficients,
     levels: Iterable[float],
     X: np.ndarray,
     y: np.ndarray,

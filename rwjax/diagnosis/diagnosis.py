@@ -10,11 +10,13 @@ from rwjax.diagnosis.asked import Asked, asked
 from rwjax.diagnosis.budget import Budget, Stopped
 from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
-from rwjax.diagnosis.gap import Gap, HeldOut, Split, gap, headline, held_out
+from rwjax.diagnosis.gap import Gap, HeldOut, gap, headline
 from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by, spoken
+from rwjax.diagnosis.judged import Judged, errors_of_the_rig
+from rwjax.diagnosis.layout import Layout, laid_out
 from rwjax.diagnosis.localise.left_torque import LeftTorque, left_torque
-from rwjax.diagnosis.localise.where import Missing, Where, locate, tells_torque
+from rwjax.diagnosis.localise.where import Missing, Where, locate, missing_torques, tells_torque
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
@@ -29,7 +31,7 @@ from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.uninformative import diverged_numbers, part_of, why_uninformative
 from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, stands_out
-from rwjax.diagnosis.waterfall import Rung, rung
+from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import UNIT, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
@@ -39,88 +41,10 @@ from rwjax.fitting.segments import with_segments
 from rwjax.fitting.threads import SINGLE_THREADED_BLAS
 from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
-from rwjax.logs import coverage
 from rwjax.logs.driven import driven
-from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
-from rwjax.logs.segments import cut_up, runs_of
+from rwjax.logs.segments import runs_of
 from rwjax.rig.model import Rig
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Which logs are fitted and which are held out."""
-
-    rule: str  # the held-out rule in words
-    runs: tuple[Log, ...]  # all runs, or the parts of a single one
-    logs: tuple[Log, ...]  # the same, or the segments in which free runs follow them
-    train: tuple[int, ...]  # numbers of those on which the hypothesis is chosen
-    folds: tuple[Split, ...]  # by number
-    split: coverage.Split  # whether it extrapolates
-
-    @property
-    def train_runs(self) -> tuple[int, ...]:
-        """Numbers of the training runs."""
-        return tuple(map(int, np.unique(runs_of(self.logs)[list(self.train)])))
-
-
-def _laid_out(rig: Rig, logs: Sequence[Log]) -> _Layout:
-    """Logs numbered, with the folds by number."""
-    rule, splits = folds(logs)
-    runs: list[Log] = []
-    for log in (log for split in splits for log in (*split.train, *split.test)):
-        if not any(other is log for other in runs):
-            runs.append(log)
-    segments = [cut_up([log]) for log in runs]
-    first = np.cumsum([0, *map(len, segments)])
-
-    def numbers(part: Sequence[Log]) -> tuple[int, ...]:
-        found = [next(k for k, other in enumerate(runs) if other is log) for log in part]
-        return tuple(n for k in found for n in range(int(first[k]), int(first[k + 1])))
-
-    numbered = tuple((numbers(split.train), numbers(split.test)) for split in splits)
-    train = tuple(sorted({k for fitted_to, _ in numbered for k in fitted_to}))
-    pieces = tuple(part for parts in segments for part in parts)
-    return _Layout(rule, tuple(runs), pieces, train, numbered, coverage.split_of(rig, logs))
-
-
-class _Judged:
-    """Held-out errors of hypotheses, each worked out once."""
-
-    def __init__(self, fits: ModelFits, layout: _Layout, before: HeldOut, signal: str) -> None:
-        self.fits, self.layout, self.before, self.signal = fits, layout, before, signal
-        self._known: dict[Hypothesis, HeldOut] = {}
-
-    def __call__(self, hypothesis: Hypothesis) -> HeldOut:
-        self.prepare([hypothesis])
-        return self._known[hypothesis] if hypothesis.names else self.before
-
-    def prepare(self, hypotheses: Sequence[Hypothesis]) -> None:
-        """Works out the errors of several hypotheses side by side."""
-        if not (new := [e for e in hypotheses if e.names and e not in self._known]):
-            return
-        self.fits.end([e for e in new if self.fits.stepped(e)])
-        for e in new:
-            fitted(self.fits, e)
-        self._known |= zip(new, held_out(self.fits, new, self.layout.folds, with_floor=False), strict=True)
-
-    def rms(self, hypothesis: Hypothesis) -> float:
-        """RMS error of the headline signal [SI]."""
-        return self(hypothesis).rms(self.signal)
-
-    def rung(self, hypothesis: Hypothesis, base: dict[str, tuple[float, float]] | None = None) -> Rung:
-        """The step of the waterfall at which a hypothesis stands."""
-        rms = self.rms(hypothesis)
-        return rung(self.fits.rig, hypothesis.names, self.fits(hypothesis), rms, base)
-
-    def gap_of(self, hypothesis: Hypothesis) -> Gap:
-        """Gap of the headline signal."""
-        return gap(self.before, self(hypothesis), self.signal, self.fits.settings.gap)
-
-    def gaps(self, after: HeldOut) -> dict[str, Gap]:
-        """Gap of every output."""
-        limits = self.fits.settings.gap
-        return {name: gap(self.before, after, name, limits) for name in self.before.square}
 
 
 @dataclass(frozen=True)
@@ -183,13 +107,13 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     headway = Headway(
         budget if isinstance(budget, Budget) else Budget(math.inf if budget is None else budget), progress
     )
-    layout = _laid_out(rig, with_segments(rig, logs, segments))
+    layout = laid_out(rig, with_segments(rig, logs, segments))
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway, team)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward(), among)
-    return _answer(_Judged(fits, layout, before, signal), choice, among)
+    return _answer(Judged(fits, layout, before, signal), choice, among)
 
 
-def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
+def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
     """What is told of a choice."""
     further = _gone_on(judged, choice, shown_by(among.names, judged.fits.outputs))
     judged, choice = further.judged, further.choice
@@ -220,7 +144,7 @@ def _answer(judged: _Judged, choice: Choice, among: Asked) -> Diagnosis:
         where=where,
         windows=worst_windows(_told(where, fits(NOTHING)), before, layout.logs, signal, fits.settings.report.windows),
         left=_left(judged, outcome) if outcome.verdict == "partial" else None,
-        left_torque=_left_torque(fits, outcome),
+        left_torque=_left_torque(fits, outcome, where),
         signal=signal,
         gaps=outcome.gaps,
         held_out=layout.rule,
@@ -269,11 +193,11 @@ def _ended(further: "_Further") -> list[str]:
     return [f"{why} ended the search, and nothing is claimed; {untried}"]
 
 
-def _which(fits: ModelFits, layout: _Layout, strategy: Strategy, among: Asked) -> tuple[HeldOut, str, Choice]:
+def _which(fits: ModelFits, layout: Layout, strategy: Strategy, among: Asked) -> tuple[HeldOut, str, Choice]:
     """Floor and which: errors of the rig as it is, the headline signal, and the choice where its gap stands out."""
     settings = fits.settings
     fits(NOTHING)
-    before = _of_the_rig(fits, layout)
+    before = errors_of_the_rig(fits, layout)
     bare = {name: gap(before, before, name, settings.gap) for name in before.square}
     signal = headline(bare)
     if not stands_out(bare[signal], settings.verdict):
@@ -281,13 +205,8 @@ def _which(fits: ModelFits, layout: _Layout, strategy: Strategy, among: Asked) -
     fits.start_from_first_readings()
     fits.headway.signal = signal
     choice = _searched(fits, strategy, shown_by(among.names, fits.outputs))
-    before = _of_the_rig(fits, layout)  # the search may have found better numbers
+    before = errors_of_the_rig(fits, layout)  # the search may have found better numbers
     return before, signal, choice
-
-
-def _of_the_rig(fits: ModelFits, layout: _Layout) -> HeldOut:
-    """Errors of the rig as it is on held-out logs, with their floor."""
-    return held_out(fits, [NOTHING], layout.folds, with_floor=True)[0]
 
 
 def _searched(fits: ModelFits, strategy: Strategy, names: Sequence[str]) -> Choice:
@@ -306,7 +225,7 @@ def _searched(fits: ModelFits, strategy: Strategy, names: Sequence[str]) -> Choi
     return choice
 
 
-def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
+def _by_importance(best: Hypothesis, judged: Judged) -> Hypothesis:
     """The same set, the name whose removal widens the held-out gap most first."""
     if len(best.names) < 2:
         return best
@@ -317,7 +236,7 @@ def _by_importance(best: Hypothesis, judged: _Judged) -> Hypothesis:
 class _Further:
     """A choice after the search has gone on where it leaves a visible part."""
 
-    judged: _Judged
+    judged: Judged
     choice: Choice
     claim: Claim | None = None  # what holds though it leaves something
     refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
@@ -329,7 +248,7 @@ class _Further:
         return self.choice.complete and not self.ended
 
 
-def _may_go_on(judged: _Judged, choice: Choice) -> bool:
+def _may_go_on(judged: Judged, choice: Choice) -> bool:
     """Whether a choice leaves a visible part of the training runs, of which there are enough to tell what holds."""
     fits = judged.fits
     runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
@@ -338,7 +257,7 @@ def _may_go_on(judged: _Judged, choice: Choice) -> bool:
     return enough and ModelComparison(fits).leaves_visible(choice.best)
 
 
-def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
+def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     """What holds of a choice that leaves a visible part, and of what the search finds when it goes on; by the training runs.
 
     Where the held-out runs alone show what is left, nothing is asked: names that follow the fitted runs and not the others may be wrong.
@@ -354,18 +273,12 @@ def _gone_on(judged: _Judged, choice: Choice, names: Sequence[str]) -> _Further:
                 polish(fits, further.best)
             claim, refused = claimed(search, further)
     except Stopped:
-        return _Further(_judged_anew(judged), choice, ended=True)
-    judged = _judged_anew(judged)
+        return _Further(judged.anew(), choice, ended=True)
+    judged = judged.anew()
     if claim is None:
         return _Further(judged, choice, refused=refused)
     chosen = further if claim.named == further.best else search.chosen(claim.named, claim.rivals)
     return _Further(judged, chosen, claim, refused)
-
-
-def _judged_anew(judged: _Judged) -> _Judged:
-    """The errors on held-out logs after a search, by which fits may have become better."""
-    before = _of_the_rig(judged.fits, judged.layout)
-    return _Judged(judged.fits, judged.layout, before, judged.signal)
 
 
 def _how_far(further: _Further) -> _Outcome:
@@ -400,7 +313,7 @@ def _rivals(outcome: _Outcome, most: int) -> list[Hypothesis]:
     return list(dict.fromkeys([outcome.named, *outcome.alternatives]))[:most]
 
 
-def _left(judged: _Judged, outcome: _Outcome) -> Left:
+def _left(judged: Judged, outcome: _Outcome) -> Left:
     """What the claimed names leave, and where: in the coordinate of the further name that removes most of it."""
     fits, named, gap = judged.fits, outcome.named, outcome.gaps[judged.signal]
     share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
@@ -416,12 +329,15 @@ def _told(where: Where | None, found: Fit) -> tuple[Missing, ...]:
     return where.missing if where is not None and tells_torque(found.problem.structure) else ()
 
 
-def _left_torque(fits: ModelFits, outcome: _Outcome) -> LeftTorque | None:
+def _left_torque(fits: ModelFits, outcome: _Outcome, where: Where | None) -> LeftTorque | None:
     """What the claimed names leave as coloured noise, or the rig as it is where none is claimed but something is missing."""
+    limits = fits.settings.localisation
     if outcome.verdict == "none":
         return None
-    claimed_ones = outcome.named if outcome.verdict in CLAIMS else NOTHING
-    return left_torque(fits(claimed_ones), fits.train, fits.settings.localisation)
+    if outcome.verdict not in CLAIMS:
+        return left_torque(fits(NOTHING), where.missing if where is not None else (), limits)
+    named = fits(outcome.named)
+    return left_torque(named, missing_torques(named, fits.train, limits), limits)
 
 
 def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:
@@ -430,7 +346,7 @@ def _growing(hypothesis: Hypothesis) -> list[Hypothesis]:
 
 
 def _waterfalls(
-    judged: _Judged, first: Rung, steps: Sequence[Hypothesis], rivals: Sequence[Hypothesis]
+    judged: Judged, first: Rung, steps: Sequence[Hypothesis], rivals: Sequence[Hypothesis]
 ) -> tuple[tuple[Rung, ...], tuple[Rung, ...]]:
     """The rig as it is and the named effects one after the other, and the steps of the rivals that are not among them."""
     others = [e for e in dict.fromkeys(e for rival in rivals for e in _growing(rival)) if e not in steps]

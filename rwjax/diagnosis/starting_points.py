@@ -25,7 +25,8 @@ class Begun:
     Attributes:
         predicted: half the sum of squares [1] that the score screen predicts to be left, at most what `here` leaves.
         here: the fit as it stands at the best of the screened points, without a step.
-        places: fits without a step at the points from which the search should begin; the one with the least cost first.
+        places: fits without a step at the points from which the search should begin; the one with the least cost first;
+            none where it is predicted to leave far more than its parent.
     """
 
     predicted: float

@@ -157,7 +157,7 @@ def left_words(share: float, where: Where | None, windows: Sequence[Window], lim
         said += f"; nearest to it comes a law in {where_words(where, limits)}, which removes {100 * where.share:.0f} % of that"
     if windows:
         log, begin, end, most = windows[0]
-        said += f"; most of what is left arises from {begin:.1f} to {end:.1f} s of {log} ({100 * most:.0f} %)"
+        said += f"; the second with most of it is {begin:.1f} to {end:.1f} s of {log} ({100 * most:.0f} %)"
     return said
 
 

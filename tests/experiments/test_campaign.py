@@ -118,7 +118,9 @@ def until(done: Callable[[], object], seconds: float = 30.0) -> None:
 def test_a_limit_spreads_the_cases_over_the_set_and_keeps_kinds_together() -> None:
     rows = [{"index": k, "kind": ("reaction", "wheel", "platform")[k % 3]} for k in range(30)]
     chosen = campaign.spread(rows, 10)
-    assert sorted(row["index"] for row in chosen) == list(range(0, 30, 3))
+    assert len({row["index"] for row in chosen}) == 10 and chosen == campaign.spread(rows, 10)
+    kinds = [row["kind"] for row in chosen]  # an even step of 3 would take one kind alone
+    assert kinds == sorted(kinds, key=("wheel", "platform", "reaction").index) and len({*kinds}) == 3
     assert [row["kind"] for row in campaign.spread(rows, None)] == ["wheel"] * 10 + ["platform"] * 10 + [
         "reaction"
     ] * 10

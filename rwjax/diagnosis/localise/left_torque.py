@@ -12,10 +12,9 @@ import numpy as np
 
 from rwjax.diagnosis.localise.own_noise import above
 from rwjax.diagnosis.localise.spectrum import OctavePower
-from rwjax.diagnosis.localise.where import missing_torque, power_of, read_logs_of, tells_torque
+from rwjax.diagnosis.localise.where import Missing, power_of, tells_torque
 from rwjax.diagnosis.settings import LocalisationSettings
 from rwjax.fitting.multiple_shooting import Fit
-from rwjax.fitting.prediction import every_output
 
 
 class LeftTorque(NamedTuple):
@@ -50,23 +49,20 @@ class LeftTorque(NamedTuple):
         }
 
 
-def left_torque(fitted: Fit, logs: Sequence[int], limits: LocalisationSettings) -> LeftTorque | None:
+def left_torque(fitted: Fit, missing: Sequence[Missing], limits: LocalisationSettings) -> LeftTorque | None:
     """Torque that a fitted rig leaves of some logs.
 
     Args:
-        fitted: the fit with the named effects.
-        logs: numbers of the logs.
+        fitted: the fit with the claimed effects.
+        missing: what it misses of the logs, with draws.
         limits: limits of the localisation.
 
     Returns:
         The torque; None where the motion does not tell it (`tells_torque`).
     """
-    if not tells_torque(fitted.problem.structure):
+    if not missing or not tells_torque(fitted.problem.structure):
         return None
-    clean = every_output(fitted.problem, fitted.theta, fitted.start)
-    read = read_logs_of(fitted, logs, clean, limits, limits.draws)
-    found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
-    return coloured(power_of(fitted, found, limits.regimes.window), limits.by_chance) if found else None
+    return coloured(power_of(fitted, missing, limits.regimes.window), limits.by_chance)
 
 
 def coloured(power: OctavePower, by_chance: float) -> LeftTorque:

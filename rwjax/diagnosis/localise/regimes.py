@@ -138,7 +138,7 @@ def _shifts(series: np.ndarray, rng: np.random.Generator, count: int) -> np.ndar
     return rng.integers(least, n - least + 1, count) % n
 
 
-def bands(power: "OctavePower") -> list[Part]:
+def bands(power: OctavePower) -> list[Part]:
     """Share of every octave in the missing torque's power beyond that of draws of the rig's own noise.
 
     Args:

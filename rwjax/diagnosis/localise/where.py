@@ -189,7 +189,7 @@ def locate(
         Where the gap lies, None where nothing was tried and no effect is named.
     """
     clean = every_output(fitted.problem, fitted.theta, fitted.start)
-    read = read_logs_of(fitted, logs, clean, limits, draws=limits.draws if deep else 0)
+    read = _read_logs(fitted, logs, clean, limits, limits.draws if deep else 0)
     found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
     logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
     ordered = sorted((name for name in shares), key=lambda name: -shares[name])
@@ -209,6 +209,24 @@ def locate(
     )
 
 
+def missing_torques(fitted: Fit, logs: Sequence[int], limits: LocalisationSettings) -> tuple[Missing, ...]:
+    """Missing torque of logs with draws of what the fitted rig's own noise would show.
+
+    Args:
+        fitted: the fit.
+        logs: numbers of the logs.
+        limits: limits of the localisation.
+
+    Returns:
+        The missing torque of those logs that tell it; of none where the rig's structure hides it (`tells_torque`).
+    """
+    if not tells_torque(fitted.problem.structure):
+        return ()
+    clean = every_output(fitted.problem, fitted.theta, fitted.start)
+    read = _read_logs(fitted, logs, clean, limits, limits.draws)
+    return tuple(missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items())
+
+
 def tells_torque(structure: Structure) -> bool:
     """Whether a missing torque can be read off the motion: no effect has a state of its own, comes late, or bends a reading.
 
@@ -224,21 +242,10 @@ def tells_torque(structure: Structure) -> bool:
     return not (hidden or structure.servo or structure.halves)
 
 
-def read_logs_of(
+def _read_logs(
     fitted: Fit, logs: Sequence[int], clean: list[dict[str, np.ndarray]], limits: LocalisationSettings, draws: int
 ) -> dict[int, Read]:
-    """Motion of the body on which the missing torque acts; of a two-axis rig, whose axes push one another, none.
-
-    Args:
-        fitted: the fit.
-        logs: numbers of the logs.
-        clean: readings of the rig's own free runs by log and output (time,) [SI].
-        limits: limits of the localisation.
-        draws: draws of the rig's own readings.
-
-    Returns:
-        The motion by the number of the log, of those that tell it.
-    """
+    """Motion of the body on which the missing torque acts, by log; of a two-axis rig, whose axes push one another, none."""
     structure = fitted.problem.structure
     body = "wheel" if structure.kind == "wheel" else "yaw"
     told = () if structure.halves else logs

@@ -4,13 +4,21 @@ import numpy as np
 import pytest
 
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
-from rwjax.diagnosis.localise.left_torque import coloured, left_torque
+from rwjax.diagnosis.localise.left_torque import LeftTorque, coloured, left_torque
 from rwjax.diagnosis.localise.spectrum import octave_power
+from rwjax.diagnosis.localise.where import missing_torques
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
+from rwjax.fitting.multiple_shooting import Fit
 from tests.diagnosis.several_runs import run_of, searched
 
 WINDOW = RegimeSettings().window
 CHANCE = LocalisationSettings().by_chance
+
+
+def left_by(fitted: Fit, logs: tuple[int, ...]) -> LeftTorque | None:
+    """What a fit leaves of some logs."""
+    limits = LocalisationSettings()
+    return left_torque(fitted, missing_torques(fitted, logs, limits), limits)
 
 
 def gauss_markov(sigma: float, tau: float, interval: float, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -85,7 +93,7 @@ def test_what_is_slower_than_the_runs_has_no_correlation_time() -> None:
 def test_dry_friction_is_left_as_its_torque_until_it_is_named() -> None:
     dry = Hypothesis(("axis.coulomb",))
     search = searched([run_of(k, {"axis.coulomb": {"M_c": 0.06}}) for k in range(3)], dry)
-    before, after = (left_torque(search.fits(e), (0, 1, 2), LocalisationSettings()) for e in (NOTHING, dry))
+    before, after = (left_by(search.fits(e), (0, 1, 2)) for e in (NOTHING, dry))
     assert before is not None and after is not None
     assert before.rms > 0.06  # the friction, and what the inertia that was bent to suit it gets wrong
     assert after.rms < 0.05 * before.rms
@@ -95,4 +103,4 @@ def test_dry_friction_is_left_as_its_torque_until_it_is_named() -> None:
 @pytest.mark.parametrize("name", ["drive.lag", "sensor.eccentricity", "sensor.delay", "axis.presliding"])
 def test_beside_hidden_states_late_or_bent_readings_the_motion_tells_no_torque(name: str) -> None:
     search = searched([run_of(k, {"axis.coulomb": {"M_c": 0.06}}) for k in range(2)], Hypothesis((name,)))
-    assert left_torque(search.fits(Hypothesis((name,))), (0, 1), LocalisationSettings()) is None
+    assert left_by(search.fits(Hypothesis((name,))), (0, 1)) is None
