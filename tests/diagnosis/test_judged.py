@@ -38,5 +38,5 @@ def test_after_a_search_everything_is_worked_out_anew() -> None:
     errors = found(DRY)
     again = found.anew()
     assert again.fits is found.fits and again(DRY) is not errors and again.rms(DRY) == found.rms(DRY)
-    now = errors_of_the_rig(found.fits, found.layout).rms("yaw_rad")  # the fit of the rig as it is has changed beside the other
+    now = errors_of_the_rig(found.fits, found.layout).rms("yaw_rad")  # its fit has changed beside the other
     assert again.before.rms("yaw_rad") == now != found.before.rms("yaw_rad")
