@@ -61,6 +61,7 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
         "coordinate": where.get("coordinate"),
         **{key: gap[key] for key in ("signal", "before", "after", "floor", "closed", "ci95")},
         "at_most": diagnosis.gaps[gap["signal"]].at_most,
+        "refused": found["refused"],
         "top": [[one["effect"], one["probability"]] for one in found["ranking"][:LISTED]],
         "seconds": round(perf_counter() - begin, 2),
     }

@@ -152,7 +152,8 @@ def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
         proposal=proposed.plan,
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
-        remarks=(*told, *layout.split.said(), *away, *among.said(), *_refused(further, outcome), *_ended(further)),
+        refused=further.refused if outcome.verdict in ("partial", "unknown") else {},
+        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(further)),
         split=layout.split,
         corrected=corrected,
         before=before,
@@ -167,13 +168,6 @@ def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> 
     """The corrected rig, in which numbers that ran away are those of the rig as it is, and a sentence on each of them."""
     corrected = corrected_rig(rig, named, found, spread)
     return without_runaways(rig, corrected), runaway_words(rig, corrected)
-
-
-def _refused(further: "_Further", outcome: _Outcome) -> list[str]:
-    """Remarks on names that explain a part and do not hold."""
-    if outcome.verdict not in ("partial", "unknown"):
-        return []
-    return [f"{spoken(name)} is not claimed: {why}" for name, why in further.refused.items()]
 
 
 def _ended(further: "_Further") -> list[str]:
@@ -248,27 +242,29 @@ class _Further:
         return self.choice.complete and not self.ended
 
 
-def _may_go_on(judged: Judged, choice: Choice) -> bool:
-    """Whether a choice leaves a visible part of the training runs, of which there are enough to tell what holds."""
+def _may_ask(judged: Judged, choice: Choice) -> bool:
+    """Whether enough training runs were searched to tell what holds."""
     fits = judged.fits
     runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
     searched = choice.complete and (bool(choice.best.names) or len(choice.criterion) > 1)
-    enough = searched and runs >= fits.settings.partial.runs
-    return enough and ModelComparison(fits).leaves_visible(choice.best)
+    return searched and runs >= fits.settings.partial.runs
 
 
 def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
-    """What holds of a choice that leaves a visible part, and of what the search finds when it goes on; by the training runs.
+    """What holds of a choice that is not the whole answer, by the training runs.
 
-    Where the held-out runs alone show what is left, nothing is asked: names that follow the fitted runs and not the others may be wrong.
+    Where these show a visible part that is left, the search goes on first. Where the held-out runs alone show one, it does not.
     """
     fits = judged.fits
-    if not _may_go_on(judged, choice):
+    if not _may_ask(judged, choice):
+        return _Further(judged, choice)
+    visible = ModelComparison(fits).leaves_visible(choice.best)
+    if not visible and judge(choice, judged.gap_of(choice.best), fits.settings.verdict) != "unknown":
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names)
-            further = search.go_on(choice.best)
+            further = search.go_on(choice.best) if visible else choice
             if further.best.names:
                 polish(fits, further.best)
             claim, refused = claimed(search, further)

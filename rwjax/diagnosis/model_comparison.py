@@ -150,7 +150,9 @@ class ModelComparison:
         return incomplete and all(b[name] < (1.0 + self.limits.tie) * a[name] for name in a)
 
     def leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
-        """The hypothesis with the best criterion, or a special case of it that it does not beat by enough.
+        """The hypothesis with the best criterion, or a special case of it in whose place the logs do not need it.
+
+        Something small besides lets a larger hypothesis gain a little beside its special case, mostly with numbers at their bounds.
 
         Args:
             hypotheses: those to choose from, at least one.
@@ -160,7 +162,7 @@ class ModelComparison:
         """
         effective = self.effective(min(hypotheses, key=lambda e: self.fits.known(e).cost))
         best = max(hypotheses, key=lambda e: self.criterion(e, effective))
-        simpler = [e for e in hypotheses if best.contains(e) and self.gain(best, e) <= self.limits.needed]
+        simpler = [e for e in hypotheses if best.contains(e) and not self.needs(best, e)]
         return max(simpler, key=lambda e: self.criterion(e, effective), default=best)
 
     def probabilities(

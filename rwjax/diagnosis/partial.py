@@ -7,19 +7,19 @@ Everything is decided on training runs. A name holds where
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
   better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
-  in which the library's other laws of the coordinate stand for it; what it leaves lies nearest to a law of another coordinate;
+  in which the library's other laws of the coordinate stand for it;
 * its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives. Where
-  they are many, the names that these do not share are dropped.
+  they are many, the names that these do not share are not claimed.
 
-A set of names holds where each of them does.
+Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.diagnosis.agreement import amplitudes, left_out
+from rwjax.diagnosis.agreement import Amplitude, amplitudes, left_out
 from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
@@ -29,6 +29,7 @@ from rwjax.diagnosis.search.equivalents import equivalents
 from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.search.neighbours import exchanges, extensions
 from rwjax.diagnosis.search.successive_halving import fitted
+from rwjax.diagnosis.settings import PartialSettings
 from rwjax.effects.library import included_in, models
 
 MANY = "many other names leave about as much"
@@ -63,9 +64,10 @@ class Holding(NamedTuple):
 
 
 def claimed(search: Search, choice: Choice) -> Holding:
-    """The largest part of an explanation that holds.
+    """The part of an explanation that holds.
 
-    Of names that fail, the one that brings least is dropped, and the rest is judged anew.
+    Each name is judged beside the others. Those that do not hold are not claimed, but they stay beside the rest while this is judged: they
+    stand for what else is missing.
 
     Args:
         search: the search that has found it.
@@ -74,30 +76,33 @@ def claimed(search: Search, choice: Choice) -> Holding:
     Returns:
         What holds, and why the rest does not.
     """
-    fits, best, refused = search.fits, choice.best, dict[str, str]()
-    while best.names:
-        fitted(fits, best)
-        near_noise = np.sqrt(search.comparison.excess(best)) < fits.settings.verdict.doubt
-        followed = left_out(fits, best)
-        fails = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
-        if not fails:
-            if not near_noise:
-                search.halving.fit([e for e in extensions(search.candidates, best) if not fits.stepped(e)], best)
-            fails = _failing({name: why_not_of_its_form(fits, best, name) for name in best.names})
-        if not fails:
-            if best == choice.best and near_noise:
-                return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
-            rivals = _rivals(search, best)
-            if rivals is None:
-                return Holding(None, refused | dict.fromkeys(best.names, "together they remove too little"))
-            near = _near(search, best, rivals)
-            if len(near) <= fits.settings.partial.alternatives:
-                return Holding(_beside(search, best, near, rivals), refused)
-            fails = dict.fromkeys((name for name in best.names if not all(name in e.names for e in near)), MANY)
-        least = min(fails, key=lambda name: _gain(fits, best, _without(fits, best, name)))
-        refused[least] = fails[least]
-        best = best.without(least)
-    return Holding(None, refused)
+    fits, best = search.fits, choice.best
+    if not best.names:
+        return Holding(None, {})
+    fitted(fits, best)
+    near_noise = np.sqrt(search.comparison.excess(best)) < fits.settings.verdict.doubt
+    followed = left_out(fits, best)
+    refused = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
+    if len(refused) < len(best.names):
+        if not near_noise:
+            search.halving.fit([e for e in extensions(search.candidates, best) if not fits.stepped(e)], best)
+        rest = [name for name in best.names if name not in refused]
+        refused |= _failing({name: why_not_of_its_form(fits, best, name) for name in rest})
+    if len(refused) == len(best.names):
+        return Holding(None, refused)
+    if near_noise and not refused:
+        return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
+    rivals = _rivals(search, best)
+    if rivals is None:
+        return Holding(None, refused | {n: "together they remove too little" for n in best.names if n not in refused})
+    near, named = _near(search, best, rivals), _apart(best, refused)
+    beside = [e for e in near if not {*named.names} <= {*e.names}]
+    if len(beside) > fits.settings.partial.alternatives:
+        refused |= {name: MANY for name in named.names if not all(name in e.names for e in near)}
+        named, beside = _apart(best, refused), []
+    if not named.names:
+        return Holding(None, refused)
+    return Holding(_beside(search, named, [_apart(e, refused) for e in beside], rivals), refused)
 
 
 def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
@@ -122,7 +127,7 @@ def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed:
     if _gain(fits, best, smaller) <= limits.needed:
         return "it is not needed beside a remainder that is coloured noise"
     parts = [a for a in amplitudes(fits, best, smaller) if a.weight >= limits.weighs]
-    if any(abs(a.value - 1.0) > max(limits.differs, limits.sigmas * a.error) for a in parts):
+    if _disagree(parts, limits):
         return "runs or sizes of the command ask for different amounts of it"
     telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs]
     if len(telling) < limits.runs:
@@ -148,13 +153,33 @@ def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | N
     left = law_left(fits, best, _without(fits, best, name), name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
-    laws = further_laws(fits, best)
-    own = laws.get(coordinate_of(name), 0.0)
-    if own > limits.further_law:
+    own = [share for other, share in _further(fits, best).items() if _kind_of(other) == _kind_of(name)]
+    if max(own, default=0.0) > limits.further_law:
         return "a further law of its coordinate removes part of what it leaves"
-    if own > fits.settings.search.first_removes and own >= max(laws.values()):
-        return "what it leaves is nearest to a further law of its own coordinate"
     return None
+
+
+def _disagree(parts: Sequence[Amplitude], limits: PartialSettings) -> bool:
+    """Whether some part asks for another amplitude."""
+    return any(abs(a.value - 1.0) > max(limits.differs, limits.sigmas * a.error) for a in parts)
+
+
+def _kind_of(name: str) -> tuple[str, str]:
+    """Subsystem and coordinate of a name: a delay of the readings and a periodic torque both go with time."""
+    return name.removeprefix("parameter.").split(".")[0], coordinate_of(name)
+
+
+def _further(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
+    """Share [1] of what a set leaves that each further name removes, of those that were tried; none where nothing is left."""
+    excess = ModelComparison(fits).excess
+    left, found = excess(best), dict[str, float]()
+    if left <= fits.settings.search.nothing_left:
+        return found
+    for e in fits:
+        further = [name for name in e.names if name not in best.names]
+        if len(further) == 1 and {*best.names} - {included_in(further[0])} <= {*e.names}:
+            found[further[0]] = max(found.get(further[0], 0.0), 1.0 - excess(e) / left)
+    return found
 
 
 def further_laws(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
@@ -167,15 +192,10 @@ def further_laws(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
     Returns:
         By coordinate the largest share of the excess [1]; none where nothing is left to explain.
     """
-    excess = ModelComparison(fits).excess
-    left, found = excess(best), dict[str, float]()
-    if left <= fits.settings.search.nothing_left:
-        return found
-    for e in fits:
-        further = [name for name in e.names if name not in best.names]
-        if len(further) == 1 and {*best.names} - {included_in(further[0])} <= {*e.names}:
-            coordinate = coordinate_of(further[0])
-            found[coordinate] = max(found.get(coordinate, 0.0), 1.0 - excess(e) / left)
+    found = dict[str, float]()
+    for name, share in _further(fits, best).items():
+        coordinate = coordinate_of(name)
+        found[coordinate] = max(found.get(coordinate, 0.0), share)
     return found
 
 
@@ -193,31 +213,48 @@ def _gain(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> float:
     return compare.criterion(larger, effective) - compare.criterion(smaller, effective)
 
 
+def _apart(hypothesis: Hypothesis, names: Collection[str]) -> Hypothesis:
+    """A hypothesis apart from some names."""
+    return Hypothesis(tuple(name for name in hypothesis.names if name not in names))
+
+
 def _rivals(search: Search, best: Hypothesis) -> list[Hypothesis] | None:
-    """Sets of no more names that may stand in the place of one, those near to it at their end; None where it removes too little."""
-    every = search.rivals(best)
-    if not every and exchanges(search.candidates, best):
+    """Every other set of no more names that was tried, those near to it at their end; None where it removes too little."""
+    if not search.rivals(best) and exchanges(search.candidates, best):
         return None
-    rivals = [e for e in every if len(e.names) <= len(best.names) and not e.contains(best)]
-    excess = search.comparison.excess
-    close = 2.0 * search.fits.settings.partial.as_much * excess(best)
-    search.fits.finish([e for e in rivals if excess(e) < close and not search.fits.ended(e)])
+    fits, excess = search.fits, search.comparison.excess
+    rivals = [e for e in fits if 0 < len(e.names) <= len(best.names) and e != best and not e.contains(best)]
+    close = 2.0 * fits.settings.partial.as_much * excess(best)
+    fits.finish([e for e in rivals if excess(e) < close and not fits.ended(e)])
     return rivals
 
 
 def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The rivals that leave about as much as a set, those that leave least first, without what is the same thing as it."""
+    """The rivals that may stand in the place of a set, those that leave least first, without what is the same thing as it.
+
+    They leave about as much, and all their runs ask for as much of what they have of their own.
+    """
     excess, same = search.comparison.excess, _same(search, best)
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
-    near = [e for e in rivals if excess(e) < most and e not in same]
-    return sorted((e for e in near if not any(e.contains(other) for other in near)), key=excess)
+    near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
+    near = [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
+    return [e for e in near if not any(e.contains(other) for other in near)]
 
 
-def _beside(search: Search, best: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
-    """The claim of a set whose names hold, with what leaves about as much; first what was fitted."""
-    same = _same(search, best)
+def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
+    """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it."""
+    limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
+    fitted(fits, smaller)
+    parts = [a for a in amplitudes(fits, hypothesis, smaller) if a.weight >= limits.weighs]
+    return _gain(fits, hypothesis, smaller) > limits.needed and not _disagree(parts, limits)
+
+
+def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
+    """The claim of names that hold, with what may stand in their place; first what was fitted."""
+    fitted(search.fits, named)
+    same = _same(search, named)
     beside = dict.fromkeys([*near, *same, *(e for one in near for e in _same(search, one))])
-    return Claim(best, tuple(e for e in beside if e != best and not e.contains(best)), tuple(same), tuple(rivals))
+    return Claim(named, tuple(e for e in beside if e != named and not e.contains(named)), tuple(same), tuple(rivals))
 
 
 def _same(search: Search, hypothesis: Hypothesis) -> list[Hypothesis]:

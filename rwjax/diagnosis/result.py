@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rwjax.diagnosis.gap import Gap, HeldOut
+from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.localise.left_torque import LeftTorque
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
@@ -94,6 +95,7 @@ class Diagnosis:
         proposal: the next experiment as a plan, where it is a command that can be played.
         waterfall: the rig as it is, then the named effects one after the other.
         alternatives_waterfall: the same for the alternatives.
+        refused: names that explain a part and are not claimed, each with the reason.
         remarks: what the logs cannot tell about the fitted numbers.
         split: whether held-out runs leave what the fitted ones cover.
         corrected: the rig with what is named.
@@ -125,6 +127,7 @@ class Diagnosis:
     proposal: Plan | None
     waterfall: tuple[Rung, ...]
     alternatives_waterfall: tuple[Rung, ...]
+    refused: dict[str, str]
     remarks: tuple[str, ...]
     split: Split
     corrected: Rig
@@ -145,6 +148,11 @@ class Diagnosis:
         claims = self.verdict in CLAIMS
         return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know besides, one sentence each: first why names are not claimed."""
+        return *(f"{spoken(name)} is not claimed: {why}" for name, why in self.refused.items()), *self.remarks
+
     def __str__(self) -> str:
         """The result in lines, readable without colour."""
         limits = self.settings.report
@@ -160,7 +168,7 @@ class Diagnosis:
         if len(self.waterfall) > 1:
             first, last = self.waterfall[0], self.waterfall[-1]
             lines += [f"  {line}" for line in (*numbers_of(last), *moved(first, last, limits))]
-        lines += [f"  note: {remark}" for remark in self.remarks]
+        lines += [f"  note: {note}" for note in self.notes]
         lines.append(f"  held out: {self.held_out}; next experiment: {self.next_experiment}")
         return "\n".join(lines)
 
@@ -218,6 +226,7 @@ class Diagnosis:
             "split": self.split.json(),
             "next_experiment": self.next_experiment,
             "drift": [_rung_json(rung) for rung in (*self.waterfall, *self.alternatives_waterfall)],
+            "refused": self.refused,
             "remarks": list(self.remarks),
         }
 

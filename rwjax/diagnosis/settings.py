@@ -116,7 +116,11 @@ class SearchSettings:
         0.1,
         "share of the sum of squares by which two hypotheses may differ and still tie where neither reaches the noise",
     )
-    incomplete: float = _limit(4.0, "mean square, in units of the noise, above which a hypothesis counts as incomplete")
+    incomplete: float = _limit(
+        2.0,
+        "mean square, in units of the noise, above which a hypothesis counts as incomplete: less than half of it is then noise, and the "
+        "evidence, which takes it all for noise, weighs small differences too much",
+    )
     nothing_left: float = _limit(
         0.1, "excess (mean square above the noise, over all outputs) with nothing left to explain"
     )

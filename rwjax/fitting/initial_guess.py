@@ -47,7 +47,7 @@ def _line(log: Log, name: str) -> tuple[float, float, float]:
 def starts_at_rest(log: Log) -> bool:
     """Whether input and rates cannot be distinguished from zero over the first 0.5 s.
 
-    A current may have an offset, and is not considered.
+    The command at the last of these samples acts after it, and is not considered. Nor is a current, which may have an offset.
 
     Args:
         log: The log.
@@ -57,7 +57,7 @@ def starts_at_rest(log: Log) -> bool:
     """
     early = first_half_second(log)
     given = np.abs(log.at_drive)
-    if np.max(given[early]) > (NO_COMMAND if log.input == "voltage_V" else NO_SHARE * np.max(given)):
+    if np.max(given[early][:-1], initial=0.0) > (NO_COMMAND if log.input == "voltage_V" else NO_SHARE * np.max(given)):
         return False
     for name, value in log.outputs.items():
         if name.startswith("current"):

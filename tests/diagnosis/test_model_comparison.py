@@ -51,6 +51,22 @@ def test_the_cause_leads_is_needed_and_removes_all_of_the_excess() -> None:
     assert order[0] == right and np.isclose(sum(p for _, p in compare.probabilities([wrong, right], effective)), 1.0)
 
 
+@pytest.mark.parametrize(("richer", "leads"), [(9.0, "axis.coulomb"), (4.0, "axis.stribeck")])
+def test_a_larger_law_leads_where_it_removes_half_of_what_its_special_case_leaves(
+    monkeypatch: pytest.MonkeyPatch, richer: float, leads: str
+) -> None:
+    """A fixed number that is a little off lets the larger law gain some hundred, with numbers at their bounds."""
+    rig, dry, curved = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
+    fits = fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.03}}))
+    fits(NOTHING)
+    SuccessiveHalving(fits).fit([dry, curved], NOTHING)
+    compare = ModelComparison(fits)
+    monkeypatch.setattr(compare, "excess", {NOTHING: 100.0, dry: 10.0, curved: richer}.__getitem__)
+    monkeypatch.setattr(compare, "gain", lambda larger, smaller: 100.0)
+    monkeypatch.setattr(compare, "criterion", lambda e, effective: float(len(e.names[0])))  # best for the longer name
+    assert compare.leader([dry, curved]).names == (leads,)
+
+
 def test_two_names_at_once_have_to_remove_half_where_one_name_need_not(monkeypatch: pytest.MonkeyPatch) -> None:
     rig, one = platform("viscous = 0.02"), Hypothesis(("axis.bias_torque",))
     both, compare = one.plus("drive.deadzone"), ModelComparison(fits_of(rig, true_log(rig)))

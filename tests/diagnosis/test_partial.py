@@ -60,8 +60,12 @@ def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_
     search = searched([run_of(k, PUSHED, disturbed=0.03) for k in range(3)], BIAS, OFFSET, DRY)
     claim, _ = claimed(search, Choice(BIAS))
     assert claim is not None and claim.named == BIAS and claim.alternatives == claim.equivalents == (OFFSET,)
-    search.fits.settings = replace(Settings(), partial=PartialSettings(as_much=1e9, alternatives=0))
+    every = PartialSettings(as_much=1e9, alternatives=0, needed=-1e9, sigmas=1e9)  # then dry friction leaves about as much
+    search.fits.settings = replace(Settings(), partial=every)
     assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": "many other names leave about as much"})
+    search.fits.settings = replace(Settings(), partial=replace(every, needed=PartialSettings().needed))
+    claim, _ = claimed(search, Choice(BIAS))  # and is no rival, since it is not needed
+    assert claim is not None and claim.alternatives == (OFFSET,)
 
 
 def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_form() -> None:
@@ -74,11 +78,17 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
     assert laws["yaw_rate"] > 0.9 > laws[coordinate_of("axis.bias_torque")]
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
     assert why_not(search, linear, linear.names[0]) == "a further law of its coordinate removes part of what it leaves"
-    search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf, further_law=1.0))
-    assert (
-        why_not(search, linear, linear.names[0]) == "what it leaves is nearest to a further law of its own coordinate"
-    )
     assert further_laws(search.fits, drag) == {}  # which leaves nothing
+
+
+def test_a_further_law_of_another_part_of_the_rig_says_nothing_against_a_name() -> None:
+    """A delay of the readings and a periodic torque both go with time."""
+    truth = {"sensor.delay": {"tau": 0.2}, "axis.periodic_torque": {"s": 0.02, "c": 0.0, "omega": 3.0}}
+    late = Hypothesis(("sensor.delay",))
+    search = searched([run_of(k, truth) for k in range(3)], late, late.plus("axis.periodic_torque"))
+    assert coordinate_of("sensor.delay") == coordinate_of("axis.periodic_torque")
+    assert further_laws(search.fits, late)["time"] > PartialSettings().further_law
+    assert why_not_of_its_form(search.fits, late, "sensor.delay") is None
 
 
 def test_where_a_set_reaches_the_noise_the_evidence_says_what_stands_beside_it() -> None:

@@ -49,6 +49,7 @@ DIAGNOSIS = Diagnosis(
     proposal=None,
     waterfall=(FIRST, SECOND),
     alternatives_waterfall=(),
+    refused={"axis.spring": "runs ask for different amounts of it"},
     remarks=("one run was fitted",),
     split=Split((Outside("a.csv", "yaw_rad_s [rad/s]", 0.4, (0.0, 3.0), (0.0, 1.0)),), "b.csv"),
     corrected=platform(),
@@ -65,7 +66,7 @@ def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     assert list(found) == [
         "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "left", "left_torque",
         "gap", "held_out", "split",
-        "next_experiment", "drift", "remarks",
+        "next_experiment", "drift", "refused", "remarks",
     ]  # fmt: skip
     assert found["schema"] == "rwjax.diagnosis/2" and found["untold"] is None
     assert (
@@ -143,6 +144,7 @@ def test_the_text_is_the_sentence_and_a_line_for_each_finding() -> None:
         "  yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)",
         "  where: axis; a law in yaw rate removes 98 % of the excess squared error",
         "  axis.coulomb: M_c = 0.03 ± 0.001 N m",
+        "  note: spring is not claimed: runs ask for different amounts of it",
         "  note: one run was fitted",
         "  held out: leave-one-run-out; next experiment: none needed",
     ]

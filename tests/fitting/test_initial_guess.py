@@ -19,6 +19,15 @@ def test_an_offset_of_the_current_does_not_set_a_run_in_motion() -> None:
     assert not starts_at_rest(record(TIME, u + 0.004, log.outputs))
 
 
+def test_a_command_that_begins_with_the_last_of_the_first_readings_acts_after_them() -> None:
+    """At 100 Hz the sample of 0.50 s belongs to the first half second, and what is commanded there does not."""
+
+    def begins(sample: int) -> bool:
+        return starts_at_rest(record(TIME, np.where(np.arange(601) >= sample, 3.0, 0.0), {"yaw_rad": np.zeros(601)}))
+
+    assert begins(50) and not begins(49)
+
+
 def test_a_rate_without_its_sign_begins_with_that_of_the_angle_or_of_the_command() -> None:
     unsigned = replace(wheel(), sources={name: Source(name, unsigned=True) for name in ("wheel_rad_s", "current_A")})
     structure = structure_of(unsigned)

@@ -63,6 +63,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "proposal": None,
         "waterfall": (rung(rms=BEFORE), rung("axis.coulomb", rms=AFTER)),
         "alternatives_waterfall": (),
+        "refused": {"axis.spring": f"a reason {MARK}"},
         "remarks": (f"a remark {MARK}",),
         "split": Split(),
         "corrected": rig,

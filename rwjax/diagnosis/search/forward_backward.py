@@ -245,7 +245,7 @@ class Search:
         return rivals
 
     def surpassing(self, best: Hypothesis, rivals: list[Hypothesis]) -> Hypothesis | None:
-        """The rival of no more names that has a better information criterion by enough.
+        """The rival of no more names that has a better information criterion by enough; one that contains the choice, where it is needed.
 
         Args:
             best: the choice so far.
@@ -257,6 +257,7 @@ class Search:
         compare = self.comparison
         effective = compare.effective(best)
         able = [e for e in rivals if len(e.names) <= len(best.names)]
+        able = [e for e in able if not e.contains(best) or compare.needs(e, best)]
         first = max(able, key=lambda e: compare.criterion(e, effective), default=best)
         surpasses = compare.criterion(first, effective) > compare.criterion(best, effective) + self.limits.needed
         return first if surpasses else None
