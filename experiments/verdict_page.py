@@ -43,8 +43,8 @@ PAGE = ROOT / "docs" / "verdict.md"
 RESULTS = ROOT / "experiments" / "blind" / "results"
 SET = "second"
 """File of the set that the page is about."""
-FINAL = "final"
-"""File of the part of the final set that was diagnosed."""
+FINAL, LATER = "final", "final_later"
+"""Files of two parts of the final set: the one diagnosed first, and messy and small cases diagnosed by a later search alone."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
 
 
@@ -118,12 +118,12 @@ def asked(among: Sequence[Line], alike: Judged) -> Table:
     return Table("Asked and reached", ["", "asked", "cases", "reached"], table)
 
 
-def of(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
-    """A table of the set, or of some groups of its cases."""
+def of(make: Callable[[Sequence[Line], Judged], Table], *groups: str, name: str = SET) -> Callable[[], Block]:
+    """A table of a file, or of some groups of its cases."""
 
     def block() -> Block:
-        among = [line for line in lines(SET) if not groups or line["group"] in groups]
-        return Block((SET,), make(among, judged(path(SET))))
+        among = [line for line in lines(name) if not groups or line["group"] in groups]
+        return Block((name,), make(among, judged(path(name))))
 
     return block
 
@@ -134,16 +134,6 @@ def before_and_after(earlier: str, later: str, *asked_about: str, shared: bool =
     def block() -> Block:
         alike = judged(*(path(name) for name in (earlier, later, *asked_about)))
         return Block((earlier, later), counted(both_of(lines(earlier), lines(later)), alike, shared))
-
-    return block
-
-
-def of_final(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
-    """A table of the part of the final set that was diagnosed, or of some groups of it."""
-
-    def block() -> Block:
-        among = [line for line in lines(FINAL) if not groups or line["group"] in groups]
-        return Block((FINAL,), make(among, judged(path(FINAL))))
 
     return block
 
@@ -172,9 +162,10 @@ def reached(among: Sequence[Line], alike: Judged) -> Table:
 BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
-    "final": of_final(reached),
-    "final-messy": of_final(lambda among, _: messy("Large causes among small ones", among), "messy"),
-    "final-small": of_final(lambda among, _: messy("Small causes alone", among), "small"),
+    "final": of(reached, name=FINAL),
+    "later": of(reached, name=LATER),
+    "later-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=LATER),
+    "later-small": of(lambda among, _: messy("Small causes alone", among), "small", name=LATER),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),

@@ -76,7 +76,7 @@ def line(pair: Pair, most: float) -> dict:
         **pair._asdict(),
         "commit": commit(),
         "outcome": outcome(found["verdict"], sets, pair.changed, PUBLISHED[pair.data].present),
-        **{key: found[key] for key in ("verdict", "complete", "effects", "alternatives", "remarks")},
+        **{key: found[key] for key in ("verdict", "complete", "effects", "alternatives", "refused", "remarks")},
         **{key: found["gap"][key] for key in ("signal", "before", "after", "floor", "closed", "ci95")},
         "ranking": found["ranking"][:10],
         "seconds": round(perf_counter() - begin, 1),

@@ -68,7 +68,10 @@ def line(data: str, most: float) -> dict:
         **told,
         "setup": said.setup,
         "logs": [log.name for log in logs],
-        **{key: found[key] for key in ("verdict", "complete", "effects", "alternatives", "remarks", "held_out")},
+        **{
+            key: found[key]
+            for key in ("verdict", "complete", "effects", "alternatives", "refused", "remarks", "held_out")
+        },
         "published": said.present,
         "ruled_out": said.contradict,
         "beside_published": said.says(found["verdict"], sets),

@@ -235,6 +235,7 @@ class _Further:
     claim: Claim | None = None  # what holds though it leaves something
     refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
     ended: bool = False  # whether the budget ended this stage
+    followed: bool = False  # whether the held-out runs alone show what the choice leaves
 
     @property
     def complete(self) -> bool:
@@ -273,8 +274,9 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     judged = judged.anew()
     if claim is None:
         return _Further(judged, choice, refused=refused)
-    chosen = further if claim.named == further.best else search.chosen(claim.named, claim.rivals)
-    return _Further(judged, chosen, claim, refused)
+    rivals = [e for e in claim.rivals if len(e.names) <= len(claim.named.names)]
+    chosen = further if claim.named == further.best else search.chosen(claim.named, rivals)
+    return _Further(judged, chosen, claim, refused, followed=not visible)
 
 
 def _how_far(further: _Further) -> _Outcome:
@@ -286,7 +288,7 @@ def _how_far(further: _Further) -> _Outcome:
     verdict, named = judge(choice, headline_gap, settings.verdict), best
     if not further.complete or (further.refused and not further.claim):
         verdict = "unknown"
-    elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings.partial):
+    elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings, followed=further.followed):
         verdict = "partial"
     diverged: tuple[str, ...] = ()
     uninformative = None

@@ -130,10 +130,10 @@ class ModelComparison:
         Returns:
             True where it gains enough in the criterion and removes enough of the excess.
         """
-        removed = self.excess(smaller) - self.excess(larger)
         first = not smaller.names and len(larger.names) == 1
         worth = self.limits.first_removes if first else self.limits.further_removes
-        return bool(self.gain(larger, smaller) > self.limits.needed and removed > worth * self.excess(smaller))
+        removes = self.excess(larger) < (1.0 - worth) * self.excess(smaller)
+        return bool(self.gain(larger, smaller) > self.limits.needed and removes)
 
     def ties(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise.

@@ -8,8 +8,8 @@ Everything is decided on training runs. A name holds where
   better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
   in which the library's other laws of the coordinate stand for it;
-* its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives. Where
-  they are many, the names that these do not share are not claimed.
+* its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives, where what
+  they have of their own is needed and all runs ask for as much of it. Where they are many, the names that these do not share are not claimed.
 
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
@@ -55,7 +55,7 @@ class Holding(NamedTuple):
     """What holds of an explanation.
 
     Attributes:
-        claim: the largest part that holds, None where nothing does.
+        claim: the part that holds, None where nothing does.
         refused: each name that does not hold, and why not, in words.
     """
 
@@ -67,7 +67,8 @@ def claimed(search: Search, choice: Choice) -> Holding:
     """The part of an explanation that holds.
 
     Each name is judged beside the others. Those that do not hold are not claimed, but they stay beside the rest while this is judged: they
-    stand for what else is missing.
+    stand for what else is missing. Where none holds, the one that brings least is dropped, and the rest is judged anew: two names may
+    stand in for each other.
 
     Args:
         search: the search that has found it.
@@ -76,29 +77,45 @@ def claimed(search: Search, choice: Choice) -> Holding:
     Returns:
         What holds, and why the rest does not.
     """
-    fits, best = search.fits, choice.best
-    if not best.names:
-        return Holding(None, {})
+    best, refused = choice.best, dict[str, str]()
+    while best.names:
+        here = _judged(search, best)
+        if len(here) < len(best.names):
+            return _claim(search, choice, best, refused | here)
+        least = min(here, key=lambda name: _gain(search.fits, best, _without(search.fits, best, name)))
+        refused[least] = here[least]
+        best = best.without(least)
+    return Holding(None, refused)
+
+
+def _judged(search: Search, best: Hypothesis) -> dict[str, str]:
+    """The names of a set that do not hold beside the others, and why; where it comes near the noise, no further name is fitted."""
+    fits = search.fits
     fitted(fits, best)
-    near_noise = np.sqrt(search.comparison.excess(best)) < fits.settings.verdict.doubt
     followed = left_out(fits, best)
     refused = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
-    if len(refused) < len(best.names):
-        if not near_noise:
-            search.halving.fit([e for e in extensions(search.candidates, best) if not fits.stepped(e)], best)
-        rest = [name for name in best.names if name not in refused]
-        refused |= _failing({name: why_not_of_its_form(fits, best, name) for name in rest})
-    if len(refused) == len(best.names):
-        return Holding(None, refused)
-    if near_noise and not refused:
+    rest = [name for name in best.names if name not in refused]
+    if rest and not _near_the_noise(search, best):
+        search.halving.fit([e for e in extensions(search.candidates, best) if not fits.stepped(e)], best)
+    return refused | _failing({name: why_not_of_its_form(fits, best, name) for name in rest})
+
+
+def _near_the_noise(search: Search, best: Hypothesis) -> bool:
+    """Whether a set leaves no more of the training runs than a right one may."""
+    return bool(np.sqrt(search.comparison.excess(best)) < search.fits.settings.verdict.doubt)
+
+
+def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, str]) -> Holding:
+    """What is claimed of a set, some names of which hold, beside its rivals."""
+    if best == choice.best and not refused and _near_the_noise(search, best):
         return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
     rivals = _rivals(search, best)
     if rivals is None:
-        return Holding(None, refused | {n: "together they remove too little" for n in best.names if n not in refused})
+        return Holding(None, dict.fromkeys(best.names, "together they remove too little") | refused)
     near, named = _near(search, best, rivals), _apart(best, refused)
     beside = [e for e in near if not {*named.names} <= {*e.names}]
-    if len(beside) > fits.settings.partial.alternatives:
-        refused |= {name: MANY for name in named.names if not all(name in e.names for e in near)}
+    if len(beside) > search.fits.settings.partial.alternatives:
+        refused = refused | {name: MANY for name in named.names if not all(name in e.names for e in near)}
         named, beside = _apart(best, refused), []
     if not named.names:
         return Holding(None, refused)
@@ -153,7 +170,7 @@ def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | N
     left = law_left(fits, best, _without(fits, best, name), name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
-    own = [share for other, share in _further(fits, best).items() if _kind_of(other) == _kind_of(name)]
+    own = [share for other, share in _further(fits, best).items() if _akin(other, name)]
     if max(own, default=0.0) > limits.further_law:
         return "a further law of its coordinate removes part of what it leaves"
     return None
@@ -164,9 +181,11 @@ def _disagree(parts: Sequence[Amplitude], limits: PartialSettings) -> bool:
     return any(abs(a.value - 1.0) > max(limits.differs, limits.sigmas * a.error) for a in parts)
 
 
-def _kind_of(name: str) -> tuple[str, str]:
-    """Subsystem and coordinate of a name: a delay of the readings and a periodic torque both go with time."""
-    return name.removeprefix("parameter.").split(".")[0], coordinate_of(name)
+def _akin(one: str, other: str) -> bool:
+    """Whether two names are laws of one coordinate; what goes with time, as a delay of the readings and a periodic torque, of one part, too."""
+    coordinate = coordinate_of(one)
+    parts = {name.removeprefix("parameter.").split(".")[0] for name in (one, other)}
+    return coordinate == coordinate_of(other) and (coordinate != "time" or len(parts) == 1)
 
 
 def _further(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
@@ -219,11 +238,12 @@ def _apart(hypothesis: Hypothesis, names: Collection[str]) -> Hypothesis:
 
 
 def _rivals(search: Search, best: Hypothesis) -> list[Hypothesis] | None:
-    """Every other set of no more names that was tried, those near to it at their end; None where it removes too little."""
+    """Every other set of no more names that was tried, but its own parts, those near to it at their end; None where it removes too little."""
     if not search.rivals(best) and exchanges(search.candidates, best):
         return None
     fits, excess = search.fits, search.comparison.excess
-    rivals = [e for e in fits if 0 < len(e.names) <= len(best.names) and e != best and not e.contains(best)]
+    tried = [e for e in fits if len(e.names) <= len(best.names) and not {*e.names} <= {*best.names}]
+    rivals = [e for e in tried if not e.contains(best)]
     close = 2.0 * fits.settings.partial.as_much * excess(best)
     fits.finish([e for e in rivals if excess(e) < close and not fits.ended(e)])
     return rivals
@@ -245,13 +265,15 @@ def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
     """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it."""
     limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
     fitted(fits, smaller)
-    parts = [a for a in amplitudes(fits, hypothesis, smaller) if a.weight >= limits.weighs]
-    return _gain(fits, hypothesis, smaller) > limits.needed and not _disagree(parts, limits)
+    if _gain(fits, hypothesis, smaller) <= limits.needed:
+        return False
+    return not _disagree([a for a in amplitudes(fits, hypothesis, smaller) if a.weight >= limits.weighs], limits)
 
 
 def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
     """The claim of names that hold, with what may stand in their place; first what was fitted."""
-    fitted(search.fits, named)
+    for e in (named, *near):
+        fitted(search.fits, e)
     same = _same(search, named)
     beside = dict.fromkeys([*near, *same, *(e for one in near for e in _same(search, one))])
     return Claim(named, tuple(e for e in beside if e != named and not e.contains(named)), tuple(same), tuple(rivals))

@@ -6,7 +6,7 @@ import numpy as np
 
 from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.settings import Limits, PartialSettings
+from rwjax.diagnosis.settings import Limits, Settings
 
 Verdict = Literal["none", "effect", "ambiguous", "partial", "unknown"]
 CLAIMS: tuple[Verdict, ...] = ("effect", "ambiguous", "partial")
@@ -40,17 +40,21 @@ def leaves_a_visible_part(gap: Gap, limits: Limits) -> bool:
     return bool(left >= limits.doubt and gap.closed is not None and gap.closed < limits.several)
 
 
-def closes_in_part(gap: Gap, limits: PartialSettings) -> bool:
+def closes_in_part(gap: Gap, limits: Settings, *, followed: bool) -> bool:
     """Whether names that hold close enough of the gap to be claimed though they leave a visible part.
+
+    Names that leave a part of the held-out runs alone follow the fitted runs better than others. They have to close as much as a whole
+    answer does.
 
     Args:
         gap: the gap of the headline signal on held-out logs, which judge but do not choose.
-        limits: limits of the verdict `partial`.
+        limits: limits of the diagnosis.
+        followed: whether the names leave no visible part of the runs that they were fitted to.
 
     Returns:
         True where they do.
     """
-    return gap.closed is not None and gap.closed >= limits.closes
+    return gap.closed is not None and gap.closed >= (limits.verdict.barely if followed else limits.partial.closes)
 
 
 def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:

@@ -57,7 +57,8 @@ def starts_at_rest(log: Log) -> bool:
     """
     early = first_half_second(log)
     given = np.abs(log.at_drive)
-    if np.max(given[early][:-1], initial=0.0) > (NO_COMMAND if log.input == "voltage_V" else NO_SHARE * np.max(given)):
+    acting = given[early][:-1] if early.sum() > 2 else given[early]
+    if np.max(acting) > (NO_COMMAND if log.input == "voltage_V" else NO_SHARE * np.max(given)):
         return False
     for name, value in log.outputs.items():
         if name.startswith("current"):

@@ -7,7 +7,7 @@ import pytest
 from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.settings import Limits, PartialSettings
+from rwjax.diagnosis.settings import Limits, Settings
 from rwjax.diagnosis.verdict import closes_in_part, judge, stands_out, verdict
 
 LIMITS = Limits()
@@ -60,9 +60,11 @@ def test_other_limits_give_another_outcome() -> None:
 
 
 def test_names_that_hold_have_to_close_half_of_the_gap() -> None:
-    assert closes_in_part(Gap(5.0, 3.0, 1.0, 0.5, None, None), PartialSettings())
-    assert not closes_in_part(Gap(5.0, 3.1, 1.0, 0.475, None, None), PartialSettings())
-    assert not closes_in_part(Gap(1.0, 1.0, 1.0, None, None, None), PartialSettings())
+    assert closes_in_part(Gap(5.0, 3.0, 1.0, 0.5, None, None), Settings(), followed=False)
+    assert not closes_in_part(Gap(5.0, 3.1, 1.0, 0.475, None, None), Settings(), followed=False)
+    assert not closes_in_part(Gap(1.0, 1.0, 1.0, None, None, None), Settings(), followed=False)
+    assert closes_in_part(Gap(5.0, 2.0, 1.0, 0.75, None, None), Settings(), followed=True)
+    assert not closes_in_part(Gap(5.0, 2.1, 1.0, 0.725, None, None), Settings(), followed=True)
 
 
 def test_a_gap_stands_out_where_it_is_a_floor_above_its_floor() -> None:
