@@ -8,6 +8,7 @@ import pytest
 from rwjax.diagnosis.agreement import amplitudes, left_out
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
+from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.partial import claimed, further_laws, why_not_in_every_run, why_not_of_its_form
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import Search
@@ -68,6 +69,38 @@ def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_
     search.fits.settings = replace(Settings(), partial=replace(every, needed=PartialSettings().needed))
     claim, _ = claimed(search, Choice(BIAS))  # and is no rival, since it is not needed
     assert claim is not None and claim.alternatives == (OFFSET,)
+
+
+def test_parts_of_a_set_are_no_rivals_of_it() -> None:
+    both = DRY.plus("axis.bias_torque")
+    search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, OFFSET, both)
+    search.fits.settings = replace(Settings(), partial=PartialSettings(as_much=1e9))
+    claim, _ = claimed(search, Choice(both))
+    assert claim is not None and claim.named == both
+    assert not any({*e.names} < {*both.names} for e in (*claim.alternatives, *claim.rivals))
+
+
+def test_a_name_that_fails_stays_beside_the_others_while_these_are_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    both, seen = DRY.plus("axis.bias_torque"), []
+    search = searched([run_of(k, FRICTION | PUSHED) for k in range(3)], DRY, both)
+
+    def of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
+        seen.append((best, name))
+        return "another form" if name == "axis.bias_torque" else None
+
+    monkeypatch.setattr("rwjax.diagnosis.partial.why_not_of_its_form", of_its_form)
+    claim, refused = claimed(search, Choice(both))
+    assert claim is not None and claim.named == DRY and refused == {"axis.bias_torque": "another form"}
+    assert {best for best, _ in seen} == {both}
+
+
+def test_two_names_that_stand_in_for_each_other_give_way_one_by_one() -> None:
+    """Viscous friction as an effect and as a number of the file: neither is needed beside the other."""
+    twice = Hypothesis(("axis.viscous", "parameter.axis.friction.viscous"))
+    search = searched([run_of(k, {"axis.viscous": {"b": 0.05}}) for k in range(3)], Hypothesis(("axis.viscous",)), twice)
+    claim, refused = claimed(search, Choice(twice))
+    assert claim is not None and len(claim.named.names) == 1 and len(refused) == 1
+    assert {*refused.values()} == {"it is not needed beside a remainder that is coloured noise"}
 
 
 def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_form() -> None:

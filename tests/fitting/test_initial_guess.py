@@ -26,6 +26,8 @@ def test_a_command_that_begins_with_the_last_of_the_first_readings_acts_after_th
         return starts_at_rest(record(TIME, np.where(np.arange(601) >= sample, 3.0, 0.0), {"yaw_rad": np.zeros(601)}))
 
     assert begins(50) and not begins(49)
+    rare = TIME[::40]  # two samples in the first half second: what is commanded there is all that there is to ask
+    assert not starts_at_rest(record(rare, np.full_like(rare, 3.0), {"yaw_rad": np.zeros_like(rare)}))
 
 
 def test_a_rate_without_its_sign_begins_with_that_of_the_angle_or_of_the_command() -> None:
