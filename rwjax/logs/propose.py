@@ -123,10 +123,12 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
         if unit == "count" or (not unit and np.array_equal(values, np.rint(values)) and np.ptp(values) > 2.0 * np.pi):
             encoder = "wheel_encoder" if kind == "wheel" else "encoder"
             return _line(f"{axis}_counts", column, "", f"needs [{encoder}] counts_per_rev")
-        name = "yaw_rad" if axis == "yaw" else "wheel_counts"
         degrees = not unit and float(np.ptp(values)) > SEVERAL_TURNS
         return _line(
-            name, column, "deg" if degrees or unit == "deg" else "", "degrees by its size: right?" if degrees else ""
+            f"{axis}_rad",
+            column,
+            "deg" if degrees or unit == "deg" else "",
+            "degrees by its size: right?" if degrees else "",
         )
     if means == "rate":
         guessed = "" if unit else "rad/s? Else a unit"

@@ -183,7 +183,9 @@ def _check_logs(rig: Rig, train: Sequence[Log]) -> None:
     """Raises `LogError` where no log has the wheel's speed, or one has numbers of its own that change it."""
     if not any({"wheel_rad_s", "wheel_rad"} & {*log.outputs} for log in train):
         names = ", ".join(log.name for log in train)
-        raise LogError(f"{names}: no `wheel_rad_s` or `wheel_counts`; the limit-speed method needs the wheel's speed")
+        raise LogError(
+            f"{names}: no `wheel_rad_s`, `wheel_rad` or `wheel_counts`; the limit-speed method needs the wheel's speed"
+        )
     for log in train:
         if own := next((name for name in log.added if not name.startswith("axis.") and name != "wheel.inertia"), None):
             raise LogError(

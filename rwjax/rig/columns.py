@@ -26,6 +26,7 @@ COLUMNS = {
     "position_rad": Column("yaw_rad", ("joint",)),
     "yaw_rad_s": Column("yaw_rad_s", TURNING + TWO_AXIS),
     "wheel_counts": Column("wheel_rad", WHEELED, encoder="wheel"),
+    "wheel_rad": Column("wheel_rad", WHEELED),
     "wheel_rad_s": Column("wheel_rad_s", WHEELED),
     "current_A": Column("current_A", MOTORED),
 }
@@ -38,7 +39,7 @@ COLUMNS |= {
             half_column(COLUMNS[name].output, k), TWO_AXIS, f"wheel_{k + 1}" if name == "wheel_counts" else None
         )
         for k in range(2)
-        for name in ("wheel_counts", "wheel_rad_s", "current_A")
+        for name in ("wheel_counts", "wheel_rad", "wheel_rad_s", "current_A")
     },
 }
 """Columns of measured outputs by name."""

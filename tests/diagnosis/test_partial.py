@@ -97,7 +97,9 @@ def test_a_name_that_fails_stays_beside_the_others_while_these_are_judged(monkey
 def test_two_names_that_stand_in_for_each_other_give_way_one_by_one() -> None:
     """Viscous friction as an effect and as a number of the file: neither is needed beside the other."""
     twice = Hypothesis(("axis.viscous", "parameter.axis.friction.viscous"))
-    search = searched([run_of(k, {"axis.viscous": {"b": 0.05}}) for k in range(3)], Hypothesis(("axis.viscous",)), twice)
+    search = searched(
+        [run_of(k, {"axis.viscous": {"b": 0.05}}) for k in range(3)], Hypothesis(("axis.viscous",)), twice
+    )
     claim, refused = claimed(search, Choice(twice))
     assert claim is not None and len(claim.named.names) == 1 and len(refused) == 1
     assert {*refused.values()} == {"it is not needed beside a remainder that is coloured noise"}

@@ -47,6 +47,8 @@ def test_a_wheel_has_a_wheels_columns_and_what_is_missing_is_said() -> None:
     assert 'current_A = { column = "current_mA", unit = "mA" }' in text
     assert '# time_s = { column = "…", unit = "ms" }' in text and '# voltage_V = "…"' in text
     parse_rig(WHEEL + text)
+    turns = ArraySheet("run", {}, ["angle_rad"], {"angle_rad": 0.3 * K + 0.1})
+    assert 'wheel_rad = "angle_rad"' in proposal(turns, "wheel")
 
 
 def test_columns_are_described_by_their_range() -> None:

@@ -139,7 +139,7 @@ DRY_TOO = '[effects."wheel.coulomb"]\nM_c = 1e-3'
         (rig(B, more=HEAT), steady(), "has motor.heating, which the limit-speed method does not know"),
         (rig(K, B), steady(), "tells R b/K \\+ K alone; take motor.torque_constant or motor.friction out of"),
         (rig(K, B), steady(current=1.0), "the currents times motor.resistance exceed the voltages"),
-        (rig(B), record(np.arange(200) * 0.01, np.ones(200)), "no `wheel_rad_s` or `wheel_counts`"),
+        (rig(B), record(np.arange(200) * 0.01, np.ones(200)), "no `wheel_rad_s`, `wheel_rad` or `wheel_counts`"),
         (rig(B), steady(levels=(0.0, 0.0)), r"turns steadily \(it stands on all\)"),
         (rig(B), record(np.arange(200) * 0.01, np.arange(200.0), {"wheel_rad_s": np.ones(200)}), "same voltage over 96"),
         (rig(B), record(np.arange(200) * 0.01, np.ones(200), {"wheel_rad_s": np.arange(200.0)}), "settles on none"),

@@ -30,12 +30,12 @@ def test_counts_name_an_encoder_of_their_kind() -> None:
 
 
 MEASURED = {
-    "wheel": "wheel_counts wheel_rad_s current_A",
+    "wheel": "wheel_counts wheel_rad wheel_rad_s current_A",
     "platform": "yaw_counts yaw_rad position_m yaw_rad_s",
-    "reaction": "yaw_counts yaw_rad yaw_rad_s wheel_counts wheel_rad_s current_A",
+    "reaction": "yaw_counts yaw_rad yaw_rad_s wheel_counts wheel_rad wheel_rad_s current_A",
     "joint": "yaw_counts yaw_rad position_rad yaw_rad_s current_A",
     "two_axis": "yaw_counts yaw_rad yaw_rad_s pitch_counts pitch_rad pitch_rad_s "
-    "wheel_1_counts wheel_1_rad_s current_1_A wheel_2_counts wheel_2_rad_s current_2_A",
+    "wheel_1_counts wheel_1_rad wheel_1_rad_s current_1_A wheel_2_counts wheel_2_rad wheel_2_rad_s current_2_A",
 }
 """What the logs of a kind may hold besides time and input, as docs/files.md says."""
 
