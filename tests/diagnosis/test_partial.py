@@ -167,3 +167,16 @@ def test_twins_on_both_sides_of_a_pair_stand_beside_it_and_ask_for_no_experiment
         frozenset((delay, push)) for delay in only[:2] for push in only[2:]
     }
     assert found.next_experiment.startswith("none can tell them apart")
+
+
+@pytest.mark.parametrize(("disturbed", "verdict"), [(0.1, "partial"), (0.6, "unknown")])
+def test_what_the_held_out_runs_alone_show_is_left_by_names_that_close_three_quarters(
+    disturbed: float, verdict: str
+) -> None:
+    held_out = replace(run_of(3, FRICTION, disturbed=disturbed), validate=True)
+    found = diagnose(
+        RIG, [*(run_of(k, FRICTION) for k in range(3)), held_out], only=("axis.coulomb", "axis.bias_torque")
+    )
+    gap = found.gaps["yaw_rad"]
+    assert gap.closed is not None and (gap.closed >= Settings().verdict.barely) == (verdict == "partial")
+    assert found.verdict == verdict and found.effects == ("axis.coulomb",) and gap.after > 5.0 * gap.floor
