@@ -138,16 +138,27 @@ class ModelComparison:
     def ties(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise.
 
+        Outputs that reach the noise tell hypotheses apart by their evidence. Of the others it would take all that is left for noise.
+
         Args:
             one: a hypothesis.
             other: another one.
 
         Returns:
-            True where both are incomplete and leave nearly the same in every output.
+            True where `one` is incomplete, and neither these outputs nor those tell the two apart.
         """
-        a, b = self._seen(one), self._seen(other)
-        incomplete = any(a[name] > self.limits.incomplete * self._count[name] for name in a)
-        return incomplete and all(b[name] < (1.0 + self.limits.tie) * a[name] for name in a)
+        a, b, limits = self._seen(one), self._seen(other), self.limits
+        incomplete = [name for name in a if a[name] > limits.incomplete * self._count[name]]
+        if not incomplete or any(
+            b[name] - self._count[name] >= (1.0 + limits.tie) * (a[name] - self._count[name]) for name in incomplete
+        ):
+            return False
+        told = {name: n for name, n in self.effective(one).items() if name not in incomplete}
+        if not told:
+            return True
+        sides = ((one, a), (other, b))
+        of_one, of_other = (information_criterion({n: s[n] for n in told}, *self._numbers(e), told) for e, s in sides)
+        return of_other > of_one - limits.close
 
     def leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
         """The hypothesis with the best criterion, or a special case of it in whose place the logs do not need it.

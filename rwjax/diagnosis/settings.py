@@ -114,7 +114,7 @@ class SearchSettings:
     )
     tie: float = _limit(
         0.1,
-        "share of the sum of squares by which two hypotheses may differ and still tie where neither reaches the noise",
+        "share of the excess by which two hypotheses may differ and still tie where neither reaches the noise",
     )
     incomplete: float = _limit(
         2.0,
