@@ -123,7 +123,7 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
         if unit == "count" or (not unit and np.array_equal(values, np.rint(values)) and np.ptp(values) > 2.0 * np.pi):
             encoder = "wheel_encoder" if kind == "wheel" else "encoder"
             return _line(f"{axis}_counts", column, "", f"needs [{encoder}] counts_per_rev")
-        degrees = not unit and float(np.ptp(values)) > SEVERAL_TURNS
+        degrees = axis == "yaw" and not unit and float(np.ptp(values)) > SEVERAL_TURNS  # a wheel turns many times
         return _line(
             f"{axis}_rad",
             column,

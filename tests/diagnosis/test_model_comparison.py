@@ -1,5 +1,7 @@
 """Model comparison: which hypothesis leads, and how much error each one leaves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,3 +78,23 @@ def test_two_names_at_once_have_to_remove_half_where_one_name_need_not(monkeypat
     assert compare.needs(one, NOTHING) and not compare.needs(both, NOTHING) and not compare.needs(both, one)
     left[both] = 30.0
     assert compare.needs(both, NOTHING) and compare.needs(both, one)
+
+
+@pytest.mark.parametrize(("angle", "rate", "tie"), [(1.0, 3.05, True), (1.0, 3.3, False), (1.15, 3.05, False)])
+def test_what_is_no_noise_ties_within_a_tenth_unless_an_output_at_the_noise_tells(
+    monkeypatch: pytest.MonkeyPatch, angle: float, rate: float, tie: bool
+) -> None:
+    rig, one, other = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",)), Hypothesis(("axis.bias_torque",))
+    log = true_log(rig, **{"axis.coulomb": {"M_c": 0.03}})
+    turning = log.outputs | {"yaw_rad_s": np.gradient(log.outputs["yaw_rad"], log.time)}
+    fits = fits_of(rig, replace(log, outputs=turning))
+    fits(NOTHING)
+    SuccessiveHalving(fits).fit([one, other], NOTHING)
+    compare, count = ModelComparison(fits), float(len(log.time))
+    monkeypatch.setattr(compare, "effective", lambda e: {"yaw_rad": 100.0, "yaw_rad_s": 100.0})
+    looked_at = iter([(1.0, 3.0), (angle, rate)])  # mean squares, of `one` first
+    monkeypatch.setattr(
+        "rwjax.diagnosis.model_comparison.sums_of_squares",
+        lambda _: {name: count * mean for name, mean in zip(turning, next(looked_at), strict=True)},
+    )
+    assert compare.ties(one, other) == tie

@@ -49,6 +49,8 @@ def test_a_wheel_has_a_wheels_columns_and_what_is_missing_is_said() -> None:
     parse_rig(WHEEL + text)
     turns = ArraySheet("run", {}, ["angle_rad"], {"angle_rad": 0.3 * K + 0.1})
     assert 'wheel_rad = "angle_rad"' in proposal(turns, "wheel")
+    many = ArraySheet("run", {}, ["angle"], {"angle": 7.3 * K + 0.1})  # no degrees: a wheel turns many times
+    assert 'wheel_rad = "angle"' in proposal(many, "wheel") and 'unit = "deg"' in proposal(many, "platform")
 
 
 def test_columns_are_described_by_their_range() -> None:
