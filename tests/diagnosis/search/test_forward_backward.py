@@ -41,6 +41,18 @@ def test_a_choice_gives_way_to_a_better_rival_and_not_the_other_way_round() -> N
     assert search.surpassing(right, search.rivals(right)) is None
 
 
+@pytest.mark.parametrize("needed", [True, False])
+def test_a_choice_gives_way_to_what_contains_it_only_where_that_is_needed(
+    monkeypatch: pytest.MonkeyPatch, needed: bool
+) -> None:
+    rig, dry, curved = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
+    search = Search(fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.03}})), (*dry.names, *curved.names))
+    search.halving.fit([dry, curved], NOTHING)
+    monkeypatch.setattr(search.comparison, "criterion", lambda e, effective: 100.0 if e == curved else 0.0)
+    monkeypatch.setattr(search.comparison, "needs", lambda larger, smaller: needed)
+    assert search.surpassing(dry, [curved]) == (curved if needed else None)
+
+
 @pytest.mark.parametrize("choice", ["drive.curvature", "parameter.drive.gain"])
 def test_what_is_far_behind_begins_no_more_where_the_choice_reaches_the_noise(
     choice: str, monkeypatch: pytest.MonkeyPatch
