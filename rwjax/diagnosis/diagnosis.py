@@ -264,7 +264,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
-            search = Search(fits, names)
+            search = Search(fits, names, fits.settings.partial.further_removes)
             further = search.go_on(choice.best) if visible else choice
             if further.best.names:
                 polish(fits, further.best)

@@ -15,11 +15,13 @@ class ModelComparison:
     Attributes:
         fits: the fits that are compared.
         limits: limits of the search.
+        further_removes: share of the remaining excess that a further name must remove [1].
     """
 
-    def __init__(self, fits: ModelFits) -> None:
+    def __init__(self, fits: ModelFits, further_removes: float | None = None) -> None:
         self.fits = fits
         self.limits = fits.settings.search
+        self.further_removes = self.limits.further_removes if further_removes is None else further_removes
         self._squares: dict[Hypothesis, tuple[Fit, dict[str, float]]] = {}
         self._count: dict[str, float] = {}
 
@@ -128,10 +130,12 @@ class ModelComparison:
             smaller: the hypothesis with fewer names.
 
         Returns:
-            True where it gains enough in the criterion and removes enough of the excess.
+            True where it gains enough in the criterion and removes enough of the excess; of a richer law in its place, half.
         """
+        further = len(larger.names) > len(smaller.names)
         first = not smaller.names and len(larger.names) == 1
-        worth = self.limits.first_removes if first else self.limits.further_removes
+        worth = self.further_removes if further else self.limits.further_removes
+        worth = self.limits.first_removes if first else worth
         removes = self.excess(larger) < (1.0 - worth) * self.excess(smaller)
         return bool(self.gain(larger, smaller) > self.limits.needed and removes)
 

@@ -58,6 +58,11 @@ class PartialSettings:
     closes: float = _limit(
         0.5, "share of the gap on held-out runs that the names close together at the least: its definition"
     )
+    further_removes: float = _limit(
+        0.25,
+        "share of the remaining excess that a further name must remove where the search goes on: of two causes the first leaves the second "
+        "and all that is small besides, and what removes so little has to pass every test below",
+    )
     needed: float = _limit(
         10.0,
         "gain of the information criterion that each name must bring: twice `search.needed`, since the best of some forty names is "

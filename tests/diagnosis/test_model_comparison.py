@@ -80,6 +80,21 @@ def test_two_names_at_once_have_to_remove_half_where_one_name_need_not(monkeypat
     assert compare.needs(both, NOTHING) and compare.needs(both, one)
 
 
+def test_a_search_that_goes_on_adds_what_removes_less_but_takes_no_richer_law_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig, dry, curved = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
+    both, fits = dry.plus("drive.deadzone"), fits_of(rig, true_log(rig))
+    going_on = ModelComparison(fits, fits.settings.partial.further_removes)
+    left = {dry: 100.0, curved: 63.0, both: 63.0}
+    for compare in (going_on, ModelComparison(fits)):
+        monkeypatch.setattr(compare, "excess", left.__getitem__)
+        monkeypatch.setattr(compare, "gain", lambda larger, smaller: 100.0)
+        assert compare.needs(both, dry) == (compare is going_on) and not compare.needs(curved, dry)
+    left[both] = 80.0
+    assert not going_on.needs(both, dry)
+
+
 @pytest.mark.parametrize(("angle", "rate", "tie"), [(1.0, 3.05, True), (1.0, 3.3, False), (1.15, 3.05, False)])
 def test_what_is_no_noise_ties_within_a_tenth_unless_an_output_at_the_noise_tells(
     monkeypatch: pytest.MonkeyPatch, angle: float, rate: float, tie: bool

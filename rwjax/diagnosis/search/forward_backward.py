@@ -39,6 +39,11 @@ class ForwardBackward(Strategy):
 class Search:
     """The steps of the search.
 
+    Args:
+        fits: where the fits are kept.
+        candidates: names that might be missing.
+        further_removes: share of the remaining excess that a further name must remove [1], that of the settings where none is given.
+
     Attributes:
         fits: where the fits are kept.
         candidates: names that might be missing.
@@ -47,11 +52,11 @@ class Search:
         limits: limits of the search.
     """
 
-    def __init__(self, fits: ModelFits, candidates: Sequence[str]) -> None:
+    def __init__(self, fits: ModelFits, candidates: Sequence[str], further_removes: float | None = None) -> None:
         self.fits = fits
         self.candidates = tuple(candidates)
         self.halving = SuccessiveHalving(fits)
-        self.comparison = ModelComparison(fits)
+        self.comparison = ModelComparison(fits, further_removes)
         self.limits = fits.settings.search
         self._pairs: list[Hypothesis] | None = None
 
