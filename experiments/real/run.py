@@ -1,4 +1,4 @@
-"""Is what was changed on a measured rig named? `python -m experiments.real.run [--set develop] [--most SECONDS] [-o build/real.jsonl]`
+"""Is what was changed on a measured rig named? `python -m experiments.real.run [--set develop] [--limit N] [--most SECONDS] [-o build/real.jsonl]`
 
 Each pair of `manifest.toml` takes two set-ups of one rig: another payload, arm, gain or motor, or the same with other runs. The rig is
 fitted to the logs of the first one. With all its numbers fixed, it is then given to `rwjax diagnose` with the logs of the second one. The
@@ -13,6 +13,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from time import perf_counter
 
+from experiments.blind.draw import some
 from experiments.commit import commit
 from experiments.real import fair
 from experiments.real.pairs import Pair, fixed, given, pairs
@@ -115,8 +116,10 @@ def main() -> None:
         "--fair", action="store_true", help="print what fitted rigs leave of all pairs, and diagnose nothing"
     )
     parser.add_argument("--only", default="", metavar="WORDS", help="pairs whose name holds this")
+    parser.add_argument("--limit", type=int, help="pairs at most, drawn at random, always the same")
     a = parser.parse_args()
     asked = [pair for pair in pairs() if a.only in pair.name]
+    asked = asked if a.limit is None else some([pair for pair in asked if pair.set == a.name], a.limit)
     if a.fair:
         return fair.report(asked)
     a.path.parent.mkdir(parents=True, exist_ok=True)

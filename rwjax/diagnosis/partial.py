@@ -95,8 +95,9 @@ def _judged(search: Search, best: Hypothesis) -> dict[str, str]:
     followed = left_out(fits, best)
     refused = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
     rest = [name for name in best.names if name not in refused]
-    if rest and not _near_the_noise(search, best):
-        search.halving.fit([e for e in extensions(search.candidates, best) if not fits.stepped(e)], best)
+    if not _near_the_noise(search, best):
+        akin = [name for name in search.candidates if any(_akin(name, one) for one in rest)]
+        search.halving.fit([e for e in extensions(akin, best) if not fits.stepped(e)], best)
     return refused | _failing({name: why_not_of_its_form(fits, best, name) for name in rest})
 
 
@@ -271,9 +272,13 @@ def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
 
 
 def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
-    """The claim of names that hold, with what may stand in their place; first what was fitted."""
+    """The claim of names that hold, with what may stand in their place; first what was fitted.
+
+    Every further name is fitted beside it: that which removes most says where what is left lies.
+    """
     for e in (named, *near):
         fitted(search.fits, e)
+    search.halving.fit([e for e in extensions(search.candidates, named) if not search.fits.stepped(e)], named)
     same = _same(search, named)
     beside = dict.fromkeys([*near, *same, *(e for one in near for e in _same(search, one))])
     return Claim(named, tuple(e for e in beside if e != named and not e.contains(named)), tuple(same), tuple(rivals))
