@@ -15,8 +15,10 @@ from rwjax.cli.compare import compare
 from rwjax.cli.decode import decode
 from rwjax.cli.diagnose import diagnose
 from rwjax.cli.dump import dump
+from rwjax.cli.export import export
 from rwjax.cli.fit import fit
 from rwjax.cli.import_logs import import_logs
+from rwjax.cli.init import init
 from rwjax.cli.monitor import monitor
 from rwjax.cli.options import one_name_each
 from rwjax.cli.plan import plan
@@ -55,7 +57,7 @@ def _before_the_command(
 
 
 COMMANDS = (
-    *(import_logs, check, fit, predict, compare, diagnose),
+    *(init, import_logs, check, fit, predict, compare, diagnose, export),
     *(region, sweep, tune, slew, dump, size),
     *(plan, record, run_experiment, monitor, decode),
     cache,

@@ -34,6 +34,10 @@ class Imbalance(AxisTorque):
     def torque(self, motion: Motion) -> Scalar:
         return -self.s * jnp.sin(motion.psi) - self.c * jnp.cos(motion.psi)
 
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"sine": given["s"], "cosine": given["c"]}
+
 
 class Spring(AxisTorque):
     r"""Restoring torque of a cable or hose, $M = k x + k_3 x^3$ with $x = \psi - T_0/k$, subtracted from the driving torque.
@@ -60,6 +64,15 @@ class Spring(AxisTorque):
         hard = jnp.where(self.k_3 > 0.0, self.k_3 * (motion.psi - rest) ** 3, 0.0)
         return self.T_0 - self.k * motion.psi - hard
 
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        k, T_0 = given["k"], given["T_0"]
+        return {"stiffness": k, "springref": T_0 / k} if k else {"constant": T_0}
+
+    @classmethod
+    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
+        return "its cube; the slope is there" if given.get("k_3", 0.0) else ""
+
 
 class BiasTorque(AxisTorque):
     r"""Constant torque $T$ on the axis; positive turns it forward.
@@ -81,6 +94,10 @@ class BiasTorque(AxisTorque):
     @classmethod
     def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
         return ("drive.bias",) if fitted.kind == "platform" and "drive.deadzone" not in fitted.names else ()
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"constant": given["T"]}
 
 
 class Backlash(Coupling):

@@ -7,6 +7,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
+from rwjax.effects.c_code import bell, literal
 from rwjax.effects.effect import FittedRig, Motion
 from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.parameter import param
@@ -37,6 +38,14 @@ class Viscous(AxisTorque):
     def torque(self, motion: Motion) -> Scalar:
         return -self.b * motion.w
 
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        return f"{literal(given['b'])} * w"
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"damping": given["b"]}
+
 
 class Coulomb(AxisDry):
     r"""Dry friction, constant with direction, $M = M_c\,\mathrm{sgn}\,w$ (thesis eq. 3.7).
@@ -56,6 +65,14 @@ class Coulomb(AxisDry):
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c
+
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        return literal(given["M_c"])
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"frictionloss": given["M_c"]}
 
 
 class Stribeck(AxisDry):
@@ -102,6 +119,20 @@ class Stribeck(AxisDry):
             return f"infinitely steep at standstill, taken at {SLIDING:g} rad/s"
         return "level at standstill, though it falls at once beside it" if 1.0 < n < 2.0 else ""
 
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        return f"{literal(given['M_c'])} + {bell(given['M_e'], given['v_s'], given.get('n', 2.0))}"
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"frictionloss": given["M_c"]}
+
+    @classmethod
+    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
+        return (
+            "what it has above sliding friction; dry friction is the same at every rate there" if given["M_e"] else ""
+        )
+
 
 class QuadraticDrag(AxisTorque):
     r"""Drag with speed squared, or nearly, $M = c\,w\,|w|^{p - 1}$; $p = 2$ where the flow is turbulent, less in transition.
@@ -124,6 +155,10 @@ class QuadraticDrag(AxisTorque):
         size = jnp.abs(motion.w)
         rises = jnp.where(size > SLOWEST, power(jnp.maximum(size, SLOWEST), self.p - 1.0), 0.0)  # level at standstill
         return -self.c * motion.w * rises
+
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        return f"{literal(given['c'])} * powf(w, {literal(given.get('p', 2.0))})"
 
 
 class AsymmetricFriction(AxisDry):
@@ -151,6 +186,10 @@ class AsymmetricFriction(AxisDry):
     @classmethod
     def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
         return ("axis.bias_torque",)
+
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        return f"{literal(given['M_c'])} + {literal(given['d'])} * s"
 
 
 class Presliding(AxisElastic):

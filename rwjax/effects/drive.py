@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 import numpy as np
 
+from rwjax.effects.c_code import literal
 from rwjax.effects.effect import FittedRig
 from rwjax.effects.parameter import param
 from rwjax.effects.ports import Advance, CommandDelay, CommandFilter, CommandMap, GoalDelay, Supply
@@ -47,6 +48,14 @@ class DeadZone(CommandMap):
     def command(self, u: Scalar) -> Scalar:
         return jnp.where(jnp.abs(u) > self.u_0 + self.j, u - self.u_0 * jnp.sign(u), 0.0)
 
+    @classmethod
+    def c_command(cls, given: Mapping[str, float]) -> str:
+        u_0, j = literal(given["u_0"]), literal(given["j"])
+        return (
+            f"if (fabsf(u) < {j}) u = fabsf(u) < 0.5f * {j} ? 0.0f : copysignf({j}, u); /* less than it starts with */\n"
+            f"if (u != 0.0f) u += copysignf({u_0}, u);"
+        )
+
 
 class DriveDelay(CommandDelay):
     r"""The command acts late, $u_e(t) = u(t - \tau)$.
@@ -69,6 +78,10 @@ class DriveDelay(CommandDelay):
     @classmethod
     def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
         return ("sensor.delay",) if fitted.kind == "platform" else ()
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"delay": given["tau"]}
 
 
 class DriveLag(CommandFilter):
@@ -108,6 +121,14 @@ class DriveLag(CommandFilter):
 
     def lags(self, order: int) -> tuple[Scalar, ...]:
         return (self.T * jnp.maximum(self.q, SHORTEST), self.T)[2 - order :]
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"lag": given["T"]}
+
+    @classmethod
+    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
+        return "its second lag; the first one is there" if given.get("q", 0.0) else ""
 
 
 def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
@@ -180,6 +201,10 @@ class DriveSaturation(CommandMap):
     def linear_note(cls, given: Mapping[str, float]) -> str:
         return "the gain is that of small commands" if given.get("n", SHARP) < SHARP else ""
 
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"limit": given["u_m"]} if given.get("n", SHARP) >= SHARP else None
+
 
 class DriveBias(CommandMap):
     r"""Constant offset on the command, $u_e = u + u_b$.
@@ -197,6 +222,14 @@ class DriveBias(CommandMap):
 
     def command(self, u: Scalar) -> Scalar:
         return u + self.u_b
+
+    @classmethod
+    def c_command(cls, given: Mapping[str, float]) -> str:
+        return f"u -= {literal(given['u_b'])};"
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"offset": given["u_b"]}
 
 
 class AsymmetricGain(CommandMap):
@@ -220,6 +253,11 @@ class AsymmetricGain(CommandMap):
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:
         return "the gain is the mean of both directions"
+
+    @classmethod
+    def c_command(cls, given: Mapping[str, float]) -> str:
+        a = literal(given["a"])
+        return f"u /= u > 0.0f ? 1.0f + {a} : 1.0f - {a};"
 
 
 class SupplySag(Supply):

@@ -173,6 +173,54 @@ class Effect(eqx.Module):
         """
         return ""
 
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        """Level of its friction of the axis as C code, over the rate's size `w` and its sign `s`.
+
+        Args:
+            given: Its numbers by name (SI).
+
+        Returns:
+            A C expression [N m], "" where it is no friction that the rate alone tells.
+        """
+        return ""
+
+    @classmethod
+    def c_command(cls, given: Mapping[str, float]) -> str:
+        """How a command makes up for it, as C code that works on the command `u`.
+
+        Args:
+            given: Its numbers by name (SI).
+
+        Returns:
+            C statements that turn what is wanted behind it into what has to stand before it; "" where there are none.
+        """
+        return ""
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        """What it adds to a MuJoCo model, by the fields of `rwjax.export.mjcf.Model`.
+
+        Args:
+            given: Its numbers by name (SI).
+
+        Returns:
+            Values by field [the field's unit]; None where MuJoCo has no such part.
+        """
+        return None
+
+    @classmethod
+    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
+        """What of it a MuJoCo model with these fields leaves out, as part of a sentence.
+
+        Args:
+            given: Its numbers by name (SI).
+
+        Returns:
+            The words, "" where nothing is left out.
+        """
+        return ""
+
     def mine(self, motion: Motion) -> tuple[Scalar, ...]:
         """Its own states in a motion.
 

@@ -31,6 +31,10 @@ class WheelCoulomb(WheelDry):
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c
 
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"wheel_frictionloss": given["M_c"]}
+
 
 class WheelDrag(WheelTorque):
     r"""Air drag of the wheel, $M = c\,\Omega|\Omega|$.

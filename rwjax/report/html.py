@@ -25,8 +25,16 @@ from rwjax.text_files import write_text
 
 REPORT = "report.html"
 """Name of the page."""
-FIGURES = ("runs", "waterfall", "missing", "shares", "ranking")
-"""Names of all figures that a diagnosis may have; each is a PNG file, too."""
+FIGURES = {
+    "motion": "The measured motion of the held-out run that is followed worst, and the simulated one.",
+    "waterfall": "Error on held-out runs after each effect is added; the floor is what a perfect model would still leave.",
+    "runs": "Error of free runs on the runs that took no part in fit or choice.",
+    "missing": "What the rig as it is cannot account for in the smoothed motion, at its own fitted numbers. The cause may have bent these: "
+    "a slope here need not be friction.",
+    "shares": "What the best law in each coordinate removes.",
+    "ranking": "Share of the evidence of each candidate.",
+}
+"""What each figure that a diagnosis may have shows, by its name; each is a PNG file, too."""
 Plot = Callable[[Diagnosis, Axes], Axes]
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -46,9 +54,10 @@ def figures_of(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
     Returns:
         By name of the figure: the function that draws it, and its width and height [inch].
     """
-    chosen: dict[str, tuple[Plot, tuple[float, float]]] = {"runs": (plots.plot_runs, (9.0, 3.2))}
+    chosen: dict[str, tuple[Plot, tuple[float, float]]] = {"motion": (plots.plot_motion, (9.0, 3.2))}
     if len(d.waterfall) > 1:
         chosen["waterfall"] = (plots.plot_waterfall, (9.0, 1.2 + 0.45 * len(d.waterfall)))
+    chosen["runs"] = (plots.plot_runs, (9.0, 3.2))
     if d.where is not None and d.verdict != "none":
         if d.where.drawn is not None:
             chosen["missing"] = (plots.plot_missing, (9.0, 3.6))
@@ -58,7 +67,7 @@ def figures_of(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
 
 
 def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str:
-    """SVG text of a plot, saved as PNG besides."""
+    """SVG of a plot, all behind the name of its first tag; saved as PNG besides."""
     with rc_context(STYLE), any_letters():
         figure = Figure(figsize=size, layout="constrained")
         plot(d, figure.subplots())
@@ -66,7 +75,7 @@ def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None})
     svg = text.getvalue()
-    return svg[svg.index("<svg") :]
+    return svg[svg.index("<svg") + len("<svg") :]
 
 
 def short(value: float | None) -> str:
@@ -105,6 +114,22 @@ def signed(value: float) -> str:
     return f"{value:+.1f}" if math.isfinite(value) else "–"
 
 
+def by_chance(p: float) -> str:
+    """How often chance alone gives as much, in words.
+
+    Args:
+        p: the probability [1].
+
+    Returns:
+        Such as `about 1 in 20`; `often` from one in three on, `less than 1 in 1000` below it.
+    """
+    if not math.isfinite(p):
+        return "–"
+    if p >= 1.0 / 3.0:
+        return "often"
+    return f"about 1 in {1.0 / p:.0f}" if p >= 1e-3 else "less than 1 in 1000"
+
+
 def _shown(value: Any) -> Any:
     """What the page shows of a value: no control characters, which HTML has none of."""
     return printable_lines(value) if isinstance(value, str) and not isinstance(value, Markup) else value
@@ -133,12 +158,13 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "short": short,
         "percent": percent,
         "signed": signed,
+        "by_chance": by_chance,
         "unit_of_number": unit_of_number,
         "where_words": partial(where_words, limits=d.settings.report),
         "left_words": lambda left: left_words(left.share, left.where, left.windows, d.settings.report),
     }
     page = environment.get_template("report.html.j2").render(
-        d=d, sentence=d.sentence, figures=drawn, unit=UNIT, corrected=write_rig(d.corrected)
+        d=d, sentence=d.sentence, figures=drawn, shows=FIGURES, unit=UNIT, corrected=write_rig(d.corrected)
     )
     path = folder / REPORT
     write_text(path, page, InputError)

@@ -13,6 +13,31 @@ BINS, FEWEST_IN_A_BIN = 24, 10
 MOST_RANKED = 8  # candidates in the figure of the ranking
 
 
+def plot_motion(d: Diagnosis, ax: Axes) -> Axes:
+    """Draws the measured motion of the held-out run that is followed worst, and the simulated one before and after the named effects.
+
+    Args:
+        d: what is drawn.
+        ax: axes to draw on.
+
+    Returns:
+        The same axes.
+    """
+    held = {k: errors[d.signal] for k, errors in d.before.error.items() if d.signal in errors}
+    worst = max(held, key=lambda k: float(np.nanmean(held[k] ** 2)))
+    log = d.logs[worst]
+    t, measured = log.time - log.time[0], log.outputs[d.signal]
+    ax.plot(t, measured, color=MEASURED, lw=2.4, alpha=0.5, label="measured")
+    ax.plot(t, measured - held[worst], color=BEFORE, lw=1.0, label="rig as it is")
+    if d.effects:
+        ax.plot(t, measured - d.after.error[worst][d.signal], color=AFTER, lw=1.0, ls="--", label="with the effects")
+    ax.set_title(drawn_name(log.name), loc="left", fontsize=8)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel(AXIS_LABEL[d.signal])
+    ax.legend(loc="best", fontsize=8, frameon=False)
+    return ax
+
+
 def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
     """Draws the held-out error over time, before and after the named effects are added, run after run.
 
@@ -45,7 +70,7 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
 
 
 def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
-    """Draws the held-out RMS error after each effect is added, and the noise floor.
+    """Draws the held-out RMS error after each effect is added, and the noise floor, on an axis that shows both.
 
     Args:
         d: what is drawn.
@@ -57,14 +82,17 @@ def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
     rungs, floor = d.waterfall, d.gaps[d.signal].floor
     labels = ["rig as it is", *(f"+ {spoken(r.names[-1])}" for r in rungs[1:])]
     values = [r.rms for r in rungs]
-    ax.barh(range(len(values)), values, color=[BEFORE, *[AFTER] * (len(values) - 1)], height=0.6)
+    colours = [BEFORE, *[AFTER] * (len(values) - 1)]
+    ax.hlines(range(len(values)), floor, values, color=colours, lw=2.0)
+    ax.scatter(values, range(len(values)), color=colours, s=36, zorder=3)
     for k, value in enumerate(values):
-        ax.text(value, k, f" {value:.3g}", va="center", fontsize=8)
+        ax.text(value, k, f"   {value:.3g}", va="center", fontsize=8)
+    ax.set_xscale("log")
     ax.axvline(floor, color=FLOOR, ls="--", lw=1.2)
     ax.text(floor, -0.75, f" floor {floor:.3g}", color=FLOOR, fontsize=8, va="center")
     ax.set_yticks(range(len(labels)), labels, fontsize=8)
     ax.set_ylim(len(values) - 0.4, -1.0)
-    ax.set_xlabel(f"held-out RMS error [{UNIT[d.signal]}]")
+    ax.set_xlabel(f"held-out RMS error [{UNIT[d.signal]}], logarithmic")
     ax.margins(x=0.15)
     return ax
 

@@ -18,7 +18,7 @@ from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.result import Left, Ranked
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.errors import InputError
-from rwjax.report.html import figures_of, percent, short, signed, write_report
+from rwjax.report.html import by_chance, figures_of, percent, short, signed, write_report
 from rwjax.report.plots import plot_runs
 from tests.report.diagnosed import MARK, diagnosed
 
@@ -39,10 +39,19 @@ def test_numbers_are_short_and_missing_ones_dashes() -> None:
     assert [signed(1.26), signed(-0.04), signed(math.inf)] == ["+1.3", "-0.0", "–"]
 
 
+def test_what_chance_gives_is_said_in_words() -> None:
+    assert [by_chance(p) for p in (0.9, 0.05, 3e-23, math.nan)] == [
+        "often",
+        "about 1 in 20",
+        "less than 1 in 1000",
+        "–",
+    ]
+
+
 def test_a_diagnosis_has_the_figures_that_it_can_fill() -> None:
-    assert list(figures_of(diagnosed())) == ["runs", "waterfall", "missing", "shares", "ranking"]
+    assert list(figures_of(diagnosed())) == ["motion", "waterfall", "runs", "missing", "shares", "ranking"]
     found = diagnosed(verdict="none", effects=(), waterfall=diagnosed().waterfall[:1])
-    assert list(figures_of(found)) == ["runs", "ranking"]
+    assert list(figures_of(found)) == ["motion", "runs", "ranking"]
 
 
 def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) -> None:
@@ -50,9 +59,9 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) 
     backend = matplotlib.get_backend()
     page = write_report(found, tmp_path).read_text()
     assert page.index(f"<h1>{found.sentence}</h1>") < page.index("<svg") and found.sentence.startswith("The rig lacks")
-    assert page.count("<svg") == 5 and {file.name for file in tmp_path.glob("*.png")} == {
-        f"{name}.png" for name in figures_of(found)
-    }
+    assert page.count('<svg role="img" aria-label="') == page.count("<svg") == 6 and {
+        file.name for file in tmp_path.glob("*.png")
+    } == {f"{name}.png" for name in figures_of(found)}
     assert MARK not in page.replace("<p>rig <b>", "") and "bench &lt;b&gt;&amp;" in page
     assert "a remark &lt;b&gt;&amp;" in page and "a &lt;b&gt;&amp;.csv" in page
     assert "<td>yaw_rad (headline)</td><td>0.5</td><td>0.11</td><td>0.1</td><td>rad</td>" in page

@@ -1,5 +1,7 @@
 """Figures of a diagnosis: what their lines, bars and words say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -26,6 +28,16 @@ def ticks(ax: Axes) -> list[str]:
     return [label.get_text() for label in ax.get_yticklabels()]
 
 
+def test_the_motion_of_the_worst_run_stands_beside_both_simulations(ax: Axes) -> None:
+    found = diagnosed()
+    worse = found.before.error | {1: {"yaw_rad": np.full(50, 2.0 * by_hand.BEFORE)}}
+    plots.plot_motion(diagnosed(before=replace(found.before, error=worse)), ax)
+    measured, before, after = (np.asarray(line.get_ydata()) for line in ax.lines)
+    assert np.all(measured == found.logs[1].outputs["yaw_rad"]) and "b " in ax.get_title(loc="left")
+    assert np.allclose(measured - before, 2.0 * by_hand.BEFORE) and np.allclose(measured - after, by_hand.AFTER)
+    assert [t.get_text() for t in ax.get_legend().get_texts()] == ["measured", "rig as it is", "with the effects"]
+
+
 def test_runs_follow_each_other_before_and_after(ax: Axes) -> None:
     assert plots.plot_runs(diagnosed(), ax) is ax
     lines = [line for line in ax.lines if len(line.get_xdata()) == 50]
@@ -44,11 +56,13 @@ def test_without_effects_there_is_one_line_a_run(ax: Axes) -> None:
 
 def test_the_waterfall_ends_above_the_floor(ax: Axes) -> None:
     plots.plot_waterfall(diagnosed(), ax)
-    assert bars(ax) == [(by_hand.BEFORE, BEFORE), (by_hand.AFTER, AFTER)]
+    points = ax.collections[-1]
+    assert [list(at) for at in np.asarray(points.get_offsets())] == [[by_hand.BEFORE, 0.0], [by_hand.AFTER, 1.0]]
+    assert [to_hex(colour) for colour in points.get_facecolor()] == [BEFORE, AFTER] and ax.get_xscale() == "log"
     (floor,) = ax.lines
     assert list(floor.get_xdata()) == [by_hand.FLOOR] * 2 and floor.get_color() == FLOOR
     assert ticks(ax) == ["rig as it is", "+ dry friction"]
-    assert [text.get_text() for text in ax.texts] == [" 0.5", " 0.11", " floor 0.1"]
+    assert [text.get_text() for text in ax.texts] == ["   0.5", "   0.11", " floor 0.1"]
 
 
 def test_the_missing_torque_lies_on_its_bins_medians(ax: Axes) -> None:

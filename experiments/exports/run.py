@@ -1,0 +1,68 @@
+"""How far a MuJoCo model of a corrected rig is from its logs: `python -m experiments.exports.run`.
+
+Three rigs of the separate simulator lack an effect. Each is diagnosed, and its corrected rig is written as a MuJoCo model. The model is
+played under the commands of the held-out log, from the first state that the corrected rig has there. A line holds the error of the rig as
+it was, of the corrected rig, and of the model, each against the log.
+"""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from experiments.exports.played import played
+from experiments.speed.diagnosis import CASES, write
+from experiments.speed.table import show
+from rwjax import read_logs, read_rig
+from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.export.targets import export, moved_by
+from rwjax.fitting.predict import predict
+from rwjax.logs.log import Log
+from rwjax.rig.columns import unit_of
+from rwjax.rig.model import Rig
+
+RIGS = ("platform, Stribeck friction", "reaction, Coulomb friction", "wheel, Coulomb friction")
+SENSORS = {"yaw_rad": "axis_rad", "yaw_rad_s": "axis_rad_s", "wheel_rad": "wheel_rad", "wheel_rad_s": "wheel_rad_s"}
+
+
+def rms(error: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def of_model(rig: Rig, log: Log, output: str) -> np.ndarray:
+    """An output of the rig's MuJoCo model under a log's commands."""
+    columns = predict(rig, log).columns
+    first = {name: float(values[0]) for name, values in columns.items() if name in SENSORS}
+    start = {SENSORS[name].removesuffix("_rad"): value for name, value in first.items() if name.endswith("_rad")}
+    start |= {SENSORS[name].removesuffix("_rad_s") + "_rate": v for name, v in first.items() if name.endswith("_rad_s")}
+    return played(export(rig, "mjcf").text, log.time, log.command, start)[SENSORS[output]]
+
+
+def main() -> None:
+    """Prints the table."""
+    rows = []
+    for name in RIGS:
+        with tempfile.TemporaryDirectory() as folder:
+            files = write(CASES[name], Path(folder))
+            rig = read_rig(Path(folder) / "rig.toml")
+            logs = read_logs([Path(folder) / file for file in files], rig)
+            found = diagnose(rig, logs)
+        log, corrected = next(log for log in logs if log.validate), found.corrected
+        y, unit = log.outputs[found.signal], unit_of(found.signal)
+        errors = [y - predict(found.rig, log).columns[found.signal], y - predict(corrected, log).columns[found.signal]]
+        errors.append(y - of_model(corrected, log, found.signal))
+        left = export(corrected, "mjcf").left_out
+        moved = {e: moved_by(corrected, e, [log])[found.signal] for e in left if e in corrected.effects}
+        said = "; ".join(f"{e} ({moved[e]:.3g})" if e in moved else e for e in left) or "nothing"
+        rows.append([name, " + ".join(found.effects) or "-", *(f"{rms(e):.3g} {unit}" for e in errors), said])
+    title = "Error on the held-out log"
+    show(
+        title,
+        ["rig and what it lacks", "named", "as it was", "corrected", "model in MuJoCo", "left out (what it moves)"],
+        rows,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""The command `init`: a first rig file for logs."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rwjax.cli.options import RATE, LogFiles, Quiet, check_file, positive
+from rwjax.cli.progress import progress
+from rwjax.cli.terminal import document, say
+from rwjax.errors import InputError
+
+
+class Kind(StrEnum):
+    """Kinds of rig with one command."""
+
+    WHEEL = "wheel"
+    PLATFORM = "platform"
+    REACTION = "reaction"
+    JOINT = "joint"
+
+
+OfKind = Annotated[Kind | None, typer.Option("--kind", help="kind of the rig; by the columns without it")]
+Output = Annotated[Path | None, typer.Option("-o", metavar="RIG.toml", help="stdout without it")]
+Supply = Annotated[float | None, typer.Option(help="voltage at which the datasheet's numbers hold [V]")]
+StallTorque = Annotated[float | None, typer.Option(help="at standstill, behind the gear [N m]")]
+NoLoadSpeed = Annotated[float | None, typer.Option(help="speed without a load, behind the gear [1/min]")]
+Resistance = Annotated[float | None, typer.Option(help="of the winding [ohm]")]
+Mass = Annotated[float | None, typer.Option(help="of what the axis carries, as of a rod [kg]")]
+Length = Annotated[float | None, typer.Option(help="of that rod, from the axis [m]")]
+Counts = Annotated[float | None, typer.Option(help="counted edges per turn of the encoder")]
+
+
+def init(
+    log_files: LogFiles,
+    kind: OfKind = None,
+    supply: Supply = None,
+    stall_torque: StallTorque = None,
+    no_load_speed: NoLoadSpeed = None,
+    resistance: Resistance = None,
+    mass: Mass = None,
+    length: Length = None,
+    counts: Counts = None,
+    output: Output = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write a first rig file for logs, from their columns and a datasheet's numbers. What is guessed is said, and free where logs can tell it."""
+    from rwjax.methods.first_rig import Datasheet, first_rig
+    from rwjax.text_files import write_text
+
+    if output is not None:
+        check_file(output, *log_files)
+        if output.exists():
+            raise InputError(f"{output}: is there already; give another with -o, or remove it")
+    given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
+    given |= {"mass": mass, "length": length, "counts": counts}
+    positive(**{name: value for name, value in given.items() if value is not None})
+    speed = None if no_load_speed is None else no_load_speed * RATE
+    with progress(quiet) as show:
+        show("looking at the logs")
+        datasheet = Datasheet(supply, stall_torque, speed, resistance, mass, length, counts)
+        text = first_rig(log_files, datasheet, kind.value if kind else None)
+    if output is None:
+        document(text)
+        return
+    write_text(output, text, InputError)
+    say(f"written to {output}\nnext: rwjax check {output} {' '.join(map(str, log_files))}")

@@ -1,0 +1,15 @@
+"""A rig in the words of other tools: a MuJoCo model, a C header, a python-control plant, JSON."""
+
+from typing import NamedTuple
+
+
+class Exported(NamedTuple):
+    """A rig in another tool's words.
+
+    Attributes:
+        text: The file.
+        left_out: What the other tool cannot express, by the effect's name or the number's, each with why.
+    """
+
+    text: str
+    left_out: dict[str, str]

@@ -1,0 +1,59 @@
+"""The tools that a rig may be written for, and how large what each cannot express is."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rwjax.export import Exported
+from rwjax.export.c_header import c_header
+from rwjax.export.mjcf import mjcf
+from rwjax.export.numbers import numbers
+from rwjax.export.python_control import python_control
+from rwjax.fitting.predict import predict
+from rwjax.logs.log import Log
+from rwjax.rig.model import Rig
+
+TARGETS: dict[str, Callable[[Rig], Exported]] = {
+    "mjcf": mjcf,
+    "c": c_header,
+    "python-control": python_control,
+    "json": numbers,
+}
+"""What writes a rig, by the tool's name."""
+
+
+def export(rig: Rig, to: str) -> Exported:
+    """A rig in the words of another tool.
+
+    Args:
+        rig: The rig, with its effects.
+        to: A key of `TARGETS`.
+
+    Returns:
+        The file, and what it leaves out.
+
+    Raises:
+        RigError: For a rig that the tool cannot hold.
+    """
+    return TARGETS[to](rig)
+
+
+def moved_by(rig: Rig, effect: str, logs: Sequence[Log]) -> dict[str, float]:
+    """How far free runs of a rig move where it lacks one of its effects.
+
+    Args:
+        rig: The rig.
+        effect: One of its effects.
+        logs: Logs whose commands it follows.
+
+    Returns:
+        Root mean square by output over all logs [the output's unit].
+    """
+    less = replace(rig, effects={name: given for name, given in rig.effects.items() if name != effect})
+    squares: dict[str, list[np.ndarray]] = {}
+    for log in logs:
+        with_it, without = (predict(r, log).columns for r in (rig, less))
+        for name in log.outputs:
+            squares.setdefault(name, []).append((with_it[name] - without[name]) ** 2)
+    return {name: float(np.sqrt(np.mean(np.concatenate(s)))) for name, s in squares.items()}

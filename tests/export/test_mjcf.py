@@ -1,0 +1,107 @@
+"""MuJoCo models: their motion under commands is the rig's, and what they cannot hold is said."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax import RigError, parse_rig, simulate
+from rwjax.export.mjcf import mjcf
+from rwjax.rig.model import Rig
+from tests.systems import platform, reaction, wheel
+
+if os.environ.get("RWJAX_FIRMWARE") != "required":  # where the continuous test sets it, nothing may be missing
+    pytest.importorskip("mujoco", reason="playing a model needs the extra `rigid`")
+
+from experiments.exports.played import played
+
+TIME = 0.01 * np.arange(400)
+VOLTS = 2.0 * np.sign(np.sin(2.0 * TIME)) * (TIME > 0.2) + np.sin(7.0 * TIME)
+JOINT = """
+kind = "joint"
+[motor]
+torque_constant = 0.02
+resistance = 2.0
+inertia = 1e-6
+[gear]
+ratio = 100.0
+[axis]
+inertia = 0.02
+[axis.friction]
+viscous = 0.01
+coulomb = 0.05
+[axis.gravity]
+torque = 0.4
+angle = 0.3
+"""
+SERVO = '[drive.servo]\nacts_on = "voltage"\nkp = 20.0\nkd = 0.3\ndamping_on = "speed"\n'
+
+
+def off_by(rig: Rig, command: np.ndarray, column: str = "voltage_V", start: dict[str, float] | None = None) -> float:
+    """Error of the played model at the axis, or the wheel of a rig without one, over the range of the motion [1]."""
+    start = start or {}
+    theirs = played(mjcf(rig).text, TIME, command, {"axis": start.get("psi", 0.0), "axis_rate": start.get("w", 0.0)})
+    ours = simulate(rig, TIME, {column: command}, start=start)
+    name = "wheel_rad_s" if rig.kind == "wheel" else "yaw_rad"
+    found = theirs["wheel_rad_s" if rig.kind == "wheel" else "axis_rad"]
+    return float(np.max(np.abs(found - np.asarray(ours[name]))) / np.ptp(found))
+
+
+@pytest.mark.parametrize(
+    ("rig", "most"),
+    [
+        (platform("viscous = 0.02"), 1e-3),
+        (platform("viscous = 0.02\ncoulomb = 0.3"), 1e-2),  # MuJoCo's dry friction is soft
+        (wheel(inductance=0.0), 1e-3),
+        (wheel(), 2e-3),  # MuJoCo's DC motor, by steps of 1 ms; steps of 0.25 ms are off by a quarter of that
+        (parse_rig(JOINT), 1e-2),
+    ],
+)
+def test_the_model_moves_as_the_rig_does(rig: Rig, most: float) -> None:
+    assert off_by(rig, VOLTS, start={"psi": 0.4} if rig.kind == "joint" else None) < most
+
+
+def test_a_wheel_turns_its_body_as_the_equations_say_that_drop_the_wheel_s_share() -> None:
+    rig = reaction("viscous = 0.0")
+    still = replace(rig, numbers=rig.numbers | {"motor.inductance": 0.0, "wheel.inertia": 0.01})
+    assert off_by(still, VOLTS) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("effect", "given"),
+    [
+        ("axis.bias_torque", {"T": 0.1}),
+        ("axis.imbalance", {"s": 0.3, "c": -0.2}),
+        ("axis.spring", {"k": 0.5, "T_0": 0.1, "k_3": 0.0}),
+        ("axis.viscous", {"b": 0.05}),
+        ("drive.bias", {"u_b": 0.3}),
+        ("drive.lag", {"T": 0.1, "q": 0.0}),
+        ("drive.delay", {"tau": 0.05}),
+        ("drive.saturation", {"u_m": 1.2, "n": 5000.0}),
+    ],
+)
+def test_an_effect_that_the_model_holds_moves_it_as_the_rig(effect: str, given: dict[str, float]) -> None:
+    rig = platform("viscous = 0.02")
+    with_it = replace(rig, effects={effect: given})
+    assert not mjcf(with_it).left_out
+    assert off_by(with_it, VOLTS) < 3e-3
+    plain = played(mjcf(rig).text, TIME, VOLTS)["axis_rad"]
+    assert np.ptp(played(mjcf(with_it).text, TIME, VOLTS)["axis_rad"] - plain) > 0.05 * np.ptp(plain)
+
+
+def test_the_control_of_a_servo_is_its_goal() -> None:
+    rig = parse_rig(JOINT + SERVO)
+    assert off_by(rig, 0.5 * np.sign(np.sin(3.0 * TIME)), "goal_rad") < 1e-2
+
+
+def test_what_the_model_cannot_hold_is_said() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.1")
+    effects = {"axis.backlash": {"g": 0.1, "s": 0.3, "k": 100.0, "c": 1.0}, "sensor.scale": {"s": 0.1}}
+    left = mjcf(replace(rig, effects=effects)).left_out
+    assert {*left} == {"axis.friction.static", "axis.backlash", "sensor.scale"} and "readings" in left["sensor.scale"]
+
+
+def test_two_axes_have_no_model() -> None:
+    with pytest.raises(RigError, match="two_axis"):
+        mjcf(replace(reaction(), kind="two_axis"))

@@ -1,0 +1,34 @@
+"""All tools that a rig may be written for, and how large what they leave out is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax import simulate
+from rwjax.cli.export import Target
+from rwjax.export.targets import TARGETS, export, moved_by
+from tests.systems import platform, record
+
+
+@pytest.mark.parametrize("to", TARGETS)
+def test_every_tool_says_of_the_same_rig_what_it_leaves_out(to: str) -> None:
+    effects = {"axis.coulomb": {"M_c": 0.03}, "drive.delay": {"tau": 0.02}}
+    found = export(replace(platform("viscous = 0.02"), name="yaw", effects=effects), to)
+    assert "yaw" in found.text
+    assert {*found.left_out} == ({"drive.delay"} if to in ("c", "python-control") else set())
+
+
+def test_the_command_line_names_every_tool() -> None:
+    assert [target.value for target in Target] == [*TARGETS]
+
+
+def test_what_an_effect_moves_is_the_difference_of_free_runs() -> None:
+    rig = replace(platform("viscous = 0.02"), effects={"drive.asymmetric_gain": {"a": 0.1}})
+    t = 0.01 * np.arange(300)
+    u = np.where(t >= 0.6, 1.0, 0.0)
+    log = record(t, u, {"yaw_rad": np.asarray(simulate(rig, t, u)["yaw_rad"])})
+    late = np.maximum(t - 0.6, 0.0)
+    tenth = 0.1 * 0.4 / 0.02 * (late - 5.0 * (1.0 - np.exp(-late / 5.0)))  # of I w' + b w = k V from rest
+    moved = moved_by(rig, "drive.asymmetric_gain", [log])
+    assert moved == {"yaw_rad": pytest.approx(np.sqrt(np.mean(tenth**2)), rel=1e-3)}

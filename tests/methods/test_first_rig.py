@@ -1,0 +1,72 @@
+"""First rig files: the kind by the columns, numbers by the datasheet, and free ones near what made the logs."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rwjax import Rig, parse_rig, read_logs, simulate, write_log
+from rwjax.methods.first_rig import Datasheet, first_rig
+from tests.systems import platform, reaction, wheel
+
+NOTHING = Datasheet()
+
+
+def logs_of(rig: Rig, folder: Path, names: tuple[str, ...], volts: float = 3.0) -> list[Path]:
+    """A log of a rig under squares of a rising height."""
+    t = 0.01 * np.arange(1500)
+    u = volts * np.sign(np.sin(1.5 * t)) * (1.0 + 0.2 * t / t[-1]) * (t > 0.6)
+    run = simulate(rig, t, u)
+    rng = np.random.default_rng(1)
+    columns = {name: np.asarray(run[name]) + 1e-4 * rng.standard_normal(len(t)) for name in names}
+    write_log(folder / "run.csv", {"time_s": t, "voltage_V": u} | columns, {})
+    return [folder / "run.csv"]
+
+
+@pytest.mark.parametrize(
+    ("rig", "names", "kind"),
+    [
+        (platform("viscous = 0.02"), ("yaw_rad",), "platform"),
+        (wheel(), ("wheel_rad_s",), "wheel"),
+        (reaction(), ("yaw_rad", "wheel_rad_s"), "reaction"),
+    ],
+)
+def test_the_columns_tell_the_kind_and_the_file_reads_back(
+    rig: Rig, names: tuple[str, ...], kind: str, tmp_path: Path
+) -> None:
+    paths = logs_of(rig, tmp_path, names)
+    found = parse_rig(first_rig(paths, NOTHING))
+    assert found.kind == kind and found.name == tmp_path.name and found.free
+    assert len(read_logs(paths, found)) == 1
+
+
+def test_free_numbers_come_near_those_that_made_the_log(tmp_path: Path) -> None:
+    paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
+    found = parse_rig(first_rig(paths, Datasheet(supply=10.0, stall_torque=4.0)))
+    assert found.numbers["drive.gain"] == 0.4
+    assert found.numbers["axis.inertia"] == pytest.approx(0.1, rel=0.05)
+    assert found.numbers["axis.friction.viscous"] == pytest.approx(0.02, rel=0.1)
+    scaled = parse_rig(first_rig(paths, NOTHING))  # in units of the gain
+    assert scaled.numbers["axis.inertia"] == pytest.approx(0.1 / 0.4, rel=0.05)
+
+
+def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(400)
+    columns = {"time_s": t, "duty": 0.3 * np.sin(3.0 * t), "position_rad": 0.2 * np.sin(3.0 * t - 1.0)}
+    write_log(tmp_path / "run.csv", columns, {})
+    datasheet = Datasheet(supply=12.0, stall_torque=2.0, no_load_speed=6.0, mass=0.3, length=0.2)
+    found = parse_rig(first_rig([tmp_path / "run.csv"], datasheet))
+    assert found.kind == "joint" and found.numbers["drive.supply"] == 12.0
+    assert found.numbers["motor.torque_constant"] == pytest.approx(2.0)
+    assert found.numbers["motor.resistance"] == pytest.approx(12.0)  # 2 N m/A · 12 V / 2 N m
+    assert {"axis.gravity.torque", "axis.inertia"} <= {*found.free}
+
+
+def test_columns_of_another_layout_are_proposed_and_guesses_are_said(tmp_path: Path) -> None:
+    rows = "\n".join(f"{10 * k},{100 * math.sin(0.05 * k):.0f},{k}" for k in range(300))
+    (tmp_path / "run.csv").write_text(f"millis,pwm,encoder_counts\n{rows}\n")
+    text = first_rig([tmp_path / "run.csv"], Datasheet(counts=4096))
+    found = parse_rig(text)
+    assert found.kind == "platform" and found.counts_per_rev == {"axis": 4096}
+    assert {*found.sources} == {"time_s", "voltage_V", "yaw_counts"} and "right?" in text
