@@ -178,7 +178,7 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
         return f"The training runs speak more for {best}."
     if leaves <= after:
         return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
-    times = f"{leaves / after:.2g}"
+    times = f"{float(f'{leaves / after:.2g}'):g}"
     beside = f"about as much as {best}" if times == "1" else f"{times} times what {best} leaves"
     return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."
 

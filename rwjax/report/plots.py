@@ -86,10 +86,11 @@ def plot_waterfall(d: Diagnosis, ax: Axes) -> Axes:
     ax.hlines(range(len(values)), floor, values, color=colours, lw=2.0)
     ax.scatter(values, range(len(values)), color=colours, s=36, zorder=3)
     for k, value in enumerate(values):
-        ax.text(value, k, f"   {value:.3g}", va="center", fontsize=8)
+        ax.annotate(f"{value:.3g}", (value, k), (6.0, 0.0), textcoords="offset points", va="center", fontsize=8)
     ax.set_xscale("log")
     ax.axvline(floor, color=FLOOR, ls="--", lw=1.2)
-    ax.text(floor, -0.75, f" floor {floor:.3g}", color=FLOOR, fontsize=8, va="center")
+    at, aside = (floor, -0.75), (6.0, 0.0)
+    ax.annotate(f"floor {floor:.3g}", at, aside, textcoords="offset points", color=FLOOR, fontsize=8, va="center")
     ax.set_yticks(range(len(labels)), labels, fontsize=8)
     ax.set_ylim(len(values) - 0.4, -1.0)
     ax.set_xlabel(f"held-out RMS error [{UNIT[d.signal]}], logarithmic")

@@ -62,7 +62,7 @@ def test_the_waterfall_ends_above_the_floor(ax: Axes) -> None:
     (floor,) = ax.lines
     assert list(floor.get_xdata()) == [by_hand.FLOOR] * 2 and floor.get_color() == FLOOR
     assert ticks(ax) == ["rig as it is", "+ dry friction"]
-    assert [text.get_text() for text in ax.texts] == ["   0.5", "   0.11", " floor 0.1"]
+    assert [text.get_text() for text in ax.texts] == ["0.5", "0.11", "floor 0.1"]
 
 
 def test_the_missing_torque_lies_on_its_bins_medians(ax: Axes) -> None:
