@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes, left_out
-from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -274,14 +274,24 @@ def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
 def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
     """The claim of names that hold, with what may stand in their place; first what was fitted.
 
-    Every further name is fitted beside it: that which removes most says where what is left lies.
+    Beside it the best name of each coordinate is fitted: that which removes most says where what is left lies.
     """
     for e in (named, *near):
         fitted(search.fits, e)
-    search.halving.fit([e for e in extensions(search.candidates, named) if not search.fits.stepped(e)], named)
+    further = extensions(_best_of_each_coordinate(search), named)
+    search.halving.fit([e for e in further if not search.fits.stepped(e)], named)
     same = _same(search, named)
     beside = dict.fromkeys([*near, *same, *(e for one in near for e in _same(search, one))])
     return Claim(named, tuple(e for e in beside if e != named and not e.contains(named)), tuple(same), tuple(rivals))
+
+
+def _best_of_each_coordinate(search: Search) -> list[str]:
+    """The name of every coordinate that leaves least beside the rig as it is."""
+    singles = [e for e in extensions(search.candidates, NOTHING) if search.fits.stepped(e)]
+    best: dict[str, str] = {}
+    for e in sorted(singles, key=lambda e: search.fits.known(e).cost):
+        best.setdefault(coordinate_of(e.names[0]), e.names[0])
+    return list(best.values())
 
 
 def _same(search: Search, hypothesis: Hypothesis) -> list[Hypothesis]:
