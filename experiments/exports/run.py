@@ -52,14 +52,22 @@ def main() -> None:
         y, unit = log.outputs[found.signal], unit_of(found.signal)
         errors = [y - predict(found.rig, log).columns[found.signal], y - predict(corrected, log).columns[found.signal]]
         errors.append(y - of_model(corrected, log, found.signal))
-        left = export(corrected, "mjcf").left_out
-        moved = {e: moved_by(corrected, e, [log])[found.signal] for e in left if e in corrected.effects}
-        said = "; ".join(f"{e} ({moved[e]:.3g})" if e in moved else e for e in left) or "nothing"
-        rows.append([name, " + ".join(found.effects) or "-", *(f"{rms(e):.3g} {unit}" for e in errors), said])
+        model = export(corrected, "mjcf")
+        left = ", ".join(model.left_out) or "nothing"
+        moved = f"{moved_by(corrected, model.held, [log])[found.signal]:.3g} {unit}" if model.left_out else ""
+        rows.append([name, " + ".join(found.effects) or "-", *(f"{rms(e):.3g} {unit}" for e in errors), left, moved])
     title = "Error on the held-out log"
     show(
         title,
-        ["rig and what it lacks", "named", "as it was", "corrected", "model in MuJoCo", "left out (what it moves)"],
+        [
+            "rig and what it lacks",
+            "named",
+            "as it was",
+            "corrected",
+            "model in MuJoCo",
+            "left out",
+            "which moves it by",
+        ],
         rows,
     )
 

@@ -1,6 +1,6 @@
 """The command `export`: a rig for other tools."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +12,7 @@ from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
 
 if TYPE_CHECKING:
+    from rwjax.export import Exported
     from rwjax.logs.log import Log
     from rwjax.rig.model import Rig
 
@@ -47,23 +48,32 @@ def export(rig_file: RigFile, to: To, log_files: Logs = None, output: Output = N
     with of_file(rig_file):
         found = exported(rig, to.value)
     with progress(quiet) as show:
-        logs = read_logs(log_files, rig) if log_files else ()
         show("working out what is left out")
-        lines = [f"not in it: {name}: {why}{_size(rig, name, logs)}" for name, why in found.left_out.items()]
+        notes = [f"not in it: {name}: {why}" for name, why in found.left_out.items()]
+        if log_files:
+            notes += _size(rig, found, read_logs(log_files, rig))
     if output is None:
         document(found.text)
     else:
         write_text(output, found.text, InputError)
         say(f"written to {output}")
-    note(*lines)
+    note(*notes)
 
 
-def _size(rig: "Rig", name: str, logs: "Sequence[Log]") -> str:
-    """How far an effect moves free runs of the logs, beside the error of the rig; nothing for what is no effect of its own."""
+def _size(rig: "Rig", found: "Exported", logs: "Sequence[Log]") -> list[str]:
+    """How far what is left out moves free runs of the logs, where the file is a model that can be played."""
+    from rwjax.errors import InputError
     from rwjax.export.targets import moved_by
     from rwjax.rig.columns import unit_of
 
-    if not logs or name not in rig.effects:
-        return ""
-    moved: Mapping[str, float] = moved_by(rig, name, logs)
-    return "; it moves " + ", ".join(f"{output} by {rms:.3g} {unit_of(output)} rms" for output, rms in moved.items())
+    if found.held is None:
+        return ["only a model that can be played says how far what is left out moves runs (`--to mjcf`)"]
+    if found.held == rig:
+        return []
+    try:
+        moved = moved_by(rig, found.held, logs)
+    except InputError as why:
+        return [f"how far what is left out moves runs cannot be said: {why}"]
+    return [
+        "what is left out moves free runs by " + ", ".join(f"{v:.3g} {unit_of(k)} rms ({k})" for k, v in moved.items())
+    ]

@@ -1,12 +1,13 @@
 """The command `init`: a first rig file for logs."""
 
+import shlex
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rwjax.cli.options import RATE, LogFiles, Quiet, check_file, positive
+from rwjax.cli.options import RATE, LogFiles, Quiet, check_file, finite, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, say
 from rwjax.errors import InputError
@@ -55,6 +56,9 @@ def init(
             raise InputError(f"{output}: is there already; give another with -o, or remove it")
     given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
     given |= {"mass": mass, "length": length, "counts": counts}
+    if (mass is None) != (length is None):
+        raise InputError("--mass and --length go together: both are of one rod")
+    finite(**{name: value for name, value in given.items() if value is not None})
     positive(**{name: value for name, value in given.items() if value is not None})
     speed = None if no_load_speed is None else no_load_speed * RATE
     with progress(quiet) as show:
@@ -65,4 +69,4 @@ def init(
         document(text)
         return
     write_text(output, text, InputError)
-    say(f"written to {output}\nnext: rwjax check {output} {' '.join(map(str, log_files))}")
+    say(f"written to {output}\nnext: {shlex.join(['rwjax', 'check', str(output), *map(str, log_files)])}")

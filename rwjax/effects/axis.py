@@ -54,6 +54,7 @@ class Spring(AxisTorque):
     at_angle: ClassVar[bool] = True
     meaning: ClassVar[str] = "restoring torque of a cable or hose, at rest at ψ_0 = T_0/k"
     equation: ClassVar[str] = "k ψ − T_0 + k_3 (ψ − ψ_0)³"
+    mujoco_drops: ClassVar[Mapping[str, str]] = {"k_3": "its cube; the slope is there"}
     limits: ClassVar[tuple[str, ...]] = ("axis.bias_torque",)
     k: Scalar = param("N m/rad", bounds=(0.0, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="k")
     T_0: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.02), scale="torque", tex="T_0")
@@ -68,10 +69,6 @@ class Spring(AxisTorque):
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         k, T_0 = given["k"], given["T_0"]
         return {"stiffness": k, "springref": T_0 / k} if k else {"constant": T_0}
-
-    @classmethod
-    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
-        return "its cube; the slope is there" if given.get("k_3", 0.0) else ""
 
 
 class BiasTorque(AxisTorque):

@@ -93,6 +93,7 @@ class Stribeck(AxisDry):
     coordinate: ClassVar[str] = "yaw_rate"
     meaning: ClassVar[str] = "breakaway friction above sliding friction, falling with speed"
     equation: ClassVar[str] = "(M_c + M_e exp(−abs(w/v_s)ⁿ)) sgn w; n = 2 is the rig file's"
+    mujoco_drops: ClassVar[Mapping[str, str]] = {"M_e": "what it has above sliding friction"}
     includes: ClassVar[str] = "axis.coulomb"
     modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.static",)
     shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
@@ -126,12 +127,6 @@ class Stribeck(AxisDry):
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"frictionloss": given["M_c"]}
-
-    @classmethod
-    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
-        return (
-            "what it has above sliding friction; dry friction is the same at every rate there" if given["M_e"] else ""
-        )
 
 
 class QuadraticDrag(AxisTorque):
@@ -191,6 +186,10 @@ class AsymmetricFriction(AxisDry):
     def c_level(cls, given: Mapping[str, float]) -> str:
         return f"{literal(given['M_c'])} + {literal(given['d'])} * s"
 
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"frictionloss": given["M_c"], "constant": -given["d"]}
+
 
 class Presliding(AxisElastic):
     r"""Elastic, hysteretic displacement before sliding: friction $z$ times its level, and damping.
@@ -213,6 +212,7 @@ class Presliding(AxisElastic):
     equation: ClassVar[str] = (
         "friction z times its level, dz/dψ = (1 − z sgn w)^(1 − s)/x_s, and damping d (1 − z sgn w) w"
     )
+    mujoco_drops: ClassVar[Mapping[str, str]] = {"x_s": "the angle over which it builds up"}
     includes: ClassVar[str] = "axis.coulomb"
     shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
     M_c: Scalar = param("N m", bounds=(0.0, jnp.inf), starts=(0.1,), scale="torque", tex="M_c")
@@ -244,6 +244,14 @@ class Presliding(AxisElastic):
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:
         return "sliding, all its friction built up"
+
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        return literal(given["M_c"])
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"frictionloss": given["M_c"]}
 
 
 class AngleFriction(AxisDry):

@@ -15,6 +15,8 @@ from rwjax.types import Scalar
 
 SHARP = 5000.0
 """Exponent of a saturation whose corner is as good as sharp: 0.014 % below it."""
+BEYOND = 1.001
+"""Times the command with which a drive starts, from which on a command in single precision surely starts it."""
 SMALLEST = 1e-9
 """Command, in that at which a curve's power is 1, below which the power changes no more."""
 SHORTEST = 1e-3
@@ -50,11 +52,12 @@ class DeadZone(CommandMap):
 
     @classmethod
     def c_command(cls, given: Mapping[str, float]) -> str:
-        u_0, j = literal(given["u_0"]), literal(given["j"])
-        return (
-            f"if (fabsf(u) < {j}) u = fabsf(u) < 0.5f * {j} ? 0.0f : copysignf({j}, u); /* less than it starts with */\n"
-            f"if (u != 0.0f) u += copysignf({u_0}, u);"
-        )
+        add = f"if (u != 0.0f) u += copysignf({literal(given['u_0'])}, u);"
+        if not (j := given["j"]):
+            return add
+        least = literal(BEYOND * j)
+        start = f"if (fabsf(u) < {least}) u = fabsf(u) < {literal(0.5 * j)} ? 0.0f : copysignf({least}, u);"
+        return f"{start} /* less than it starts with */\n{add}"
 
 
 class DriveDelay(CommandDelay):
@@ -97,6 +100,7 @@ class DriveLag(CommandFilter):
     coordinate: ClassVar[str] = "voltage"
     meaning: ClassVar[str] = "the command acts through a lag"
     equation: ClassVar[str] = "T u_e' + u_e = u, and a second lag of q T behind it"
+    mujoco_drops: ClassVar[Mapping[str, str]] = {"q": "its second lag; the first one is there"}
     shown_by: ClassVar[Mapping[str, int]] = {FAST: 0}
     linear: ClassVar[bool] = True
     filter_states: ClassVar[tuple[str, ...]] = ("first", "second")
@@ -125,10 +129,6 @@ class DriveLag(CommandFilter):
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"lag": given["T"]}
-
-    @classmethod
-    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
-        return "its second lag; the first one is there" if given.get("q", 0.0) else ""
 
 
 def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
@@ -411,3 +411,7 @@ class LateGoal(GoalDelay):
 
     def delay(self) -> Scalar:
         return self.tau
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"goal_delay": given["tau"]}

@@ -118,6 +118,8 @@ class Effect(eqx.Module):
     """Whether it changes with the time since the run began, whatever the rig does."""
     comes_and_goes: ClassVar[bool] = False
     """Whether it alternates about zero, so that a design by mean torques leaves it out."""
+    mujoco_drops: ClassVar[Mapping[str, str]] = {}
+    """Numbers that a MuJoCo model leaves out, each with what is then missing, in words."""
     linear_as: ClassVar[str | None] = None
     """Name of the effect that stands for it in the linearised plant: None for itself, "" for none."""
     linear_numbers: ClassVar[Mapping[str, float]] = {}
@@ -199,7 +201,7 @@ class Effect(eqx.Module):
 
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
-        """What it adds to a MuJoCo model, by the fields of `rwjax.export.mjcf.Model`.
+        """What it adds to a MuJoCo model, by the fields of `rwjax.export.mujoco_model`.
 
         Args:
             given: Its numbers by name (SI).
@@ -208,18 +210,6 @@ class Effect(eqx.Module):
             Values by field [the field's unit]; None where MuJoCo has no such part.
         """
         return None
-
-    @classmethod
-    def mujoco_lacks(cls, given: Mapping[str, float]) -> str:
-        """What of it a MuJoCo model with these fields leaves out, as part of a sentence.
-
-        Args:
-            given: Its numbers by name (SI).
-
-        Returns:
-            The words, "" where nothing is left out.
-        """
-        return ""
 
     def mine(self, motion: Motion) -> tuple[Scalar, ...]:
         """Its own states in a motion.

@@ -1,11 +1,14 @@
 """The terms of the axis that a rig file models by its own numbers: known effects, which no diagnosis misses."""
 
+import math
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import ClassVar
 
 import jax.numpy as jnp
 
 from rwjax.effects.axis_friction import Coulomb, Stribeck, Viscous
+from rwjax.effects.c_code import literal
 from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.ports import AxisDry, AxisTorque
 from rwjax.kinds import COEFFICIENTS, HALVES, on_half
@@ -27,6 +30,7 @@ class PolynomialFriction(AxisDry):
     """
 
     name: ClassVar[str] = "axis.polynomial"
+    mujoco_drops: ClassVar[Mapping[str, str]] = dict.fromkeys(("b1", "b0"), "its square and cube")
     label: ClassVar[str] = "polynomial friction"
     coordinate: ClassVar[str] = "yaw_rate"
     b3: Scalar
@@ -37,6 +41,15 @@ class PolynomialFriction(AxisDry):
     def level(self, motion: Motion, direction: float) -> Scalar:
         w = direction * motion.w
         return self.b3 + w * (self.b2 + w * (self.b1 + w * self.b0))
+
+    @classmethod
+    def c_level(cls, given: Mapping[str, float]) -> str:
+        b3, b2, b1, b0 = (literal(given[b]) for b in ("b3", "b2", "b1", "b0"))
+        return f"{b3} + w * ({b2} + w * ({b1} + w * {b0}))"
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"frictionloss": given["b3"], "damping": given["b2"]}
 
 
 class Gravity(AxisTorque):
@@ -55,6 +68,10 @@ class Gravity(AxisTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         return -self.mgl * jnp.sin(motion.psi + self.angle)
+
+    @classmethod
+    def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
+        return {"sine": given["mgl"] * math.cos(given["angle"]), "cosine": given["mgl"] * math.sin(given["angle"])}
 
 
 def of_rig_numbers(numbers: Mapping[str, Scalar]) -> list[Effect]:
@@ -85,3 +102,16 @@ def of_rig_numbers(numbers: Mapping[str, Scalar]) -> list[Effect]:
     if "axis.gravity.torque" in numbers:
         parts.append(Gravity(mgl=numbers["axis.gravity.torque"], angle=numbers["axis.gravity.angle"]))
     return parts
+
+
+def terms_of(numbers: Mapping[str, float]) -> list[tuple[type[Effect], dict[str, float]]]:
+    """The same with plain numbers, for what asks the effects' classes.
+
+    Args:
+        numbers: Numbers by their names in the rig file of a rig with one axis (SI).
+
+    Returns:
+        Each effect's class with its numbers by name (SI).
+    """
+    found = of_rig_numbers({name: jnp.asarray(value) for name, value in numbers.items()})
+    return [(type(effect), {f.name: float(getattr(effect, f.name)) for f in fields(effect)}) for effect in found]  # pyright: ignore[reportArgumentType] (modules of equinox are dataclasses)

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from rwjax.rig.model import Rig
+
 
 class Exported(NamedTuple):
     """A rig in another tool's words.
@@ -9,7 +11,9 @@ class Exported(NamedTuple):
     Attributes:
         text: The file.
         left_out: What the other tool cannot express, by the effect's name or the number's, each with why.
+        held: The rig without what is left out, where the file is a model that can be played.
     """
 
     text: str
     left_out: dict[str, str]
+    held: Rig | None = None

@@ -3,14 +3,17 @@
 import re
 from typing import NamedTuple
 
-from rwjax.effects.c_code import bell, literal
+from rwjax.effects.c_code import literal
 from rwjax.effects.library import BY_NAME, of_kind
+from rwjax.effects.rig_terms import terms_of
 from rwjax.errors import RigError
 from rwjax.export import Exported
 from rwjax.export.template import rendered
 from rwjax.rig.model import Rig
 
 TEMPLATE = "feed_forward.h.j2"
+UNITS = {"voltage": "V", "duty": "1", "current": "A", "torque": "N m"}
+"""Unit of the command by what the drive is given."""
 
 
 class Term(NamedTuple):
@@ -26,34 +29,37 @@ class Term(NamedTuple):
 
 
 def c_header(rig: Rig) -> Exported:
-    """Friction over the rate, and the command for a wanted voltage, as C functions in single precision.
+    """Friction over the rate, and the command for what the drive is to give, as C functions in single precision.
 
     Args:
-        rig: A rig with one axis.
+        rig: A rig with one axis. A servo's file says by `acts_on` what the drive is given; else it is a voltage.
 
     Returns:
-        The header, and which effects a feed-forward by the rate and the voltage alone cannot hold.
+        The header, and which effects a feed-forward by the rate and the command alone cannot hold.
 
     Raises:
         RigError: For a rig without an axis or with two of them.
     """
     if rig.kind in ("wheel", "two_axis"):
-        raise RigError(f"`{rig.name}`: kind `{rig.kind}` has no friction of one axis to feed forward")
+        raise RigError(f"kind `{rig.kind}` has no friction of one axis to feed forward")
     order = [name for name in of_kind(rig.kind) if name in rig.effects]
     steps = [(name, text) for name in reversed(order) if (text := BY_NAME[name].c_command(rig.effects[name]))]
     levels = [Term(text, name) for name in order if (text := BY_NAME[name].c_level(rig.effects[name]))]
     held = {*(name for name, _ in steps), *(term.meaning for term in levels)}
-    left_out = {name: "it is no function of the rate or of the command alone" for name in order if name not in held}
     text = rendered(
         TEMPLATE,
-        rig=rig,
+        kind=rig.kind,
+        name=re.sub(r"[*/\\]", "_", rig.name),
         prefix=_identifier(rig.name),
         terms=[*_terms(rig), *levels],
         steps=steps,
-        volts_per_torque=_volts_per_torque(rig),
+        unit=UNITS[_given(rig)],
+        per_torque=_command_per_torque(rig),
         number=literal,
     )
-    return Exported(text, left_out)
+    return Exported(
+        text, {name: "no function of the rate or the command is written for it" for name in order if name not in held}
+    )
 
 
 def _identifier(name: str) -> str:
@@ -64,26 +70,28 @@ def _identifier(name: str) -> str:
 
 def _terms(rig: Rig) -> list[Term]:
     """The terms of the friction that the rig file models by its own numbers."""
-    known, found = rig.numbers, list[Term]()
-    if "axis.friction.viscous" in known:
-        found.append(Term(f"{literal(known['axis.friction.viscous'])} * w", "axis.friction.viscous"))
-    if "axis.friction.coulomb" in known:
-        found.append(Term(literal(known["axis.friction.coulomb"]), "axis.friction.coulomb"))
-    if "axis.friction.static" in known:
-        peak = known["axis.friction.static"] - known.get("axis.friction.coulomb", 0.0)
-        found.append(Term(bell(peak, known["axis.friction.stribeck_velocity"], 2.0), "axis.friction.static"))
-    if "axis.friction.b3" in known:
-        b3, b2, b1, b0 = (literal(known[f"axis.friction.{b}"]) for b in ("b3", "b2", "b1", "b0"))
-        found.append(Term(f"{b3} + w * ({b2} + w * ({b1} + w * {b0}))", "axis.friction.polynomial"))
-    return found
+    texts = (effect.c_level(given) for effect, given in terms_of(rig.numbers))
+    return [Term(text, "of the rig file") for text in texts if text]
 
 
-def _volts_per_torque(rig: Rig) -> float | None:
-    """Voltage for a torque at the axis while the motor does not turn [V/(N m)]; None where the rig file does not say."""
+def _given(rig: Rig) -> str:
+    """What the drive is given."""
+    return rig.servo.acts_on if rig.servo is not None and rig.kind == "joint" else "voltage"
+
+
+def _command_per_torque(rig: Rig) -> float | None:
+    """Command for a torque at the axis while the motor does not turn [unit of the command per N m]; None where the rig file does not say."""
     if rig.kind == "platform":
         return 1.0 / rig.numbers["drive.gain"]
-    known = rig.numbers
-    if not {"motor.torque_constant", "motor.resistance"} <= known.keys():
+    given, known = _given(rig), rig.numbers
+    K, R, V = (known.get(name) for name in ("motor.torque_constant", "motor.resistance", "drive.supply"))
+    if given == "torque":
+        return 1.0
+    if K is None:
         return None
-    way = -1.0 if rig.kind == "reaction" else 1.0
-    return way * known["motor.resistance"] / (known["motor.torque_constant"] * known.get("gear.ratio", 1.0))
+    amperes = (-1.0 if rig.kind == "reaction" else 1.0) / (K * known.get("gear.ratio", 1.0))
+    if given == "current":
+        return amperes
+    if R is None or (given == "duty" and V is None):
+        return None
+    return amperes * R if given == "voltage" else amperes * R / V  # type: ignore[operator]  # V is there with a duty

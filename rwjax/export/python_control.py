@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from rwjax.control.linear import left_out_effects, linearisation_notes, linearised
+from rwjax.control.linear import Linear, left_out_effects, linearisation_notes, linearised
 from rwjax.effects.library import BY_NAME
-from rwjax.effects.ports import AxisElastic, Dry, WheelDry
+from rwjax.effects.ports import AxisElastic, Dry
 from rwjax.export import Exported
 from rwjax.export.template import rendered
 from rwjax.plant.assemble import one_axis_plant_of
@@ -38,7 +38,7 @@ def python_control(rig: Rig) -> Exported:
     """A rig linearised at rest at angle 0, as a Python file that makes a `control.ss`.
 
     Args:
-        rig: A rig with one axis, driven by a voltage.
+        rig: A rig with one axis; the plant is from the voltage to the angle, without a servo's loop.
 
     Returns:
         The file, and what it does not hold.
@@ -51,22 +51,41 @@ def python_control(rig: Rig) -> Exported:
     damped = linearised(replace(smooth, numbers=smooth.numbers | {VISCOUS: smooth.numbers.get(VISCOUS, 0.0) + 1.0}))
     text = rendered(
         TEMPLATE,
-        rig=rig,
+        kind=rig.kind,
+        name=rig.name,
         A=plant.A.tolist(),
         B=plant.B[:, None].tolist(),
         C=plant.C[None, :].tolist(),
         per_damping=(damped.A - plant.A).tolist(),
         amplitudes=AMPLITUDES.tolist(),
-        slopes=describing_function(rig, AMPLITUDES).tolist(),
+        levels=(AMPLITUDES * describing_function(rig, AMPLITUDES)).tolist(),
     )
-    left = dict(note.split(": ", 1) for note in linearisation_notes(smooth))
-    left |= {name: "no transfer function holds it; `control.pade` stands for a delay" for name in left_out_effects(rig)}
-    left |= {
-        name: "dry friction of the wheel, or one that builds up over an angle"
-        for name in rig.effects
-        if issubclass(BY_NAME[name], WheelDry | AxisElastic)
-    }
-    return Exported(text, left)
+    return Exported(text, _left_out(rig, smooth, plant))
+
+
+def _left_out(rig: Rig, smooth: Rig, plant: Linear) -> dict[str, str]:
+    """What neither the matrices hold nor the describing function."""
+    left = {"drive.servo": "the plant is that behind the loop"} if rig.servo is not None else {}
+    late = left_out_effects(rig)
+    notes = dict(note.split(": ", 1) for note in linearisation_notes(smooth))
+    for name, given in rig.effects.items():
+        effect = BY_NAME[name]
+        if issubclass(effect, Dry):
+            if not effect.c_level(given) or issubclass(effect, AxisElastic):
+                left[name] = "its dry friction is no function of the axis's rate alone"
+        elif name in late:
+            left[name] = "no transfer function holds it; `control.pade` stands for a delay"
+        elif name in notes:
+            left[name] = notes[name]
+        elif _changes_nothing(smooth, name, plant):
+            left[name] = "small motions do not show it"
+    return left
+
+
+def _changes_nothing(rig: Rig, name: str, plant: Linear) -> bool:
+    """Whether a rig without an effect has the same matrices."""
+    less = linearised(replace(rig, effects={other: given for other, given in rig.effects.items() if other != name}))
+    return all(np.array_equal(a, b) for a, b in zip(less, plant, strict=True))
 
 
 def _without_dry_friction(rig: Rig) -> Rig:

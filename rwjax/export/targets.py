@@ -1,7 +1,6 @@
 """The tools that a rig may be written for, and how large what each cannot express is."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -39,21 +38,23 @@ def export(rig: Rig, to: str) -> Exported:
     return TARGETS[to](rig)
 
 
-def moved_by(rig: Rig, effect: str, logs: Sequence[Log]) -> dict[str, float]:
-    """How far free runs of a rig move where it lacks one of its effects.
+def moved_by(rig: Rig, held: Rig, logs: Sequence[Log]) -> dict[str, float]:
+    """How far what an export leaves out moves free runs.
 
     Args:
         rig: The rig.
-        effect: One of its effects.
-        logs: Logs whose commands it follows.
+        held: The same without what is left out.
+        logs: Logs whose commands both follow.
 
     Returns:
         Root mean square by output over all logs [the output's unit].
+
+    Raises:
+        RigError: Where either rig cannot be run.
     """
-    less = replace(rig, effects={name: given for name, given in rig.effects.items() if name != effect})
     squares: dict[str, list[np.ndarray]] = {}
     for log in logs:
-        with_it, without = (predict(r, log).columns for r in (rig, less))
+        with_it, without = (predict(r, log).columns for r in (rig, held))
         for name in log.outputs:
             squares.setdefault(name, []).append((with_it[name] - without[name]) ** 2)
     return {name: float(np.sqrt(np.mean(np.concatenate(s)))) for name, s in squares.items()}

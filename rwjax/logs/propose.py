@@ -53,10 +53,12 @@ class Proposal(NamedTuple):
     Attributes:
         name: The column of rwjax's.
         line: Its line under `[columns]`.
+        column: The column of the file.
     """
 
     name: str
     line: str
+    column: str = ""
 
 
 def proposal(sheet: Sheet, kind: str) -> str:
@@ -69,21 +71,33 @@ def proposal(sheet: Sheet, kind: str) -> str:
     Returns:
         Lines for a rig file, what was not recognised in comments.
     """
-    found: dict[str, str] = {}
-    other = []
-    for column in sheet.names:
-        values = _values(sheet, column)
-        one = _guess(column, values, kind) if values is not None else None
-        if one is None or one.name in found:
-            other.append(column)
-        else:
-            found[one.name] = one.line
+    found = proposed(sheet, kind)
+    other = [column for column in sheet.names if column not in {one.column for one in found.values()}]
     commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
     missing = [] if "time_s" in found else ['# time_s = { column = "…", unit = "ms" }   # every log needs it']
     missing += [] if commanded else ['# voltage_V = "…"   # every log needs a command']
-    lines = [found[name] for name in columns_of(kind) if name in found]
+    lines = [found[name].line for name in columns_of(kind) if name in found]
     passed = [f"# passed over: {', '.join(other)}"] if other else []
     return "\n".join(["[columns]", *lines, *missing, *passed])
+
+
+def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
+    """What the columns of a file may be.
+
+    Args:
+        sheet: The table as the file holds it.
+        kind: Kind of the rig.
+
+    Returns:
+        By rwjax's column the first column of the file that it may be.
+    """
+    found: dict[str, Proposal] = {}
+    for column in sheet.names:
+        values = _values(sheet, column)
+        one = _guess(column, values, kind) if values is not None else None
+        if one is not None:
+            found.setdefault(one.name, one._replace(column=column))
+    return found
 
 
 def _values(sheet: Sheet, column: str) -> np.ndarray | None:

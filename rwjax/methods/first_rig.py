@@ -1,19 +1,19 @@
 """A first rig file, from the columns of logs and the numbers of a datasheet. What is guessed is free where logs can tell it, and said."""
 
 import json
-import re
+import math
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from rwjax.errors import InputError, printable
+from rwjax.errors import InputError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, SERVO, TURNING, WHEELED, encoder_section
-from rwjax.logs.propose import proposal
+from rwjax.logs.propose import proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.methods.regression import weak_form
-from rwjax.rig.columns import COLUMNS
+from rwjax.rig.columns import COLUMNS, columns_of
 from rwjax.rig.read import parse_rig
 
 GRAVITY = 9.81
@@ -73,39 +73,45 @@ def first_rig(paths: Sequence[str | PathLike[str]], datasheet: Datasheet, kind: 
         TOML text. Free numbers are estimated by a regression on the smoothed motion, where the logs allow it; else a comment says why not.
 
     Raises:
-        LogError: A log cannot be read.
+        LogError: A log cannot be read, or has no column for the time, a command or a reading.
+        InputError: The logs are of a rig with two axes.
     """
     sheet = read_sheet(paths[0])
-    kind = kind or _kind_of(_columns(proposal(sheet, "reaction")))
-    section = proposal(sheet, kind)
-    columns = _columns(section)
-    own = columns <= {*sheet.names}  # the file has rwjax's own names
-    name = Path(paths[0]).resolve().parent.name or "rig"
+    guessed, kind = kind is None, kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")})
+    section, columns = printable_lines(proposal(sheet, kind)), {*proposed(sheet, kind)}
+    if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
+        section = ""
+    name = Path(paths[0]).resolve().parent.name
     numbers = _numbers(kind, datasheet, columns)
 
     def text(numbers: dict[str, Known]) -> str:
-        return _text(kind, name, numbers, datasheet, columns, "" if own else section)
+        return _text(kind, guessed, "rig" if no_name(name) else name, numbers, datasheet, columns, section)
 
+    rig = parse_rig(text(numbers))
+    logs = read_logs(paths, rig)
+    if "goal_rad" in columns:
+        return f"# No number is estimated yet: fill in the servo's gains, then `rwjax fit`.\n{text(numbers)}"
     try:
-        rig = parse_rig(text(numbers))
-        found = weak_form(rig, read_logs(paths, rig)).rig.values
+        found = weak_form(rig, logs).rig
     except InputError as why:
         return f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}"
-    told = {n: known._replace(value=_rounded(found[n]), why=REGRESSION) for n, known in numbers.items() if known.free}
+    told = {n: numbers[n] for n, error in found.standard_error.items() if n in numbers and math.isfinite(error)}
+    told = {n: known._replace(value=_rounded(found.values[n]), why=REGRESSION) for n, known in told.items()}
     return text(numbers | told)
 
 
-def _columns(section: str) -> set[str]:
-    """The columns of rwjax's that a proposed section has."""
-    return {*re.findall(r"^(\w+) =", section, flags=re.MULTILINE)}
-
-
-def _kind_of(columns: set[str]) -> str:
-    """Kind of a rig by the columns of its logs; what has a goal, a duty or a current as its command is a joint."""
-    axis = any(name.startswith(("yaw", "position")) for name in columns)
+def _kind_of(names: set[str], columns: set[str]) -> str:
+    """Kind of a rig by the names in its logs, and by the columns of rwjax's that they are taken for."""
+    if any(name.startswith("pitch") or "_1_" in name for name in names):
+        raise InputError("the logs are of a rig with two axes; `init` writes rigs with one command")
+    if names & {"position_rad", "command_Nm"}:
+        return "joint"
+    if "position_m" in names:
+        return "platform"
+    axis = any(name.startswith("yaw") for name in columns)
     if any(name.startswith("wheel") for name in columns):
         return "reaction" if axis else "wheel"
-    return "joint" if columns & {"goal_rad", "duty", "command_A", "command_Nm", "current_A"} else "platform"
+    return "joint" if columns & {"goal_rad", "duty", "command_A", "current_A"} else "platform"
 
 
 def _rounded(value: float) -> float:
@@ -114,7 +120,7 @@ def _rounded(value: float) -> float:
 
 def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     """Every number of the first rig file, by its name."""
-    found = _motor(d, columns) if kind in MOTORED else {}
+    found = _motor(kind, d, columns) if kind in MOTORED else {}
     if kind == "platform":
         found["drive.gain"] = (
             Known(_rounded(d.stall_torque / d.supply), "stall torque over the voltage")
@@ -123,50 +129,57 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
         )
     if kind in WHEELED:
         found["wheel.inertia"] = Known(1e-4, GUESS, free=True)
-        found["motor.friction"] = Known(1e-6, GUESS, free=True)
+        told = "current_A" in columns or not found["motor.torque_constant"].free
+        found["motor.friction"] = Known(0.0, f"{GUESS}; without the current it is one with the back-EMF", free=told)
     if "duty" in columns:
         found["drive.supply"] = Known(d.supply, "given") if d.supply else Known(12.0, GUESS)
     if kind in TURNING:
         rod = d.mass * d.length**2 / 3.0 if d.mass and d.length else None
-        found["axis.inertia"] = (
-            Known(_rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, free=True)
-        )
+        found["axis.inertia"] = Known(_rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, True)
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)
         if kind == "joint" and d.mass and d.length:
             torque = _rounded(0.5 * d.mass * GRAVITY * d.length)
-            found["axis.gravity.torque"] = Known(torque, "of a rod that hangs down at angle 0, m g l/2", free=True)
-            found["axis.gravity.angle"] = Known(0.0, "0 where the rod hangs down")
+            found["axis.gravity.torque"] = Known(torque, "of a rod, m g l/2", free=True)
+            found["axis.gravity.angle"] = Known(0.0, "0 where the rod hangs down at angle 0")
     if "goal_rad" in columns:
         found["drive.servo.kp"] = Known(10.0, GUESS, free=True)
         found["drive.servo.kd"] = Known(0.0, GUESS)
     return found
 
 
-def _motor(d: Datasheet, columns: set[str]) -> dict[str, Known]:
+def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     """Torque constant and resistance, seen behind the gear."""
     if "command_Nm" in columns:
         return {}
+    current = "current_A" in columns
     if d.supply and d.no_load_speed:
         K = Known(_rounded(d.supply / d.no_load_speed), "voltage over the speed without a load")
     elif d.supply and d.stall_torque and d.resistance:
         K = Known(_rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
     else:
-        told = bool(columns & {"voltage_V", "duty"}) and any(name.startswith(("wheel", "position")) for name in columns)
-        K = Known(0.02, GUESS, free=told)
+        K = Known(0.02, GUESS, free=current or kind == "wheel" or "wheel_rad_s" in columns)
     if d.resistance:
         R = Known(d.resistance, "given")
-    elif d.supply and d.stall_torque and d.no_load_speed:
+    elif d.supply and d.stall_torque:
         R = Known(_rounded(K.value * d.supply / d.stall_torque), "torque constant times voltage over the stall torque")
     else:
-        R = Known(1.0, f"{GUESS}; motions tell K²/R and J/K² alone, so that torques are as wrong as this is")
+        why = GUESS if current else f"{GUESS}: without the current, torques and inertias are as wrong as this is"
+        R = Known(1.0, why, free=current)
     return {"motor.torque_constant": K, "motor.resistance": R}
 
 
 def _text(
-    kind: str, name: str, numbers: dict[str, Known], datasheet: Datasheet, columns: set[str], section: str
+    kind: str,
+    guessed: bool,
+    name: str,
+    numbers: dict[str, Known],
+    datasheet: Datasheet,
+    columns: set[str],
+    section: str,
 ) -> str:
     """The rig file."""
-    lines = [f'kind = "{kind}"', f"name = {json.dumps(name, ensure_ascii=False)}"]
+    by = "   # by the columns; else give --kind" if guessed else ""
+    lines = [f'kind = "{kind}"{by}', f"name = {json.dumps(name, ensure_ascii=False)}"]
     for part in dict.fromkeys(key.rpartition(".")[0] for key in NUMBERS if key in numbers):
         lines += ["", f"[{part}]"]
         lines += ['acts_on = "voltage"   # a guess: or "duty", "current", "torque"'] if part == SERVO else []
@@ -175,7 +188,11 @@ def _text(
             lines.append(f"{key.rpartition('.')[2]} = {known.value!r}   # {n.symbol}, {n.unit}: {known.why}")
     for column in (name for name in COLUMNS if name in columns):
         if on := COLUMNS[column].encoder:
-            counts = f"{datasheet.counts:g}" if datasheet.counts else "2048   # a guess: counted edges per turn"
+            counts = (
+                repr(datasheet.counts).removesuffix(".0")
+                if datasheet.counts
+                else "2048   # a guess: counted edges per turn"
+            )
             lines += ["", f"[{encoder_section(on, kind)}]", f"counts_per_rev = {counts}"]
     lines += ["", *section.splitlines()] if section else []
     free = ", ".join(f'"{key}"' for key, known in numbers.items() if known.free)

@@ -141,5 +141,7 @@ class MeasuredMotion:
 
 
 def _smoothed(y: np.ndarray, width: int, order: int, *, deriv: int = 0, delta: float) -> np.ndarray:
-    """Savitzky-Golay filter, or a derivative of it."""
+    """Savitzky-Golay filter, or a derivative of it; `LogError` for a log that is shorter than the filter."""
+    if len(y) < width:
+        raise LogError(f"{len(y)} samples are too few for a regression, which smooths over {width}; give a longer log")
     return np.asarray(savgol_filter(y, width, order, deriv=deriv, delta=delta))

@@ -23,7 +23,7 @@ def plot_motion(d: Diagnosis, ax: Axes) -> Axes:
     Returns:
         The same axes.
     """
-    held = {k: errors[d.signal] for k, errors in d.before.error.items() if d.signal in errors}
+    held = {k: e[d.signal] for k, e in d.before.error.items() if d.signal in e and np.isfinite(e[d.signal]).any()}
     worst = max(held, key=lambda k: float(np.nanmean(held[k] ** 2)))
     log = d.logs[worst]
     t, measured = log.time - log.time[0], log.outputs[d.signal]

@@ -15,7 +15,7 @@ def test_export_writes_a_model_and_says_what_it_leaves_out(tmp_path: Path) -> No
     done = program("export", "rig.toml", str(log), "--to", "mjcf", "-o", "rig.xml", "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert ElementTree.parse(tmp_path / "rig.xml").getroot().tag == "mujoco"
-    assert "axis.angle_friction" in done.stderr and "it moves yaw_rad by" in done.stderr
+    assert "axis.angle_friction" in done.stderr and "moves free runs by" in done.stderr and "(yaw_rad)" in done.stderr
 
 
 def test_export_of_a_rig_that_the_tool_cannot_hold_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rwjax import RigError
+from rwjax import RigError, parse_rig
 from rwjax.export.c_header import c_header
 from rwjax.rig.model import Rig
 from tests.systems import platform, reaction, wheel
@@ -52,6 +52,13 @@ def test_the_friction_is_that_of_the_rig(tmp_path: Path) -> None:
 def test_the_drive_gives_what_its_command_was_worked_out_for(tmp_path: Path) -> None:
     rig = replace(platform(), effects=DRIVE)
     wanted = np.array([-3.0, -0.7, -0.4, 0.33, 0.6, 2.0])  # 0.33 is what the offset alone gives
+    near = values(
+        replace(rig, effects={"drive.deadzone": DRIVE["drive.deadzone"]}),
+        tmp_path,
+        "drive_command",
+        np.array([0.15, 0.05]),
+    )
+    assert 0.6 < near[0] < 0.61 and near[1] == 0.0  # the least with which it starts, or nothing
     u = values(rig, tmp_path, "drive_command", wanted)
     over = np.abs(u) > 0.6
     given = np.where(over, u - 0.4 * np.sign(u), 0.0) + 0.3
@@ -62,6 +69,25 @@ def test_the_drive_gives_what_its_command_was_worked_out_for(tmp_path: Path) -> 
 def test_a_reaction_wheel_is_driven_against_the_axis(tmp_path: Path) -> None:
     found = values(reaction(), tmp_path, "friction_command", np.array([1.0]))
     assert found == pytest.approx([-0.83 / 0.0182 * 0.0026], rel=1e-6)
+
+
+def test_friction_never_drives(tmp_path: Path) -> None:
+    rig = replace(platform("coulomb = 0.05"), effects={"axis.asymmetric_friction": {"M_c": 0.0, "d": 0.1}})
+    assert values(rig, tmp_path, "friction_torque", np.array([-1.0, 1.0])) == pytest.approx([0.0, 0.15])
+
+
+@pytest.mark.parametrize(("acts_on", "per_torque"), [("torque", 1.0), ("current", 50.0), ("duty", 100.0 / 12.0)])
+def test_the_command_is_what_the_servo_acts_on(acts_on: str, per_torque: float, tmp_path: Path) -> None:
+    rig = parse_rig(
+        f'kind = "joint"\n[drive]\nsupply = 12.0\n[drive.servo]\nacts_on = "{acts_on}"\nkp = 1.0\n'
+        "[motor]\ntorque_constant = 0.02\nresistance = 2.0\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.3\n"
+    )
+    assert values(rig, tmp_path, "friction_command", np.array([1.0])) == pytest.approx([0.3 * per_torque], rel=1e-6)
+
+
+def test_names_of_all_letters_stand_in_the_header(tmp_path: Path) -> None:
+    (tmp_path / "a.c").write_text(c_header(replace(platform(), name="a */ b \\ 7")).text)
+    subprocess.run(["gcc", "-fsyntax-only", *WARNINGS, "a.c"], cwd=tmp_path, check=True)
 
 
 def test_what_is_no_function_of_the_rate_is_left_out(tmp_path: Path) -> None:

@@ -75,6 +75,7 @@ def test_a_wheel_turns_its_body_as_the_equations_say_that_drop_the_wheel_s_share
         ("axis.imbalance", {"s": 0.3, "c": -0.2}),
         ("axis.spring", {"k": 0.5, "T_0": 0.1, "k_3": 0.0}),
         ("axis.viscous", {"b": 0.05}),
+        ("axis.asymmetric_friction", {"M_c": 0.3, "d": 0.1}),
         ("drive.bias", {"u_b": 0.3}),
         ("drive.lag", {"T": 0.1, "q": 0.0}),
         ("drive.delay", {"tau": 0.05}),
@@ -85,7 +86,7 @@ def test_an_effect_that_the_model_holds_moves_it_as_the_rig(effect: str, given: 
     rig = platform("viscous = 0.02")
     with_it = replace(rig, effects={effect: given})
     assert not mjcf(with_it).left_out
-    assert off_by(with_it, VOLTS) < 3e-3
+    assert off_by(with_it, VOLTS) < (1e-2 if "M_c" in given else 3e-3)  # its dry friction is soft
     plain = played(mjcf(rig).text, TIME, VOLTS)["axis_rad"]
     assert np.ptp(played(mjcf(with_it).text, TIME, VOLTS)["axis_rad"] - plain) > 0.05 * np.ptp(plain)
 
@@ -95,13 +96,10 @@ def test_the_control_of_a_servo_is_its_goal() -> None:
     assert off_by(rig, 0.5 * np.sign(np.sin(3.0 * TIME)), "goal_rad") < 1e-2
 
 
-def test_what_the_model_cannot_hold_is_said() -> None:
-    rig = platform("viscous = 0.02\ncoulomb = 0.05\nstatic = 0.08\nstribeck_velocity = 0.1")
-    effects = {"axis.backlash": {"g": 0.1, "s": 0.3, "k": 100.0, "c": 1.0}, "sensor.scale": {"s": 0.1}}
-    left = mjcf(replace(rig, effects=effects)).left_out
-    assert {*left} == {"axis.friction.static", "axis.backlash", "sensor.scale"} and "readings" in left["sensor.scale"]
-
-
 def test_two_axes_have_no_model() -> None:
     with pytest.raises(RigError, match="two_axis"):
         mjcf(replace(reaction(), kind="two_axis"))
+
+
+def test_names_of_all_letters_stand_in_the_model() -> None:
+    assert off_by(replace(platform(), name='a--b <">& ü'), VOLTS) < 1e-2

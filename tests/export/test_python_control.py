@@ -40,6 +40,19 @@ def test_friction_damps_a_small_oscillation_more() -> None:
     assert sorted(plant_of(rig).poles().real) == pytest.approx([-0.2, 0.0], abs=1e-9)
 
 
+def test_between_and_beyond_the_table_the_slope_of_a_level_is_exact() -> None:
+    rig = platform("viscous = 0.0\ncoulomb = 0.05")
+    for a in (1e-4, 0.0137, 500.0):
+        assert min(plant_of(rig, a).poles().real) == pytest.approx(-4.0 * 0.05 / (np.pi * a) / 0.1, rel=1e-4)
+
+
+def test_what_small_motions_do_not_show_is_left_out() -> None:
+    effects = {"drive.deadzone": {"u_0": 0.4, "j": 0.0}, "axis.viscous": {"b": 0.1}, "axis.load_friction": {"mu": 0.1}}
+    left = python_control(replace(platform(), name='C:\\U """', effects=effects)).left_out
+    assert {*left} == {"drive.deadzone", "axis.load_friction"}
+    plant_of(replace(platform(), name='C:\\U """'))
+
+
 def test_a_delay_is_left_out() -> None:
     rig = replace(platform(), effects={"drive.delay": {"tau": 0.02}})
     assert {*python_control(rig).left_out} == {"drive.delay"}

@@ -59,7 +59,7 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) 
     backend = matplotlib.get_backend()
     page = write_report(found, tmp_path).read_text()
     assert page.index(f"<h1>{found.sentence}</h1>") < page.index("<svg") and found.sentence.startswith("The rig lacks")
-    assert page.count('<svg role="img" aria-label="') == page.count("<svg") == 6 and {
+    assert page.count('<svg role="img" aria-labelledby="') == page.count("<svg") == 6 and {
         file.name for file in tmp_path.glob("*.png")
     } == {f"{name}.png" for name in figures_of(found)}
     assert MARK not in page.replace("<p>rig <b>", "") and "bench &lt;b&gt;&amp;" in page
