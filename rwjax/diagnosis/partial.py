@@ -30,7 +30,8 @@ from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.search.neighbours import exchanges, extensions
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import PartialSettings
-from rwjax.effects.library import included_in, models
+from rwjax.effects.library import BY_NAME, included_in, models
+from rwjax.effects.parameter import parameters
 
 MANY = "many other names leave about as much"
 
@@ -171,10 +172,38 @@ def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | N
     left = law_left(fits, best, _without(fits, best, name), name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
-    own = [share for other, share in _further(fits, best).items() if _akin(other, name)]
-    if max(own, default=0.0) > limits.further_law:
-        return "a further law of its coordinate removes part of what it leaves"
+    for other, (share, e) in _further(fits, best).items():
+        if share > limits.further_law and _akin(other, name) and not _stays(fits, best, e, name):
+            return "a further law of its coordinate removes part of what it leaves, and changes it"
     return None
+
+
+def _stays(fits: ModelFits, best: Hypothesis, larger: Hypothesis, name: str) -> bool:
+    """Whether a name is what it is beside a further law: as much of it, needed, and asked for alike by all runs.
+
+    A small cause of the same coordinate may stand beside it. What has another form than what is missing gives way to such a law.
+    """
+    if name not in larger.names:
+        return False
+    fitted(fits, larger)
+    before, after = (_amounts(fits, e, name) for e in (best, larger))
+    moved = (
+        np.linalg.norm(after[unit] - old) > fits.settings.partial.differs * np.linalg.norm(old)
+        for unit, old in before.items()
+    )
+    return not any(moved) and _asked_alike(fits, larger, name)
+
+
+def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np.ndarray]:
+    """How much of a name a fit has, by unit: an effect's numbers but those of its form, or by how much a number of the file is off."""
+    numbers, found = fits.known(hypothesis).numbers(), dict[str, list[float]]()
+    own = name.removeprefix("parameter.")
+    if own != name:
+        return {"": np.array([numbers[own] - fits.rig.values[own]])}
+    for number, p in parameters(BY_NAME[name]).items():
+        if not p.of_form:
+            found.setdefault(p.unit, []).append(numbers[f"{name}.{number}"])
+    return {unit: np.array(values) for unit, values in found.items()}
 
 
 def _disagree(parts: Sequence[Amplitude], limits: PartialSettings) -> bool:
@@ -189,16 +218,18 @@ def _akin(one: str, other: str) -> bool:
     return coordinate == coordinate_of(other) and (coordinate != "time" or len(parts) == 1)
 
 
-def _further(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
-    """Share [1] of what a set leaves that each further name removes, of those that were tried; none where nothing is left."""
+def _further(fits: ModelFits, best: Hypothesis) -> dict[str, tuple[float, Hypothesis]]:
+    """Share [1] of what a set leaves that each further name removes, and with which set, of those that were tried; none where nothing is left."""
     excess = ModelComparison(fits).excess
-    left, found = excess(best), dict[str, float]()
+    left, found = excess(best), dict[str, tuple[float, Hypothesis]]()
     if left <= fits.settings.search.nothing_left:
         return found
     for e in fits:
         further = [name for name in e.names if name not in best.names]
         if len(further) == 1 and {*best.names} - {included_in(further[0])} <= {*e.names}:
-            found[further[0]] = max(found.get(further[0], 0.0), 1.0 - excess(e) / left)
+            share = 1.0 - excess(e) / left
+            if further[0] not in found or share > found[further[0]][0]:
+                found[further[0]] = share, e
     return found
 
 
@@ -213,7 +244,7 @@ def further_laws(fits: ModelFits, best: Hypothesis) -> dict[str, float]:
         By coordinate the largest share of the excess [1]; none where nothing is left to explain.
     """
     found = dict[str, float]()
-    for name, share in _further(fits, best).items():
+    for name, (share, _) in _further(fits, best).items():
         coordinate = coordinate_of(name)
         found[coordinate] = max(found.get(coordinate, 0.0), share)
     return found

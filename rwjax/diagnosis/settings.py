@@ -91,8 +91,8 @@ class PartialSettings:
     bins: int = _limit(24, "bins of that law")
     further_law: float = _limit(
         0.25,
-        "share of what it leaves that a further law of its coordinate may remove, by free runs: one that removes more is no second "
-        "cause (`search.further_removes`) and says that the first has not the right form",
+        "share of what it leaves that a further law of its coordinate may remove, by free runs: one that removes more may say that the "
+        "first has not the right form, and is asked whether the first stays what it is beside it (within `differs`)",
     )
     as_much: float = _limit(
         3.0,
