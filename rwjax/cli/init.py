@@ -58,6 +58,8 @@ def init(
     given |= {"mass": mass, "length": length, "counts": counts}
     if (mass is None) != (length is None):
         raise InputError("--mass and --length go together: both are of one rod")
+    if supply is None and (stall_torque is not None or no_load_speed is not None):
+        raise InputError("--stall-torque and --no-load-speed need --supply, the voltage at which they hold")
     finite(**{name: value for name, value in given.items() if value is not None})
     positive(**{name: value for name, value in given.items() if value is not None})
     speed = None if no_load_speed is None else no_load_speed * RATE

@@ -113,5 +113,6 @@ def terms_of(numbers: Mapping[str, float]) -> list[tuple[type[Effect], dict[str,
     Returns:
         Each effect's class with its numbers by name (SI).
     """
+    numbers = {"axis.gravity.angle": 0.0, **numbers}  # a file may leave it out
     found = of_rig_numbers({name: jnp.asarray(value) for name, value in numbers.items()})
     return [(type(effect), {f.name: float(getattr(effect, f.name)) for f in fields(effect)}) for effect in found]  # pyright: ignore[reportArgumentType] (modules of equinox are dataclasses)

@@ -78,7 +78,7 @@ def _left_out(rig: Rig, smooth: Rig, plant: Linear) -> dict[str, str]:
         elif name in notes:
             left[name] = notes[name]
         elif _changes_nothing(smooth, name, plant):
-            left[name] = "small motions do not show it"
+            left[name] = "it counts as fed forward, or only large motions show it"
     return left
 
 

@@ -7,11 +7,12 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from rwjax.errors import InputError, no_name, printable, printable_lines
+from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, SERVO, TURNING, WHEELED, encoder_section
 from rwjax.logs.propose import proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
+from rwjax.logs.sheet import Sheet
 from rwjax.methods.regression import weak_form
 from rwjax.rig.columns import COLUMNS, columns_of
 from rwjax.rig.read import parse_rig
@@ -73,10 +74,10 @@ def first_rig(paths: Sequence[str | PathLike[str]], datasheet: Datasheet, kind: 
         TOML text. Free numbers are estimated by a regression on the smoothed motion, where the logs allow it; else a comment says why not.
 
     Raises:
-        LogError: A log cannot be read, or has no column for the time, a command or a reading.
-        InputError: The logs are of a rig with two axes.
+        LogError: A log cannot be read, has no column for the time, a command or a reading, or is of a rig with two axes.
     """
     sheet = read_sheet(paths[0])
+    _check_columns(sheet)
     guessed, kind = kind is None, kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")})
     section, columns = printable_lines(proposal(sheet, kind)), {*proposed(sheet, kind)}
     if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
@@ -100,10 +101,32 @@ def first_rig(paths: Sequence[str | PathLike[str]], datasheet: Datasheet, kind: 
     return text(numbers | told)
 
 
+def _check_columns(sheet: Sheet) -> None:
+    """Raises `LogError` where no column is taken for the time, a command or a reading: by a value that is no number, if there is one."""
+    if any(name.startswith("pitch") or "_1_" in name for name in sheet.names):
+        raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command")
+    found = proposed(sheet, "reaction")
+    commands = {"voltage_V", "duty", "goal_rad", "command_A", "command_Nm"} & ({*found} | {*sheet.names})
+    wanted = {
+        "a time": "time_s" in found,
+        "a command": bool(commands),
+        "a reading": len({*found} - {"time_s"} - commands) > 0,
+    }
+    if all(wanted.values()):
+        return
+    taken = {one.column for one in found.values()}
+    for column in sheet.names:
+        if column not in taken:
+            sheet.numbers([column])  # says where it is none
+    what = " and ".join(name for name, there in wanted.items() if not there)
+    raise LogError(
+        f"{sheet.where(None)}: no column is taken for {what}; found {', '.join(sheet.names)}; write a rig file with [columns] by hand "
+        "(docs/file_looks_like_this.md)"
+    )
+
+
 def _kind_of(names: set[str], columns: set[str]) -> str:
     """Kind of a rig by the names in its logs, and by the columns of rwjax's that they are taken for."""
-    if any(name.startswith("pitch") or "_1_" in name for name in names):
-        raise InputError("the logs are of a rig with two axes; `init` writes rigs with one command")
     if names & {"position_rad", "command_Nm"}:
         return "joint"
     if "position_m" in names:

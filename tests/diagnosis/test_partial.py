@@ -114,7 +114,10 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
     laws = further_laws(search.fits, linear)
     assert laws["yaw_rate"] > 0.9 > laws[coordinate_of("axis.bias_torque")]
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
-    assert why_not(search, linear, linear.names[0]) == "a further law of its coordinate removes part of what it leaves"
+    assert (
+        why_not(search, linear, linear.names[0])
+        == "a further law of its coordinate removes part of what it leaves, and changes it"
+    )
     assert further_laws(search.fits, drag) == {}  # which leaves nothing
 
 

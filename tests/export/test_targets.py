@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax import simulate
+from rwjax import parse_rig, simulate
 from rwjax.cli.export import Target
 from rwjax.export.targets import TARGETS, export, moved_by
 from tests.systems import platform, record
@@ -33,3 +33,8 @@ def test_what_an_effect_moves_is_the_difference_of_free_runs() -> None:
     tenth = 0.1 * 0.4 / 0.02 * (late - 5.0 * (1.0 - np.exp(-late / 5.0)))  # of I w' + b w = k V from rest
     moved = moved_by(rig, replace(rig, effects={}), [log])
     assert moved == {"yaw_rad": pytest.approx(np.sqrt(np.mean(tenth**2)), rel=1e-3)}
+
+
+def test_a_load_without_an_angle_hangs_down() -> None:
+    rig = parse_rig('kind = "joint"\n[axis]\ninertia = 0.1\n[axis.gravity]\ntorque = 0.3\n')
+    assert 'pos="-0 0 -' in export(rig, "mjcf").text and "friction_torque" in export(rig, "c").text

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rwjax import Rig, parse_rig, read_logs, simulate, write_log
+from rwjax import InputError, Rig, parse_rig, read_logs, simulate, write_log
 from rwjax.methods.first_rig import Datasheet, first_rig
 from tests.systems import platform, reaction, wheel
 
@@ -70,3 +70,24 @@ def test_columns_of_another_layout_are_proposed_and_guesses_are_said(tmp_path: P
     found = parse_rig(text)
     assert found.kind == "platform" and found.counts_per_rev == {"axis": 4096}
     assert {*found.sources} == {"time_s", "voltage_V", "yaw_counts"} and "right?" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "millis,pwm,encoder\n" + "\n".join(f"{k},{'abc' if k == 5 else k % 7},{k}" for k in range(50)),
+            ":7: `pwm` is 'abc'",
+        ),
+        (
+            "millis,foo,encoder\n" + "\n".join(f"{k},{k % 7},{k}" for k in range(50)),
+            "a command; found millis, foo, encoder",
+        ),
+        ("millis,pwm,encoder\n1,2,3\n2,3,4\n", "at least 10"),
+        ("time_s,voltage_1_V,voltage_2_V,pitch_rad\n" + "\n".join(f"{k},1,2,3" for k in range(50)), "two axes"),
+    ],
+)
+def test_what_is_wrong_with_a_log_is_said_by_its_own_columns(text: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text(text)
+    with pytest.raises(InputError, match=says):
+        first_rig([tmp_path / "run.csv"], NOTHING)
