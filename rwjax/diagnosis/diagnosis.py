@@ -254,18 +254,20 @@ def _may_ask(judged: Judged, choice: Choice) -> bool:
 def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     """What holds of a choice that is not the whole answer, by the training runs.
 
-    Where these show a visible part that is left, the search goes on first. Where the held-out runs alone show one, it does not.
+    Where these show that something is left, the search goes on first: a visible part of them, or what the held-out runs show and what stands
+    above the noise there, too. Where the held-out runs alone show it, it does not.
     """
     fits = judged.fits
     if not _may_ask(judged, choice):
         return _Further(judged, choice)
-    visible = ModelComparison(fits).leaves_visible(choice.best)
+    compare = ModelComparison(fits)
+    visible = compare.leaves_visible(choice.best)
     if not visible and judge(choice, judged.gap_of(choice.best), fits.settings.verdict) != "unknown":
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
             search = Search(fits, names, fits.settings.partial.further_removes)
-            further = search.go_on(choice.best) if visible else choice
+            further = search.go_on(choice.best) if compare.above_the_noise(choice.best) else choice
             if further.best.names:
                 polish(fits, further.best)
             claim, refused = claimed(search, further)

@@ -119,8 +119,18 @@ class ModelComparison:
         Returns:
             True where it is as large as a gap that is looked into, and no small share of the error.
         """
-        limits = self.fits.settings.verdict
-        return bool(np.sqrt(self.excess(hypothesis)) >= limits.doubt and self.removed(hypothesis) < limits.several)
+        return self.above_the_noise(hypothesis) and bool(self.removed(hypothesis) < self.fits.settings.verdict.several)
+
+    def above_the_noise(self, hypothesis: Hypothesis) -> bool:
+        """Whether a hypothesis leaves as much of the training runs as a gap that is looked into, however small a share of the error.
+
+        Args:
+            hypothesis: the hypothesis.
+
+        Returns:
+            True where it does.
+        """
+        return bool(np.sqrt(self.excess(hypothesis)) >= self.fits.settings.verdict.doubt)
 
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the logs need the larger hypothesis in place of the smaller one.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from threadpoolctl import ThreadpoolController
 
-from rwjax import InputError, Log, parse_rig, read_logs, read_rig, write_rig
+from rwjax import InputError, Log, parse_rig, read_logs, read_rig, simulate, write_rig
 from rwjax.diagnosis.budget import Budget
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import candidates
@@ -54,6 +54,22 @@ def test_logs_in_which_nothing_moves_do_not_say_that_nothing_is_missing(noise: f
     found = diagnose(platform(), [record(TIME, np.zeros(len(TIME)), {"yaw_rad": still})])
     assert found.verdict == "unknown" and not found.effects
     assert "nothing moves in these logs" in found.sentence and "turns" in found.next_experiment
+
+
+@pytest.mark.slow
+def test_a_second_cause_is_found_though_the_first_takes_up_nearly_all_of_its_error() -> None:
+    rig = platform("viscous = 0.12")
+    both = replace(rig, effects={"axis.coulomb": {"M_c": 0.75}, "drive.deadzone": {"u_0": 0.8, "j": 0.0}})
+    time, logs = 0.01 * np.arange(2000), []
+    for shape in (np.sin(time), np.cos(0.7 * time), np.sin(1.7 * time)):
+        u = 8.0 * np.sign(shape) * np.ceil(time / 5.0) / 4.0 * (time > 0.6)
+        logs.append(record(time, u, {"yaw_rad": np.asarray(simulate(both, time, u)["yaw_rad"])}))
+    found = diagnose(rig, logs)
+    sets = [
+        {*names} for names in (found.effects, *found.alternatives)
+    ]  # presliding that builds up at once is dry friction
+    assert found.verdict in ("effect", "ambiguous") and {"axis.coulomb", "drive.deadzone"} in sets
+    assert all("drive.deadzone" in names for names in sets)
 
 
 @pytest.mark.slow
