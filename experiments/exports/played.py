@@ -15,16 +15,16 @@ def played(
         xml: The model, with time steps of which a sample holds several.
         time: Times of the samples [s], `(n,)`.
         command: Control of the actuator `drive` at these times, `(n,)`.
-        start: First angles and rates by `axis`, `axis_rate`, `wheel_rate` [rad, rad/s]; 0 where none is given.
+        start: First angles and rates by output, as `yaw_rad` and `yaw_rad_s` [rad, rad/s]; 0 where none is given.
 
     Returns:
-        Readings by the sensor's name, `(n,)` each.
+        Readings by the same names, `(n,)` each.
     """
     model = mujoco.MjModel.from_xml_string(xml)
     data, start = mujoco.MjData(model), dict(start or {})
     for k in range(model.njnt):
         name = model.joint(k).name
-        data.qpos[k], data.qvel[k] = start.get(name, 0.0), start.get(f"{name}_rate", 0.0)
+        data.qpos[k], data.qvel[k] = start.get(f"{name}_rad", 0.0), start.get(f"{name}_rad_s", 0.0)
     mujoco.mj_forward(model, data)
     names = [model.sensor(k).name for k in range(model.nsensor)]
     found = {name: np.empty(len(time)) for name in names}

@@ -22,7 +22,6 @@ from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 
 RIGS = ("platform, Stribeck friction", "reaction, Coulomb friction", "wheel, Coulomb friction")
-SENSORS = {"yaw_rad": "axis_rad", "yaw_rad_s": "axis_rad_s", "wheel_rad": "wheel_rad", "wheel_rad_s": "wheel_rad_s"}
 
 
 def rms(error: np.ndarray) -> float:
@@ -32,11 +31,8 @@ def rms(error: np.ndarray) -> float:
 
 def of_model(rig: Rig, log: Log, output: str) -> np.ndarray:
     """An output of the rig's MuJoCo model under a log's commands."""
-    columns = predict(rig, log).columns
-    first = {name: float(values[0]) for name, values in columns.items() if name in SENSORS}
-    start = {SENSORS[name].removesuffix("_rad"): value for name, value in first.items() if name.endswith("_rad")}
-    start |= {SENSORS[name].removesuffix("_rad_s") + "_rate": v for name, v in first.items() if name.endswith("_rad_s")}
-    return played(export(rig, "mjcf").text, log.time, log.command, start)[SENSORS[output]]
+    start = {name: float(values[0]) for name, values in predict(rig, log).columns.items()}
+    return played(export(rig, "mjcf").text, log.time, log.command, start)[output]
 
 
 def main() -> None:

@@ -37,7 +37,7 @@ def mjcf(rig: Rig) -> Exported:
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true")
     option = Xml.SubElement(root, "option", timestep=_text(STEP), integrator="implicitfast", gravity=f"0 0 {-GRAVITY}")
     Xml.SubElement(option, "flag", contact="disable")
-    axis = "wheel" if rig.kind == "wheel" else "axis"
+    axis = "wheel" if rig.kind == "wheel" else "yaw"  # first words of the outputs' names
     body = _body(Xml.SubElement(root, "worldbody"), axis, model.axis)
     if model.wheel is not None:
         _body(body, "wheel", model.wheel)

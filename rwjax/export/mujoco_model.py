@@ -16,6 +16,7 @@ from math import copysign, inf
 from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
+from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Reading
 from rwjax.effects.rig_terms import terms_of
 from rwjax.errors import RigError
 from rwjax.rig.model import Rig
@@ -253,7 +254,7 @@ def _with_servo(model: Model, rig: Rig) -> Model:
 def _with_effect(model: Model, effect: type[Effect], given: Mapping[str, float]) -> Model:
     """A model with what an effect adds to it."""
     name, drive, added = effect.name, model.drive, effect.in_mujoco(given)
-    if refused := _refused(drive, name, added):
+    if refused := _refused(drive, effect, added):
         kept = {other: numbers for other, numbers in model.held.effects.items() if other != name}
         return replace(model.without(name, refused), held=replace(model.held, effects=kept))
     known = parameters(effect)
@@ -275,9 +276,9 @@ def _lacking(rig: Rig, effect: type[Effect], number: str, null: float) -> Rig:
     return replace(rig, numbers={name: value for name, value in rig.numbers.items() if name not in effect.modelled_by})
 
 
-def _refused(drive: Drive, name: str, added: Mapping[str, float] | None) -> str:
+def _refused(drive: Drive, effect: type[Effect], added: Mapping[str, float] | None) -> str:
     """Why a model cannot hold an effect at all, "" where it can."""
-    if added is None and name.startswith("sensor."):
+    if added is None and issubclass(effect, Encoder | EncoderDelay | Reading | Clock):
         return IN_THE_LOOP if drive.servo else "it belongs to the readings"
     if added is None:
         return "MuJoCo has no such part"

@@ -58,7 +58,7 @@ class Proposal(NamedTuple):
 
     name: str
     line: str
-    column: str = ""
+    column: str
 
 
 def proposal(sheet: Sheet, kind: str) -> str:
@@ -96,7 +96,7 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         values = _values(sheet, column)
         one = _guess(column, values, kind) if values is not None else None
         if one is not None:
-            found.setdefault(one.name, one._replace(column=column))
+            found.setdefault(one.name, one)
     return found
 
 
@@ -125,7 +125,7 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
     """What a column may be by its name, its unit and its values."""
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
-        return Proposal(column, f"{column} = {json.dumps(column)}")
+        return Proposal(column, f"{column} = {json.dumps(column)}", column)
     means = next((word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)), "")
     unit = _unit(column)
     if means == "time_s":
@@ -169,7 +169,7 @@ def _command(column: str, values: np.ndarray, unit: str) -> Proposal:
     full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
     scale = f"12 V / {full}"
     line = f"voltage_V = {{ column = {json.dumps(column)}, scale = {json.dumps(scale)} }}"
-    return Proposal("voltage_V", f"{line}   # the supply's voltage over the number of full power: right?")
+    return Proposal("voltage_V", f"{line}   # the supply's voltage over the number of full power: right?", column)
 
 
 def _time_unit(values: np.ndarray) -> str:
@@ -182,7 +182,7 @@ def _line(name: str, column: str, unit: str, why: str = "") -> Proposal:
     """A line under `[columns]`, with what a user has to look at."""
     quoted = json.dumps(column, ensure_ascii=False)
     source = quoted if not unit or unit == "s" else f"{{ column = {quoted}, unit = {json.dumps(unit)} }}"
-    return Proposal(name, f"{name} = {source}" + (f"   # {why}" if why else ""))
+    return Proposal(name, f"{name} = {source}" + (f"   # {why}" if why else ""), column)
 
 
 def description(sheet: Sheet) -> Sequence[str]:

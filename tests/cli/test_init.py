@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from rwjax.cli.init import Kind
+from rwjax.kinds import ONE_AXIS
 from tests.cli.shell import DEMO, program
 
 
@@ -14,6 +16,10 @@ def test_init_writes_a_rig_file_that_fit_takes_and_does_not_replace_one(tmp_path
     assert fitted.returncode == 0, fitted.stderr
     again = program("init", *logs, "-o", "rig.toml", "--quiet", cwd=tmp_path)
     assert again.returncode == 2 and again.stderr.count("\n") == 1 and "is there already" in again.stderr
+
+
+def test_the_command_line_names_every_kind_with_one_command() -> None:
+    assert [kind.value for kind in Kind] == [*ONE_AXIS]
 
 
 def test_init_refuses_a_number_that_no_datasheet_has(tmp_path: Path) -> None:

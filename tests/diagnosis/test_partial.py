@@ -121,6 +121,31 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
     assert further_laws(search.fits, drag) == {}  # which leaves nothing
 
 
+def test_a_smaller_law_of_its_coordinate_says_nothing_against_a_name_that_stays_what_it_is_beside_it() -> None:
+    truth = {"drive.saturation": {"u_m": 0.6, "n": 5000.0}, "drive.bias": {"u_b": 0.02}}
+    bends = Hypothesis(("drive.saturation",))
+    search = searched([run_of(k, truth) for k in range(3)], bends, OFFSET, bends.plus(*OFFSET.names))
+    assert coordinate_of("drive.saturation") == coordinate_of("drive.bias")
+    assert further_laws(search.fits, bends)["voltage"] > 0.9
+    search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
+    assert why_not_of_its_form(search.fits, bends, "drive.saturation") is None
+    search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf, differs=0.0))
+    assert why_not_of_its_form(search.fits, bends, "drive.saturation") is not None
+
+
+def test_a_search_that_goes_on_asks_a_further_name_for_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+
+    class Watched(Search):
+        def go_on(self, begin: Hypothesis) -> Choice:
+            asked.append(self.comparison.further_removes)
+            return super().go_on(begin)
+
+    monkeypatch.setattr("rwjax.diagnosis.diagnosis.Search", Watched)
+    diagnose(RIG, [run_of(k, FRICTION, disturbed=0.3) for k in range(3)], only=DRY.names)
+    assert asked == [PartialSettings().further_removes]
+
+
 def test_a_further_law_of_another_part_of_the_rig_says_nothing_against_a_name() -> None:
     """A delay of the readings and a periodic torque both go with time."""
     truth = {"sensor.delay": {"tau": 0.2}, "axis.periodic_torque": {"s": 0.02, "c": 0.0, "omega": 3.0}}

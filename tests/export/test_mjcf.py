@@ -41,10 +41,10 @@ SERVO = '[drive.servo]\nacts_on = "voltage"\nkp = 20.0\nkd = 0.3\ndamping_on = "
 def off_by(rig: Rig, command: np.ndarray, column: str = "voltage_V", start: dict[str, float] | None = None) -> float:
     """Error of the played model at the axis, or the wheel of a rig without one, over the range of the motion [1]."""
     start = start or {}
-    theirs = played(mjcf(rig).text, TIME, command, {"axis": start.get("psi", 0.0), "axis_rate": start.get("w", 0.0)})
-    ours = simulate(rig, TIME, {column: command}, start=start)
     name = "wheel_rad_s" if rig.kind == "wheel" else "yaw_rad"
-    found = theirs["wheel_rad_s" if rig.kind == "wheel" else "axis_rad"]
+    first = {"yaw_rad": start.get("psi", 0.0), "yaw_rad_s": start.get("w", 0.0)}
+    found = played(mjcf(rig).text, TIME, command, first)[name]
+    ours = simulate(rig, TIME, {column: command}, start=start)
     return float(np.max(np.abs(found - np.asarray(ours[name]))) / np.ptp(found))
 
 
@@ -87,8 +87,8 @@ def test_an_effect_that_the_model_holds_moves_it_as_the_rig(effect: str, given: 
     with_it = replace(rig, effects={effect: given})
     assert not mjcf(with_it).left_out
     assert off_by(with_it, VOLTS) < (1e-2 if "M_c" in given else 3e-3)  # its dry friction is soft
-    plain = played(mjcf(rig).text, TIME, VOLTS)["axis_rad"]
-    assert np.ptp(played(mjcf(with_it).text, TIME, VOLTS)["axis_rad"] - plain) > 0.05 * np.ptp(plain)
+    plain = played(mjcf(rig).text, TIME, VOLTS)["yaw_rad"]
+    assert np.ptp(played(mjcf(with_it).text, TIME, VOLTS)["yaw_rad"] - plain) > 0.05 * np.ptp(plain)
 
 
 def test_the_control_of_a_servo_is_its_goal() -> None:
