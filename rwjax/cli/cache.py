@@ -14,7 +14,10 @@ Action = Annotated[Literal["clear"] | None, typer.Argument(metavar="[clear]", he
 
 
 def cache(action: Action = None) -> None:
-    """Where compiled programs are kept, how many there are and how large they may grow; `cache clear` removes them."""
+    """Where compiled programs are kept, how many there are and how large they may grow; `cache clear` removes them.
+
+    Example: `rwjax cache clear`
+    """
     from rwjax.cache_folder import MOST_BYTES, VARIABLE, clear, place, programs, weak_point
 
     folder = place()

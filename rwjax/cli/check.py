@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: Quiet = False) -> None:
-    """Look at logs before any fit: units, signs, clock, command, readings, and which free numbers of RIG they cannot tell."""
+    """Look at logs before any fit: units, signs, clock, command, readings, and which free numbers of RIG they cannot tell.
+
+    Example: `rwjax check rig.toml logs/*.csv`
+    """
     from rwjax.errors import RigError
     from rwjax.fitting.questions.check import check as findings_of
     from rwjax.logs.read import read_logs

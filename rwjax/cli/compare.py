@@ -28,7 +28,10 @@ def compare(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Every identification method on the same logs, judged on the same held-out data by the free run of one solver."""
+    """Every identification method on the same logs, judged on the same held-out data by the free run of one solver.
+
+    Example: `rwjax compare rig.toml logs/*.csv`
+    """
     from rwjax.errors import RigError
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs

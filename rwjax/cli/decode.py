@@ -14,7 +14,10 @@ Output = Annotated[Path | None, typer.Option("-o", metavar="LOG.csv", help="besi
 
 
 def decode(rig_file: RigFile, raw: RawFile, output: Output = None) -> None:
-    """Logs from a raw stream, such as a recording that was killed has left."""
+    """Logs from a raw stream, such as a recording that was killed has left.
+
+    Example: `rwjax decode rig.toml run.raw -o run.csv`
+    """
     from rwjax.link.stream_to_logs import write_logs
     from rwjax.rig.read import read_one_axis_rig
 

@@ -45,7 +45,10 @@ def diagnose(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Where the gap between RIG and the logs lies, which effect causes it, how far it closes."""
+    """Where the gap between RIG and the logs lies, which effect causes it, how far it closes.
+
+    Example: `rwjax diagnose rig.toml logs/*.csv -o diagnosis`
+    """
     from rwjax.diagnosis.budget import Budget
     from rwjax.diagnosis.diagnosis import diagnose as run
     from rwjax.fitting.processes import Team

@@ -24,7 +24,10 @@ def dump(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """The fastest stop of RIG's wheel in which static friction holds the axis."""
+    """The fastest stop of RIG's wheel in which static friction holds the axis.
+
+    Example: `rwjax dump yaw.toml --spin 4000`
+    """
     import numpy as np
 
     from rwjax.control.momentum_dump import dump as run

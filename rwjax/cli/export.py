@@ -35,7 +35,10 @@ Output = Annotated[Path | None, typer.Option("-o", metavar="FILE", help="stdout 
 
 
 def export(rig_file: RigFile, to: To, log_files: Logs = None, output: Output = None, quiet: Quiet = False) -> None:
-    """Write RIG for another tool: a MuJoCo model, a C header with feed-forward, a python-control plant, or JSON. Says what the tool cannot express, and of a MuJoCo model, with logs, how far that moves free runs. Replaces FILE."""
+    """Write RIG for another tool: a MuJoCo model, a C header with feed-forward, a python-control plant, or JSON. Says what the tool cannot express, and of a MuJoCo model, with logs, how far that moves free runs. Replaces FILE.
+
+    Example: `rwjax export fitted.toml --to mjcf -o rig.xml`
+    """
     from rwjax.errors import InputError
     from rwjax.export.targets import export as exported
     from rwjax.logs.read import read_logs

@@ -59,7 +59,10 @@ def fit(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Estimate the free numbers of RIG from the logs; writes the fitted rig file."""
+    """Estimate the free numbers of RIG from the logs; writes the fitted rig file.
+
+    Example: `rwjax fit rig.toml logs/*.csv -o fitted.toml`
+    """
     from rwjax.errors import RigError
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs

@@ -20,7 +20,10 @@ Output = Annotated[Path | None, typer.Option("-o", metavar="DIR", help="folder f
 
 
 def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> None:
-    """Write logs in rwjax's own layout from files of any, by [columns] of the rig file. Without it, says which columns there are, and proposes a section."""
+    """Write logs in rwjax's own layout from files of any, by [columns] of the rig file. Without it, says which columns there are, and proposes a section.
+
+    Example: `rwjax import recording.mat --rig rig.toml -o logs`
+    """
     from rwjax.rig.read import read_rig
 
     rig = read_rig(rig_file) if rig_file is not None else None

@@ -46,7 +46,10 @@ def init(
     output: Output = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write a first rig file for logs, from their columns and a datasheet's numbers. What is guessed is said, and free where logs can tell it."""
+    """Write a first rig file for logs, from their columns and a datasheet's numbers. What is guessed is said, and free where logs can tell it.
+
+    Example: `rwjax init logs/*.csv -o rig.toml`
+    """
     from rwjax.methods.first_rig import Datasheet, first_rig
     from rwjax.text_files import write_text
 

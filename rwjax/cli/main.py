@@ -33,7 +33,6 @@ from rwjax.cli.tune import tune
 from rwjax.errors import InputError, one_line
 
 app = typer.Typer(
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",  # the default takes units, such as [s], for markup
     help="Fit models of motors, wheels, axes and servo joints to logs, and find out why the simulation is off.",

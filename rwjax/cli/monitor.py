@@ -8,7 +8,10 @@ from rwjax.errors import InputError
 
 
 def monitor(rig_file: RigFile, port: Port) -> None:
-    """Show what the board sends, until Ctrl-C."""
+    """Show what the board sends, until Ctrl-C.
+
+    Example: `rwjax monitor rig.toml /dev/ttyACM0`
+    """
     needs_pyserial()
     if not sys.stderr.isatty():
         raise InputError("monitor draws on a terminal, and stderr is none; `rwjax record` writes what the board sends")

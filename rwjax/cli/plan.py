@@ -60,7 +60,10 @@ def plan(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Plan the runs that tell most effects of RIG apart, within its limits; writes plan.toml and a CSV for each."""
+    """Plan the runs that tell most effects of RIG apart, within its limits; writes plan.toml and a CSV for each.
+
+    Example: `rwjax plan rig.toml --volts 12 -o plan`
+    """
     from rwjax.planning.campaign import recommend
     from rwjax.planning.envelope import envelope
     from rwjax.planning.files import Plan, as_document, clear_plan, replaced, write_plan

@@ -32,7 +32,10 @@ def predict(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0."""
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0.
+
+    Example: `rwjax predict fitted.toml logs/triangle.csv -o predicted.csv`
+    """
     from rwjax.fitting.predict import predict as free_run
     from rwjax.fitting.questions.likeness import Run
     from rwjax.fitting.questions.readings import about_readings

@@ -20,7 +20,10 @@ def record(
     role: Role = "train",
     quiet: Quiet = False,
 ) -> None:
-    """Record what the board sends, without arming it."""
+    """Record what the board sends, without arming it.
+
+    Example: `rwjax record rig.toml /dev/ttyACM0 -o run.csv --seconds 20`
+    """
     needs_pyserial()
     from rwjax.link.play_plan import Task
     from rwjax.link.recorder import listen

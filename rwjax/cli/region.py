@@ -75,7 +75,10 @@ def region(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """PD gains of RIG's axis that put every pole of the closed loop left of -sigma; --late and --smooth act with --period."""
+    """PD gains of RIG's axis that put every pole of the closed loop left of -sigma; --late and --smooth act with --period.
+
+    Example: `rwjax region fitted.toml --sigma 0.5 -o region.csv`
+    """
     from rwjax.control.region import region_of
     from rwjax.report.region import draw_region, region_columns
     from rwjax.report.table import csv

@@ -63,7 +63,10 @@ def run_experiment(
     clear: Clear = False,
     quiet: Quiet = False,
 ) -> None:
-    """Arm the board, let it play an experiment or the runs of a plan, record, disarm. THE RIG MOVES."""
+    """Arm the board, let it play an experiment or the runs of a plan, record, disarm. THE RIG MOVES.
+
+    Example: `rwjax run-experiment rig.toml /dev/ttyACM0 --plan plan -o logs`
+    """
     if (plan is None) == (kind is None):
         raise InputError("give either --kind for one experiment or --plan for the runs of a plan")
     numbers = {"volts": volts, "offset": offset, "period": period, "seconds": seconds}

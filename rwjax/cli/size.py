@@ -39,7 +39,10 @@ def size(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ring wheels for RIG's motor and axis: time of a wanted turn over radius and thickness, and which limit binds."""
+    """Ring wheels for RIG's motor and axis: time of a wanted turn over radius and thickness, and which limit binds.
+
+    Example: `rwjax size yaw.toml --angle 45 --seconds 3`
+    """
     import numpy as np
 
     from rwjax.control.ring import Ring

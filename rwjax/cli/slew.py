@@ -27,7 +27,10 @@ def slew(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """The fastest turn of RIG's axis from rest to rest, and what the ideal on-off law makes of it."""
+    """The fastest turn of RIG's axis from rest to rest, and what the ideal on-off law makes of it.
+
+    Example: `rwjax slew yaw.toml --angle 45 --amps 3 --rpm 4000`
+    """
     from rwjax.control.slew import slew as run
     from rwjax.report.control import course_columns, draw_courses
     from rwjax.report.table import csv

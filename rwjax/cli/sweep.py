@@ -47,7 +47,10 @@ def sweep(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Step responses of RIG's nonlinear closed loop over gains: stick and slip, counts, sampling and limits."""
+    """Step responses of RIG's nonlinear closed loop over gains: stick and slip, counts, sampling and limits.
+
+    Example: `rwjax sweep fitted.toml -o sweep.csv`
+    """
     import numpy as np
 
     from rwjax.control.sweep import sweep as run

@@ -56,7 +56,10 @@ def tune(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Gains for RIG's axis: those of the largest worst-case margin, then tuned through the nonlinear closed loop."""
+    """Gains for RIG's axis: tuned through the nonlinear closed loop, and those of the largest worst-case margin; first those that settle.
+
+    Example: `rwjax tune fitted.toml --fit fit.json`
+    """
     from rwjax.control.fit_estimate import draw_plants
     from rwjax.control.gain_design import GainRequirement
     from rwjax.control.gain_design import tune as run
@@ -83,7 +86,8 @@ def tune(
     if as_json:
         document(answer + "\n")
         return
-    say("\n".join(_line(name, found) for name, found in laws.items()))
+    first = sorted(laws.items(), key=lambda law: (law[1]["settling"] is None, abs(law[1]["error"])))
+    say("\n".join(_line(name, found) for name, found in first))
     about = _about(design.plants, sigma, step, bool(ki), bool(fit))
     remark(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +33,9 @@ from rwjax.logs.coverage import Split
 from rwjax.logs.log import Log
 from rwjax.planning.files import Plan
 from rwjax.rig.model import Rig
+
+if TYPE_CHECKING:
+    import polars as pl
 
 SCHEMA = "rwjax.diagnosis/2"
 """The layout of `diagnosis.json`."""
@@ -171,6 +176,24 @@ class Diagnosis:
         lines += [f"  note: {note}" for note in self.notes]
         lines.append(f"  held out: {self.held_out}; next experiment: {self.next_experiment}")
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the sentence, and the lines below it."""
+        rest = str(self).removeprefix(self.sentence).strip("\n")
+        return f"<p><b>{escape(self.sentence)}</b></p><pre>{escape(rest)}</pre>"
+
+    def to_frame(self) -> "pl.DataFrame":
+        """The ranking as a table, one candidate a row, the most probable one first.
+
+        Returns:
+            Columns `effect`, `probability` [1], `gap_after` (RMS error of the headline signal with it added, in the signal's SI unit;
+            null beyond the first few) and `why_not`.
+        """
+        import polars as pl  # a tenth of a second, which a diagnosis does not need
+
+        kinds = {"effect": pl.String, "probability": pl.Float64, "gap_after": pl.Float64, "why_not": pl.String}
+        rows = [(r.effect, r.probability, r.gap_after, r.why_not) for r in self.ranking]
+        return pl.DataFrame(rows, schema=kinds, orient="row")
 
     @property
     def subsystem(self) -> str | None:

@@ -4,6 +4,7 @@ import io
 import math
 from collections.abc import Callable
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from rwjax.diagnosis.words import UNIT, left_words, where_words
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError, printable_lines
 from rwjax.report import plots
+from rwjax.report.motions import motions
 from rwjax.report.png import write_png
 from rwjax.report.style import any_letters
 from rwjax.rig.write import write_rig
@@ -130,6 +132,11 @@ def by_chance(p: float) -> str:
     return f"about 1 in {1.0 / p:.0f}" if p >= 1e-3 else "less than 1 in 1000"
 
 
+def _part(name: str) -> Markup:
+    """A style sheet or script of this package, as it stands on the page."""
+    return Markup((files("rwjax.report") / name).read_text(encoding="utf-8"))
+
+
 def _shown(value: Any) -> Any:
     """What the page shows of a value: no control characters, which HTML has none of."""
     return printable_lines(value) if isinstance(value, str) and not isinstance(value, Markup) else value
@@ -164,7 +171,14 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "left_words": lambda left: left_words(left.share, left.where, left.windows, d.settings.report),
     }
     page = environment.get_template("report.html.j2").render(
-        d=d, sentence=d.sentence, figures=drawn, shows=FIGURES, unit=UNIT, corrected=write_rig(d.corrected)
+        d=d,
+        sentence=d.sentence,
+        figures=drawn,
+        shows=FIGURES,
+        unit=UNIT,
+        corrected=write_rig(d.corrected),
+        motions=motions(d),
+        part=_part,
     )
     path = folder / REPORT
     write_text(path, page, InputError)

@@ -1,13 +1,19 @@
 """The program: its entry point, help, and what it says of unusable input."""
 
 import os
+import re
+import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from rwjax import __version__
+from rwjax.cli.main import COMMANDS, app
+from rwjax.cli.options import one_name_each
 from tests.cli.shell import DEMO, LOGS, program
 from tests.command import rwjax as within
 
@@ -109,3 +115,10 @@ def test_a_user_without_a_home_and_a_name_gets_the_result_and_no_warning(tmp_pat
     )
     assert (out.returncode, out.stderr) == (0, "")
     assert {path.name for path in tmp_path.iterdir()} == {"region.csv", "region.png"}
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.__name__)
+def test_the_help_of_every_command_has_an_example_with_options_that_it_knows(command: Callable[..., None]) -> None:
+    (example,) = re.findall(r"Example: `rwjax (.*?)`", command.__doc__ or "")
+    name, *arguments = shlex.split(example)
+    get_command(app).commands[name].make_context(name, one_name_each(arguments))

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from operator import methodcaller
 
 import numpy as np
 import pytest
@@ -119,6 +120,19 @@ def test_the_ranking_says_why_a_candidate_is_not_named() -> None:
     assert first["why_not"] is None and none == {
         "effect": "none", "probability": 0.0, "gap_after": 0.05, "why_not": "It leaves more.",
     }  # fmt: skip
+
+
+def test_the_ranking_is_a_table() -> None:
+    sheet = DIAGNOSIS.to_frame()
+    assert sheet.columns == ["effect", "probability", "gap_after", "why_not"]
+    assert sheet.rows() == [("axis.coulomb", 1.0, 0.01, None), ("none", 0.0, 0.05, "It leaves more.")]
+
+
+def test_a_notebook_shows_the_sentence_and_the_lines_as_text() -> None:
+    found = replace(DIAGNOSIS, remarks=("a remark <b>&",))
+    shown = methodcaller("_repr_html_")(found)  # as notebooks do
+    assert shown.startswith(f"<p><b>{DIAGNOSIS.sentence}</b></p><pre>")
+    assert "a remark &lt;b&gt;&amp;" in shown and shown.count(DIAGNOSIS.sentence) == 1
 
 
 def test_a_claim_among_some_candidates_says_so() -> None:

@@ -37,3 +37,13 @@ def test_a_fit_writes_itself_as_json() -> None:
     errors = [written["numbers"][name]["standard_error"] for name in written["covariance_of"]]
     assert np.allclose(np.sqrt(np.diag(written["covariance"])), errors)
     assert found.of_runs() == []
+
+
+def test_a_fit_gives_its_numbers_as_a_table() -> None:
+    found = fitted()
+    sheet = found.to_frame()
+    assert sheet["number"].to_list() == [*found.rig.free]
+    first = sheet.row(0, named=True)
+    assert first["value"] == found.rig.values[found.rig.free[0]]
+    assert first["from_95"] < first["value"] < first["to_95"] and first["standard_error"] > 0.0
+    assert sheet.filter(sheet["number"] == "axis.inertia")["unit"].item() == "kg m2"

@@ -1,5 +1,6 @@
 """The report's page: it holds the sentence and the figures, and escapes what comes from files."""
 
+import json
 import math
 import os
 import re
@@ -19,6 +20,7 @@ from rwjax.diagnosis.result import Left, Ranked
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.errors import InputError
 from rwjax.report.html import by_chance, figures_of, percent, short, signed, write_report
+from rwjax.report.motions import motions
 from rwjax.report.plots import plot_runs
 from tests.report.diagnosed import MARK, diagnosed
 
@@ -66,6 +68,15 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(tmp_path: Path) 
     assert "a remark &lt;b&gt;&amp;" in page and "a &lt;b&gt;&amp;.csv" in page
     assert "<td>yaw_rad (headline)</td><td>0.5</td><td>0.11</td><td>0.1</td><td>rad</td>" in page
     assert "90.0 % to 99.0 %" in page and matplotlib.get_backend() == backend
+
+
+def test_a_page_carries_what_its_script_draws_and_the_script_itself(tmp_path: Path) -> None:
+    found = diagnosed()
+    page = write_report(found, tmp_path).read_text()
+    (held,) = re.findall(r'<script type="application/json" id="motions">(.*?)</script>', page)
+    assert json.loads(held) == motions(found) and MARK in json.loads(held)[0]["name"]
+    assert "var uPlot" in page and not re.findall(r"""(?:src|href)=["']?http""", page)
+    assert page.index('id="zoom"') < page.index('id="motion"') < page.index("var uPlot")
 
 
 def test_what_is_left_has_a_place_of_its_own(tmp_path: Path) -> None:
