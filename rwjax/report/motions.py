@@ -30,7 +30,10 @@ def motions(d: Diagnosis) -> list[dict[str, Any]]:
     for k in sorted(held, key=lambda k: -float(np.nanmean(held[k] ** 2))):
         log = d.logs[k]
         measured = log.outputs[d.signal]
-        curves = [("measured", FLOOR, 4.0, None, measured), ("rig as it is", BEFORE, 1.5, None, measured - held[k])]
+        curves: list[tuple[str, str, float, list[int] | None, np.ndarray]] = [
+            ("measured", FLOOR, 4.0, None, measured),
+            ("rig as it is", BEFORE, 1.5, None, measured - held[k]),
+        ]
         if d.effects:
             curves.append(("with the effects", AFTER, 1.5, [6, 3], measured - d.after.error[k][d.signal]))
         found.append(
