@@ -9,7 +9,7 @@ Everything is decided on training runs. A name holds where
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
   in which the library's other laws of the coordinate stand for it;
 * its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives, where what
-  they have of their own is needed and all runs ask for as much of it. Where they are many, the names that these do not share are not claimed.
+  they have of their own is needed and all runs ask for as much of it. A name that many of them do without is not claimed.
 
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
@@ -115,13 +115,14 @@ def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, 
     if rivals is None:
         return Holding(None, dict.fromkeys(best.names, "together they remove too little") | refused)
     near, named = _near(search, best, rivals), _apart(best, refused)
-    beside = [e for e in near if not {*named.names} <= {*e.names}]
-    if len(beside) > search.fits.settings.partial.alternatives:
-        refused = refused | {name: MANY for name in named.names if not all(name in e.names for e in near)}
-        named, beside = _apart(best, refused), []
+    most = search.fits.settings.partial.alternatives
+    refused = refused | {name: MANY for name in named.names if sum(name not in e.names for e in near) > most}
+    named = _apart(named, refused)
     if not named.names:
         return Holding(None, refused)
-    return Holding(_beside(search, named, [_apart(e, refused) for e in beside], rivals), refused)
+    beside = [_apart(e, refused) for e in near if not {*named.names} <= {*e.names}]
+    beside = [e for e in beside if not any(e.contains(other) for other in beside)]
+    return Holding(_beside(search, named, beside, rivals), refused)
 
 
 def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
@@ -160,6 +161,9 @@ def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed:
 def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
     """Why what is missing has another form than a name.
 
+    A name that leaves little of what is left without it has about the right form. What it leaves may be a small cause of its coordinate,
+    so that only a further law that removes most of it speaks against the name.
+
     Args:
         fits: a fit of the set at its end, and fits of what extends it.
         best: the set.
@@ -168,12 +172,16 @@ def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | N
     Returns:
         The first test that it fails, in words; None where it holds.
     """
-    limits = fits.settings.partial
-    left = law_left(fits, best, _without(fits, best, name), name)
+    limits, smaller = fits.settings.partial, _without(fits, best, name)
+    fitted(fits, smaller)
+    excess = ModelComparison(fits).excess
+    little = excess(best) <= limits.little * excess(smaller)
+    left = None if little else law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
+    most = limits.further_law_of_little if little else limits.further_law
     for other, (share, e) in _further(fits, best).items():
-        if share > limits.further_law and _akin(other, name) and not _stays(fits, best, e, name):
+        if share > most and _akin(other, name) and not _stays(fits, best, e, name):
             return "a further law of its coordinate removes part of what it leaves, and changes it"
     return None
 

@@ -94,6 +94,14 @@ class PartialSettings:
         "share of what it leaves that a further law of its coordinate may remove, by free runs: one that removes more may say that the "
         "first has not the right form, and is asked whether the first stays what it is beside it (within `differs`)",
     )
+    little: float = _limit(
+        0.05,
+        "excess with a name against without it that counts as little: less than a quarter of what it explains, which a small cause may be; "
+        "simulated true names were refused for a free-form law of that",
+    )
+    further_law_of_little: float = _limit(
+        0.5, "the limit `further_law` of a name that leaves little: most of that is no small cause beside others"
+    )
     as_much: float = _limit(
         3.0,
         "ratio of excess squares up to which a rival leaves about as much: a wrong name can explain half of what the right one leaves, as "
@@ -101,7 +109,7 @@ class PartialSettings:
         "7 and more",
     )
     alternatives: int = _limit(
-        3, "rivals that leave about as much, above which only what they share is claimed: four names are few"
+        3, "rivals that leave about as much and do without a name, above which it is not claimed: four names are few"
     )
 
 

@@ -208,3 +208,34 @@ def test_what_the_held_out_runs_alone_show_is_left_by_names_that_close_three_qua
     gap = found.gaps["yaw_rad"]
     assert gap.closed is not None and (gap.closed >= Settings().verdict.barely) == (verdict == "partial")
     assert found.verdict == verdict and found.effects == ("axis.coulomb",) and gap.after > 5.0 * gap.floor
+
+
+def test_rivals_count_against_the_names_that_they_do_without() -> None:
+    """Of four rivals two do without dry friction, and two without the bias."""
+    both, others = DRY.plus("axis.bias_torque"), ("axis.quadratic_drag", "axis.viscous")
+    rivals = [one.plus(name) for one in (DRY, BIAS) for name in others]
+    search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, both, *rivals)
+    every = PartialSettings(as_much=1e9, needed=-1e9, sigmas=1e9, harms=np.inf, alternatives=2)
+    search.fits.settings = replace(Settings(), partial=every)
+    claim, refused = claimed(search, Choice(both))
+    assert claim is not None and claim.named == both and not refused and {*rivals} <= {*claim.alternatives}
+    search.fits.settings = replace(Settings(), partial=replace(every, alternatives=1))
+    assert claimed(search, Choice(both)) == (None, dict.fromkeys(both.names, "many other names leave about as much"))
+
+
+def test_of_a_name_that_leaves_little_only_a_law_of_most_of_that_speaks_against_it() -> None:
+    """Viscous friction in place of a drag leaves 3 % here, and the drag removes nearly all of that."""
+    truth = {"axis.quadratic_drag": {"c": 0.04}}
+    linear, drag = Hypothesis(("parameter.axis.friction.viscous",)), Hypothesis(("axis.quadratic_drag",))
+    search = searched([run_of(k, truth) for k in range(3)], linear, drag, linear.plus(*drag.names))
+    excess = search.comparison.excess
+    assert excess(linear) < PartialSettings().little * excess(NOTHING)
+    free_form = "a free-form law of its coordinate explains more"
+    further = "a further law of its coordinate removes part of what it leaves, and changes it"
+    for limits, why in (
+        (PartialSettings(law_left=0.0, little=0.0), free_form),
+        (PartialSettings(law_left=0.0), further),
+        (PartialSettings(law_left=0.0, further_law_of_little=1.0), None),
+    ):
+        search.fits.settings = replace(Settings(), partial=limits)
+        assert why_not(search, linear, linear.names[0]) == why
