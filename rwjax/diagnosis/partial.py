@@ -8,8 +8,9 @@ Everything is decided on training runs. A name holds where
   better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
   in which the library's other laws of the coordinate stand for it;
-* its rivals leave clearly more in proportion to what it leaves. Rivals that leave about as much stand beside it as alternatives, where what
-  they have of their own is needed and all runs ask for as much of it. A name that many of them do without is not claimed.
+* its rivals leave clearly more in proportion to what it leaves, or are far less likely beside a remainder that is an autoregression. Others
+  that leave about as much stand beside it as alternatives, where what they have of their own is needed and all runs ask for as much of it.
+  A name that many of them do without is not claimed.
 
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
@@ -21,6 +22,7 @@ import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes, left_out
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
+from rwjax.diagnosis.innovations import log_likelihood
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -114,7 +116,8 @@ def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, 
     rivals = _rivals(search, best)
     if rivals is None:
         return Holding(None, dict.fromkeys(best.names, "together they remove too little") | refused)
-    near, named = _near(search, best, rivals), _apart(best, refused)
+    named = _apart(best, refused)
+    near = _as_likely(search.fits, named, _near(search, best, rivals))
     most = search.fits.settings.partial.alternatives
     refused = refused | {name: MANY for name in named.names if sum(name not in e.names for e in near) > most}
     named = _apart(named, refused)
@@ -299,6 +302,16 @@ def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> lis
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
     near = [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
     return [e for e in near if not any(e.contains(other) for other in near)]
+
+
+def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The rivals that are not far less likely than the names that hold, beside a remainder that is an autoregression."""
+    if not rivals:
+        return []
+    fitted(fits, named)
+    train = list(fits.train)
+    least = log_likelihood(fits.known(named), train) - fits.settings.partial.less_likely
+    return [e for e in rivals if log_likelihood(fits.known(e), train) > least]
 
 
 def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:

@@ -108,6 +108,11 @@ class PartialSettings:
         "the exact form of a cause does (`search.further_removes`); in a simulated rig with much that is small one led by 2.1, true ones by "
         "7 and more",
     )
+    less_likely: float = _limit(
+        40.0,
+        "log likelihood, beside a remainder that is an autoregression, by which a rival is far less likely: another order of it changes "
+        "such differences by up to 36",
+    )
     alternatives: int = _limit(
         3, "rivals that leave about as much and do without a name, above which it is not claimed: four names are few"
     )

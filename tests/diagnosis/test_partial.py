@@ -62,7 +62,7 @@ def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_
     claim, _ = claimed(search, Choice(BIAS))
     assert claim is not None and claim.named == BIAS and claim.alternatives == claim.equivalents == (OFFSET,)
     every = PartialSettings(
-        as_much=1e9, alternatives=0, needed=-1e9, sigmas=1e9
+        as_much=1e9, alternatives=0, needed=-1e9, sigmas=1e9, less_likely=np.inf
     )  # then dry friction leaves about as much
     search.fits.settings = replace(Settings(), partial=every)
     assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": "many other names leave about as much"})
@@ -215,12 +215,23 @@ def test_rivals_count_against_the_names_that_they_do_without() -> None:
     both, others = DRY.plus("axis.bias_torque"), ("axis.quadratic_drag", "axis.viscous")
     rivals = [one.plus(name) for one in (DRY, BIAS) for name in others]
     search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, both, *rivals)
-    every = PartialSettings(as_much=1e9, needed=-1e9, sigmas=1e9, harms=np.inf, alternatives=2)
+    every = PartialSettings(as_much=1e9, needed=-1e9, sigmas=1e9, harms=np.inf, less_likely=np.inf, alternatives=2)
     search.fits.settings = replace(Settings(), partial=every)
     claim, refused = claimed(search, Choice(both))
     assert claim is not None and claim.named == both and not refused and {*rivals} <= {*claim.alternatives}
     search.fits.settings = replace(Settings(), partial=replace(every, alternatives=1))
     assert claimed(search, Choice(both)) == (None, dict.fromkeys(both.names, "many other names leave about as much"))
+
+
+def test_a_rival_that_is_far_less_likely_does_not_stand_beside_a_name() -> None:
+    """A delay leaves less than twice what the true lag leaves of a slow motion, and follows the command's leaps otherwise."""
+    lag, late = Hypothesis(("drive.lag",)), Hypothesis(("drive.delay",))
+    search = searched([run_of(k, {"drive.lag": {"T": 0.2}}, disturbed=0.1) for k in range(3)], lag, late)
+    for less_likely, alternatives in ((PartialSettings().less_likely, ()), (np.inf, (late,))):
+        limits = PartialSettings(law_left=np.inf, less_likely=less_likely)
+        search.fits.settings = replace(Settings(), partial=limits)
+        claim, _ = claimed(search, Choice(lag))
+        assert claim is not None and claim.named == lag and claim.alternatives == alternatives
 
 
 def test_of_a_name_that_leaves_little_only_a_law_of_most_of_that_speaks_against_it() -> None:

@@ -1,0 +1,59 @@
+r"""Innovations: how likely a residual is where each reading is predicted from those before it.
+
+A free run piles up everything small that is missing, and its residual is slow. Its square hardly tells two explanations apart that leave
+about as much of that. So the residual of output $y$ is taken for an autoregression, whose noise is what a reading adds to the ones before:
+
+$$ r_k = \sum_{j=1}^p a_j\, r_{k-j} + e_k, \qquad \ell = -\sum_y \tfrac12 n_y \ln \frac{1}{n_y} \sum_k e_k^2. $$
+
+The coefficients $a_j$ are those of least squares, over all logs together; $\ell$ is the log likelihood but for a constant.
+
+Source:
+    Ljung, System Identification (1999), section 7.4: maximum likelihood with a coloured noise model.
+"""
+
+import numpy as np
+
+from rwjax.diagnosis.information_criterion import residuals
+from rwjax.fitting.multiple_shooting import Fit
+
+ORDER = 8
+"""Order p of the autoregression [1]."""
+
+
+def log_likelihood(fitted: Fit, logs: list[int]) -> float:
+    """Log likelihood of a fit's residuals as autoregressions.
+
+    Args:
+        fitted: the fit.
+        logs: numbers of the logs.
+
+    Returns:
+        The sum over all outputs, up to a constant that all fits to the same logs share [1].
+    """
+    total = 0.0
+    for name, series in residuals(fitted, logs).items():
+        read = [
+            np.isfinite(fitted.problem.logs[k].outputs[name]) for k in logs if name in fitted.problem.logs[k].outputs
+        ]
+        e = innovations([r[at] for r, at in zip(series, read, strict=True)])
+        if len(e):
+            total -= 0.5 * len(e) * float(np.log(max(np.mean(e**2), 1e-300)))
+    return total
+
+
+def innovations(series: list[np.ndarray], order: int = ORDER) -> np.ndarray:
+    """What the samples add to what the ones before predict.
+
+    Args:
+        series: evenly spaced samples (time,) of one process, of any unit; one array for each stretch.
+        order: how many samples before each one predict it [1].
+
+    Returns:
+        The innovations of all stretches, one after the other, in the unit of the samples; none of stretches no longer than the order.
+    """
+    windows = [np.lib.stride_tricks.sliding_window_view(x, order + 1) for x in series if len(x) > order]
+    if not windows:
+        return np.zeros(0)
+    rows = np.concatenate(windows)
+    before, now = rows[:, :-1], rows[:, -1]
+    return now - before @ np.linalg.lstsq(before, now, rcond=None)[0]
