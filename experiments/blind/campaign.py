@@ -1,8 +1,9 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
-[--index 17 …] [--of RESULTS.jsonl]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
-the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares.
+[--index 17 …] [--of RESULTS.jsonl] [--told]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
+the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares. With `--told` the true names are the only
+candidates, of a messy case the large ones: what is then not named no search can find, as the claims are tested.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from json import dumps
 from pathlib import Path
 from time import perf_counter
 
-from experiments.blind.cases import KINDS, write_case
+from experiments.blind.cases import KINDS, split, write_case
 from experiments.blind.draw import GROUPS, PLANS, appending, cases, read, some
 from experiments.blind.messy import case_of
 from experiments.commit import commit
@@ -36,7 +37,7 @@ COPIED = (
 )
 
 
-def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = ALONE) -> dict:
+def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = ALONE, only: Sequence[str] = ()) -> dict:
     """One case's line: what it is, and what the diagnosis, inside a context and by a team, says of it or how it failed."""
     case = case_of(row)
     line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"], "commit": commit()}
@@ -46,7 +47,7 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
         try:
             with within:
                 rig = read_rig(Path(folder) / "rig.toml")
-                diagnosis = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team)
+                diagnosis = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team, only=only)
                 found = diagnosis.json()
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
@@ -65,6 +66,11 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
         "top": [[one["effect"], one["probability"]] for one in found["ranking"][:LISTED]],
         "seconds": round(perf_counter() - begin, 2),
     }
+
+
+def answer_told(row: dict) -> dict:
+    """The line of a case whose true names are the only candidates."""
+    return answer(row, only=split(row["effect"])) | {"told": True}
 
 
 def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
@@ -116,11 +122,12 @@ def main() -> None:
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
     parser.add_argument("--of", type=Path, help="the cases of these results alone")
+    parser.add_argument("--told", action="store_true", help="the true names are the only candidates")
     a = parser.parse_args()
     wanted = [row for row in cases(a.name) if row["group"] in a.group]
     for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
         wanted = [row for row in wanted if alone is None or row["index"] in alone]
-    run(spread(wanted, a.limit), a.path, a.processes)
+    run(spread(wanted, a.limit), a.path, a.processes, answer_told if a.told else answer)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import pytest
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
 from experiments.blind import calibrate, campaign, changed, draw, score
+from experiments.blind.draw import cases as drawn
 from experiments.blind.draws import EFFECTS
 from experiments.blind.inseparable import beside, questions
 from experiments.blind.oracle import perfect, refit, size
@@ -83,6 +84,14 @@ def test_a_line_names_the_commit_also_where_a_diagnosis_fails(monkeypatch: pytes
     monkeypatch.setattr(campaign, "commit", lambda: "abc1234")
     found = campaign.answer({"index": 0, "kind": "wheel", "effect": "none", "seed": 1, "amplitude": 1.0})
     assert found["commit"] == "abc1234" and "rig.toml" in found["error"]
+
+
+def test_who_is_told_the_truth_compares_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[list[str]] = []
+    monkeypatch.setattr(campaign, "diagnose", lambda *_, only, **__: asked.append(only))
+    row = next(row for row in drawn("messy") if "+" in row["effect"])
+    line = campaign.answer_told(row)
+    assert asked == [row["effect"].split("+")] and line["told"] is True and "error" in line
 
 
 def sleeping(row: dict) -> dict:
