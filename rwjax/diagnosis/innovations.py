@@ -11,21 +11,21 @@ Source:
     Ljung, System Identification (1999), section 7.4: maximum likelihood with a coloured noise model.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rwjax.diagnosis.information_criterion import residuals
 from rwjax.fitting.multiple_shooting import Fit
 
-ORDER = 8
-"""Order p of the autoregression [1]."""
 
-
-def log_likelihood(fitted: Fit, logs: list[int]) -> float:
+def log_likelihood(fitted: Fit, logs: Sequence[int], order: int) -> float:
     """Log likelihood of a fit's residuals as autoregressions.
 
     Args:
         fitted: the fit.
         logs: numbers of the logs.
+        order: order p of the autoregressions [1].
 
     Returns:
         The sum over all outputs, up to a constant that all fits to the same logs share [1].
@@ -35,21 +35,21 @@ def log_likelihood(fitted: Fit, logs: list[int]) -> float:
         read = [
             np.isfinite(fitted.problem.logs[k].outputs[name]) for k in logs if name in fitted.problem.logs[k].outputs
         ]
-        e = innovations([r[at] for r, at in zip(series, read, strict=True)])
+        e = innovations([r[at] for r, at in zip(series, read, strict=True)], order)
         if len(e):
             total -= 0.5 * len(e) * float(np.log(max(np.mean(e**2), 1e-300)))
     return total
 
 
-def innovations(series: list[np.ndarray], order: int = ORDER) -> np.ndarray:
+def innovations(series: Sequence[np.ndarray], order: int) -> np.ndarray:
     """What the samples add to what the ones before predict.
 
     Args:
-        series: evenly spaced samples (time,) of one process, of any unit; one array for each stretch.
+        series: evenly spaced samples (time,) of one process, of any unit [any]; one array for each stretch.
         order: how many samples before each one predict it [1].
 
     Returns:
-        The innovations of all stretches, one after the other, in the unit of the samples; none of stretches no longer than the order.
+        The innovations of all stretches, one after the other, in the unit of the samples [any]; none of stretches no longer than the order.
     """
     windows = [np.lib.stride_tricks.sliding_window_view(x, order + 1) for x in series if len(x) > order]
     if not windows:

@@ -309,9 +309,13 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
     if not rivals:
         return []
     fitted(fits, named)
-    train = list(fits.train)
-    least = log_likelihood(fits.known(named), train) - fits.settings.partial.less_likely
-    return [e for e in rivals if log_likelihood(fits.known(e), train) > least]
+    limits = fits.settings.partial
+
+    def likelihood(e: Hypothesis) -> float:
+        return log_likelihood(fits.known(e), fits.train, limits.order)
+
+    least = likelihood(named) - limits.less_likely
+    return [e for e in rivals if likelihood(e) > least]
 
 
 def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:

@@ -108,6 +108,7 @@ class PartialSettings:
         "the exact form of a cause does (`search.further_removes`); in a simulated rig with much that is small one led by 2.1, true ones by "
         "7 and more",
     )
+    order: int = _limit(8, "order of the autoregression that what is left is taken for where rivals are compared")
     less_likely: float = _limit(
         40.0,
         "log likelihood, beside a remainder that is an autoregression, by which a rival is far less likely: another order of it changes "

@@ -13,22 +13,22 @@ from tests.diagnosis.several_runs import run_of, searched
 def test_innovations_of_an_autoregression_are_its_noise() -> None:
     noise = np.random.default_rng(0).normal(size=(2, 20_000))
     series = [np.asarray(lfilter([1.0], [1.0, -1.5, 0.7], e)) for e in noise]
-    found = innovations(series)
+    found = innovations(series, 8)
     wanted = np.concatenate([e[8:] for e in noise])
     assert len(found) == len(wanted) and np.max(np.abs(found - wanted)) < 0.1
     assert np.var(found) == pytest.approx(np.var(wanted), rel=1e-3)
 
 
 def test_a_line_has_none_and_short_stretches_neither() -> None:
-    assert np.allclose(innovations([np.arange(50.0)]), 0.0, atol=1e-9)
-    assert len(innovations([np.ones(8)])) == 0
+    assert np.allclose(innovations([np.arange(50.0)], 8), 0.0, atol=1e-9)
+    assert len(innovations([np.ones(8)], 8)) == 0
 
 
 def test_the_likelihood_is_that_of_white_noise_where_nothing_is_missing() -> None:
     search = searched([run_of(k, {}) for k in range(2)], Hypothesis(("axis.coulomb",)))
     fitted = search.fits.known(NOTHING)
     count = sum(len(log.time) for log in fitted.problem.logs) - 2 * 8
-    assert log_likelihood(fitted, [0, 1]) == pytest.approx(
+    assert log_likelihood(fitted, [0, 1], 8) == pytest.approx(
         0.0, abs=0.1 * count
     )  # the residual is in units of the noise
 
@@ -43,6 +43,6 @@ def test_it_tells_a_drive_that_lags_from_one_that_is_late_beside_a_slow_motion()
 
     def likelihood(e: Hypothesis) -> float:
         fitted: Fit = search.fits.known(e)
-        return log_likelihood(fitted, [0, 1, 2])
+        return log_likelihood(fitted, [0, 1, 2], 8)
 
     assert likelihood(lag) > likelihood(late) + 40.0 and likelihood(lag) > likelihood(NOTHING) + 40.0
