@@ -11,7 +11,8 @@ from pathlib import Path
 import rwjax
 
 assert Path(rwjax.__file__).is_relative_to(sysconfig.get_path("purelib")), rwjax.__file__
-assert all((files("rwjax") / name).is_file() for name in ("py.typed", "report/report.html.j2"))
+PAGE = ("report.html.j2", "motion.js", "uplot/uPlot.iife.min.js", "uplot/uPlot.min.css", "uplot/LICENSE")
+assert all((files("rwjax") / name).is_file() for name in ("py.typed", *(f"report/{part}" for part in PAGE)))
 warnings.filterwarnings("error", module=r"rwjax(\.|$)")  # what a later Python gives up
 for module in pkgutil.walk_packages(rwjax.__path__, "rwjax."):
     if module.name != "rwjax.__main__":

@@ -3,7 +3,7 @@
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
 [--index 17 …] [--of RESULTS.jsonl] [--told]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
 the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares. With `--told` the true names are the only
-candidates, of a messy case the large ones: what is then not named no search can find, as the claims are tested.
+candidates, of a messy case the large ones. What is not named even then is refused by the tests of a claim, not missed by the search.
 """
 
 import argparse
@@ -127,6 +127,7 @@ def main() -> None:
     wanted = [row for row in cases(a.name) if row["group"] in a.group]
     for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
         wanted = [row for row in wanted if alone is None or row["index"] in alone]
+    wanted = [row for row in wanted if split(row["effect"]) or not a.told]
     run(spread(wanted, a.limit), a.path, a.processes, answer_told if a.told else answer)
 
 

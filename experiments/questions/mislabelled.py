@@ -6,6 +6,7 @@ into what a user would give by mistake, and fits each. An answer is
 * asked: a question before the fit, which ends with status 2;
 * refused: one line that names file, line or key, with status 2;
 * right: numbers as from the right input, within 5 %;
+* crashed: any other status;
 * doubted: other numbers, with a note that the model does not explain the logs;
 * absurd: other numbers without a word.
 """
@@ -29,7 +30,7 @@ from experiments.speed.table import show
 
 SEEDS = {"platform": 7, "wheel": 11}
 WITHIN = 0.05  # of a number from the right input
-OUTCOMES = ("asked", "refused", "right", "doubted", "absurd")
+OUTCOMES = ("asked", "refused", "crashed", "right", "doubted", "absurd")
 Files = dict[str, str]  # text by the file's name: rig.toml and logs
 
 
@@ -119,8 +120,9 @@ def fitted(files: Files) -> tuple[int, str, str]:
 def outcome(status: int, out: str, err: str, right: dict[str, float]) -> tuple[str, str]:
     """What became of an input, and what was said of it first."""
     if status:
-        asked = "?" in err or "--force" in err
-        return "asked" if asked else "refused", err.strip().splitlines()[0]
+        said = err.strip().splitlines()[:1]
+        kind = "crashed" if status != 2 or not said else "asked" if "`--force` goes on" in err else "refused"
+        return kind, "".join(said)
     found = json.loads(out)
     numbers = {name: given["value"] for name, given in found["numbers"].items()}
     if all(abs(numbers[name] - value) <= WITHIN * abs(value) for name, value in right.items()):

@@ -86,8 +86,8 @@ def tune(
     if as_json:
         document(answer + "\n")
         return
-    first = sorted(laws.items(), key=lambda law: (law[1]["settling"] is None, abs(law[1]["error"])))
-    say("\n".join(_line(name, found) for name, found in first))
+    ordered = sorted(laws.items(), key=lambda law: (law[1]["settling"] is None, abs(law[1]["error"])))
+    say("\n".join(_line(name, found) for name, found in ordered))
     about = _about(design.plants, sigma, step, bool(ki), bool(fit))
     remark(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
 

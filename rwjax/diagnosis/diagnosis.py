@@ -29,7 +29,7 @@ from rwjax.diagnosis.search.so_far import so_far
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
-from rwjax.diagnosis.uninformative import diverged_numbers, part_of, why_uninformative
+from rwjax.diagnosis.uninformative import DROWNED, diverged_numbers, drowned, part_of, why_uninformative
 from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, stands_out
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import UNIT, why_not
@@ -296,7 +296,7 @@ def _how_far(further: _Further) -> _Outcome:
     uninformative = None
     if verdict == "none":
         diverged = diverged_numbers(fits.rig, fits(NOTHING), settings.remarks)
-        uninformative = why_uninformative(judged.layout.runs, diverged, settings.remarks)
+        uninformative = why_uninformative(judged.layout.runs, diverged, settings.remarks) or _drowned(judged, best)
         verdict, named = "unknown" if uninformative else "none", NOTHING
     elif verdict == "unknown" and headline_gap.after >= headline_gap.before:
         named = NOTHING
@@ -304,6 +304,15 @@ def _how_far(further: _Further) -> _Outcome:
     beside = {"ambiguous": choice, "partial": further.claim}.get(verdict)
     alternatives, same = (beside.alternatives, beside.equivalents) if beside else ((), ())
     return _Outcome(verdict, named, after, judged.gaps(after), alternatives, same, uninformative, diverged)
+
+
+def _drowned(judged: Judged, best: Hypothesis) -> str | None:
+    """Why the held-out runs say nothing where their floors are larger than their motion."""
+    held = judged(best)
+    floors = {name: one.floor for name, one in judged.gaps(held).items()}
+    logs = judged.layout.logs
+    readings = {name: [logs[k].outputs[name] for k, e in held.error.items() if name in e] for name in floors}
+    return DROWNED if drowned(floors, readings) else None
 
 
 def _rivals(outcome: _Outcome, most: int) -> list[Hypothesis]:
@@ -396,6 +405,8 @@ def _next(fits: ModelFits, outcome: _Outcome, further: _Further, among: Asked) -
     """The next experiment that the outcome asks for."""
     if not further.complete:
         return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
+    if outcome.uninformative == DROWNED:
+        return Proposal("runs that begin at rest, half a second before the command")
     if outcome.uninformative:
         return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
     rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in outcome.equivalents]

@@ -22,7 +22,7 @@ import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes, left_out
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
-from rwjax.diagnosis.innovations import log_likelihood
+from rwjax.diagnosis.innovations import mean_log_likelihood
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -116,16 +116,21 @@ def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, 
     rivals = _rivals(search, best)
     if rivals is None:
         return Holding(None, dict.fromkeys(best.names, "together they remove too little") | refused)
-    named = _apart(best, refused)
-    near = _as_likely(search.fits, named, _near(search, best, rivals))
-    most = search.fits.settings.partial.alternatives
-    refused = refused | {name: MANY for name in named.names if sum(name not in e.names for e in near) > most}
-    named = _apart(named, refused)
-    if not named.names:
-        return Holding(None, refused)
-    beside = [_apart(e, refused) for e in near if not {*named.names} <= {*e.names}]
-    beside = [e for e in beside if not any(e.contains(other) for other in beside)]
-    return Holding(_beside(search, named, beside, rivals), refused)
+    about_as_much, most = _near(search, best, rivals), search.fits.settings.partial.alternatives
+    while (named := _apart(best, refused)).names:
+        near = _as_likely(search.fits, named, about_as_much)
+        many = {name: MANY for name in named.names if sum(name not in e.names for e in near) > most}
+        if not many:
+            given_up = {*best.names} & {*refused}
+            beside = _simplest([_apart(e, given_up) for e in near if not {*named.names} <= {*e.names}])
+            return Holding(_beside(search, named, beside, rivals), refused)
+        refused = refused | many
+    return Holding(None, refused)
+
+
+def _simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Those of which no other is a special case."""
+    return [e for e in hypotheses if not any(e.contains(other) for other in hypotheses)]
 
 
 def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
@@ -178,7 +183,7 @@ def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | N
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
-    little = excess(best) <= limits.little * excess(smaller)
+    little = np.isfinite(excess(smaller)) and excess(best) <= limits.little * excess(smaller)
     left = None if little else law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
@@ -300,22 +305,21 @@ def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> lis
     excess, same = search.comparison.excess, _same(search, best)
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
-    near = [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
-    return [e for e in near if not any(e.contains(other) for other in near)]
+    return [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
 
 
 def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The rivals that are not far less likely than the names that hold, beside a remainder that is an autoregression."""
+    """The simplest of the rivals that are not far less likely than some names, beside a remainder that is an autoregression."""
     if not rivals:
         return []
     fitted(fits, named)
     limits = fits.settings.partial
 
     def likelihood(e: Hypothesis) -> float:
-        return log_likelihood(fits.known(e), fits.train, limits.order)
+        return mean_log_likelihood(fits.known(e), fits.train, limits.order)
 
     least = likelihood(named) - limits.less_likely
-    return [e for e in rivals if likelihood(e) > least]
+    return _simplest([e for e in rivals if likelihood(e) > least or not np.isfinite(least)])
 
 
 def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:

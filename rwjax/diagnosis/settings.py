@@ -96,11 +96,12 @@ class PartialSettings:
     )
     little: float = _limit(
         0.05,
-        "excess with a name against without it that counts as little: less than a quarter of what it explains, which a small cause may be; "
-        "simulated true names were refused for a free-form law of that",
+        "excess (of squares) with a name against without it that counts as little: 22 % in amplitude, which a small cause of the same "
+        "coordinate may be; true names of simulated rigs had been refused since a free-form law explained that",
     )
     further_law_of_little: float = _limit(
-        0.5, "the limit `further_law` of a name that leaves little: most of that is no small cause beside others"
+        0.5,
+        "the limit `further_law` for a name that leaves little: a law that removes most of that is hardly one small cause of several",
     )
     as_much: float = _limit(
         3.0,
@@ -110,12 +111,12 @@ class PartialSettings:
     )
     order: int = _limit(8, "order of the autoregression that what is left is taken for where rivals are compared")
     less_likely: float = _limit(
-        40.0,
-        "log likelihood, beside a remainder that is an autoregression, by which a rival is far less likely: another order of it changes "
-        "such differences by up to 36",
+        0.008,
+        "mean log likelihood of a reading, beside a remainder that is an autoregression, by which a rival is far less likely: 40 for 5000 "
+        "readings, where another order of it changed such differences by up to 36 (19 messy rigs of the simulator, 100 Hz)",
     )
     alternatives: int = _limit(
-        3, "rivals that leave about as much and do without a name, above which it is not claimed: four names are few"
+        3, "rivals that leave about as much and do without a name, above which it is not claimed"
     )
 
 

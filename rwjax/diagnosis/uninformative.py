@@ -1,6 +1,6 @@
 """Uninformative logs: when logs that the rig explains say nothing of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -61,6 +61,24 @@ def why_uninformative(logs: Sequence[Log], diverged: tuple[str, ...], limits: Re
     if not any(moves(log, limits) for log in logs):
         return "nothing moves in these logs"
     return f"{part_of(diverged)} hardly moves in these logs" if diverged else None
+
+
+DROWNED = "the first states of the held-out runs are so uncertain that a perfect model could miss these by more than they move"
+"""Why runs say nothing whose floors are larger than their motion."""
+
+
+def drowned(floors: Mapping[str, float], readings: Mapping[str, Sequence[np.ndarray]]) -> bool:
+    """Whether the floor of every output is larger than its motion.
+
+    Args:
+        floors: floor of every output [SI].
+        readings: readings (time,) of every output in each held-out run [SI].
+
+    Returns:
+        True where no output moves by more than a perfect model may leave.
+    """
+    motion = {name: np.concatenate([x - np.nanmean(x) for x in runs]) for name, runs in readings.items()}
+    return all(floor > np.sqrt(np.nanmean(motion[name] ** 2)) for name, floor in floors.items())
 
 
 def part_of(numbers: tuple[str, ...]) -> str:

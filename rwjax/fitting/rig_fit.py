@@ -57,8 +57,8 @@ class RigFit:
         """The estimates as a table, one number a row.
 
         Returns:
-            Columns `number`, `value`, `standard_error`, `from_95` and `to_95` (both in the number's unit, null where there is none) and
-            `unit`.
+            Columns `number`, `value`, `standard_error`, `from_95` and `to_95` (the ends of its 95 % interval), all in the number's unit and
+            null where there is none, and `unit`.
         """
         import polars as pl  # a tenth of a second, which a fit does not need
 

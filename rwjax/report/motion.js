@@ -16,6 +16,8 @@
     const value = (_, v) => (v === null || v === undefined ? "–" : v.toPrecision(4));
     const axis = (label) => ({ stroke: text, grid: { stroke: line, width: 0.5 }, ticks: { stroke: line }, label });
     const curve = ({ label, colour, width, dash }) => ({ label, stroke: colour, width, dash, value });
+    const thinned = run.every > 1 ? ` One of ${run.every} samples is drawn.` : "";
+    document.getElementById("thinned").textContent = thinned;
     chart?.destroy();
     chart = new uPlot(
       {
@@ -43,10 +45,15 @@
   for (const button of panel.querySelectorAll("button")) {
     button.addEventListener("click", () => zoom(...moves[button.value]));
   }
-  panel.hidden = false;
+  panel.hidden = false; // a hidden panel has no width
+  try {
+    draw();
+  } catch (error) {
+    panel.hidden = true;
+    throw error;
+  }
   document.getElementById("motion").closest("figure").classList.add("still");
   chosen.addEventListener("change", draw);
   dark.addEventListener("change", draw);
   addEventListener("resize", () => chart.setSize({ width: place.clientWidth, height: 320 }));
-  draw();
 })();

@@ -13,6 +13,19 @@ BINS, FEWEST_IN_A_BIN = 24, 10
 MOST_RANKED = 8  # candidates in the figure of the ranking
 
 
+def held_out_errors(d: Diagnosis) -> dict[int, np.ndarray]:
+    """Errors of the rig as it is in the headline signal, the run first that is followed worst.
+
+    Args:
+        d: the diagnosis.
+
+    Returns:
+        By number of the log, measured less predicted (time,) in the signal's unit [any], of logs in which it was read.
+    """
+    held = {k: e[d.signal] for k, e in d.before.error.items() if d.signal in e and np.isfinite(e[d.signal]).any()}
+    return dict(sorted(held.items(), key=lambda one: -float(np.nanmean(one[1] ** 2))))
+
+
 def plot_motion(d: Diagnosis, ax: Axes) -> Axes:
     """Draws the measured motion of the held-out run that is followed worst, and the simulated one before and after the named effects.
 
@@ -23,10 +36,10 @@ def plot_motion(d: Diagnosis, ax: Axes) -> Axes:
     Returns:
         The same axes.
     """
-    held = {k: e[d.signal] for k, e in d.before.error.items() if d.signal in e and np.isfinite(e[d.signal]).any()}
-    worst = max(held, key=lambda k: float(np.nanmean(held[k] ** 2)))
+    held = held_out_errors(d)
+    worst = next(iter(held))
     log = d.logs[worst]
-    t, measured = log.time - log.time[0], log.outputs[d.signal]
+    t, measured = log.time, log.outputs[d.signal]
     ax.plot(t, measured, color=MEASURED, lw=2.4, alpha=0.5, label="measured")
     ax.plot(t, measured - held[worst], color=BEFORE, lw=1.0, label="rig as it is")
     if d.effects:

@@ -12,6 +12,8 @@ LONGEST_NAME = 40
 
 MEASURED, BEFORE, AFTER, FLOOR = "#222222", "#c1440e", "#1b6ca8", "#8a8a8a"
 """Colours of a measurement, of the model before and after effects are added, and of the noise floor."""
+MEASURED_WIDE = "#8a8a8a"
+"""Colour of a measurement as a wide line on a page that may be dark."""
 AXIS_LABEL = {
     "yaw_rad": "yaw ψ [rad]",
     "yaw_rad_s": "yaw rate ψ' [rad/s]",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rwjax.diagnosis.settings import RemarkSettings
-from rwjax.diagnosis.uninformative import diverged_numbers, moves, part_of, why_uninformative
+from rwjax.diagnosis.uninformative import diverged_numbers, drowned, moves, part_of, why_uninformative
 from rwjax.fitting.fit import fit
 from tests.diagnosis.simulated import COMMAND, TIME
 from tests.systems import record, run, wheel
@@ -53,3 +53,11 @@ def test_the_reason_names_what_hardly_moves() -> None:
     held = ("wheel.inertia", "motor.friction")
     assert why_uninformative([turning], held, SETTINGS) == f"{part_of(held)} hardly moves in these logs"
     assert part_of(held) == "what wheel.inertia, motor.friction belongs to" and part_of(()) == "the rig"
+
+
+def test_runs_say_nothing_where_every_floor_is_larger_than_the_motion() -> None:
+    angle, rate = 3.0 + np.sin(TIME), np.cos(TIME)  # of 0.7 each about their means
+    readings = {"yaw_rad": [angle, np.where(TIME < 1.0, np.nan, angle)], "yaw_rad_s": [rate]}
+    assert drowned({"yaw_rad": 59.0, "yaw_rad_s": 9.0}, readings)
+    assert not drowned({"yaw_rad": 59.0, "yaw_rad_s": 0.1}, readings)
+    assert not drowned({"yaw_rad": 0.5, "yaw_rad_s": 0.5}, readings)

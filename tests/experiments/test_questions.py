@@ -33,7 +33,8 @@ def test_a_fit_with_other_numbers_is_absurd_where_nothing_is_said() -> None:
     answer = '{"numbers": {"axis.inertia": {"value": 2.0}}, "notes": [%s]}'
     assert outcome(0, answer % "", "", {"axis.inertia": 1.0})[0] == "absurd"
     assert outcome(0, answer % '"far above the noise"', "", {"axis.inertia": 1.0})[0] == "doubted"
-    assert outcome(0, answer % "", "", {"axis.inertia": 2.01})[0] == "right" and len(OUTCOMES) == 5
+    assert outcome(0, answer % "", "", {"axis.inertia": 2.01})[0] == "right" and len(OUTCOMES) == 6
+    assert outcome(1, "", "Traceback", {})[0] == outcome(2, "", "", {})[0] == "crashed"
 
 
 @pytest.mark.slow

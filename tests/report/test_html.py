@@ -75,7 +75,14 @@ def test_a_page_carries_what_its_script_draws_and_the_script_itself(tmp_path: Pa
     page = write_report(found, tmp_path).read_text()
     (held,) = re.findall(r'<script type="application/json" id="motions">(.*?)</script>', page)
     assert json.loads(held) == motions(found) and MARK in json.loads(held)[0]["name"]
-    assert "var uPlot" in page and not re.findall(r"""(?:src|href)=["']?http""", page)
+    assert (
+        "var uPlot" in page
+        and "new uPlot(" in page
+        and "Leon Sorokin" in page
+        and not re.findall(r"""(?:src|href)=["']?http""", page)
+    )
+    for name in re.findall(r'getElementById\("(.*?)"\)', page):
+        assert f'id="{name}"' in page, name
     assert page.index('id="zoom"') < page.index('id="motion"') < page.index("var uPlot")
 
 
