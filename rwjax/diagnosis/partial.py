@@ -129,8 +129,8 @@ def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, 
 
 
 def _simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Those of which no other is a special case."""
-    return [e for e in hypotheses if not any(e.contains(other) for other in hypotheses)]
+    """Those of which no other is a special case; of two that are each other's, as a spring and a bias beside it, both."""
+    return [e for e in hypotheses if not any(e.contains(o) and not o.contains(e) for o in hypotheses)]
 
 
 def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:

@@ -223,6 +223,17 @@ def test_rivals_count_against_the_names_that_they_do_without() -> None:
     assert claimed(search, Choice(both)) == (None, dict.fromkeys(both.names, "many other names leave about as much"))
 
 
+def test_rivals_that_are_special_cases_of_each_other_both_stand() -> None:
+    """A spring holds a bias as its limit, so that it is the same beside one."""
+    both, beside = DRY.plus("axis.bias_torque"), BIAS.plus("axis.spring")
+    assert SPRING.contains(beside) and beside.contains(SPRING)
+    search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, SPRING, both, beside)
+    every = PartialSettings(as_much=1e9, needed=-1e9, sigmas=1e9, harms=np.inf, less_likely=np.inf)
+    search.fits.settings = replace(Settings(), partial=every)
+    claim, _ = claimed(search, Choice(both))
+    assert claim is not None and claim.named == both and {SPRING, beside} <= {*claim.alternatives}
+
+
 def test_a_rival_that_is_far_less_likely_does_not_stand_beside_a_name() -> None:
     """A delay leaves less than twice what the true lag leaves of a slow motion, and follows the command's leaps otherwise."""
     lag, late = Hypothesis(("drive.lag",)), Hypothesis(("drive.delay",))
