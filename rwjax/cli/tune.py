@@ -145,6 +145,8 @@ def _notes(design: "GainDesign", tuned: dict, least: float) -> list[str]:
         notes.append(
             "not settled: where dry friction holds the axis off its angle, --ki or --forward 0.8 help, else a larger --sigma"
         )
+    elif not math.isfinite(design.robust.response.settling):
+        notes.append("the robust gains do not settle on the rig with its friction: take the tuned ones")
     if design.least_modulus < least:
         notes.append(f"margin kept on the rig alone: {design.least_modulus:.2f}; the robust gains have no {least:g}")
     return notes
