@@ -77,8 +77,9 @@ def drowned(floors: Mapping[str, float], readings: Mapping[str, Sequence[np.ndar
     Returns:
         True where no output moves by more than a perfect model may leave.
     """
-    motion = {name: np.concatenate([x - np.nanmean(x) for x in runs]) for name, runs in readings.items()}
-    return all(floor > np.sqrt(np.nanmean(motion[name] ** 2)) for name, floor in floors.items())
+    read = {name: [x[np.isfinite(x)] for x in runs if np.isfinite(x).any()] for name, runs in readings.items()}
+    motion = {name: np.concatenate([x - np.mean(x) for x in runs]) for name, runs in read.items() if runs}
+    return all(floors[name] > np.sqrt(np.mean(m**2)) for name, m in motion.items())
 
 
 def part_of(numbers: tuple[str, ...]) -> str:

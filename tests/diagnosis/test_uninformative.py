@@ -58,6 +58,7 @@ def test_the_reason_names_what_hardly_moves() -> None:
 def test_runs_say_nothing_where_every_floor_is_larger_than_the_motion() -> None:
     angle, rate = 3.0 + np.sin(TIME), np.cos(TIME)  # of 0.7 each about their means
     readings = {"yaw_rad": [angle, np.where(TIME < 1.0, np.nan, angle)], "yaw_rad_s": [rate]}
+    readings["yaw_rad"].append(np.full(len(TIME), np.nan))  # a run in which nothing was read
     assert drowned({"yaw_rad": 59.0, "yaw_rad_s": 9.0}, readings)
     assert not drowned({"yaw_rad": 59.0, "yaw_rad_s": 0.1}, readings)
     assert not drowned({"yaw_rad": 0.5, "yaw_rad_s": 0.5}, readings)
