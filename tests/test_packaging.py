@@ -30,7 +30,8 @@ def test_every_locked_package_has_one_version_and_hashes() -> None:
 
 
 def test_the_package_imports_nothing_that_a_user_does_not_get() -> None:
-    given = named([*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["link"]])
+    extras = [*PROJECT["optional-dependencies"]["link"], *PROJECT["optional-dependencies"]["mujoco"]]
+    given = named([*PROJECT["dependencies"], *extras])
     homes = packages_distributions()
     for path in (ROOT / "rwjax").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):

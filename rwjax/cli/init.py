@@ -30,6 +30,12 @@ NoLoadSpeed = Annotated[float | None, typer.Option(help="speed without a load, b
 Resistance = Annotated[float | None, typer.Option(help="of the winding [ohm]")]
 Mass = Annotated[float | None, typer.Option(help="of what the axis carries, as of a rod [kg]")]
 Length = Annotated[float | None, typer.Option(help="of that rod, from the axis [m]")]
+FromMjcf = Annotated[
+    Path | None, typer.Option("--from-mjcf", metavar="MODEL.xml", help="numbers of one hinge of a MuJoCo model")
+]
+Joint = Annotated[
+    str | None, typer.Option("--joint", metavar="NAME", help="that hinge; the one with an actuator without it")
+]
 Counts = Annotated[float | None, typer.Option(help="counted edges per turn of the encoder")]
 
 
@@ -43,24 +49,34 @@ def init(
     mass: Mass = None,
     length: Length = None,
     counts: Counts = None,
+    from_mjcf: FromMjcf = None,
+    joint: Joint = None,
     output: Output = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write a first rig file for logs, from their columns and a datasheet's numbers. What is guessed is said, and free where logs can tell it.
+    """Write a first rig file for logs, from their columns and a datasheet's numbers or a MuJoCo model. What is guessed is said, and free where logs can tell it.
 
     Example: `rwjax init logs/*.csv -o rig.toml`
     """
     from rwjax.methods.first_rig import Datasheet, first_rig
+    from rwjax.methods.mujoco_joint import mujoco_joint
     from rwjax.text_files import write_text
 
     if output is not None:
-        check_file(output, *log_files)
+        check_file(output, *log_files, *([from_mjcf] if from_mjcf else []))
         if output.exists():
             raise InputError(f"{output}: is there already; give another with -o, or remove it")
     given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
     given |= {"mass": mass, "length": length, "counts": counts}
     if (mass is None) != (length is None):
         raise InputError("--mass and --length go together: both are of one rod")
+    if joint is not None and from_mjcf is None:
+        raise InputError("--joint names a hinge of the model that --from-mjcf gives")
+    other = [name for name, value in given.items() if value is not None and name != "counts"] + ["kind"] * (
+        kind is not None
+    )
+    if from_mjcf is not None and other:
+        raise InputError(f"--{other[0]} does not go with --from-mjcf: the model says it")
     if supply is None and (stall_torque is not None or no_load_speed is not None):
         raise InputError("--stall-torque and --no-load-speed need --supply, the voltage at which they hold")
     finite(**{name: value for name, value in given.items() if value is not None})
@@ -69,7 +85,8 @@ def init(
     with progress(quiet) as show:
         show("looking at the logs")
         datasheet = Datasheet(supply, stall_torque, speed, resistance, mass, length, counts)
-        text = first_rig(log_files, datasheet, kind.value if kind else None)
+        model = mujoco_joint(from_mjcf, joint) if from_mjcf else None
+        text = first_rig(log_files, datasheet, kind.value if kind else None, model)
     if output is None:
         document(text)
         return

@@ -70,6 +70,11 @@ class Spring(AxisTorque):
         k, T_0 = given["k"], given["T_0"]
         return {"stiffness": k, "springref": T_0 / k} if k else {"constant": T_0}
 
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        k = fields.get("stiffness", 0.0)
+        return {"k": k, "T_0": k * fields.get("springref", 0.0), "k_3": 0.0} if k else {}
+
 
 class BiasTorque(AxisTorque):
     r"""Constant torque $T$ on the axis; positive turns it forward.
@@ -95,6 +100,10 @@ class BiasTorque(AxisTorque):
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"constant": given["T"]}
+
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        return {"T": fields["constant"]} if "constant" in fields else {}
 
 
 class Backlash(Coupling):

@@ -86,6 +86,10 @@ class DriveDelay(CommandDelay):
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"delay": given["tau"]}
 
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        return {"tau": fields["delay"]} if "delay" in fields else {}
+
 
 class DriveLag(CommandFilter):
     r"""The command acts through a lag, $T\dot u_e + u_e = u$, and a second one of $q T$ behind it.
@@ -129,6 +133,10 @@ class DriveLag(CommandFilter):
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"lag": given["T"]}
+
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        return {"T": fields["lag"], "q": 0.0} if "lag" in fields else {}
 
 
 def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
@@ -205,6 +213,10 @@ class DriveSaturation(CommandMap):
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"limit": given["u_m"]} if given.get("n", SHARP) >= SHARP else None
 
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        return {"u_m": fields["limit"], "n": SHARP} if "limit" in fields else {}
+
 
 class DriveBias(CommandMap):
     r"""Constant offset on the command, $u_e = u + u_b$.
@@ -230,6 +242,10 @@ class DriveBias(CommandMap):
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"offset": given["u_b"]}
+
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        return {"u_b": fields["offset"]} if "offset" in fields else {}
 
 
 class AsymmetricGain(CommandMap):
@@ -415,3 +431,7 @@ class LateGoal(GoalDelay):
     @classmethod
     def in_mujoco(cls, given: Mapping[str, float]) -> Mapping[str, float] | None:
         return {"goal_delay": given["tau"]}
+
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        return {"tau": fields["goal_delay"]} if "goal_delay" in fields else {}

@@ -211,6 +211,19 @@ class Effect(eqx.Module):
         """
         return None
 
+    @classmethod
+    def from_mujoco(cls, fields: Mapping[str, float]) -> Mapping[str, float]:
+        """Its numbers in a MuJoCo model, the inverse of `in_mujoco`.
+
+        Args:
+            fields: What a hinge and its actuator have, by the fields of `rwjax.export.mujoco_model` [the field's unit]. A field that is
+                absent is 0, or no limit.
+
+        Returns:
+            Its numbers by name (SI); none where the model does not have it.
+        """
+        return {}
+
     def mine(self, motion: Motion) -> tuple[Scalar, ...]:
         """Its own states in a motion.
 

@@ -13,6 +13,8 @@ from rwjax.logs.propose import proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
+from rwjax.methods.known import Known
+from rwjax.methods.mujoco_joint import MujocoJoint
 from rwjax.methods.regression import weak_form
 from rwjax.rig.columns import COLUMNS, columns_of
 from rwjax.rig.read import parse_rig
@@ -45,50 +47,47 @@ class Datasheet(NamedTuple):
     counts: float | None = None
 
 
-class Known(NamedTuple):
-    """A number of the first rig file.
-
-    Attributes:
-        value: Its value [SI].
-        why: Where it comes from, in words.
-        free: Whether a fit is to estimate it.
-    """
-
-    value: float
-    why: str
-    free: bool = False
-
-
 GUESS, REGRESSION = "a guess", "by a regression; `rwjax fit` estimates it anew"
 
 
-def first_rig(paths: Sequence[str | PathLike[str]], datasheet: Datasheet, kind: str | None = None) -> str:
+def first_rig(
+    paths: Sequence[str | PathLike[str]],
+    datasheet: Datasheet,
+    kind: str | None = None,
+    model: MujocoJoint | None = None,
+) -> str:
     """The text of a first rig file for logs.
 
     Args:
         paths: The logs, of any layout; the first one says the columns.
         datasheet: What is known beforehand.
         kind: Kind of the rig, one of `rwjax.kinds.ONE_AXIS`; by the columns where none is given.
+        model: The hinge of a MuJoCo model that the logs are of, from which the numbers are taken; the kind is then `joint`.
 
     Returns:
         TOML text. Free numbers are estimated by a regression on the smoothed motion, where the logs allow it; else a comment says why not.
 
     Raises:
-        LogError: A log cannot be read, has no column for the time, a command or a reading, or is of a rig with two axes.
+        LogError: A log cannot be read, has no column for the time, a command or a reading, or is of a rig with two axes; or it has no
+            goal where the model's hinge has a servo.
     """
     sheet = read_sheet(paths[0])
     _check_columns(sheet)
-    guessed, kind = kind is None, kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")})
+    guessed = kind is None and model is None
+    kind = "joint" if model else kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")})
     section, columns = printable_lines(proposal(sheet, kind)), {*proposed(sheet, kind)}
     if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
         section = ""
     name = Path(paths[0]).resolve().parent.name
-    numbers = _numbers(kind, datasheet, columns)
+    numbers = model.numbers if model else _numbers(kind, datasheet, columns)
 
     def text(numbers: dict[str, Known]) -> str:
-        return _text(kind, guessed, "rig" if no_name(name) else name, numbers, datasheet, columns, section)
+        return _text(kind, guessed, "rig" if no_name(name) else name, numbers, datasheet, columns, section, model)
 
     rig = parse_rig(text(numbers))
+    if model:
+        _check_command(sheet, model, columns)
+        return "".join(f"# {note}\n" for note in model.notes) + text(numbers)
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:
         return f"# No number is estimated yet: fill in the servo's gains, then `rwjax fit`.\n{text(numbers)}"
@@ -199,16 +198,15 @@ def _text(
     datasheet: Datasheet,
     columns: set[str],
     section: str,
+    model: MujocoJoint | None,
 ) -> str:
     """The rig file."""
     by = "   # by the columns; else give --kind" if guessed else ""
     lines = [f'kind = "{kind}"{by}', f"name = {json.dumps(name, ensure_ascii=False)}"]
     for part in dict.fromkeys(key.rpartition(".")[0] for key in NUMBERS if key in numbers):
         lines += ["", f"[{part}]"]
-        lines += ['acts_on = "voltage"   # a guess: or "duty", "current", "torque"'] if part == SERVO else []
-        for key in (key for key in NUMBERS if key in numbers and key.rpartition(".")[0] == part):
-            known, n = numbers[key], NUMBERS[key]
-            lines.append(f"{key.rpartition('.')[2]} = {known.value!r}   # {n.symbol}, {n.unit}: {known.why}")
+        lines += _servo_choices(model) if part == SERVO else []
+        lines += [numbers[key].line(key) for key in NUMBERS if key in numbers and key.rpartition(".")[0] == part]
     for column in (name for name in COLUMNS if name in columns):
         if on := COLUMNS[column].encoder:
             counts = (
@@ -217,8 +215,28 @@ def _text(
                 else "2048   # a guess: counted edges per turn"
             )
             lines += ["", f"[{encoder_section(on, kind)}]", f"counts_per_rev = {counts}"]
+    for effect, given in (model.effects if model else {}).items():
+        lines += ["", f'[effects."{effect}"]', *(f"{key} = {value!r}" for key, value in given.items())]
     lines += ["", *section.splitlines()] if section else []
     free = ", ".join(f'"{key}"' for key, known in numbers.items() if known.free)
     return "\n".join(
         [*lines, "", "[fit]", f"free = [{free}]   # estimated by `rwjax fit`; all else is taken as known", ""]
     )
+
+
+def _servo_choices(model: MujocoJoint | None) -> list[str]:
+    """What a servo's command is."""
+    if model is None:
+        return ['acts_on = "voltage"   # a guess: or "duty", "current", "torque"']
+    return ['acts_on = "torque"', 'damping_on = "speed"']
+
+
+def _check_command(sheet: Sheet, model: MujocoJoint, columns: set[str]) -> None:
+    """`LogError` where the log's command is not what the actuator of a model takes."""
+    names, motor = columns | {*sheet.names}, "motor.torque_constant" in model.numbers
+    wanted = {"goal_rad"} if model.servo else {"voltage_V"} if motor else {"command_Nm"}
+    if not wanted & names:
+        raise LogError(
+            f"{sheet.where(None)}: the actuator of `{model.name}` takes {wanted.pop()}, and no column is taken for it; found "
+            f"{', '.join(sheet.names)}"
+        )

@@ -25,3 +25,13 @@ def test_the_command_line_names_every_kind_with_one_command() -> None:
 def test_init_refuses_a_number_that_no_datasheet_has(tmp_path: Path) -> None:
     done = program("init", str(sorted(DEMO.glob("*.csv"))[0]), "--no-load-speed", "-3", cwd=tmp_path)
     assert done.returncode == 2 and "--no-load-speed" in done.stderr
+
+
+def test_a_model_of_mujoco_and_numbers_of_a_datasheet_do_not_go_together(tmp_path: Path) -> None:
+    log = str(sorted(DEMO.glob("*.csv"))[0])
+    for arguments, words in (
+        (["--from-mjcf", "model.xml", "--mass", "1", "--length", "1"], "--mass does not go with --from-mjcf"),
+        (["--joint", "elbow"], "--joint names a hinge"),
+    ):
+        done = program("init", log, *arguments, cwd=tmp_path)
+        assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1

@@ -12,7 +12,7 @@ from rwjax.rig.model import Rig
 from tests.systems import platform, reaction, wheel
 
 if os.environ.get("RWJAX_FIRMWARE") != "required":  # where the continuous test sets it, nothing may be missing
-    pytest.importorskip("mujoco", reason="playing a model needs the extra `rigid`")
+    pytest.importorskip("mujoco", reason="playing a model needs the extra `mujoco`")
 
 from experiments.exports.played import played
 

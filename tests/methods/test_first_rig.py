@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rwjax import InputError, Rig, parse_rig, read_logs, simulate, write_log
+from rwjax import InputError, LogError, Rig, parse_rig, read_logs, simulate, write_log
 from rwjax.methods.first_rig import Datasheet, first_rig
+from rwjax.methods.known import Known
+from rwjax.methods.mujoco_joint import MujocoJoint
 from tests.systems import platform, reaction, wheel
 
 NOTHING = Datasheet()
@@ -91,3 +93,22 @@ def test_what_is_wrong_with_a_log_is_said_by_its_own_columns(text: str, says: st
     (tmp_path / "run.csv").write_text(text)
     with pytest.raises(InputError, match=says):
         first_rig([tmp_path / "run.csv"], NOTHING)
+
+
+def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Path) -> None:
+    known = {
+        "axis.inertia": Known(0.02, "of the model"),
+        "axis.friction.viscous": Known(0.01, "of the model", free=True),
+    }
+    gains = {"drive.servo.kp": Known(4.0, "kp of the model", free=True)}
+    spring = {"axis.spring": {"k": 0.3, "T_0": 0.0, "k_3": 0.0}}
+    t = 0.01 * np.arange(200)
+    write_log(tmp_path / "run.csv", {"time_s": t, "goal_rad": np.sin(t), "yaw_counts": np.round(100 * np.sin(t))}, {})
+    text = first_rig([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known | gains, True, spring, ("so.",)))
+    found = parse_rig(text)
+    assert text.startswith("# so.\n") and found.kind == "joint" and found.effects == spring
+    assert found.servo is not None and (found.servo.acts_on, found.servo.damping_on) == ("torque", "speed")
+    assert {name: found.numbers[name] for name in known | gains} == {n: k.value for n, k in (known | gains).items()}
+    assert found.free == ("axis.friction.viscous", "drive.servo.kp")
+    with pytest.raises(LogError, match="`elbow` takes command_Nm"):
+        first_rig([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known, False, {}, ()))

@@ -1,0 +1,32 @@
+"""A number of a first rig file, and where it comes from."""
+
+from typing import NamedTuple
+
+from rwjax.kinds import NUMBERS
+
+
+class Known(NamedTuple):
+    """A number of the first rig file.
+
+    Attributes:
+        value: Its value [SI].
+        why: Where it comes from, in words.
+        free: Whether a fit is to estimate it.
+    """
+
+    value: float
+    why: str
+    free: bool = False
+
+    def line(self, name: str) -> str:
+        """The number as it stands in the rig file, with symbol, unit and where it comes from.
+
+        Args:
+            name: Its name, one of `rwjax.kinds.NUMBERS`.
+
+        Returns:
+            A line of TOML, for the section of the name.
+        """
+        return (
+            f"{name.rpartition('.')[2]} = {self.value!r}   # {NUMBERS[name].symbol}, {NUMBERS[name].unit}: {self.why}"
+        )
