@@ -1,11 +1,11 @@
-# make demo | test | test-all | firmware-test | wheel | lint | bench | rivals | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | test-all | firmware-test | wheel | lint | bench | docs | rivals | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test test-all firmware-test wheel lint bench rivals lock clean python
+.PHONY: demo test test-all firmware-test wheel lint bench docs rivals lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -45,6 +45,15 @@ bench: .venv/.bench
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
 	@touch $@
 
+# The pages of docs/ as a site in build/docs: notebooks are executed, and a warning ends it.
+docs: .venv/.docs
+	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
+	@echo "build/docs/index.html"
+
+.venv/.docs: $(READY) docs/requirements.lock
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes --no-deps -r docs/requirements.lock
+	@touch $@
+
 # Rivals of the diagnosis on labelled cases of the separate simulator (half a minute a case), then their scores.
 rivals: .venv/.rivals
 	@$(BIN)/python -m experiments.rivals.run explore --limit 30 -o build/rivals.jsonl
@@ -71,9 +80,12 @@ python:
 lock: | python
 	@$(PYTHON) -m venv build/lock
 	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra link --extra mujoco \
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra docs --constraint requirements.lock \
+		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
+		--custom-compile-command "make lock" -o docs/requirements.lock pyproject.toml
 
 clean:
 	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis

@@ -5,6 +5,7 @@ import re
 import sys
 import tomllib
 from importlib.metadata import packages_distributions
+from itertools import chain
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -30,8 +31,8 @@ def test_every_locked_package_has_one_version_and_hashes() -> None:
 
 
 def test_the_package_imports_nothing_that_a_user_does_not_get() -> None:
-    extras = [*PROJECT["optional-dependencies"]["link"], *PROJECT["optional-dependencies"]["mujoco"]]
-    given = named([*PROJECT["dependencies"], *extras])
+    extras = (PROJECT["optional-dependencies"][name] for name in ("data", "link", "mujoco"))
+    given = named([*PROJECT["dependencies"], *chain.from_iterable(extras)])
     homes = packages_distributions()
     for path in (ROOT / "rwjax").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):

@@ -33,8 +33,20 @@ Logs = Annotated[
 To = Annotated[Target, typer.Option("--to", help="the tool", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", metavar="FILE", help="stdout without it")]
 
+Answer = Annotated[
+    Path | None,
+    typer.Option("--fit", metavar="FILE", help="of `fit --json`, or a diagnosis.json: covariance and noise for JSON"),
+]
 
-def export(rig_file: RigFile, to: To, log_files: Logs = None, output: Output = None, quiet: Quiet = False) -> None:
+
+def export(
+    rig_file: RigFile,
+    to: To,
+    log_files: Logs = None,
+    answer: Answer = None,
+    output: Output = None,
+    quiet: Quiet = False,
+) -> None:
     """Write RIG for another tool: a MuJoCo model, a C header with feed-forward, a python-control plant, or JSON. Says what the tool cannot express, and of a MuJoCo model, with logs, how far that moves free runs. Replaces FILE.
 
     Example: `rwjax export fitted.toml --to mjcf -o rig.xml`
@@ -46,10 +58,10 @@ def export(rig_file: RigFile, to: To, log_files: Logs = None, output: Output = N
     from rwjax.text_files import write_text
 
     if output is not None:
-        check_file(output, rig_file, *(log_files or ()))
+        check_file(output, rig_file, *(log_files or ()), *([answer] if answer else ()))
     rig = read_rig(rig_file)
     with of_file(rig_file):
-        found = exported(rig, to.value)
+        found = exported(rig, to.value, answer)
     with progress(quiet) as show:
         show("working out what is left out")
         notes = [f"not in it: {name}: {why}" for name, why in found.left_out.items()]

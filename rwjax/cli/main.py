@@ -12,6 +12,7 @@ from rwjax.cli import interrupt, terminal
 from rwjax.cli.cache import cache
 from rwjax.cli.check import check
 from rwjax.cli.compare import compare
+from rwjax.cli.data import data
 from rwjax.cli.decode import decode
 from rwjax.cli.diagnose import diagnose
 from rwjax.cli.dump import dump
@@ -59,7 +60,7 @@ COMMANDS = (
     *(init, import_logs, check, fit, predict, compare, diagnose, export),
     *(region, sweep, tune, slew, dump, size),
     *(plan, record, run_experiment, monitor, decode),
-    cache,
+    *(data, cache),
 )
 for command in COMMANDS:
     app.command("import" if command is import_logs else None)(command)  # `import` is a word of Python's

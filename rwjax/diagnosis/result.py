@@ -221,6 +221,7 @@ class Diagnosis:
         """
         return {
             "schema": SCHEMA,
+            "rig": self.rig.name,
             "verdict": self.verdict,
             "complete": self.complete,
             "untried": list(self.untried),
@@ -249,8 +250,20 @@ class Diagnosis:
             "split": self.split.json(),
             "next_experiment": self.next_experiment,
             "drift": [_rung_json(rung) for rung in (*self.waterfall, *self.alternatives_waterfall)],
+            **self._estimates_json(),
             "refused": self.refused,
             "remarks": list(self.remarks),
+        }
+
+    def _estimates_json(self) -> dict:
+        """The estimates of the corrected rig, under the keys of `rwjax fit --json`."""
+        value, error = self.fitted.numbers(), self.spread.standard_error
+        return {
+            "numbers": {
+                name: {"value": value[name], "standard_error": _plain(error[name])} for name in self.spread.names
+            },
+            "covariance_of": list(self.spread.names),
+            "covariance": [[_plain(float(v)) for v in row] for row in self.spread.covariance],
         }
 
     def _where_json(self) -> dict | None:

@@ -1,24 +1,33 @@
-"""A rig as JSON: every number with its unit and its standard error, and every effect with its equation."""
+"""A rig as JSON: every number with its unit and its standard error, every effect with its equation, and what simulators draw from."""
 
 import json
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
+from rwjax.control.fit_estimate import read_fit_estimate
 from rwjax.effects.library import BY_NAME, unit_of_number
+from rwjax.errors import InputError
 from rwjax.export import Exported
 from rwjax.rig.model import Rig
+from rwjax.text_files import read_text
 
 SCHEMA = "rwjax.rig/1"
 
 
-def numbers(rig: Rig) -> Exported:
+def numbers(rig: Rig, answer: Path | None = None) -> Exported:
     """A rig as JSON. It leaves nothing out of the plant.
 
     Args:
         rig: Any rig.
+        answer: What `rwjax fit --json` printed of it, or the `diagnosis.json` beside it. With it come the covariance of the estimates,
+            and of a diagnosis what is left as torque noise, so that a simulator can draw its rigs.
 
     Returns:
         The text.
+
+    Raises:
+        InputError: The answer is no such file, of another rig, or says nothing of a number.
     """
     effects = {
         name: {
@@ -37,8 +46,17 @@ def numbers(rig: Rig) -> Exported:
         "servo": rig.servo._asdict() if rig.servo is not None else None,
         "tied": rig.tied,
         "counts_per_rev": rig.counts_per_rev,
+        **(_spread(answer, rig) if answer else {}),
     }
     return Exported(json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False) + "\n", {})
+
+
+def _spread(answer: Path, rig: Rig) -> dict[str, Any]:
+    """What a simulator draws from: estimates with their covariance, and what is left as torque noise."""
+    estimate = read_fit_estimate(answer, rig)
+    left = json.loads(read_text(answer, InputError)).get("left_torque")
+    found = {"mean": estimate.mean.tolist(), "covariance": estimate.covariance.tolist(), "left_torque": left}
+    return {"estimate": {"names": list(estimate.names), **found}}
 
 
 def _number(rig: Rig, name: str, value: float) -> dict[str, Any]:

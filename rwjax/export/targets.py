@@ -1,9 +1,11 @@
 """The tools that a rig may be written for, and how large what each cannot express is."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
+from rwjax.errors import InputError
 from rwjax.export import Exported
 from rwjax.export.c_header import c_header
 from rwjax.export.mjcf import mjcf
@@ -22,20 +24,26 @@ TARGETS: dict[str, Callable[[Rig], Exported]] = {
 """What writes a rig, by the tool's name."""
 
 
-def export(rig: Rig, to: str) -> Exported:
+def export(rig: Rig, to: str, answer: Path | None = None) -> Exported:
     """A rig in the words of another tool.
 
     Args:
         rig: The rig, with its effects.
         to: A key of `TARGETS`.
+        answer: What `rwjax fit --json` or a diagnosis said of the rig, whose covariance JSON alone takes.
 
     Returns:
         The file, and what it leaves out.
 
     Raises:
         RigError: For a rig that the tool cannot hold.
+        InputError: For an answer that is not of this rig, or that the tool does not take.
     """
-    return TARGETS[to](rig)
+    if answer is None:
+        return TARGETS[to](rig)
+    if TARGETS[to] is not numbers:
+        raise InputError(f"{answer}: covariance and noise go into JSON alone, not into {to}")
+    return numbers(rig, answer)
 
 
 def moved_by(rig: Rig, held: Rig, logs: Sequence[Log]) -> dict[str, float]:

@@ -8,15 +8,12 @@ and $R = K/(Gg)$; with neither the control is the torque.
 """
 
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rwjax.errors import InputError, nearest
 from rwjax.methods.known import Known
-
-if TYPE_CHECKING:
-    from mujoco import MjModel
 
 LEAST = 1e-9
 """Share of the largest torque below which one counts as rounding [1]."""
@@ -56,11 +53,7 @@ def mujoco_joint(path: str | PathLike[str], joint: str | None = None) -> MujocoJ
     Raises:
         InputError: MuJoCo is not installed or does not read the model, there is no such hinge, or its actuator is of another kind.
     """
-    try:
-        import mujoco
-    except ImportError as why:
-        raise InputError("reading a MuJoCo model needs MuJoCo: pip install mujoco") from why
-    where = fspath(path)
+    mujoco, where = _mujoco(), fspath(path)
     try:
         model = mujoco.MjModel.from_xml_path(where)
     except ValueError as why:  # also for a file that is not there
@@ -101,6 +94,15 @@ def _effects(fields: dict[str, float]) -> dict[str, dict[str, float]]:
     return {name: {key: _rounded(value) for key, value in given.items()} for name, given in found.items() if given}
 
 
+def _mujoco() -> Any:
+    """The package, which only those have who read a model."""
+    try:
+        import mujoco
+    except ImportError as why:
+        raise InputError("reading a MuJoCo model needs MuJoCo: pip install mujoco") from why
+    return mujoco
+
+
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
@@ -110,10 +112,9 @@ def _first(value: Any) -> float:
     return float(np.ravel(value)[0])
 
 
-def _joint(where: str, model: "MjModel", wanted: str | None) -> int:
+def _joint(where: str, model: Any, wanted: str | None) -> int:
     """Number of the hinge."""
-    import mujoco
-
+    mujoco = _mujoco()
     hinges = {
         model.joint(j).name: j for j in range(model.njnt) if model.jnt_type[j] == int(mujoco.mjtJoint.mjJNT_HINGE)
     }
@@ -130,23 +131,21 @@ def _joint(where: str, model: "MjModel", wanted: str | None) -> int:
     return next(iter(driven.values()))
 
 
-def _driven(model: "MjModel") -> np.ndarray:
+def _driven(model: Any) -> np.ndarray:
     """Joints with an actuator of their own that its control moves."""
     return np.unique(model.actuator_trnid[_at_joints(model) & (model.actuator_gainprm != 0.0).any(axis=1), 0])
 
 
-def _at_joints(model: "MjModel") -> np.ndarray:
+def _at_joints(model: Any) -> np.ndarray:
     """Which actuators act on a joint."""
-    import mujoco
-
+    mujoco = _mujoco()
     kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
     return np.isin(model.actuator_trntype, [int(kind) for kind in kinds])
 
 
-def _body(model: "MjModel", j: int) -> tuple[float, float, float]:
+def _body(model: Any, j: int) -> tuple[float, float, float]:
     """Inertia about a hinge [kg m²] without the armature, and its weight's torque against sine and cosine of the angle [N m]."""
-    import mujoco
-
+    mujoco = _mujoco()
     data, dof, at = mujoco.MjData(model), int(model.jnt_dofadr[j]), int(model.jnt_qposadr[j])
     torque = []
     for angle in (0.0, 0.5 * np.pi):
@@ -169,10 +168,9 @@ class _Driven(NamedTuple):
     notes: tuple[str, ...]
 
 
-def _actuator(where: str, model: "MjModel", j: int, name: str, weighs: bool) -> _Driven:
+def _actuator(where: str, model: Any, j: int, name: str, weighs: bool) -> _Driven:
     """The actuator of a hinge."""
-    import mujoco
-
+    mujoco = _mujoco()
     of = [int(a) for a in np.flatnonzero(_at_joints(model) & (model.actuator_trnid[:, 0] == j))]
     constant = [a for a in of if not model.actuator_gainprm[a].any()]
     of = [a for a in of if a not in constant]
@@ -197,7 +195,7 @@ def _actuator(where: str, model: "MjModel", j: int, name: str, weighs: bool) -> 
     return found._replace(fields={key: value for key, value in (found.fields | always).items() if value})
 
 
-def _motor(model: "MjModel", a: int, g: float, G: float, b2: float) -> _Driven:
+def _motor(model: Any, a: int, g: float, G: float, b2: float) -> _Driven:
     """An actuator whose control is a torque, or with a bias `b2` by the rate a voltage."""
     fields = _late(model, a)
     if model.actuator_ctrllimited[a]:
@@ -215,7 +213,7 @@ def _motor(model: "MjModel", a: int, g: float, G: float, b2: float) -> _Driven:
     return _Driven(numbers, False, fields, tuple(notes))
 
 
-def _servo(model: "MjModel", a: int, G: float, weighs: bool) -> _Driven:
+def _servo(model: Any, a: int, G: float, weighs: bool) -> _Driven:
     """A `position` actuator: a servo that makes torque."""
     kp, kd = -(G**2) * float(model.actuator_biasprm[a, 1]), -(G**2) * float(model.actuator_biasprm[a, 2])
     why = (
@@ -243,10 +241,9 @@ def _servo(model: "MjModel", a: int, G: float, weighs: bool) -> _Driven:
     return _Driven(numbers, True, {"goal_delay": late.get("delay", 0.0)}, tuple(notes))
 
 
-def _late(model: "MjModel", a: int) -> dict[str, float]:
+def _late(model: Any, a: int) -> dict[str, float]:
     """Delay and time constant of an actuator."""
-    import mujoco
-
+    mujoco = _mujoco()
     filtered = (int(mujoco.mjtDyn.mjDYN_FILTER), int(mujoco.mjtDyn.mjDYN_FILTEREXACT))
     lag = float(model.actuator_dynprm[a, 0]) if model.actuator_dyntype[a] in filtered else 0.0
     return {name: value for name, value in (("delay", float(model.actuator_delay[a])), ("lag", lag)) if value}

@@ -27,6 +27,7 @@ def test_the_wheel_stops_near_the_bound_and_the_axis_does_not_move(spin: float) 
     assert np.max(np.abs(found.best.torque)) < 0.9 * HOLDS * 1.001
 
 
+@pytest.mark.slow
 def test_a_stop_faster_than_the_bound_moves_the_axis() -> None:
     found = dump(TESTBED, SPIN, LIMITS, margin=0.98)
     structure, theta, start = steady_state(TESTBED, SPIN)

@@ -229,6 +229,7 @@ def test_a_rig_without_free_numbers_is_diagnosed() -> None:
     assert not any("`fit.free`" in remark for remark in diagnose(RIG, logs, only=("axis.spring",)).remarks)
 
 
+@pytest.mark.slow
 def test_helpers_change_no_byte_of_the_answer() -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": 0.02}}, disturbed=0.02) for k in range(3)]
     only = ("axis.bias_torque", "axis.coulomb", "axis.spring", "axis.stribeck")

@@ -57,6 +57,7 @@ def test_of_a_set_the_names_stay_that_hold() -> None:
     assert claim is not None and claim.named == DRY and refused == {"axis.spring": why}
 
 
+@pytest.mark.slow
 def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_to_claim() -> None:
     search = searched([run_of(k, PUSHED, disturbed=0.03) for k in range(3)], BIAS, OFFSET, DRY)
     claim, _ = claimed(search, Choice(BIAS))
@@ -71,6 +72,7 @@ def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_
     assert claim is not None and claim.alternatives == (OFFSET,)
 
 
+@pytest.mark.slow
 def test_parts_of_a_set_are_no_rivals_of_it() -> None:
     both = DRY.plus("axis.bias_torque")
     search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, OFFSET, both)
@@ -185,6 +187,7 @@ def test_an_amount_that_differs_is_seen_though_the_residual_is_then_all_disagree
     assert max(abs(a.value - 1.0) / a.error for a in off) > 10.0
 
 
+@pytest.mark.slow
 def test_twins_on_both_sides_of_a_pair_stand_beside_it_and_ask_for_no_experiment() -> None:
     truth = {"drive.delay": {"tau": 0.2}, "axis.bias_torque": {"T": 0.002}}
     logs = [run_of(k, truth, disturbed=0.1) for k in range(4)]
@@ -210,6 +213,7 @@ def test_what_the_held_out_runs_alone_show_is_left_by_names_that_close_three_qua
     assert found.verdict == verdict and found.effects == ("axis.coulomb",) and gap.after > 5.0 * gap.floor
 
 
+@pytest.mark.slow
 def test_rivals_count_against_the_names_that_they_do_without() -> None:
     """Of four rivals two do without dry friction, and two without the bias."""
     both, others = DRY.plus("axis.bias_torque"), ("axis.quadratic_drag", "axis.viscous")
@@ -223,6 +227,7 @@ def test_rivals_count_against_the_names_that_they_do_without() -> None:
     assert claimed(search, Choice(both)) == (None, dict.fromkeys(both.names, "many other names leave about as much"))
 
 
+@pytest.mark.slow
 def test_rivals_that_are_special_cases_of_each_other_both_stand() -> None:
     """A spring holds a bias as its limit, so that it is the same beside one."""
     both, beside = DRY.plus("axis.bias_torque"), BIAS.plus("axis.spring")

@@ -19,6 +19,14 @@ from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.logs.coverage import Outside, Split
 from tests.systems import platform, reaction, wheel
 
+
+class Fitted(Fit):
+    """A fit of which JSON reads the numbers alone."""
+
+    def numbers(self) -> dict[str, float]:
+        return {"axis.inertia": 0.09, "axis.coulomb.M_c": 0.03}
+
+
 NONE = HeldOut({}, {}, {}, {}, {})
 FIRST = Rung((), 0.05, {"axis.inertia": (0.1, 0.001)}, {"axis.inertia": (0.0, 0.0)}, {})
 SECOND = Rung(
@@ -57,17 +65,17 @@ DIAGNOSIS = Diagnosis(
     before=NONE,
     after=NONE,
     settings=Settings(),
-    fitted=object.__new__(Fit),  # which neither JSON nor text reads
-    spread=object.__new__(Uncertainty),
+    fitted=object.__new__(Fitted),
+    spread=Uncertainty(("axis.inertia", "axis.coulomb.M_c"), np.diag([np.inf, 1e-6]), np.ones(2), ()),
 )
 
 
 def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     found = json.loads(json.dumps(DIAGNOSIS.json(), allow_nan=False))
     assert list(found) == [
-        "schema", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "left", "left_torque",
+        "schema", "rig", "verdict", "complete", "untried", "untold", "effects", "alternatives", "ranking", "where", "left", "left_torque",
         "gap", "held_out", "split",
-        "next_experiment", "drift", "refused", "remarks",
+        "next_experiment", "drift", "numbers", "covariance_of", "covariance", "refused", "remarks",
     ]  # fmt: skip
     assert found["schema"] == "rwjax.diagnosis/2" and found["untold"] is None
     assert (
@@ -87,6 +95,14 @@ def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
         "standard_error": 0.001,
         "unit": "N m",
     }
+
+
+def test_the_json_has_the_estimates_under_the_keys_of_a_fit() -> None:
+    found = DIAGNOSIS.json()
+    assert found["rig"] == platform().name and found["covariance_of"] == ["axis.inertia", "axis.coulomb.M_c"]
+    assert found["covariance"] == [[None, 0.0], [0.0, 1e-6]]
+    assert found["numbers"]["axis.inertia"] == {"value": 0.09, "standard_error": None}
+    assert found["numbers"]["axis.coulomb.M_c"] == {"value": 0.03, "standard_error": pytest.approx(1e-3)}
 
 
 def test_an_unfinished_answer_says_so_in_the_text_and_the_json() -> None:

@@ -106,6 +106,7 @@ def test_a_loop_follows_scipy_from_tick_to_tick() -> None:
     assert np.max(np.abs(apart)) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_goal_of_a_tick_is_its_mean_over_the_period_and_comes_late() -> None:
     goal = np.where(TIME < 0.999, 0.0, 1.0)  # from 1.00 s on
     heavy = Joint(given=TORQUE, I=1e9)

@@ -1,11 +1,12 @@
 """All tools that a rig may be written for, and how large what they leave out is."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rwjax import parse_rig, simulate
+from rwjax import InputError, parse_rig, simulate
 from rwjax.cli.export import Target
 from rwjax.export.targets import TARGETS, export, moved_by
 from tests.systems import platform, record
@@ -22,6 +23,12 @@ def test_every_tool_says_of_the_same_rig_what_it_leaves_out(to: str) -> None:
 
 def test_the_command_line_names_every_tool() -> None:
     assert [target.value for target in Target] == [*TARGETS]
+
+
+@pytest.mark.parametrize("to", [to for to in TARGETS if to != "json"])
+def test_an_answer_goes_into_json_alone(to: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="into JSON alone"):
+        export(platform("viscous = 0.02"), to, tmp_path / "answer.json")
 
 
 def test_what_an_effect_moves_is_the_difference_of_free_runs() -> None:

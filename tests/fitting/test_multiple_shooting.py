@@ -64,6 +64,7 @@ def _from(rig: Rig, log: Log, factors: np.ndarray | float, *, windows: bool = Tr
     )
 
 
+@pytest.mark.slow
 def test_optimistix_ends_at_the_same_optimum() -> None:
     rig = platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"')
     log = log_of(rig, noise=1e-3)

@@ -61,6 +61,7 @@ def test_side_by_side_each_start_ends_where_the_numbers_are() -> None:
         assert np.array_equal(found.theta[s][~free], theta[~free])  # what is not free stays
 
 
+@pytest.mark.slow
 def test_bounds_hold_and_a_logarithm_goes_no_further_than_it_may() -> None:
     theta = theta_of(RIG, structure_of(RIG))
     begin = unknowns(np.where(np.array(NAMES) == "axis.friction.coulomb", 0.09, theta), least=0.08)

@@ -125,6 +125,7 @@ def test_dry_friction_beside_a_body_that_is_held_is_of_second_order() -> None:
     assert np.log2(error[0] / error[-1]) / 3.0 > 1.7, error
 
 
+@pytest.mark.slow
 def test_smooth_friction_is_that_of_sliding_bodies_and_within_the_wheels_changes_no_momentum() -> None:
     on_axes = "[yaw.friction]\ncoulomb = 0.004\n[pitch.friction]\ncoulomb = 0.003\n"
     on_wheels = "".join(f'[effects."wheel_{k}.coulomb"]\nM_c = 2e-4\n' for k in (1, 2))

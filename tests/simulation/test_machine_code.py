@@ -119,7 +119,6 @@ CASES = dict(_every())
 FAST = (
     "platform: axis.stribeck",
     "platform: sensor.delay",
-    "servo on voltage, off False, damping on error, encoder on link: ",
 )
 
 

@@ -169,6 +169,7 @@ def test_dry_friction_of_the_wheel_keeps_angular_momentum_in_the_reference() -> 
     )  # linear: kept to rounding by Runge-Kutta
 
 
+@pytest.mark.slow
 def test_a_stiff_motor_takes_the_implicit_solver_and_agrees() -> None:
     t = np.arange(51) * 0.01
     log = record(t, 3.0 * np.sign(np.sin(17.0 * t + 0.1)), {"wheel_rad_s": np.zeros_like(t)})

@@ -105,6 +105,7 @@ def test_a_whole_command_is_differentiated_through_the_smooth_solver_by_reverse_
     np.testing.assert_allclose(jax.jit(jax.grad(last))(u)[:-1], expected, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_duty_is_differentiable_beside_a_logged_supply() -> None:
     duty = 0.1 * np.sin(9.0 * T)
 

@@ -1,0 +1,20 @@
+"""The pages of this folder as a site, by Sphinx: `make docs` writes build/docs. Notebooks are executed, and a warning ends the build."""
+
+project = "rwjax"
+copyright = "the rwjax authors"
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+html_theme = "furo"
+html_title = "rwjax"
+myst_heading_anchors = 4  # links between pages name headings as GitHub does
+# links to files of the repository, which tests/test_docs.py follows; `csv`, which is no language to Pygments
+suppress_warnings = [
+    "myst.xref_missing",
+    "myst.header",
+]  # links to files of the repository, which tests/test_docs.py follows
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
+autodoc_typehints = "none"  # the signature has them, with shapes
+copybutton_prompt_text = r"\$ "
+copybutton_prompt_is_regexp = True

@@ -1,0 +1,91 @@
+"""Logs of real rigs that others published, fetched from where they lie: each file with its check sum, and a first rig file beside it."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from rwjax.errors import InputError
+from rwjax.text_files import write_text
+
+
+class Published(NamedTuple):
+    """A published set of logs.
+
+    Attributes:
+        rig: What was measured, in words.
+        source: Who published it, and where.
+        licence: Under which licence, in words.
+        address: Where the files lie.
+        files: SHA-256 of each, by its name.
+        text: A first rig file.
+    """
+
+    rig: str
+    source: str
+    licence: str
+    address: str
+    files: dict[str, str]
+    text: str
+
+
+SETS = {
+    "emps": Published(
+        "DC motor, ball screw and carriage in a position loop, 25 s at 1 kHz",
+        "A. Janot, M. Gautier, M. Brunot: Data Set and Reference Models of EMPS, nonlinearbenchmark.org, 2019",
+        "not stated for the data; the repository that carries this copy is Apache-2.0",
+        "https://raw.githubusercontent.com/forgi86/sysid-neural-continuous/956aa7ecd73061b0321c6f6098d74c9e4a7ce67a/examples/EMPS/data/",
+        {
+            "DATA_EMPS.mat": "6cf6814ae14618795da0101aae2bb97ff0c6351b0501b5492751b02b07facf7e",
+            "DATA_EMPS_PULSES.mat": "0eab75bb1f6b16228ee78791343a88bf9bfd9a51036ac9807d7b5fc11c0e1704",
+        },
+        """\
+kind = "platform"          # a linear axis: m for rad, kg for kg m2, N for N m
+name = "EMPS"
+[drive]
+gain = 35.15065            # N/V, published with the logs
+[axis]
+inertia = 80.0             # kg; published: 95.1
+[axis.friction]
+viscous = 250.0            # N s/m; published: 203.5, and dry friction, which this file lacks
+[columns]
+time_s = "t"
+voltage_V = "vir"
+position_m = "qm"
+[fit]
+free = ["axis.inertia", "axis.friction.viscous"]
+""",
+    ),
+}
+"""Every set, by its name."""
+RIG_FILE = "rig.toml"
+
+
+def fetch(name: str, folder: Path, address: str | None = None) -> list[Path]:
+    """Fetches a published set, and writes a first rig file beside its logs. Files that are there already are not fetched again.
+
+    Args:
+        name: A key of `SETS`.
+        folder: Where to put it; made where it is not there.
+        address: Where the files lie, where not at the set's own address.
+
+    Returns:
+        The rig file, then the logs.
+
+    Raises:
+        InputError: pooch is not installed, a file cannot be fetched, or is not the published one.
+    """
+    try:
+        import pooch
+    except ImportError as why:
+        raise InputError("fetching a published set needs pooch: pip install pooch") from why
+    one = SETS[name]
+    base = address or one.address
+    found = []
+    for file, digest in one.files.items():
+        try:
+            found.append(Path(pooch.retrieve(base + file, f"sha256:{digest}", file, folder)))
+        except (OSError, ValueError) as why:  # no network, no room; another file than the published one
+            raise InputError(f"{base + file}: cannot be fetched: {' '.join(str(why).split())}") from why
+    rig_file = folder / RIG_FILE
+    if not rig_file.exists():
+        write_text(rig_file, one.text, InputError)
+    return [rig_file, *found]
