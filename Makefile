@@ -1,11 +1,11 @@
-# make demo | test | test-all | firmware-test | wheel | lint | bench | docs | rivals | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | test-all | firmware-test | wheel | lint | bench | docs | rivals | peers | lock | clean; each sets up .venv first (about a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test test-all firmware-test wheel lint bench docs rivals lock clean python
+.PHONY: demo test test-all firmware-test wheel lint bench docs rivals peers lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -63,6 +63,14 @@ rivals: .venv/.rivals
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[rivals]"
 	@touch $@
 
+# Other tools on the same measured logs (minutes).
+peers: .venv/.peers
+	@$(BIN)/python -m experiments.peers.run
+
+.venv/.peers: $(READY)
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[peers]"
+	@touch $@
+
 # The locked files, by their hashes, then the package itself as it lies here, with nothing else resolved or fetched.
 $(READY): requirements.lock pyproject.toml | python
 	@echo "setting up .venv (1.3 GB; a minute or a few the first time)"
@@ -88,5 +96,5 @@ lock: | python
 		--custom-compile-command "make lock" -o docs/requirements.lock pyproject.toml
 
 clean:
-	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv build dist docs/_generated .pytest_cache .ruff_cache .hypothesis
 	find rwjax tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,5 +1,11 @@
 """The pages of this folder as a site, by Sphinx: `make docs` writes build/docs. Notebooks are executed, and a warning ends the build."""
 
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
 project = "rwjax"
 copyright = "the rwjax authors"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
@@ -7,10 +13,7 @@ html_theme = "furo"
 html_title = "rwjax"
 myst_heading_anchors = 4  # links between pages name headings as GitHub does
 # links to files of the repository, which tests/test_docs.py follows; `csv`, which is no language to Pygments
-suppress_warnings = [
-    "myst.xref_missing",
-    "myst.header",
-]  # links to files of the repository, which tests/test_docs.py follows
+suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
@@ -18,3 +21,10 @@ nb_execution_show_tb = True
 autodoc_typehints = "none"  # the signature has them, with shapes
 copybutton_prompt_text = r"\$ "
 copybutton_prompt_is_regexp = True
+
+
+def setup(app: Any) -> None:
+    """Draws the gallery before the pages are read."""
+    from gallery import write  # imports rwjax
+
+    app.connect("config-inited", lambda app, config: write(Path(app.srcdir)))

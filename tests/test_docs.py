@@ -1,6 +1,9 @@
 """The documentation names everything that a user may write, and only commands, modules and files that exist."""
 
+import os
 import re
+import subprocess
+import sys
 from importlib import import_module
 from pathlib import Path
 
@@ -155,6 +158,30 @@ def test_the_readmes_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert len(names["angle"]) == len(names["logs"][0].time)
     assert names["found"].rig.values["axis.inertia"] > 0.0
     assert "axis.inertia" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("page", "least"), [("README.md", 12), ("docs/quickstart.md", 5)])
+def test_the_commands_of_a_page_run_as_printed(page: str, least: int, tmp_path: Path) -> None:
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    text = (ROOT / page).read_text()
+    set_up = re.findall(r"`(mkdir logs && [^`]+)`", text)
+    commands = re.findall(r"^\$ (rwjax .*)$", text, re.M)
+    assert len(commands) >= least
+    path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    script = "\n".join(("set -e", *set_up, *commands))
+    done = subprocess.run(
+        ["bash", "-c", script],
+        cwd=tmp_path,
+        env=os.environ | {"PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=280,
+    )
+    assert done.returncode == 0, done.stderr
+    for name in re.findall(r"-o ([\w.]+)", "\n".join(commands)):
+        written = tmp_path / name
+        assert any(written.iterdir()) if written.is_dir() else written.stat().st_size > 0, name
 
 
 def test_the_sweeps_on_the_page_of_control_run_and_agree(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -51,7 +51,7 @@ def export(
 
     Example: `rwjax export fitted.toml --to mjcf -o rig.xml`
     """
-    from rwjax.errors import InputError
+    from rwjax.errors import InputError, RigError
     from rwjax.export.targets import export as exported
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
@@ -60,7 +60,7 @@ def export(
     if output is not None:
         check_file(output, rig_file, *(log_files or ()), *([answer] if answer else ()))
     rig = read_rig(rig_file)
-    with of_file(rig_file):
+    with of_file(rig_file, RigError):
         found = exported(rig, to.value, answer)
     with progress(quiet) as show:
         show("working out what is left out")

@@ -34,7 +34,7 @@ class FitEstimate(NamedTuple):
 
 
 def read_fit_estimate(path: Path, rig: Rig) -> FitEstimate:
-    """Reads what `rwjax fit --json` wrote for a rig.
+    """Reads what `rwjax fit --json` or a diagnosis wrote for a rig.
 
     Args:
         path: The file.
@@ -60,10 +60,14 @@ def read_fit_estimate(path: Path, rig: Rig) -> FitEstimate:
             )
         values = np.array([found["numbers"][name]["value"] for name in shared], float)
         covariance = np.array(found["covariance"], float).reshape(len(shared), len(shared))
+        if not (np.isfinite(values).all() and np.isfinite(covariance).all()):
+            raise InputError(f"{path}: a value or a covariance is not finite; make the file anew")
     except (json.JSONDecodeError, AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: is not what `rwjax fit RIG LOG… --json` prints; save that to a file") from None
+        raise InputError(
+            f"{path}: is not what `rwjax fit RIG LOG… --json` prints, nor a `diagnosis.json`; save one to a file"
+        ) from None
     _check_names(path, rig, {*shared.values()})
     return _means_of_runs(shared, values, covariance)
 

@@ -256,14 +256,20 @@ class Diagnosis:
         }
 
     def _estimates_json(self) -> dict:
-        """The estimates of the corrected rig, under the keys of `rwjax fit --json`."""
-        value, error = self.fitted.numbers(), self.spread.standard_error
+        """The estimates that the logs tell of the corrected rig, as it holds them, under the keys of `rwjax fit --json`."""
+        fitted, error = self.fitted.numbers(), self.corrected.standard_error
+        told = [name for name in self.spread.names if np.isfinite(self.spread.standard_error[name])]
+        told = [
+            name for name in told if name in error or " in " in name
+        ]  # one that ran away has no standard error there
+        values = {name: self.corrected.values.get(name, fitted[name]) for name in told}
         return {
             "numbers": {
-                name: {"value": value[name], "standard_error": _plain(error[name])} for name in self.spread.names
+                name: {"value": value, "standard_error": self.spread.standard_error[name]}
+                for name, value in values.items()
             },
-            "covariance_of": list(self.spread.names),
-            "covariance": [[_plain(float(v)) for v in row] for row in self.spread.covariance],
+            "covariance_of": told,
+            "covariance": self.spread.of(told).tolist(),
         }
 
     def _where_json(self) -> dict | None:

@@ -5,7 +5,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from rwjax.control.fit_estimate import read_fit_estimate
+from rwjax.control.fit_estimate import read_fit_estimate, with_fit_estimate
 from rwjax.effects.library import BY_NAME, unit_of_number
 from rwjax.errors import InputError
 from rwjax.export import Exported
@@ -54,7 +54,8 @@ def numbers(rig: Rig, answer: Path | None = None) -> Exported:
 def _spread(answer: Path, rig: Rig) -> dict[str, Any]:
     """What a simulator draws from: estimates with their covariance, and what is left as torque noise."""
     estimate = read_fit_estimate(answer, rig)
-    left = json.loads(read_text(answer, InputError)).get("left_torque")
+    with_fit_estimate(rig, estimate)  # refuses numbers that the rig lacks
+    left = json.loads(read_text(answer, InputError), parse_constant=lambda name: None).get("left_torque")
     found = {"mean": estimate.mean.tolist(), "covariance": estimate.covariance.tolist(), "left_torque": left}
     return {"estimate": {"names": list(estimate.names), **found}}
 

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rwjax.errors import InputError
+from rwjax.rig.read import parse_rig, read_rig
 from rwjax.text_files import write_text
 
 
@@ -60,7 +61,7 @@ RIG_FILE = "rig.toml"
 
 
 def fetch(name: str, folder: Path, address: str | None = None) -> list[Path]:
-    """Fetches a published set, and writes a first rig file beside its logs. Files that are there already are not fetched again.
+    """Fetches a published set, and writes a first rig file beside its logs. What is there already is neither fetched nor replaced.
 
     Args:
         name: A key of `SETS`.
@@ -71,21 +72,25 @@ def fetch(name: str, folder: Path, address: str | None = None) -> list[Path]:
         The rig file, then the logs.
 
     Raises:
-        InputError: pooch is not installed, a file cannot be fetched, or is not the published one.
+        InputError: pooch is not installed, a file cannot be fetched or is not the published one, or the folder holds another rig file.
     """
     try:
         import pooch
     except ImportError as why:
         raise InputError("fetching a published set needs pooch: pip install pooch") from why
-    one = SETS[name]
+    one, rig_file = SETS[name], folder / RIG_FILE
     base = address or one.address
+    if rig_file.exists() and read_rig(rig_file).name != parse_rig(one.text).name:
+        raise InputError(f"{rig_file}: is of another rig; give another folder with -o")
+    pooch.get_logger().setLevel("WARNING")
     found = []
     for file, digest in one.files.items():
+        if (there := folder / file).exists() and pooch.file_hash(str(there)) != digest:
+            raise InputError(f"{there}: is not the published file; remove it, or give another folder with -o")
         try:
             found.append(Path(pooch.retrieve(base + file, f"sha256:{digest}", file, folder)))
         except (OSError, ValueError) as why:  # no network, no room; another file than the published one
             raise InputError(f"{base + file}: cannot be fetched: {' '.join(str(why).split())}") from why
-    rig_file = folder / RIG_FILE
     if not rig_file.exists():
         write_text(rig_file, one.text, InputError)
     return [rig_file, *found]

@@ -87,6 +87,7 @@ def first_rig(
     rig = parse_rig(text(numbers))
     if model:
         _check_command(sheet, model, columns)
+        read_logs(paths, rig)
         return "".join(f"# {note}\n" for note in model.notes) + text(numbers)
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:

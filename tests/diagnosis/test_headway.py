@@ -39,6 +39,17 @@ def test_at_an_even_pace_the_time_left_is_what_is_left() -> None:
     assert told[-1] == "4 of 4 rivals, about 9 s left"  # 12 + 3 s for 5 pieces of work
 
 
+def test_the_start_of_the_first_pass_says_nothing_of_the_time() -> None:
+    clock, told = Clock(), list[str]()
+    headway = Headway(Budget(clock=clock), told.append, clock)
+    headway.enter(SOME, "candidates", besides=36.0, further=0.0)
+    clock.now += 3.0
+    headway.advance(3.0)
+    assert told[-1] == "0 of 4 candidates" and headway.left is None
+    headway.advance(1.0)
+    assert told[-1] == "0 of 4 candidates, about 27 s left"  # 36 pieces of work at 0.75 s
+
+
 def test_before_a_pass_nothing_is_told() -> None:
     told: list[str] = []
     headway = Headway(tell=told.append)
@@ -75,7 +86,7 @@ def test_what_leaves_least_is_told_by_its_error() -> None:
     right, wrong = Hypothesis(("axis.bias_torque",)), Hypothesis(("sensor.scale",))
     fits.headway.enter([right, wrong], "candidates", besides=0.0, further=0.0)
     SuccessiveHalving(fits).fit([wrong, right], Hypothesis())
-    assert told[0].startswith("0 of 2 candidates, about")
+    assert told[0].startswith("0 of 2 candidates")
     found = re.match(r"2 of 2 candidates, best so far constant torque \((.*) rad left\), about", told[-1])
     assert found and 0.5 * 2e-3 < float(found[1]) < 3.0 * 2e-3  # the noise, and what a few steps leave
     assert fits.headway.compared == {right, wrong}

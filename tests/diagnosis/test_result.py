@@ -36,6 +36,7 @@ SECOND = Rung(
     {"axis.inertia": (np.nan, -10.5)},
     {"axis.coulomb.M_c": (0.03, 0.001)},
 )
+CORRECTED = replace(platform(), effects={"axis.coulomb": {"M_c": 0.03}}, standard_error={"axis.coulomb.M_c": 1e-3})
 DIAGNOSIS = Diagnosis(
     rig=platform(),
     logs=(),
@@ -61,7 +62,7 @@ DIAGNOSIS = Diagnosis(
     refused={"axis.spring": "runs ask for different amounts of it"},
     remarks=("one run was fitted",),
     split=Split((Outside("a.csv", "yaw_rad_s [rad/s]", 0.4, (0.0, 3.0), (0.0, 1.0)),), "b.csv"),
-    corrected=platform(),
+    corrected=CORRECTED,
     before=NONE,
     after=NONE,
     settings=Settings(),
@@ -97,12 +98,13 @@ def test_the_json_is_plain_and_its_keys_are_those_that_programs_read() -> None:
     }
 
 
-def test_the_json_has_the_estimates_under_the_keys_of_a_fit() -> None:
+def test_the_json_has_the_estimates_that_the_logs_tell_as_the_corrected_rig_holds_them() -> None:
     found = DIAGNOSIS.json()
-    assert found["rig"] == platform().name and found["covariance_of"] == ["axis.inertia", "axis.coulomb.M_c"]
-    assert found["covariance"] == [[None, 0.0], [0.0, 1e-6]]
-    assert found["numbers"]["axis.inertia"] == {"value": 0.09, "standard_error": None}
-    assert found["numbers"]["axis.coulomb.M_c"] == {"value": 0.03, "standard_error": pytest.approx(1e-3)}
+    assert found["rig"] == platform().name and found["covariance_of"] == ["axis.coulomb.M_c"]
+    assert found["covariance"] == [[1e-6]]
+    assert found["numbers"] == {"axis.coulomb.M_c": {"value": 0.03, "standard_error": pytest.approx(1e-3)}}
+    ran_away = replace(DIAGNOSIS, corrected=replace(CORRECTED, standard_error={}))
+    assert ran_away.json()["covariance_of"] == []
 
 
 def test_an_unfinished_answer_says_so_in_the_text_and_the_json() -> None:

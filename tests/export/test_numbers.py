@@ -48,3 +48,17 @@ def test_with_an_answer_come_its_covariance_and_the_torque_that_is_left(tmp_path
 def test_an_answer_of_another_rig_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"answer\.json: is a fit of rig `another`"):
         numbers(platform("viscous = 0.02"), answer_of(tmp_path, rig="another"))
+
+
+def test_an_answer_with_numbers_that_the_rig_lacks_is_refused(tmp_path: Path) -> None:
+    more = {"numbers": {"axis.coulomb.M_c": {"value": 0.1}}, "covariance_of": ["axis.coulomb.M_c"]}
+    with pytest.raises(InputError, match=r"`axis\.coulomb\.M_c`, which this rig lacks"):
+        numbers(platform("viscous = 0.02"), answer_of(tmp_path, **more))
+
+
+@pytest.mark.parametrize("wrong", ["NaN", "Infinity"])
+def test_an_answer_that_is_not_finite_is_refused(wrong: str, tmp_path: Path) -> None:
+    path = answer_of(tmp_path)
+    path.write_text(path.read_text().replace("1e-06", wrong))
+    with pytest.raises(InputError, match="not finite"):
+        numbers(platform("viscous = 0.02"), path)

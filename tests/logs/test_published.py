@@ -74,6 +74,23 @@ def test_another_file_than_the_published_one_is_refused_and_not_kept(served: tup
     assert "\n" not in str(refused.value) and not list((tmp_path / "emps").glob("*"))
 
 
+def test_what_a_user_has_there_is_not_replaced(
+    served: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, address = served
+    like_emps(folder, monkeypatch)
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "DATA_EMPS.mat").write_bytes(b"mine")
+    with pytest.raises(InputError, match=r"DATA_EMPS\.mat: is not the published file"):
+        fetch("emps", mine, address)
+    (mine / "DATA_EMPS.mat").unlink()
+    (mine / "rig.toml").write_text(SETS["emps"].text.replace('"EMPS"', '"mine"'))
+    with pytest.raises(InputError, match=r"rig\.toml: is of another rig"):
+        fetch("emps", mine, address)
+    assert [path.name for path in mine.iterdir()] == ["rig.toml"]
+
+
 def test_no_such_address_is_said_in_one_line(served: tuple[Path, str], tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"DATA_EMPS\.mat: cannot be fetched: 404") as refused:
         fetch("emps", tmp_path / "emps", served[1])

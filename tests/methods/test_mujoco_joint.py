@@ -126,6 +126,45 @@ def test_gears_scale_what_the_actuator_gives(tmp_path: Path) -> None:
     assert any("larger bound" in note for note in found.notes) and any("gear, 2" in note for note in found.notes)
 
 
+def test_limits_and_offset_of_a_torque_are_in_newton_metres(tmp_path: Path) -> None:
+    motor = '<general name="m" joint="shoulder" gear="-100" gainprm="2" biastype="affine" biasprm="0.01 0 0" ctrlrange="-1 1"/>'
+    found = mujoco_joint(rod(tmp_path, motor))
+    assert found.effects["drive.saturation"]["u_m"] == 200.0 and found.effects["drive.bias"] == {"u_b": -1.0}
+    assert any("is -200 N m" in note for note in found.notes)
+    weaker = rod(tmp_path, motor.replace("ctrlrange", 'forcerange="-0.5 0.5" ctrlrange'))
+    assert mujoco_joint(weaker).effects["drive.saturation"]["u_m"] == 50.0
+    limited = rod(tmp_path, motor, 'actuatorfrcrange="-20 20"')
+    assert mujoco_joint(limited).effects["drive.saturation"]["u_m"] == 20.0
+
+
+def test_other_actuators_before_it_change_nothing(tmp_path: Path) -> None:
+    more = '<general name="f" joint="finger" gear="7" ctrlrange="-9 9"/><motor name="m" joint="shoulder" ctrlrange="-2 2"/>'
+    assert mujoco_joint(rod(tmp_path, more), "shoulder").effects["drive.saturation"]["u_m"] == 2.0
+
+
+def test_armature_and_damping_of_the_actuator_count(tmp_path: Path) -> None:
+    plain = numbers(mujoco_joint(rod(tmp_path)))
+    more = numbers(
+        mujoco_joint(rod(tmp_path, '<motor name="m" joint="shoulder" gear="3" armature="0.01" damping="0.02"/>'))
+    )
+    assert more["axis.inertia"] == plain["axis.inertia"]
+    assert (
+        more["motor.inertia"] > plain["motor.inertia"]
+        and more["axis.friction.viscous"] > plain["axis.friction.viscous"]
+    )
+
+
+def test_a_free_base_and_a_reference_before_the_hinge_change_nothing_of_it(tmp_path: Path) -> None:
+    text = rod(tmp_path, joint='ref="20" springref="5" stiffness="0.2"').read_text()
+    found = mujoco_joint(written(tmp_path, text))
+    assert found.effects["axis.spring"]["T_0"] == pytest.approx(0.2 * math.radians(5.0), rel=1e-5)
+    ball = '<body pos="1 0 0"><freejoint/><geom size="0.1"/></body><body>'
+    other = mujoco_joint(written(tmp_path, text.replace("<body>", ball, 1)), "shoulder")
+    assert numbers(other) == pytest.approx(numbers(found))
+    # at `ref` the rod hangs down
+    assert numbers(found)["axis.gravity.angle"] == pytest.approx(-math.radians(20.0), abs=1e-5)
+
+
 def test_a_rate_to_follow_is_said_beside_the_motor_that_it_is_like(tmp_path: Path) -> None:
     found = mujoco_joint(rod(tmp_path, '<velocity name="v" joint="shoulder" kv="2"/>'))
     assert numbers(found)["motor.torque_constant"] == 1.0 and numbers(found)["motor.resistance"] == 0.5
@@ -136,6 +175,9 @@ def test_gains_of_a_servo_are_free_where_its_weight_tells_the_scale(tmp_path: Pa
     lifted = '<position name="p" joint="shoulder" kp="3"/>'
     assert mujoco_joint(rod(tmp_path, lifted)).numbers["drive.servo.kp"].free
     upright = rod(tmp_path, lifted).read_text().replace('axis="0 1 0" armature', 'axis="0 0 1" armature')
+    upright = upright.replace('pos="0 0 -0.2"', 'pos="-0.2 0 0"')
+    upright = upright.replace("<body>", '<body euler="33 0 0"><body euler="-33 0 0">', 1)  # leaves rounding errors
+    upright = upright.replace("</worldbody>", "</body></worldbody>")
     found = mujoco_joint(written(tmp_path, upright))
     assert "axis.gravity.torque" not in found.numbers and not found.numbers["drive.servo.kp"].free
 
@@ -161,6 +203,9 @@ def test_a_hinge_with_stops_says_that_they_are_left_out(tmp_path: Path) -> None:
         ),
         ('<general name="g" joint="shoulder" gainprm="1" biastype="affine" biasprm="0 0 2"/>', None, "no motor has"),
         ('<damper name="d" joint="shoulder" kv="1" ctrlrange="0 1"/>', None, "of a kind"),
+        ('<intvelocity name="i" joint="shoulder" kp="1" actrange="-1 1"/>', None, "of a kind"),
+        ('<general name="g" joint="shoulder" gear="0"/>', None, "gear of 0"),
+        ('<position name="p" joint="shoulder" kp="-2"/>', None, "negative gain"),
     ],
 )
 def test_what_no_rig_file_describes_is_refused_in_one_line(
