@@ -15,7 +15,7 @@ import numpy as np
 
 import rwjax
 from rwjax.effects.effect import Effect
-from rwjax.effects.library import EFFECTS, of_kind
+from rwjax.effects.library import BY_NAME, EFFECTS, included_in, of_kind
 from rwjax.effects.parameter import parameters
 from rwjax.effects.shown import RUNS
 from rwjax.fitting.scales import scales
@@ -40,11 +40,13 @@ fit.free = ["motor.torque_constant", "motor.friction", "wheel.inertia"]
 """,
     "joint": """
 kind = "joint"
+motor.torque_constant = 0.5
+motor.resistance = 2.0
 axis.inertia = 0.02
 axis.friction.viscous = 0.03
 axis.friction.coulomb = 0.05
 axis.gravity.torque = 0.3
-drive.servo = { acts_on = "torque", kp = 6.0, kd = 0.4 }
+drive.servo = { acts_on = "voltage", kp = 24.0, kd = 1.0 }
 fit.free = ["axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"]
 """,
 }
@@ -77,9 +79,20 @@ def kind_of(effect: type[Effect]) -> str | None:
     )
 
 
+def without(effect: type[Effect], text: str) -> str:
+    """A rig file without the numbers that say what the effect says, or what it includes."""
+    included = included_in(effect.name)
+    said = {*effect.modelled_by, *(BY_NAME[included].modelled_by if included else ())}
+    kept = [line for line in text.splitlines() if line.partition(" = ")[0] not in said]
+    for name in said:
+        kept = [line.replace(f', "{name}"', "") for line in kept]
+    return "\n".join([*kept, ""])
+
+
 def draw(effect: type[Effect], kind: str, path: Path) -> dict[str, float]:
     """Draws the signature of an effect; the numbers that it has there."""
-    rig, (t, u) = rwjax.parse_rig(RIGS[kind]), command()
+    text, (t, u) = without(effect, RIGS[kind]), command()
+    rig = rwjax.parse_rig(text)
     column = "goal_rad" if kind == "joint" else "voltage_V"
     u = 0.2 * u if kind == "joint" else u
     output, unit = OUTPUT[kind]
@@ -87,7 +100,7 @@ def draw(effect: type[Effect], kind: str, path: Path) -> dict[str, float]:
     sizes = scales(rig, [rwjax.Log.from_arrays(rig, time=t, **{column: u, output: plain})])
     given = numbers_of(effect, sizes)
     with_it = rwjax.parse_rig(
-        RIGS[kind] + f'[effects."{effect.name}"]\n' + "".join(f"{k} = {v!r}\n" for k, v in given.items())
+        text + f'[effects."{effect.name}"]\n' + "".join(f"{k} = {v!r}\n" for k, v in given.items())
     )
     measured = np.asarray(rwjax.simulate(with_it, t, {column: u})[output])
     measured = measured + NOISE * np.max(np.abs(measured)) * np.random.default_rng(1).standard_normal(len(t))

@@ -14,8 +14,6 @@ from rwjax.fitting.multiple_shooting import Fit
 from rwjax.rig.columns import unit_of
 
 T = TypeVar("T")
-EARLY = 0.1
-"""Share of the first pass before which its pace says nothing: helpers start and programs are compiled [1]."""
 
 
 class Headway:
@@ -112,7 +110,8 @@ class Headway:
     def left(self) -> float | None:
         """About how long the search still takes [s], and no longer than its budget; None before a tenth of the first pass is done."""
         done = self._before + self._done
-        if self._begun is None or not done or (not self._before and done < EARLY * self._whole):
+        early = not self._before and done < 0.1 * self._whole  # helpers start and programs are compiled
+        if self._begun is None or not done or early:
             return None
         pace = (self._clock() - self._begun) / done
         return min(pace * (self._whole - self._done + self._further), self.budget.left)
