@@ -63,9 +63,13 @@ rivals: .venv/.rivals
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[rivals]"
 	@touch $@
 
-# Other tools on the same measured logs (minutes).
-peers: .venv/.peers
+# Other tools on the same measured logs (minutes). jax-sysid wants a JAX of its own.
+peers: .venv/.peers build/peers/jax-sysid
 	@$(BIN)/python -m experiments.peers.run
+
+build/peers/jax-sysid:
+	@$(PYTHON) -m venv $@
+	@$@/bin/python -m pip install -q --disable-pip-version-check "jax-sysid>=1.1"
 
 .venv/.peers: $(READY)
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[peers]"

@@ -25,4 +25,6 @@ def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Mass, viscous and dry friction, offset, in steps of ten samples."""
     t, u, x = coarser(10, t, u, x)
     begin = np.array([80.0, 250.0, 10.0, 0.0])
-    return least_squares(lambda z: run(z, t, u, x[0]) - x, begin, x_scale=(80.0, 250.0, 10.0, 3.0), max_nfev=40).x
+    return least_squares(
+        lambda z: run(z, t, u, x[0]) - x, begin, x_scale=(80.0, 250.0, 10.0, 3.0), diff_step=1e-3, max_nfev=60
+    ).x

@@ -2,7 +2,7 @@
 
 Each tool is given the estimation log and has to follow the other one, `PULSES`, from its command and its first position alone, as the
 benchmark asks. The error is the RMS of the position; the first 20 samples do not count. Each runs in a process of its own, with nothing
-compiled and no folder of compiled programs. Lines are those of its script that are not blank. The tools come with `pip install '.[peers]'`.
+compiled and no folder of compiled programs. Lines are those of its script that are not blank. `make peers` installs the tools and runs them.
 """
 
 import argparse
@@ -58,7 +58,8 @@ def tried(tool: str) -> dict:
 
 def in_a_process(tool: str) -> dict:
     """The same in a process of its own."""
-    command = [sys.executable, "-m", "experiments.peers.run", "--here", tool]
+    own = ROOT / "build" / "peers" / tool / "bin" / "python"  # of a tool that cannot be installed beside the others
+    command = [str(own) if own.exists() else sys.executable, "-m", "experiments.peers.run", "--here", tool]
     with tempfile.TemporaryDirectory() as empty:
         caches = os.environ | {"XDG_CACHE_HOME": empty, "NUMBA_CACHE_DIR": empty}
         try:

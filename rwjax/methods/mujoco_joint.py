@@ -249,7 +249,9 @@ def _motor(called: str, model: Any, a: int, of: _Gains) -> _Driven:
     if of.b2 > 0.0 or (of.b2 and of.G * of.g < 0.0):
         raise InputError(f"{called} has a gain and a bias by the rate of signs that no motor has")
     fields, (force, notes) = _late(model, a), _force_limit(model, a, of.G)
-    control, more = _range(model.actuator_ctrllimited, model.actuator_ctrlrange, int(model.actuator_ctrladr[a]), "control")
+    control, more = _range(
+        model.actuator_ctrllimited, model.actuator_ctrlrange, int(model.actuator_ctrladr[a]), "control"
+    )
     notes += more
     if not of.b2:
         scale = of.G * of.g
