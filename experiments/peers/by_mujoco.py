@@ -31,7 +31,7 @@ def parameters() -> sysid.ParameterDict:
     """The four terms, their bounds and how each changes the model."""
 
     def damping(spec: mujoco.MjSpec, p: sysid.Parameter) -> None:
-        spec.joint("x").damping = p.value[0]
+        spec.joint("x").damping[0] = p.value[0]  # then those of higher powers of the rate
 
     def frictionloss(spec: mujoco.MjSpec, p: sysid.Parameter) -> None:
         spec.joint("x").frictionloss = p.value[0]
