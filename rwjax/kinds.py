@@ -238,6 +238,24 @@ NUMBERS = {
     "axis.gravity.torque": Number("m g l", "N m", "any", TURNING),
     "axis.gravity.angle": Number("angle", "rad", "any", TURNING),
 }
+
+
+def unit_in_servo(name: str, acts_on: str) -> str:
+    """Unit of a number; of a servo's gains and its limit by what the servo acts on.
+
+    Args:
+        name: Name of the number, one of `NUMBERS`.
+        acts_on: What the servo acts on, one of `SERVO_CHOICES`.
+
+    Returns:
+        The unit, such as `N m/rad` of `drive.servo.kp` on torque.
+    """
+    unit, of = NUMBERS[name].unit, {"voltage": "V", "current": "A", "torque": "N m"}.get(acts_on)
+    if of is None or name not in {f"{SERVO}.{gain}" for gain in ("kp", "ki", "kd", "limit")}:
+        return unit
+    return of if unit == "1" else f"{of}{unit.removeprefix('1')}" if unit.startswith("1/") else f"{of} {unit}"
+
+
 _GRAVITY = ("axis.gravity.torque", "axis.gravity.angle")  # yaw turns about the vertical
 NUMBERS |= {
     on_half(name, k): Number(

@@ -105,7 +105,7 @@ def _written(result: "Diagnosis", target: ResultFolder) -> tuple[str, dict[str, 
     answer = json_text(result.json(), indent=1)
     with target.renewed() as folder:
         write_text(folder / "diagnosis.json", answer + "\n", InputError)
-        write_text(folder / "corrected.toml", write_rig(result.corrected), InputError)
+        write_text(folder / "corrected.toml", _head(result) + write_rig(result.corrected), InputError)
         report = write_report(result, folder)
         plan = write_next(folder, result.proposal)
         written = {
@@ -114,6 +114,16 @@ def _written(result: "Diagnosis", target: ResultFolder) -> tuple[str, dict[str, 
             if path is not None
         }
     return answer, written
+
+
+def _head(result: "Diagnosis") -> str:
+    """What stands above a corrected rig of which nothing is claimed."""
+    from rwjax.diagnosis.verdict import CLAIMS
+    from rwjax.errors import printable
+
+    if not result.effects or (result.complete and result.verdict in CLAIMS):
+        return ""
+    return f"# Not claimed: {printable(result.sentence)}\n"
 
 
 def _clear(folder: Path) -> None:

@@ -164,7 +164,8 @@ class ScoreScreen:
         names = candidate.problem.structure.names
         also = [k for k, name in enumerate(self.fitted.free) if name in names and candidate.free[names.index(name)]]
         columns = self._columns[:, also]
-        scale = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that leaves the range of numbers
+            scale = np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
         change = np.linalg.lstsq(columns / scale, -residual, rcond=1e-6)[0] / scale
         theta = theta.copy()
         for k, d in zip(also, change, strict=True):
@@ -320,7 +321,8 @@ def _different(several: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
 
 
 def _orthonormal(columns: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.sum(columns**2, axis=0))
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that leaves the range of numbers
+        scale = np.sqrt(np.sum(columns**2, axis=0))
     columns = columns[:, scale > 0.0] / scale[scale > 0.0]
     if not columns.shape[1]:
         return columns

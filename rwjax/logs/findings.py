@@ -99,7 +99,7 @@ def _about_command(log: Log) -> Iterator[str]:
             continue
         size, values = max(abs(low), abs(high)), len(np.unique(u))
         at_limit = _clipped(u, size)
-        if values > MANY and at_limit > AT_LIMIT:
+        if name != GOAL and values > MANY and at_limit > AT_LIMIT:
             yield (
                 f"{name} is at its largest, {size:.4g} {unit}".rstrip()
                 + f", in {100 * at_limit:.0f} % of the samples beside {values - 1} other values: where the drive clips it, log what "

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -61,17 +61,18 @@ class Proposal(NamedTuple):
     column: str
 
 
-def proposal(sheet: Sheet, kind: str) -> str:
+def proposal(sheet: Sheet, kind: str, without: Collection[str] = ()) -> str:
     """A section `[columns]` for a file.
 
     Args:
         sheet: The table as the file holds it.
         kind: Kind of the rig.
+        without: Columns of rwjax's that the rig does not have.
 
     Returns:
         Lines for a rig file, what was not recognised in comments.
     """
-    found = proposed(sheet, kind)
+    found = {name: one for name, one in proposed(sheet, kind).items() if name not in without}
     other = [column for column in sheet.names if column not in {one.column for one in found.values()}]
     commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
     missing = [] if "time_s" in found else ['# time_s = { column = "…", unit = "ms" }   # every log needs it']
@@ -89,7 +90,7 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         kind: Kind of the rig.
 
     Returns:
-        By rwjax's column the first column of the file that it may be.
+        By rwjax's column the first column of the file that it may be. Beside a goal a voltage is that of the supply.
     """
     found: dict[str, Proposal] = {}
     for column in sheet.names:
@@ -97,6 +98,11 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         one = _guess(column, values, kind) if values is not None else None
         if one is not None:
             found.setdefault(one.name, one)
+    if "goal_rad" in found:  # a log holds one command
+        found.pop("duty", None)
+        volts = found.pop("voltage_V", None)
+        if volts is not None and "pwm" not in volts.column.lower() and "supply_V" in columns_of(kind):
+            found.setdefault("supply_V", _line("supply_V", volts.column, "mV" if _unit(volts.column) == "mV" else ""))
     return found
 
 
@@ -154,8 +160,11 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
             "deg" if unit == "deg" or (not unit and float(np.ptp(values)) > SEVERAL_TURNS) else "",
             "needs [drive.servo]",
         )
+    if means == "current_A" and np.ptp(values) == 0.0:  # a current that never changes is none that was read
+        return None
     if means in ("current_A", "supply_V", "enabled") and means in valid:
-        return _line(means, column, unit if unit in ("mA", "mV") else "")
+        guessed = "A? Else a unit" if means == "current_A" and not unit else ""
+        return _line(means, column, unit if unit in ("mA", "mV") else "", guessed)
     return None
 
 

@@ -75,10 +75,13 @@ def first_rig(
     _check_columns(sheet)
     guessed = kind is None and model is None
     kind = "joint" if model else kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")})
-    section, columns = printable_lines(proposal(sheet, kind)), {*proposed(sheet, kind)}
+    lacks = _lacking(model) if model else ()
+    section, columns = printable_lines(proposal(sheet, kind, lacks)), {*proposed(sheet, kind)} - {*lacks}
     if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
         section = ""
     name = Path(paths[0]).resolve().parent.name
+    if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
+        raise LogError(f"{sheet.where(None)}: no column is taken for counts; leave --counts out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
 
     def text(numbers: dict[str, Known]) -> str:
@@ -207,7 +210,11 @@ def _text(
     for part in dict.fromkeys(key.rpartition(".")[0] for key in NUMBERS if key in numbers):
         lines += ["", f"[{part}]"]
         lines += _servo_choices(model) if part == SERVO else []
-        lines += [numbers[key].line(key) for key in NUMBERS if key in numbers and key.rpartition(".")[0] == part]
+        lines += [
+            numbers[key].line(key, "torque" if model else "voltage")
+            for key in NUMBERS
+            if key in numbers and key.rpartition(".")[0] == part
+        ]
     for column in (name for name in COLUMNS if name in columns):
         if on := COLUMNS[column].encoder:
             counts = (
@@ -230,6 +237,14 @@ def _servo_choices(model: MujocoJoint | None) -> list[str]:
     if model is None:
         return ['acts_on = "voltage"   # a guess: or "duty", "current", "torque"']
     return ['acts_on = "torque"', 'damping_on = "speed"']
+
+
+def _lacking(model: MujocoJoint) -> tuple[str, ...]:
+    """Columns that a model's hinge has nothing for: other commands than its actuator's, and without a motor the current."""
+    motor = "motor.torque_constant" in model.numbers
+    commands = {"goal_rad": model.servo, "voltage_V": motor and not model.servo, "duty": False}
+    commands |= {"command_Nm": not motor and not model.servo, "command_A": False, "current_A": motor, "supply_V": False}
+    return tuple(name for name, has in commands.items() if not has)
 
 
 def _check_command(sheet: Sheet, model: MujocoJoint, columns: set[str]) -> None:

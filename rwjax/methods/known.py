@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rwjax.kinds import NUMBERS
+from rwjax.kinds import NUMBERS, unit_in_servo
 
 
 class Known(NamedTuple):
@@ -18,15 +18,15 @@ class Known(NamedTuple):
     why: str
     free: bool = False
 
-    def line(self, name: str) -> str:
+    def line(self, name: str, acts_on: str) -> str:
         """The number as it stands in the rig file, with symbol, unit and where it comes from.
 
         Args:
             name: Its name, one of `rwjax.kinds.NUMBERS`.
+            acts_on: What a servo acts on, one of `rwjax.kinds.SERVO_CHOICES`.
 
         Returns:
             A line of TOML, for the section of the name.
         """
-        return (
-            f"{name.rpartition('.')[2]} = {self.value!r}   # {NUMBERS[name].symbol}, {NUMBERS[name].unit}: {self.why}"
-        )
+        key, unit = name.rpartition(".")[2], unit_in_servo(name, acts_on)
+        return f"{key} = {self.value!r}   # {NUMBERS[name].symbol}, {unit}: {self.why}"

@@ -7,7 +7,7 @@ import tomlkit
 from tomlkit.items import InlineTable
 
 from rwjax.errors import RigError
-from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section
+from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section, unit_in_servo
 from rwjax.rig.columns_section import entry
 from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.model import Rig
@@ -76,7 +76,8 @@ def _entries(rig: Rig) -> Iterator[tuple[tuple[str, ...], Any, str]]:
     yield ("kind",), rig.kind, ""
     yield ("name",), rig.name, ""
     for name in (n for n in NUMBERS if n in rig.numbers and n not in COEFFICIENTS):
-        yield tuple(name.split(".")), rig.numbers[name], f"{NUMBERS[name].symbol}, {NUMBERS[name].unit}"
+        unit = unit_in_servo(name, rig.servo.acts_on) if rig.servo is not None else NUMBERS[name].unit
+        yield tuple(name.split(".")), rig.numbers[name], f"{NUMBERS[name].symbol}, {unit}"
     if COEFFICIENTS[0] in rig.numbers:
         coefficients = [rig.numbers[name] for name in COEFFICIENTS]
         yield (

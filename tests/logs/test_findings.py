@@ -93,6 +93,12 @@ def test_a_square_wave_is_not_clipped() -> None:
     assert not any("largest" in says for u in (square, mixed) for _, says in said(replace(GOOD, command=u)))
 
 
+def test_a_goal_that_rests_at_its_largest_is_not_clipped() -> None:
+    raised = np.minimum(T, 3.0)
+    assert any("largest" in says for _, says in said(replace(GOOD, command=raised)))
+    assert not any("largest" in says for _, says in said(replace(GOOD, command=raised, input="goal_rad")))
+
+
 def test_a_goal_is_no_loop_by_mistake() -> None:
     assert not any(about == "loop" for about, _ in said(replace(loop(), input="goal_rad")))
 

@@ -56,3 +56,20 @@ def test_a_wheel_has_a_wheels_columns_and_what_is_missing_is_said() -> None:
 def test_columns_are_described_by_their_range() -> None:
     sheet = ArraySheet("run", {}, ["a", "b"], {"a": K - 3.0, "b": ["x"] * 100})
     assert [*description(sheet)] == ["  a: -3 to 96", "  b: no numbers"]
+
+
+def test_beside_a_goal_a_voltage_is_the_supply_and_a_current_that_never_changes_is_none() -> None:
+    t = 0.01 * np.arange(40)
+    columns = {
+        "time_s": t,
+        "goal_position_rad": np.sin(t),
+        "input_voltage_V": 12.0 + 0.1 * np.sin(t),
+        "load_raw": 0.0 * t,
+        "current_raw": 17.0 * np.abs(np.sin(t)),
+        "position_rad": np.sin(t),
+    }
+    lines = proposal(ArraySheet("a.csv", {}, [*columns], columns), "joint").splitlines()
+    assert 'supply_V = "input_voltage_V"' in lines and not any(line.startswith("voltage_V") for line in lines)
+    assert 'current_A = "current_raw"   # A? Else a unit' in lines and "# passed over: load_raw" in lines
+    fewer = proposal(ArraySheet("a.csv", {}, [*columns], columns), "joint", ("current_A", "supply_V"))
+    assert "# passed over: input_voltage_V, load_raw, current_raw" in fewer

@@ -67,7 +67,11 @@ def _free_runs(problem: Problem, theta: np.ndarray, batch: Batch, start: np.ndar
         samples = np.concatenate(
             [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in zip(logs, segments, strict=True)]
         )
-        runs.append(Run(put_together(segments), {name: samples[:, j] for j, name in enumerate(names)}))
+        whole = put_together(segments)
+        simulated = {
+            name: y for name, y in whole.outputs.items() if name in names
+        }  # not a current of a rig without a motor
+        runs.append(Run(replace(whole, outputs=simulated), {name: samples[:, j] for j, name in enumerate(names)}))
     return runs
 
 

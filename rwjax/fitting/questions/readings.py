@@ -88,7 +88,9 @@ def _about_unit(name: str, times: float) -> list[Question]:
     units = next((units for end, units in UNITS.items() if name.endswith(end)), ())
     for unit, many in units:
         if 1.0 / ABOUT < times / many < ABOUT:
-            found.append(Question(f"{size}: are the readings in {unit}? Divide them by {many:.5g}"))
+            found.append(
+                Question(f"{size}: are the readings in {unit}? Say so in [columns], or divide them by {many:.5g}")
+            )
     if is_angle(name) and times > ABOUT * COUNTED:
         turn, column = f"about {2.0 * np.pi * times:.2g} to a turn", name.removesuffix("_rad") + "_counts"
         found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))

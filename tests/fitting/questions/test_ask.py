@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.questions.mistakes import MISTAKES
+from rwjax import Log, parse_rig, simulate
 from rwjax.fitting.questions.ask import questions
 from tests.fitting.questions.runs import LOGS, RIG
 
@@ -45,3 +46,15 @@ def test_a_rig_that_stands_still_under_no_command_is_not_asked_about() -> None:
     still = [type(log)(**{**vars(log), "command": np.zeros(len(log.time))}) for log in LOGS]
     constant = MISTAKES["constant reading"](still)
     assert not any("stays the same" in question for question in questions(RIG, constant))
+
+
+def test_a_current_of_a_rig_without_a_motor_is_no_reading_that_is_asked_about() -> None:
+    rig = parse_rig(
+        'kind = "joint"\naxis.inertia = 0.02\naxis.friction.viscous = 0.05\n'
+        'drive.servo = { acts_on = "torque", kp = 4.0, kd = 0.2 }\n'
+    )
+    t = 0.01 * np.arange(600)
+    goal = np.where(t > 0.6, np.sign(np.sin(2.0 * t)), 0.0)
+    angle = np.asarray(simulate(rig, t, {"goal_rad": goal})["yaw_rad"])
+    log = Log.from_arrays(rig, time=t, goal_rad=goal, position_rad=angle, current_A=np.abs(np.sin(t)))
+    assert questions(rig, [log]) == []

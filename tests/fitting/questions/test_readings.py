@@ -25,7 +25,7 @@ def log(factor: float) -> Log:
     ("factor", "says"),
     [
         (-1.0, "is its sign"),
-        (180.0 / np.pi, "in degrees? Divide them by 57.296"),
+        (180.0 / np.pi, "in degrees? Say so in [columns], or divide them by 57.296"),
         (2048 / (2.0 * np.pi), "are the readings counts, about 1.7e+03 to a turn? Their column is called yaw_counts"),
         (1e-3, "is the command in mV?"),
     ],
