@@ -206,6 +206,7 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -
     assert answer == json.loads((quick.folder / "out" / "diagnosis.json").read_text())
     assert (answer["complete"], answer["untried"]) == (False, ["drive.lag"])
     assert "Unfinished: so far" in (quick.folder / "out" / "report.html").read_text()
+    assert (quick.folder / "out" / "corrected.toml").read_text().startswith("# Not claimed: Unfinished: so far")
 
 
 def left(status: int) -> None:
