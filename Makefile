@@ -5,7 +5,7 @@ WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test test-all firmware-test wheel lint bench docs rivals peers lock clean python
+.PHONY: demo test test-all firmware-test wheel lint bench docs pages rivals peers lock clean python
 .DELETE_ON_ERROR:
 
 demo: $(READY)
@@ -45,8 +45,12 @@ bench: .venv/.bench
 	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
 	@touch $@
 
-# The pages of docs/ as a site in build/docs: notebooks are executed, and a warning ends it.
+# The pages of docs/ as a site in build/docs: notebooks are executed, and a warning ends it. `make pages` leaves the gallery of effects out.
 docs: .venv/.docs
+	@$(BIN)/python docs/gallery.py
+	@$(MAKE) -s pages
+
+pages: .venv/.docs
 	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
 	@echo "build/docs/index.html"
 

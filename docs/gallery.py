@@ -1,4 +1,4 @@
-"""The gallery of effects, drawn while the site is built: equation, signature, what it was taken for, and the run that shows it.
+"""The gallery of effects, `python docs/gallery.py`: equation, signature, what it was taken for, and the run that shows it.
 
 The signature is what a user sees: a run of a rig with the effect, of the first size at which a search looks for it, and the best fit of the
 same rig without it.
@@ -170,3 +170,7 @@ def write(docs: Path) -> None:
     )
     sections = [section(effect, folder / "gallery", others.get(effect.name, Counter())) for effect in EFFECTS]
     (folder / "gallery.md").write_text(head + "\n".join(sections))
+
+
+if __name__ == "__main__":
+    write(Path(__file__).parent)

@@ -18,7 +18,8 @@ os.environ.setdefault("EQX_ON_ERROR", "off")  # as the commands do: smooth progr
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")  # float32 mixed with float64 becomes an error
 jax.config.update("jax_numpy_rank_promotion", "raise")  # and so does a silent (n, 1) + (n,)
-hypothesis.settings.register_profile("rwjax", deadline=None)  # the first call compiles
+EXAMPLES = 100 if os.environ.get("RWJAX_EVERY_CALL") else 40  # of a property; `make test-all` sets the variable
+hypothesis.settings.register_profile("rwjax", deadline=None, max_examples=EXAMPLES)  # the first call compiles
 hypothesis.settings.load_profile("rwjax")
 
 SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a variable says otherwise

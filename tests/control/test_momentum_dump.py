@@ -18,6 +18,7 @@ LIMITS = Limits(12.0, 3.0)
 
 
 @pytest.mark.parametrize("spin", [SPIN, pytest.param(-SPIN, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_the_wheel_stops_near_the_bound_and_the_axis_does_not_move(spin: float) -> None:
     found = dump(TESTBED, spin, LIMITS)
     assert found.bound == pytest.approx(J * SPIN / (0.9 * HOLDS))

@@ -43,6 +43,7 @@ def test_a_delay_counts_only_where_the_rig_waits(held: str, effect: str, spin: f
         slew(late, np.radians(5.0), LIMITS, spin)
 
 
+@pytest.mark.slow
 def test_a_sliding_axis_goes_on_through_rest_where_a_real_one_sticks() -> None:
     text = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\ncoulomb = 0.05'
     structure = structure_of(parse_rig(text))

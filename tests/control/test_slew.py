@@ -32,7 +32,7 @@ def exact(angle: float, friction: float) -> float:
     return peak / gains + peak / loses
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.01])
+@pytest.mark.parametrize("friction", [0.0, pytest.param(0.01, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("way", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_the_fastest_slew_is_nearly_the_exact_one_and_never_faster(friction: float, way: float) -> None:
     angle = np.radians(20.0)

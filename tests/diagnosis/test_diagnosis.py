@@ -220,6 +220,7 @@ def test_what_was_withheld_from_the_rig_is_named(name: str, given: dict[str, flo
         assert found.corrected.effects[name][number] == pytest.approx(value, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_rig_without_free_numbers_is_diagnosed() -> None:
     rig = replace(RIG, free=(), prior={})
     logs = [run_of(k, {"axis.bias_torque": {"T": 0.02}}) for k in range(3)]

@@ -89,6 +89,7 @@ def test_where_the_travel_is_limited_the_way_until_the_rig_rests_counts() -> Non
         assert np.abs(y - y[0]).max() <= SETTINGS.beyond * most and np.abs(later - later[0]).max() <= COASTING * most
 
 
+@pytest.mark.slow
 def test_where_nothing_limits_the_travel_a_rig_without_friction_may_coast() -> None:
     rig = platform("viscous = 0.0")
     structure = structure_of(rig).with_effects("drive.deadzone", "drive.lag")

@@ -82,6 +82,7 @@ def test_the_amplitude_scales_the_effect_and_nothing_else(name: str) -> None:
         assert small.rig == large.rig
 
 
+@pytest.mark.slow
 def test_an_amplitude_is_found_for_a_size() -> None:
     amplitude = amplitude_for(10.0, "wheel", "drive.delay", 0)
     assert make_case("wheel", "drive.delay", 0, amplitude).truth["raw_size"] == pytest.approx(10.0, rel=0.02)

@@ -46,6 +46,7 @@ SMOOTH = replace(JOINT, coulomb=0.0, excess=0.0)
         replace(JOINT, coupling=GAP, stiffness=200.0, gap=0.05),
     ],
 )
+@pytest.mark.slow
 def test_what_comes_in_is_stored_or_lost(joint: Joint) -> None:
     command = SQUARE * (4.0 if joint.given < DUTY else 0.5)
     x, _ = move(joint, None, Inputs(TIME, command, ONE, ONE), TIME)

@@ -2,7 +2,7 @@
 
 from experiments.blind.draw import cases
 from experiments.blind.messy import case_of
-from experiments.blind.promised import fresh_names, wanted, with_fresh_runs
+from experiments.promised import fresh_names, wanted, with_fresh_runs
 
 
 def test_fresh_runs_leave_the_case_as_it_is_and_differ_from_each_other() -> None:

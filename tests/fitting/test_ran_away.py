@@ -59,6 +59,7 @@ def test_a_number_of_an_added_effect_stays_in_the_range_of_a_rig_file() -> None:
     assert parse_rig(write_rig(without_runaways(RIG, found))).effects["axis.spring"]["k"] == 1e12
 
 
+@pytest.mark.slow
 def test_the_numbers_of_a_wheel_that_is_held_run_away_and_those_of_one_that_turns_do_not() -> None:
     rig, noise = wheel(), np.random.default_rng(2).normal(0.0, 1e-3, len(TIME))
     held = fit(rig, [record(TIME, COMMAND, {"wheel_rad_s": noise})])

@@ -114,6 +114,7 @@ def test_dry_friction_on_all_bodies_at_once_is_of_second_order() -> None:
     assert np.log2(error[0] / error[2]) / 2.0 > 1.7, error  # 1.85: crossings add a part of third order in the step
 
 
+@pytest.mark.slow
 def test_dry_friction_beside_a_body_that_is_held_is_of_second_order() -> None:
     """Wheel 1 turns while yaw is held: its inertia is then not the one beside a yaw that gives way."""
     rig = two_axis(LOCKED.format("yaw") + '[effects."wheel_1.coulomb"]\nM_c = 0.03\n', J=0.01)

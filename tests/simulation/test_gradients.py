@@ -65,6 +65,7 @@ FAST = ("exact", "platform")
         for kind in RIGS
     ],
 )
+@pytest.mark.slow
 def test_derivatives_by_numbers_first_state_and_command_are_those_of_differences(solver: str, kind: str) -> None:
     rig = parse_rig(RIGS[kind])
     names, run = in_one_vector(rig, SOLVERS[solver])

@@ -116,10 +116,7 @@ def _every() -> Iterator[tuple[str, Callable[[], Posed]]]:
 
 
 CASES = dict(_every())
-FAST = (
-    "platform: axis.stribeck",
-    "platform: sensor.delay",
-)
+FAST = ("platform: axis.stribeck",)
 
 
 def _close(

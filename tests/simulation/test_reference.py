@@ -157,6 +157,7 @@ def test_an_axis_breaks_away_within_a_held_command_as_the_current_rises() -> Non
         assert coarse < 1e-2 * size and fine < 5e-4 * size, name  # a factor 8 in step, 64 where no event scatters it
 
 
+@pytest.mark.slow
 def test_dry_friction_of_the_wheel_keeps_angular_momentum_in_the_reference() -> None:
     log = record(SHORT, 3.0 * np.sign(np.sin(4.0 * SHORT + 0.1)))
     y = by_reference(

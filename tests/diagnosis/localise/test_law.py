@@ -10,6 +10,7 @@ DRY, DRAG = (Hypothesis((name,)) for name in ("axis.coulomb", "axis.quadratic_dr
 FRICTION = {"axis.coulomb": {"M_c": 0.06}}
 
 
+@pytest.mark.slow
 def test_a_law_of_the_rate_is_seen_until_the_friction_is_added() -> None:
     fits = searched([run_of(k, FRICTION) for k in range(3)], DRY, DRAG).fits
     before, after = (laws(fits, e, ["yaw_rate", "time"]) for e in (NOTHING, DRY))

@@ -31,6 +31,7 @@ def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     assert search.comparison.excess(many) < 0.1 and fits.known(few) is fitted  # of which there are two places alone
 
 
+@pytest.mark.slow
 def test_a_choice_gives_way_to_a_better_rival_and_not_the_other_way_round() -> None:
     rig = platform("viscous = 0.02")
     fits = fits_of(rig, true_log(rig, **{"drive.curvature": {"c": 0.2}}))

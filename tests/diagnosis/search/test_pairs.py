@@ -107,6 +107,7 @@ def with_another_payload(times: float):
     return fits
 
 
+@pytest.mark.slow
 def test_another_payload_is_among_the_promising_pairs_and_begins_near_it() -> None:
     fits = with_another_payload(1.1)
     pairs = promising_pairs(fits, NAMES)
