@@ -16,10 +16,9 @@ test: $(READY)
 	@$(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 --dist worksteal -m "not slow" $(ARGS)
 
 # Those too that take long, most of them for compiling: every effect's numbers recovered, every effect's own cases.
-# Every call of a function is checked against its signature then, and properties take more examples.
+# Every call of a function is checked against its signature then (tests/type_checks.py).
 test-all: $(READY)
-	@RWJAX_EVERY_EXAMPLE=1 $(BIN)/python -m pytest --jaxtyping-packages=rwjax,beartype.beartype \
-		-n $(WORKERS) --maxprocesses 8 --dist worksteal $(ARGS)
+	@RWJAX_EVERY_CALL=1 $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 --dist worksteal $(ARGS)
 
 # The firmware for both boards, and its tests in the simulator; installs nothing: says which Debian packages are missing.
 firmware-test: $(READY)

@@ -12,11 +12,13 @@ import hypothesis
 import jax
 import pytest
 
+from tests.type_checks import begin_anew
+
 os.environ.setdefault("EQX_ON_ERROR", "off")  # as the commands do: smooth programs are then kept, and not compiled anew
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")  # float32 mixed with float64 becomes an error
 jax.config.update("jax_numpy_rank_promotion", "raise")  # and so does a silent (n, 1) + (n,)
-EXAMPLES = 100 if os.environ.get("RWJAX_EVERY_EXAMPLE") else 40  # of a property; `make test-all` sets the variable
+EXAMPLES = 100 if os.environ.get("RWJAX_EVERY_CALL") else 40  # of a property; `make test-all` sets the variable
 hypothesis.settings.register_profile("rwjax", deadline=None, max_examples=EXAMPLES)  # the first call compiles
 hypothesis.settings.load_profile("rwjax")
 
@@ -28,6 +30,11 @@ def _programs_are_dropped() -> Iterator[None]:
     """Every compiled program takes up to 350 memory maps, of which Linux gives a process 65 530."""
     yield
     jax.clear_caches()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _signatures_are_checked() -> None:
+    begin_anew()
 
 
 @pytest.fixture(scope="session")
