@@ -96,7 +96,7 @@ python:
 lock: | python
 	@$(PYTHON) -m venv build/lock
 	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco \
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco --extra fleet \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
 	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra docs --constraint requirements.lock \

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .fitting.predict import predict as predict
     from .methods.comparison import compare as compare
     from .diagnosis.diagnosis import diagnose as diagnose
+    from .diagnosis.record import read_diagnosis as read_diagnosis
     from .control.region import region as region
     from .control.gain_design import tune as tune
     from .control.sweep import sweep as sweep
@@ -52,6 +53,7 @@ _HOME = {
     "fitting.predict": ("predict",),
     "methods.comparison": ("compare",),
     "diagnosis.diagnosis": ("diagnose",),
+    "diagnosis.record": ("read_diagnosis",),
     "control.region": ("region",),
     "control.gain_design": ("tune",),
     "control.sweep": ("sweep",),

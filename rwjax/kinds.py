@@ -209,6 +209,8 @@ SERVO_CHOICES = {
 """Settings of a servo that are words, each with its words; the first one where the file says nothing."""
 GIVEN = {"voltage_V": "voltage", "duty": "duty", "command_A": "current", "command_Nm": "torque"}
 """What the drive is given, by the column of the command; with a goal the servo says it."""
+UNIT_GIVEN = {"voltage": "V", "duty": "1", "current": "A", "torque": "N m"}
+"""Unit of what the drive is given."""
 GOAL = "goal_rad"
 """Column of a servo's goal."""
 POLYNOMIAL = "axis.friction.polynomial"
@@ -250,8 +252,8 @@ def unit_in_servo(name: str, acts_on: str) -> str:
     Returns:
         The unit, such as `N m/rad` of `drive.servo.kp` on torque.
     """
-    unit, of = NUMBERS[name].unit, {"voltage": "V", "current": "A", "torque": "N m"}.get(acts_on)
-    if of is None or name not in {f"{SERVO}.{gain}" for gain in ("kp", "ki", "kd", "limit")}:
+    unit, of = NUMBERS[name].unit, UNIT_GIVEN[acts_on]
+    if of == "1" or name not in {f"{SERVO}.{gain}" for gain in ("kp", "ki", "kd", "limit")}:
         return unit
     return of if unit == "1" else f"{of}{unit.removeprefix('1')}" if unit.startswith("1/") else f"{of} {unit}"
 

@@ -7,43 +7,50 @@ import numpy as np
 from numba import njit
 from scipy.optimize import differential_evolution
 
-GAIN = 35.15065  # N/V
-BOUNDS = ((40.0, 200.0), (0.0, 600.0), (0.0, 60.0), (-10.0, 10.0), (0.0, 40.0), (1e-3, 0.2))
-MODELS = {"viscous": 2, "Coulomb": 3, "Coulomb and offset": 4, "Stribeck and offset": 6}
+from experiments.peers.problems import Log, Problem
+
+STRIBECK = ((0.0, 4.0), (0.05, 10.0))  # excess in sizes of the dry friction, velocity in tens of the smoothing width
+MODELS = {"viscous": (0, 1, 3), "Coulomb": (0, 1, 2, 3), "Stribeck": (0, 1, 2, 3, 4, 5)}
 chosen: list[str] = []
 
 
 @njit(cache=True)
-def _run(z: np.ndarray, h: float, u: np.ndarray, first: float) -> np.ndarray:
-    x, v, found = first, 0.0, np.empty(len(u))
+def _run(z, h, u, x, v, reads, gain, kp, load, width):  # reason: numba's types
+    found = np.empty(len(u))
     for k in range(len(u)):
-        found[k] = x
-        force = GAIN * u[k] - z[3]
-        dry = z[2] + z[4] * np.exp(-((v / z[5]) ** 2))
+        found[k] = v if reads == 1 else x
+        effort = u[k, 0] if kp == 0.0 else u[k, 1] * min(max(kp * (u[k, 0] - x), -1.0), 1.0)
+        force = (gain * effort - z[3] if gain != 0.0 else z[3] * effort) - load * np.sin(x)
+        dry = z[2] * (1.0 + z[4] * np.exp(-((v / (10.0 * width * z[5])) ** 2)))
         free = v + h * (force - z[1] * v) / z[0]
         v = np.sign(free) * max(abs(free) - h * dry / z[0], 0.0)
         x += h * v
     return found
 
 
-def run(numbers: np.ndarray, t: np.ndarray, u: np.ndarray, first: float) -> np.ndarray:
+def run(p: Problem, z: np.ndarray, log: Log) -> np.ndarray:
     """A free run."""
-    return _run(numbers, t[1] - t[0], u, first)
+    own = np.concatenate([z[:4] * np.array(p.scale), z[4:]])
+    return _run(own, log.t[1] - log.t[0], log.u, *p.start(log), p.reads, p.gain or 0.0, p.kp or 0.0, p.load, p.width)
 
 
-def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
+def fit(p: Problem) -> np.ndarray:
     """The friction model that follows the last third of the log best."""
-    at, best = 2 * len(t) // 3, (np.inf, np.zeros(6))
-    for name, count in MODELS.items():
+    log, at = p.train, 2 * len(p.train.t) // 3
+    bounds, best = (*p.bounds, *STRIBECK), (np.inf, np.zeros(6))
+    for name, free in MODELS.items():
 
-        def of(z: np.ndarray) -> np.ndarray:
-            return np.concatenate([z, [0.0, 0.0, 0.0, 0.0, 0.0, 0.1][len(z) :]])
+        def of(z: np.ndarray, free: tuple[int, ...] = free) -> np.ndarray:
+            whole = np.array([1.0, 0.0, 0.0, 0.0 if p.gain else 1.0, 0.0, 1.0])
+            whole[list(free)] = z
+            return whole
 
         def error(z: np.ndarray, part: slice) -> float:
-            return float(np.mean((run(of(z), t, u, x[0]) - x)[part] ** 2))
+            return float(np.mean((run(p, of(z), log) - log.y)[part] ** 2))
 
-        bounds = BOUNDS[:count]
-        found = differential_evolution(error, bounds, args=(slice(0, at),), maxiter=60, seed=1, tol=1e-6).x
+        found = differential_evolution(
+            error, [bounds[k] for k in free], args=(slice(0, at),), maxiter=60, seed=1, tol=1e-6
+        ).x
         if (left := error(found, slice(at, None))) < best[0]:
             best = left, of(found)
             chosen[:] = [name]

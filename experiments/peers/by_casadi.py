@@ -1,22 +1,20 @@
-"""CasADi: multiple shooting with RK4 and IPOPT, as an expert writes it, with the four terms that the authors published."""
+"""CasADi: multiple shooting with RK4 and IPOPT, as an expert writes it, with four terms."""
 
 import casadi as ca
 import numpy as np
 
-from experiments.peers.logs import coarser
+from experiments.peers.problems import Log, Problem
 
-GAIN, WIDTH = 35.15065, 2e-3  # N/V, m/s of the smoothed sign
-SCALE = ca.DM([80.0, 250.0, 10.0, 3.0])
 SAYS = "nothing: the four terms were put in by hand"
+WEIGHT = 1e6  # of the errors, for IPOPT's tolerances
 
 
-def step(h: float) -> ca.Function:
-    """One step of RK4; the numbers in units of their scale."""
-    s, u, z = ca.MX.sym("s", 2), ca.MX.sym("u"), ca.MX.sym("z", 4)
-    p = z * SCALE
+def step(p: Problem, h: float) -> ca.Function:
+    """One step of RK4."""
+    s, u, z = ca.MX.sym("s", 2), ca.MX.sym("u", 2), ca.MX.sym("z", 4)
 
     def rates(s: ca.MX) -> ca.MX:
-        return ca.vertcat(s[1], (GAIN * u - p[1] * s[1] - p[2] * ca.tanh(s[1] / WIDTH) - p[3]) / p[0])
+        return ca.vertcat(s[1], p.acceleration(ca, s[0], s[1], u, z))
 
     k1 = rates(s)
     k2 = rates(s + h / 2 * k1)
@@ -25,20 +23,22 @@ def step(h: float) -> ca.Function:
     return ca.Function("step", [s, u, z], [s + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)]).expand()
 
 
-def run(numbers: np.ndarray, t: np.ndarray, u: np.ndarray, first: float) -> np.ndarray:
+def run(p: Problem, z: np.ndarray, log: Log) -> np.ndarray:
     """A free run."""
-    states = step(t[1] - t[0]).mapaccum(len(t) - 1)(ca.DM([first, 0.0]), ca.DM(u[:-1]).T, ca.DM(numbers) / SCALE)
-    return np.concatenate([[first], np.asarray(states)[0]])
+    first = ca.DM(p.start(log))
+    states = step(p, log.t[1] - log.t[0]).mapaccum(len(log.t) - 1)(first, ca.DM(log.u[:-1].T), ca.DM(z))
+    return np.concatenate([[p.start(log)[p.reads]], np.asarray(states)[p.reads]])
 
 
-def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The four terms, in steps of five samples, each of which is a node."""
-    t, u, x = coarser(5, t, u, x)
-    n = len(t)
+def fit(p: Problem) -> np.ndarray:
+    """The four numbers, every step a node."""
+    log = p.train.coarser(max(p.every // 2, 1))
+    n, h = len(log.t), log.t[1] - log.t[0]
     z, X = ca.MX.sym("z", 4), ca.MX.sym("X", 2, n)
-    ends = step(t[1] - t[0]).map(n - 1)(X[:, :-1], ca.DM(u[:-1]).T, ca.repmat(z, 1, n - 1))
-    problem = {"x": ca.vertcat(z, ca.vec(X)), "f": 1e6 * ca.sumsqr(X[0, :].T - x), "g": ca.vec(ends - X[:, 1:])}
+    ends = step(p, h).map(n - 1)(X[:, :-1], ca.DM(log.u[:-1].T), ca.repmat(z, 1, n - 1))
+    error = ca.sumsqr(X[p.reads, :].T - log.y)
+    problem = {"x": ca.vertcat(z, ca.vec(X)), "f": WEIGHT * error, "g": ca.vec(ends - X[:, 1:])}
     solver = ca.nlpsol("fit", "ipopt", problem, {"ipopt.print_level": 0, "print_time": False, "ipopt.max_iter": 200})
-    begin = np.concatenate([[1.0, 1.0, 1.0, 0.0], np.stack([x, np.gradient(x, t)]).T.ravel()])
-    found = solver(x0=begin, lbg=0.0, ubg=0.0)["x"]
-    return np.asarray(found[:4] * SCALE).ravel()
+    both = [log.y, np.gradient(log.y, h)] if p.reads == 0 else [np.cumsum(log.y) * h, log.y]
+    begin = np.concatenate([[1.0, 1.0, 1.0, 0.0 if p.gain else 1.0], np.stack(both).T.ravel()])
+    return np.asarray(solver(x0=begin, lbg=0.0, ubg=0.0)["x"][:4]).ravel()

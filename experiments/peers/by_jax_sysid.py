@@ -5,40 +5,37 @@ import jax.numpy as jnp
 import numpy as np
 from jax_sysid.models import Model
 
-from experiments.peers.logs import coarser
+from experiments.peers.problems import Log, Problem
 
 jax.config.update("jax_enable_x64", True)
 
-GAIN, WIDTH = 35.15065, 2e-3  # N/V, m/s of the smoothed sign
-SCALE = np.array([80.0, 250.0, 10.0, 3.0])
 SAYS = "nothing: the four terms were put in by hand"
 
 
-def model(h: float) -> Model:
+def model(p: Problem, h: float) -> Model:
     """The model, stepped by half-implicit Euler."""
 
     def state(s: jnp.ndarray, u: jnp.ndarray, params: list) -> jnp.ndarray:
-        M, viscous, dry, offset = params[0] * SCALE
-        v = s[1] + h * (GAIN * u[0] - viscous * s[1] - dry * jnp.tanh(s[1] / WIDTH) - offset) / M
+        v = s[1] + h * p.acceleration(jnp, s[0], s[1], u, params[0])
         return jnp.array([s[0] + h * v, v])
 
-    found = Model(2, 1, 1, state_fcn=state, output_fcn=lambda s, u, params: s[:1], Ts=h)
+    found = Model(2, 1, 2, state_fcn=state, output_fcn=lambda s, u, params: s[p.reads : p.reads + 1], Ts=h)
     found.loss(rho_x0=0.0, rho_th=0.0, train_x0=False)
     found.optimization(adam_epochs=200, lbfgs_epochs=500, iprint=-1)
     return found
 
 
-def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The four terms, in steps of ten samples."""
-    t, u, x = coarser(10, t, u, x)
-    one = model(t[1] - t[0])
-    one.init(params=[np.array([1.0, 1.0, 1.0, 0.0])], x0=np.array([x[0], 0.0]))
-    one.fit(x[:, None], u[:, None])
-    return np.asarray(one.params[0]) * SCALE
+def fit(p: Problem) -> np.ndarray:
+    """The four numbers, in coarser steps."""
+    log = p.train.coarser(p.every)
+    one = model(p, log.t[1] - log.t[0])
+    one.init(params=[np.array([1.0, 1.0, 1.0, 0.0 if p.gain else 1.0])], x0=np.array(p.start(log)))
+    one.fit(log.y[:, None], log.u)
+    return np.asarray(one.params[0])
 
 
-def run(numbers: np.ndarray, t: np.ndarray, u: np.ndarray, first: float) -> np.ndarray:
+def run(p: Problem, z: np.ndarray, log: Log) -> np.ndarray:
     """A free run."""
-    one = model(t[1] - t[0])
-    one.init(params=[numbers / SCALE], x0=np.array([first, 0.0]))
-    return np.asarray(one.predict(np.array([first, 0.0]), u[:, None])[0])[:, 0]
+    one, first = model(p, log.t[1] - log.t[0]), np.array(p.start(log))
+    one.init(params=[z], x0=first)
+    return np.asarray(one.predict(first, log.u)[0])[:, 0]

@@ -1,79 +1,98 @@
-"""MuJoCo's own `sysid`: a slide joint whose mass, damping, frictionloss and constant force are parameters, by its least squares."""
+"""MuJoCo's own `sysid`: one joint whose inertia, damping, frictionloss and offset or gain are parameters, by its least squares."""
 
 import mujoco
 import numpy as np
 from mujoco import sysid
 from mujoco.rollout import rollout
 
-from experiments.peers.logs import coarser
+from experiments.peers.problems import Log, Problem
 
-GAIN = 35.15065  # N/V
 SAYS = "nothing: the four terms were put in by hand"
+GRAVITY, ARM = 9.81, 0.1  # m/s², m of the load's mass
 XML = """
 <mujoco>
-  <option timestep="{step}" gravity="0 0 0" integrator="implicitfast"><flag contact="disable"/></option>
-  <worldbody><body name="carriage">
-    <joint name="x" type="slide" axis="1 0 0" damping="250" frictionloss="10" solreffriction="{soft} 1"
-      solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
-    <inertial pos="0 0 0" mass="80" diaginertia="1 1 1"/>
+  <option timestep="{step}" gravity="0 0 -{gravity}" integrator="implicitfast"><flag contact="disable"/></option>
+  <worldbody><body name="body">
+    <joint name="x" type="{joint}" axis="{axis}" armature="{J}" damping="{c}" frictionloss="{f}"
+      solreffriction="{soft} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
+    <inertial pos="0 0 {at}" mass="{mass}" diaginertia="1e-9 1e-9 1e-9"/>
   </body></worldbody>
   <actuator><general name="drive" joint="x" gainprm="{gain}" biastype="affine"/></actuator>
 </mujoco>
 """
 
 
-def spec_of(step: float) -> mujoco.MjSpec:
-    """The model before any fit."""
-    return mujoco.MjSpec.from_string(XML.format(step=step, soft=4.0 * step, gain=GAIN))
+def spec_of(p: Problem, step: float) -> mujoco.MjSpec:
+    """The model before any fit; a pendulum hangs below the hinge, and its inertia is the mass's and the armature."""
+    joint, axis = ("hinge", "0 1 0") if p.load or p.reads else ("slide", "1 0 0")
+    mass = p.load / (GRAVITY * ARM) if p.load else 1e-6
+    J, c, f, _ = p.scale
+    at = -ARM if p.load else 0.0
+    given = dict(step=step, gravity=GRAVITY, joint=joint, axis=axis, J=J, c=c, f=f, soft=4.0 * step, at=at, mass=mass)
+    return mujoco.MjSpec.from_string(XML.format(gain=p.gain or p.scale[3], **given))
 
 
-def parameters() -> sysid.ParameterDict:
-    """The four terms, their bounds and how each changes the model."""
+def parameters(p: Problem) -> sysid.ParameterDict:
+    """The four numbers, their bounds and how each changes the model."""
+    own = p.load / GRAVITY * ARM  # inertia of the load's mass
 
-    def damping(spec: mujoco.MjSpec, p: sysid.Parameter) -> None:
-        spec.joint("x").damping[0] = p.value[0]  # then those of higher powers of the rate
+    def inertia(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
+        spec.joint("x").armature = max(q.value[0] * p.scale[0] - own, 0.0)
 
-    def frictionloss(spec: mujoco.MjSpec, p: sysid.Parameter) -> None:
-        spec.joint("x").frictionloss = p.value[0]
+    def damping(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
+        spec.joint("x").damping[0] = q.value[0] * p.scale[1]  # then those of higher powers of the rate
 
-    def mass(spec: mujoco.MjSpec, p: sysid.Parameter) -> None:
-        spec.body("carriage").mass = p.value[0]
+    def frictionloss(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
+        spec.joint("x").frictionloss = q.value[0] * p.scale[2]
 
-    def offset(spec: mujoco.MjSpec, p: sysid.Parameter) -> None:
-        spec.actuator("drive").biasprm[0] = p.value[0]
+    def last(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
+        if p.gain:
+            spec.actuator("drive").biasprm[0] = -q.value[0] * p.scale[3]
+        else:
+            spec.actuator("drive").gainprm[0] = q.value[0] * p.scale[3]
 
-    given = {"mass": (80.0, 20.0, 300.0, mass), "damping": (250.0, 0.0, 1e3, damping)}
-    given |= {"frictionloss": (10.0, 0.0, 100.0, frictionloss), "offset": (0.0, -20.0, 20.0, offset)}
+    changes = (inertia, damping, frictionloss, last)
+    begin = (1.0, 1.0, 1.0, 0.0 if p.gain else 1.0)
     return sysid.ParameterDict(
-        {n: sysid.Parameter(n, v, low, high, modifier=change) for n, (v, low, high, change) in given.items()}
+        {
+            change.__name__: sysid.Parameter(change.__name__, b, low, high, modifier=change)
+            for change, b, (low, high) in zip(changes, begin, p.bounds, strict=True)
+        }
     )
 
 
-def played(spec: mujoco.MjSpec, u: np.ndarray, first: float) -> np.ndarray:
-    """Positions under a command."""
+def played(p: Problem, spec: mujoco.MjSpec, log: Log) -> np.ndarray:
+    """Readings under a command; a servo's voltage is worked out step by step."""
     model = spec.compile()
     data = mujoco.MjData(model)
-    start = sysid.create_initial_state(model, np.array([first]), np.zeros(1), np.zeros(0))
-    state, _ = rollout(model, data, start, u[:-1, None])
-    return np.concatenate([[first], state[0, :, 1]])  # time, then the position
+    x, v = p.start(log)
+    if p.kp is None:
+        start = sysid.create_initial_state(model, np.array([x]), np.array([v]), np.zeros(0))
+        state, _ = rollout(model, data, start, log.u[:-1, :1])
+        return np.concatenate([[(x, v)[p.reads]], state[0, :, 1 + p.reads]])  # time, then position and rate
+    data.qpos[0], data.qvel[0], found = x, v, [x]
+    for u in log.u[:-1]:
+        data.ctrl[0] = p.effort(np, data.qpos[0], u)
+        mujoco.mj_step(model, data)
+        found.append(data.qpos[0])
+    return np.array(found)
 
 
-def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The four terms, in steps of two samples."""
-    t, u, x = coarser(2, t, u, x)
-    step = t[1] - t[0]
+def fit(p: Problem) -> np.ndarray:
+    """The four numbers, in coarser steps."""
+    log = p.train.coarser(max(p.every // 5, 1))
 
     def residual(z: np.ndarray, params: sysid.ParameterDict, **_: object) -> tuple:
         params.update_from_vector(z)
-        spec = sysid.apply_param_modifiers_spec(params, spec_of(step))
-        return [played(spec, u, x[0]) - x], None, None
+        spec = sysid.apply_param_modifiers_spec(params, spec_of(p, log.t[1] - log.t[0]))
+        return [played(p, spec, log) - log.y], None, None
 
-    found, _ = sysid.optimize(parameters(), residual, optimizer="scipy", verbose=False)
+    found, _ = sysid.optimize(parameters(p), residual, optimizer="scipy", verbose=False)
     return found.as_vector()
 
 
-def run(numbers: np.ndarray, t: np.ndarray, u: np.ndarray, first: float) -> np.ndarray:
+def run(p: Problem, z: np.ndarray, log: Log) -> np.ndarray:
     """A free run."""
-    params = parameters()
-    params.update_from_vector(numbers)
-    return played(sysid.apply_param_modifiers_spec(params, spec_of(t[1] - t[0])), u, first)
+    params = parameters(p)
+    params.update_from_vector(z)
+    return played(p, sysid.apply_param_modifiers_spec(params, spec_of(p, log.t[1] - log.t[0])), log)

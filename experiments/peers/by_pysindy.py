@@ -4,44 +4,55 @@ import numpy as np
 import pysindy as ps
 from scipy.signal import savgol_filter
 
-WINDOW, THRESHOLD = 101, 0.02  # samples of the smoothing polynomial; of the coefficients
-TERMS = {
-    "u": lambda v, u: u,
-    "v": lambda v, u: v,
-    "sgn v": lambda v, u: np.tanh(v / 2e-3),
-    "v|v|": lambda v, u: v * abs(v),
-    "v³": lambda v, u: v**3,
-    "1": lambda v, u: np.ones_like(v),
-}
+from experiments.peers.problems import Log, Problem
+
+SMOOTHED, THRESHOLD = 0.1, 0.02  # s of the smoothing polynomial; of the coefficients
 names: list[str] = []
 
 
-def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> np.ndarray:
+def terms(p: Problem, x: np.ndarray, v: np.ndarray, effort: np.ndarray) -> dict[str, np.ndarray]:
+    """The candidates."""
+    found = {
+        "drive": effort,
+        "v": v,
+        "sgn v": np.tanh(v / p.width),
+        "v|v|": v * abs(v),
+        "v³": v**3,
+        "1": np.ones_like(v),
+    }
+    return found | ({"sin x": np.sin(x)} if p.load else {})
+
+
+def fit(p: Problem) -> np.ndarray:
     """Coefficients of the terms."""
-    h = t[1] - t[0]
-    v, a = (savgol_filter(x, WINDOW, 3, deriv=k, delta=h) for k in (1, 2))
-    columns = np.stack([term(v, savgol_filter(u, WINDOW, 3)) for term in TERMS.values()], axis=1)
-    size = np.linalg.norm(columns, axis=0) / np.sqrt(len(t))
+    log, h = p.train, p.train.t[1] - p.train.t[0]
+    window = max(int(SMOOTHED / h) // 2 * 2 + 1, 7)
+    derivatives = [savgol_filter(log.y, window, 3, deriv=k, delta=h) for k in range(3)]
+    x, v, a = derivatives if p.reads == 0 else (0.0 * log.y, *derivatives[:2])
+    effort = savgol_filter(np.array([p.effort(np, x[k], u) for k, u in enumerate(log.u)]), window, 3)
+    columns = np.stack(list(terms(p, x, v, effort).values()), axis=1)
+    size = np.linalg.norm(columns, axis=0) / np.sqrt(len(a))
     optimizer = ps.STLSQ(threshold=THRESHOLD)
     optimizer.fit(columns / size, a[:, None])
     found = optimizer.coef_[0] / size
-    names[:] = [name for name, value in zip(TERMS, found, strict=True) if value]
+    names[:] = [name for name, value in zip(terms(p, x, v, effort), found, strict=True) if value]
     return found
 
 
-def run(numbers: np.ndarray, t: np.ndarray, u: np.ndarray, first: float) -> np.ndarray:
+def run(p: Problem, z: np.ndarray, log: Log) -> np.ndarray:
     """A free run by RK4."""
-    h, state, found = t[1] - t[0], np.array([first, 0.0]), []
+    h, s, found = log.t[1] - log.t[0], np.array(p.start(log)), []
 
-    def rates(state: np.ndarray, u: float) -> np.ndarray:
-        return np.array([state[1], sum(c * term(state[1], u) for c, term in zip(numbers, TERMS.values(), strict=True))])
+    def rates(s: np.ndarray, u: np.ndarray) -> np.ndarray:
+        values = terms(p, s[0], s[1], p.effort(np, s[0], u)).values()
+        return np.array([s[1], sum(c * value for c, value in zip(z, values, strict=True))])
 
-    for volts in u:
-        found.append(state[0])
-        k1 = rates(state, volts)
-        k2 = rates(state + h / 2 * k1, volts)
-        k3 = rates(state + h / 2 * k2, volts)
-        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(state + h * k3, volts))
+    for u in log.u:
+        found.append(s[p.reads])
+        k1 = rates(s, u)
+        k2 = rates(s + h / 2 * k1, u)
+        k3 = rates(s + h / 2 * k2, u)
+        s = s + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(s + h * k3, u))
     return np.array(found)
 
 

@@ -1,28 +1,31 @@
-"""rwjax: the four terms that the authors published, fitted."""
+"""rwjax: the four terms, fitted."""
 
 import numpy as np
 
 import rwjax
+from experiments.peers.problems import Log, Problem
 
-RIG = rwjax.parse_rig("""
-kind = "platform"
-drive.gain = 35.15065
-axis.inertia = 80.0
-axis.friction.viscous = 250.0
-axis.friction.coulomb = 10.0
-[effects."axis.bias_torque"]
-T = 0.0
-[fit]
-free = ["axis.inertia", "axis.friction.viscous", "axis.friction.coulomb", "axis.bias_torque.T"]
-""")
 SAYS = "nothing: the four terms were put in by hand"
 
 
-def fit(t: np.ndarray, u: np.ndarray, x: np.ndarray) -> rwjax.Rig:
-    """The four terms."""
-    return rwjax.fit(RIG, [rwjax.Log.from_arrays(RIG, time=t, voltage_V=u, position_m=x)]).rig
+def given(p: Problem, log: Log) -> dict[str, np.ndarray]:
+    """The columns of the command."""
+    return {"voltage_V": log.u[:, 0]} if p.kp is None else {"goal_rad": log.u[:, 0], "supply_V": log.u[:, 1]}
 
 
-def run(rig: rwjax.Rig, t: np.ndarray, u: np.ndarray, first: float) -> np.ndarray:
-    """A free run."""
-    return np.asarray(rwjax.simulate(rig, t, u, start={"psi": first})["yaw_rad"])
+def log_of(p: Problem, rig: rwjax.Rig, log: Log) -> rwjax.Log:
+    """A log as rwjax takes it."""
+    reading = {"wheel": "wheel_rad_s", "platform": "position_m", "joint": "position_rad"}[rig.kind]
+    return rwjax.Log.from_arrays(rig, time=log.t, **given(p, log), **{reading: log.y})
+
+
+def fit(p: Problem) -> rwjax.Rig:
+    """The four numbers."""
+    rig = rwjax.parse_rig(p.text)
+    return rwjax.fit(rig, [log_of(p, rig, p.train)]).rig
+
+
+def run(p: Problem, rig: rwjax.Rig, log: Log) -> np.ndarray:
+    """A free run from the first reading."""
+    start, name = ({"Omega": log.y[0]}, "wheel_rad_s") if p.reads else ({"psi": log.y[0]}, "yaw_rad")
+    return np.asarray(rwjax.simulate(rig, log.t, given(p, log), start=start)[name])

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rwjax.cli.answer import json_text
+from rwjax.answer import json_text
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, say

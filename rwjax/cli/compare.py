@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rwjax.cli.answer import json_text
+from rwjax.answer import json_text
 from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, of_file
 from rwjax.cli.progress import progress

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.answer import json_text
+from rwjax.answer import json_text
 from rwjax.cli.options import axis, check_file, finite, of_file, positive
 from rwjax.cli.terminal import document, tell
 from rwjax.errors import InputError

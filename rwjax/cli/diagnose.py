@@ -2,23 +2,18 @@
 
 import gc
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from rwjax.cli.answer import json_text
 from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.interrupt import STATUS, first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say
-from rwjax.errors import InputError
-
-if TYPE_CHECKING:
-    from rwjax.diagnosis.result import Diagnosis
 
 YOUNG = 5000
 """New objects after which Python looks for those that hold each other and can go [1]."""
@@ -54,6 +49,7 @@ def diagnose(
     from rwjax.fitting.processes import Team
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
+    from rwjax.report.results import answer_of, clear_results, write_results
     from rwjax.rig.read import read_rig
 
     check_segments(segments)
@@ -61,7 +57,7 @@ def diagnose(
     limit = Budget(budget)
     rig = read_rig(rig_file)
     logs = read_logs(log_files, rig)
-    target = ResultFolder(output, _clear, (rig_file, *log_files))
+    target = ResultFolder(output, clear_results, (rig_file, *log_files))
     target.check()
     with Team() as team, first(limit.stop), _seldom_collected(), progress(quiet, lines=True) as show:
         show("looking at the logs")
@@ -69,11 +65,12 @@ def diagnose(
         asked = ask_first(rig, logs, force)
         result = run(rig, logs, only=only or (), without=without or (), budget=limit, team=team, progress=show)
         show("writing the report")
-        answer, written = _written(result, target)
+        with target.renewed() as folder:
+            written = {name: path.relative_to(folder) for name, path in write_results(result, folder).items()}
     if as_json:
-        document(answer + "\n")
+        document(answer_of(result) + "\n")
     else:
-        say("\n".join([str(result), *(f"  {name}: {path}" for name, path in written.items())]))
+        say("\n".join([str(result), *(f"  {name}: {output / path}" for name, path in written.items())]))
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)
@@ -93,49 +90,3 @@ def _seldom_collected() -> Iterator[None]:
     finally:
         gc.set_threshold(*before)
         gc.unfreeze()
-
-
-def _written(result: "Diagnosis", target: ResultFolder) -> tuple[str, dict[str, Path]]:
-    """Writes a diagnosis into its folder; its JSON, and the paths of what a user opens first by what they are."""
-    from rwjax.planning.files import write_next
-    from rwjax.report.html import write_report
-    from rwjax.rig.write import write_rig
-    from rwjax.text_files import write_text
-
-    answer = json_text(result.json(), indent=1)
-    with target.renewed() as folder:
-        write_text(folder / "diagnosis.json", answer + "\n", InputError)
-        write_text(folder / "corrected.toml", _head(result) + write_rig(result.corrected), InputError)
-        report = write_report(result, folder)
-        plan = write_next(folder, result.proposal)
-        written = {
-            name: target.path / path.relative_to(folder)
-            for name, path in (("plan of the next experiment", plan), ("report", report))
-            if path is not None
-        }
-    return answer, written
-
-
-def _head(result: "Diagnosis") -> str:
-    """What stands above a corrected rig of which nothing is claimed."""
-    from rwjax.diagnosis.verdict import CLAIMS
-    from rwjax.errors import printable
-
-    if not result.effects or (result.complete and result.verdict in CLAIMS):
-        return ""
-    return f"# Not claimed: {printable(result.sentence)}\n"
-
-
-def _clear(folder: Path) -> None:
-    """Removes an earlier diagnosis, with the plan of its next experiment."""
-    from rwjax.planning.files import clear_plan
-    from rwjax.report.html import FIGURES, REPORT
-
-    for name in ("diagnosis.json", "corrected.toml", REPORT, *(f"{figure}.png" for figure in FIGURES)):
-        (folder / name).unlink(missing_ok=True)
-    plan = folder / "next"
-    if plan.is_symlink():
-        plan.unlink()
-    clear_plan(plan)
-    with suppress(OSError):  # it holds something else, or there is none
-        plan.rmdir()

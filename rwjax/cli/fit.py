@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.answer import json_text
+from rwjax.answer import json_text
 from rwjax.cli.ask_first import GO_ON, Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress

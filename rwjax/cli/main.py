@@ -18,6 +18,7 @@ from rwjax.cli.diagnose import diagnose
 from rwjax.cli.dump import dump
 from rwjax.cli.export import export
 from rwjax.cli.fit import fit
+from rwjax.cli.fleet import fleet
 from rwjax.cli.import_logs import import_logs
 from rwjax.cli.init import init
 from rwjax.cli.monitor import monitor
@@ -26,6 +27,7 @@ from rwjax.cli.plan import plan
 from rwjax.cli.predict import predict
 from rwjax.cli.record import record
 from rwjax.cli.region import region
+from rwjax.cli.report import report
 from rwjax.cli.run_experiment import run_experiment
 from rwjax.cli.size import size
 from rwjax.cli.slew import slew
@@ -57,7 +59,7 @@ def _before_the_command(
 
 
 COMMANDS = (
-    *(init, import_logs, check, fit, predict, compare, diagnose, export),
+    *(init, import_logs, check, fit, predict, compare, diagnose, report, fleet, export),
     *(region, sweep, tune, slew, dump, size),
     *(plan, record, run_experiment, monitor, decode),
     *(data, cache),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.answer import json_text
+from rwjax.answer import json_text
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say

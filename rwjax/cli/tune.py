@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.answer import json_text
+from rwjax.answer import json_text
 from rwjax.cli.control import (
     FitFile,
     Late,

@@ -9,6 +9,7 @@ import numpy as np
 from rwjax.diagnosis.asked import Asked, asked
 from rwjax.diagnosis.budget import Budget, Stopped
 from rwjax.diagnosis.corrected_rig import corrected_rig
+from rwjax.diagnosis.estimates import estimates
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.gap import Gap, HeldOut, gap, headline
 from rwjax.diagnosis.headway import Headway
@@ -159,8 +160,7 @@ def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
         before=before,
         after=outcome.after,
         settings=fits.settings,
-        fitted=found,
-        spread=spread,
+        estimates=estimates(found, spread, corrected),
     )
 
 

@@ -1,12 +1,13 @@
 """Diagnosis: what `diagnose` returns, what the report shows, and what `diagnosis.json` holds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rwjax.diagnosis.estimates import Estimates
 from rwjax.diagnosis.gap import Gap, HeldOut
 from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.localise.left_torque import LeftTorque
@@ -25,14 +26,12 @@ from rwjax.diagnosis.words import (
     where_words,
 )
 from rwjax.diagnosis.worst_windows import Window
-from rwjax.effects.library import unit_of_number
-from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.segments import segment_s
-from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.logs.coverage import Split
 from rwjax.logs.log import Log
 from rwjax.planning.files import Plan
 from rwjax.rig.model import Rig
+from rwjax.rig.number_unit import unit_in_rig
 
 if TYPE_CHECKING:
     import polars as pl
@@ -107,8 +106,7 @@ class Diagnosis:
         before: errors of the rig as it is on the held-out logs.
         after: errors with the named effects.
         settings: limits that were used.
-        fitted: the fit of the named hypothesis.
-        spread: that fit's uncertainty.
+        estimates: what the logs tell of the corrected rig's numbers.
     """
 
     rig: Rig
@@ -139,8 +137,7 @@ class Diagnosis:
     before: HeldOut
     after: HeldOut
     settings: Settings
-    fitted: Fit = field(repr=False)
-    spread: Uncertainty = field(repr=False)
+    estimates: Estimates
 
     @property
     def sentence(self) -> str:
@@ -172,7 +169,7 @@ class Diagnosis:
             lines.append(f"  left: {left_words(self.left.share, self.left.where, self.left.windows, limits)}")
         if len(self.waterfall) > 1:
             first, last = self.waterfall[0], self.waterfall[-1]
-            lines += [f"  {line}" for line in (*numbers_of(last), *moved(first, last, limits))]
+            lines += [f"  {line}" for line in (*numbers_of(self.rig, last), *moved(first, last, limits))]
         lines += [f"  note: {note}" for note in self.notes]
         lines.append(f"  held out: {self.held_out}; next experiment: {self.next_experiment}")
         return "\n".join(lines)
@@ -249,27 +246,10 @@ class Diagnosis:
             "held_out": self.held_out,
             "split": self.split.json(),
             "next_experiment": self.next_experiment,
-            "drift": [_rung_json(rung) for rung in (*self.waterfall, *self.alternatives_waterfall)],
-            **self._estimates_json(),
+            "drift": [_rung_json(self.rig, rung) for rung in (*self.waterfall, *self.alternatives_waterfall)],
+            **self.estimates.json(),
             "refused": self.refused,
             "remarks": list(self.remarks),
-        }
-
-    def _estimates_json(self) -> dict:
-        """The estimates that the logs tell of the corrected rig, as it holds them, under the keys of `rwjax fit --json`."""
-        fitted, error = self.fitted.numbers(), self.corrected.standard_error
-        told = [name for name in self.spread.names if np.isfinite(self.spread.standard_error[name])]
-        told = [
-            name for name in told if name in error or " in " in name
-        ]  # one that ran away has no standard error there
-        values = {name: self.corrected.values.get(name, fitted[name]) for name in told}
-        return {
-            "numbers": {
-                name: {"value": value, "standard_error": self.spread.standard_error[name]}
-                for name, value in values.items()
-            },
-            "covariance_of": told,
-            "covariance": self.spread.of(told).tolist(),
         }
 
     def _where_json(self) -> dict | None:
@@ -314,7 +294,7 @@ def _gap_json(gap: Gap) -> dict:
     }
 
 
-def _rung_json(rung: Rung) -> dict:
+def _rung_json(rig: Rig, rung: Rung) -> dict:
     return {
         "effects": list(rung.names),
         "gap": rung.rms,
@@ -328,7 +308,7 @@ def _rung_json(rung: Rung) -> dict:
             for name, (value, error) in rung.numbers.items()
         },
         "effect_numbers": {
-            name: {"value": value, "standard_error": _plain(error), "unit": unit_of_number(name)}
+            name: {"value": value, "standard_error": _plain(error), "unit": unit_in_rig(rig, name)}
             for name, (value, error) in rung.own.items()
         },
     }

@@ -10,9 +10,11 @@ from rwjax.diagnosis.settings import ReportSettings
 from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
-from rwjax.effects.library import BY_NAME, unit_of_number
+from rwjax.effects.library import BY_NAME
 from rwjax.kinds import half_column
 from rwjax.rig.columns import unit_of
+from rwjax.rig.model import Rig
+from rwjax.rig.number_unit import unit_in_rig
 
 _HALVED = ("wheel_rad", "wheel_rad_s", "current_A")
 _SIGNALS = (
@@ -55,8 +57,7 @@ def verdict_sentence(
     Returns:
         The sentence.
     """
-    close = "close" if len(effects) > 1 else "closes"
-    closed = f" and {close} {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
+    closed = f" and closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
     if uninformative:
         return f"Unknown: {uninformative}, so that they do not say whether anything is missing."
     if verdict == "none":
@@ -183,10 +184,11 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
     return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."
 
 
-def numbers_of(rung: Rung) -> list[str]:
+def numbers_of(rig: Rig, rung: Rung) -> list[str]:
     """The numbers of what a step of the waterfall names.
 
     Args:
+        rig: the rig, as its logs drive it.
         rung: the step.
 
     Returns:
@@ -196,9 +198,9 @@ def numbers_of(rung: Rung) -> list[str]:
     for number, (value, error) in rung.own.items():
         effect, _, name = number.rpartition(".")
         head, symbol = (f"{effect}: ", name) if effect in BY_NAME else ("", number)
-        spread = f"± {error:.2g}" if isfinite(error) else "(not told by these logs)"
-        unit = f" {unit_of_number(number)}".rstrip()
-        lines.setdefault(head or number, []).append(f"{symbol} = {value:.4g} {spread}{unit}")
+        unit = f" {unit_in_rig(rig, number)}".rstrip()
+        told = f" ± {error:.2g}{unit}" if isfinite(error) else f"{unit} (not told by these logs)"
+        lines.setdefault(head or number, []).append(f"{symbol} = {value:.4g}{told}")
     return [(head if head.endswith(": ") else "") + ", ".join(numbers) for head, numbers in lines.items()]
 
 

@@ -9,11 +9,10 @@ from rwjax.effects.rig_terms import terms_of
 from rwjax.errors import RigError
 from rwjax.export import Exported
 from rwjax.export.template import rendered
+from rwjax.kinds import UNIT_GIVEN
 from rwjax.rig.model import Rig
 
 TEMPLATE = "feed_forward.h.j2"
-UNITS = {"voltage": "V", "duty": "1", "current": "A", "torque": "N m"}
-"""Unit of the command by what the drive is given."""
 
 
 class Term(NamedTuple):
@@ -53,7 +52,7 @@ def c_header(rig: Rig) -> Exported:
         prefix=_identifier(rig.name),
         terms=[*_terms(rig), *levels],
         steps=steps,
-        unit=UNITS[_given(rig)],
+        unit=UNIT_GIVEN[_given(rig)],
         per_torque=_command_per_torque(rig),
         number=literal,
     )

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from rwjax.control.fit_estimate import read_fit_estimate, with_fit_estimate
-from rwjax.effects.library import BY_NAME, unit_of_number
+from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
 from rwjax.export import Exported
 from rwjax.rig.model import Rig
+from rwjax.rig.number_unit import unit_in_rig
 from rwjax.text_files import read_text
 
 SCHEMA = "rwjax.rig/1"
@@ -63,7 +64,7 @@ def _spread(answer: Path, rig: Rig) -> dict[str, Any]:
 def _number(rig: Rig, name: str, value: float) -> dict[str, Any]:
     """A number with its unit; with its standard error where an estimate has one, null where the logs say nothing of it."""
     error = {"standard_error": _finite(rig.standard_error[name])} if name in rig.standard_error else {}
-    return {"value": value, "unit": unit_of_number(name) or "1"} | error
+    return {"value": value, "unit": unit_in_rig(rig, name) or "1"} | error
 
 
 def _finite(value: float) -> float | None:

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rwjax.effects.library import unit_of_number
 from rwjax.fitting.intervals import Intervals, interval_words
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.segments import segment_s
 from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
+from rwjax.rig.number_unit import unit_in_rig
 
 if TYPE_CHECKING:
     import polars as pl
@@ -40,7 +40,10 @@ class RigFit:
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
-        rows = [_row(name, value, error, self.interval.get(name)) for name, value, error in self._estimates()]
+        rows = [
+            _row(name, value, error, self._unit(name), self.interval.get(name))
+            for name, value, error in self._estimates()
+        ]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         lines = [f"fit of {self.rig.name} to {', '.join(dict.fromkeys(log.name for log in self.fit.problem.logs))}"]
         lines += ["  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
@@ -64,12 +67,16 @@ class RigFit:
 
         columns = ("number", "value", "standard_error", "from_95", "to_95", "unit")
         rows = [
-            (name, value, _finite(error), *map(_finite, self.interval.get(name, (np.nan, np.nan))), _unit(name))
+            (name, value, _finite(error), *map(_finite, self.interval.get(name, (np.nan, np.nan))), self._unit(name))
             for name, value, error in self._estimates()
         ]
         return pl.DataFrame(
             rows, schema=dict.fromkeys(columns, pl.Float64) | {"number": pl.String, "unit": pl.String}, orient="row"
         )
+
+    def _unit(self, name: str) -> str:
+        """Unit of a number, also of one that a run has of its own."""
+        return unit_in_rig(self.rig, name.partition(" ")[0])
 
     def of_runs(self) -> list[str]:
         """Numbers that a run has of its own.
@@ -110,13 +117,9 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _unit(name: str) -> str:
-    """Unit of a number, also of one that a run has of its own."""
-    return unit_of_number(name.partition(" ")[0])
-
-
-def _row(name: str, value: float, error: float, ends: tuple[float, float] | None) -> tuple[str, str, str, str]:
+def _row(
+    name: str, value: float, error: float, unit: str, ends: tuple[float, float] | None
+) -> tuple[str, str, str, str]:
     """Name, value, standard error with unit, and interval of a number, as text."""
-    unit = _unit(name)
     spread = (f"± {error:.2g}" if np.isfinite(error) else "(no standard error)") + (f" {unit}" if unit else "")
     return name, f"{value:.6g}", spread, interval_words(*ends) if ends else ""

@@ -12,8 +12,20 @@ from threadpoolctl import ThreadpoolController
 
 T = TypeVar("T")
 
-THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-"""Processors that this process may use, and so threads of a pool."""
+VARIABLE = "RWJAX_THREADS"
+"""Environment variable with the threads of a process; one of many on a machine takes 1."""
+
+
+def _threads() -> int:
+    """What the variable says, or the processors that this process may use."""
+    given = os.environ.get(VARIABLE, "")
+    if given.isascii() and given.isdigit() and int(given) > 0:
+        return int(given)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+THREADS = _threads()
+"""Threads of a pool."""
 
 
 class SingleThreadedBlas(ContextDecorator):

@@ -82,10 +82,10 @@ class Split:
         if not self.outside:
             return []
         worst, *others = self.outside
-        more = f" (and {len(others)} more so)" if others else ""
+        more = f" (and {len(others)} more)" if others else ""
         ranges = " against ".join(f"{low:.3g} to {high:.3g}" for low, high in (worst.seen, worst.covered))
         other = (
-            f"; held out instead, {self.proposed} would not: mark it `# role: validate`"
+            f"; held out instead, {self.proposed} would not: write `# role: validate` into that one"
             if self.proposed
             else "; no other split avoids that, so record a run between these"
         )

@@ -18,6 +18,8 @@ MISSING = 0.01
 """Share of missing readings worth a word [1]."""
 FROZEN = 10
 """Equal readings in a row of a sensor whose readings otherwise differ."""
+COARSE = 0.01
+"""Smallest change of a reading, in its large ones, from which a sensor counts as one in steps, which a rest leaves at one reading [1]."""
 COUNTERS = {256: "8-bit", 4096: "12-bit", 16384: "14-bit", 65536: "16-bit"}
 """Counts after which a counter begins again."""
 NEAR = 0.1
@@ -168,7 +170,17 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
     many = int(last[k] - first[k]) + 1
     others = np.delete(last - first, k)
     usual = float(np.median(others)) + 1.0 if len(others) else 1.0
-    return (int(first[k]), many) if many >= max(FROZEN, 5.0 * usual) else None
+    if many < max(FROZEN, 5.0 * usual) or _rests(y, int(last[k])):
+        return None
+    return int(first[k]), many
+
+
+def _rests(y: np.ndarray, last: int) -> bool:
+    """Whether coarse readings that stay the same up to a sample go on from there as from rest: with a step, and no leap."""
+    jump = np.abs(np.diff(y))
+    moving = jump[jump > 0.0]
+    large = float(np.quantile(moving, 0.9))
+    return float(np.min(moving)) > COARSE * large and last < len(jump) and bool(jump[last] <= large)
 
 
 def _about_loop(log: Log) -> Iterator[str]:

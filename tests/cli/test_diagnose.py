@@ -60,7 +60,7 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
 
 
 PLAN = Plan("rig", {}, (Run("square", Experiment("square", 1.0, 0.0, 2.0, 4.0), "train", "", (), {}),))
-ALWAYS = {"diagnosis.json", "corrected.toml", "report.html"}
+ALWAYS = {"diagnosis.json", "corrected.toml", "report.html", "diagnosis.npz"}
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ def test_a_full_disk_leaves_the_earlier_diagnosis(quick: Shell) -> None:
         code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)
-    said = "rwjax: out/ranking.png: cannot be written: File too large; give a path in a writable folder\n"
+    said = "rwjax: out/diagnosis.npz: cannot be written: File too large; give a path in a writable folder\n"
     assert (code, out, err) == (2, "", said)
     assert {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")} == before
     assert not [name for name in os.listdir(quick.folder) if name.startswith(".")]

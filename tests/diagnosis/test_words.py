@@ -17,6 +17,7 @@ from rwjax.diagnosis.words import (
     where_words,
     why_not,
 )
+from tests.systems import platform
 
 SETTINGS = ReportSettings()
 GAP = Gap(0.05, 0.01, 0.009, 0.976, (0.9, 0.99), 0.99)
@@ -28,7 +29,7 @@ def rung(numbers: dict[str, tuple[float, float]], own: dict[str, tuple[float, fl
 
 def test_numbers_are_told_with_their_errors_and_units() -> None:
     own = {"axis.stribeck.M_c": (0.45, 0.01), "axis.stribeck.n": (1.5, np.inf), "axis.inertia": (0.2, 0.003)}
-    assert numbers_of(rung({}, own)) == [
+    assert numbers_of(platform(), rung({}, own)) == [
         "axis.stribeck: M_c = 0.45 ± 0.01 N m, n = 1.5 (not told by these logs)",
         "axis.inertia = 0.2 ± 0.003 kg m2",
     ]

@@ -105,3 +105,18 @@ def test_a_goal_is_no_loop_by_mistake() -> None:
 
 def test_a_finding_says_its_log() -> None:
     assert str(Finding("a.csv", "clock", "it is late")) == "a.csv: it is late" and str(Finding("", "units", "x")) == "x"
+
+
+STEP = 2.0 * np.pi / 4096.0
+
+
+def steps_of(angle: np.ndarray) -> Log:
+    """A log of an angle that a sensor reads in steps and a file holds in rad."""
+    return replace(GOOD, outputs={"yaw_rad": STEP * np.round(angle / STEP)}, resolution={"yaw_rad": 0.0})
+
+
+def test_a_rest_between_two_motions_is_no_dropout_and_a_leap_after_equal_readings_is_one() -> None:
+    rest = np.where(T < 5.0, np.sin(T), np.where(T < 8.0, np.sin(5.0), np.sin(T - 3.0)))
+    assert not [f for f in findings(steps_of(rest)) if "stays the same" in str(f)]
+    lost = at(np.sin(T), slice(500, 560), np.sin(5.0))
+    assert [f for f in findings(steps_of(lost)) if "stays the same" in str(f)]

@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from rwjax.diagnosis.estimates import Estimates
 from rwjax.diagnosis.gap import Gap, HeldOut
 from rwjax.diagnosis.localise.where import Missing, Where
 from rwjax.diagnosis.result import Diagnosis, Ranked
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.fitting.multiple_shooting import Fit
-from rwjax.fitting.uncertainty import Uncertainty
 from rwjax.logs.coverage import Split
 from tests.systems import platform, record
 
@@ -34,14 +33,6 @@ def held_out(rms: float) -> HeldOut:
     return HeldOut(
         flat, {"yaw_rad": np.full(100, FLOOR)}, {"yaw_rad": np.zeros(100, int)}, {"yaw_rad": np.zeros(100, int)}, error
     )
-
-
-class NoNumbers(Fit):
-    """A fit without a free number."""
-
-    def numbers(self) -> dict[str, float]:
-        """None."""
-        return {}
 
 
 def diagnosed(**changed: Any) -> Diagnosis:
@@ -80,8 +71,7 @@ def diagnosed(**changed: Any) -> Diagnosis:
         "before": held_out(BEFORE),
         "after": held_out(AFTER),
         "settings": Settings(),
-        "fitted": object.__new__(NoNumbers),
-        "spread": Uncertainty((), np.zeros((0, 0)), np.zeros(0), ()),
+        "estimates": Estimates({}, np.zeros((0, 0))),
     }
     made = object.__new__(Diagnosis)
     made.__dict__.update(found | changed)

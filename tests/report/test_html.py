@@ -1,7 +1,6 @@
 """The report's page: it holds the sentence and the figures, and escapes what comes from files."""
 
 import json
-import math
 import os
 import re
 import resource
@@ -19,7 +18,7 @@ from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.result import Left, Ranked
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.errors import InputError
-from rwjax.report.html import by_chance, figures_of, percent, short, signed, write_report
+from rwjax.report.html import figures_of, write_report
 from rwjax.report.motions import motions
 from rwjax.report.plots import plot_runs
 from tests.report.diagnosed import MARK, diagnosed
@@ -33,21 +32,6 @@ NAMES = (
     "n" * 250,
 )
 """What a file may be called."""
-
-
-def test_numbers_are_short_and_missing_ones_dashes() -> None:
-    assert [short(1.0 / 3.0), short(None), short(math.inf)] == ["0.3333", "–", "–"]
-    assert [percent(0.1234), percent(None), percent(math.nan)] == ["12.3 %", "–", "–"]
-    assert [signed(1.26), signed(-0.04), signed(math.inf)] == ["+1.3", "-0.0", "–"]
-
-
-def test_what_chance_gives_is_said_in_words() -> None:
-    assert [by_chance(p) for p in (0.9, 0.05, 3e-23, math.nan)] == [
-        "often",
-        "about 1 in 20",
-        "less than 1 in 1000",
-        "–",
-    ]
 
 
 def test_a_diagnosis_has_the_figures_that_it_can_fill() -> None:

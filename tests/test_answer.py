@@ -7,7 +7,7 @@ import os
 import numpy as np
 import pytest
 
-from rwjax.cli.answer import check_finite, json_text
+from rwjax.answer import check_finite, json_text
 from rwjax.errors import InputError
 
 

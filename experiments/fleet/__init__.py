@@ -1,0 +1,1 @@
+"""Simulated fleets with withheld wear, and what a fleet of a size costs."""

@@ -1,0 +1,83 @@
+"""The command `fleet`: a command for every rig of a plan, on Dask."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from rwjax.answer import json_text
+from rwjax.cli.options import Json, Quiet, positive
+from rwjax.cli.progress import progress
+from rwjax.cli.terminal import document, note, say
+from rwjax.errors import InputError
+
+FALSE = 0.01
+"""Share of alarms that may be false [1]."""
+PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="plan of the fleet (TOML)", show_default=False)]
+Output = Annotated[
+    Path, typer.Option("-o", metavar="DIR", help="folder of the results; what is done there is not done again")
+]
+Workers = Annotated[int | None, typer.Option(min=1, metavar="N", help="processes; one for each processor without it")]
+Memory = Annotated[
+    str, typer.Option(metavar="SIZE", help="memory of each process, as 2GiB; auto shares out what there is")
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="a Dask scheduler that runs already, as tcp://host:8786")
+]
+False_ = Annotated[float, typer.Option("--false-alarms", metavar="SHARE", help="share of the alarms that may be false")]
+
+
+def fleet(
+    plan_file: PlanFile,
+    output: Output = Path("fleet"),
+    workers: Workers = None,
+    memory: Memory = "auto",
+    scheduler: Scheduler = None,
+    false: False_ = FALSE,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fit, check, diagnose or compare many rigs, by a plan; says which of them changed. What is killed goes on where it was.
+
+    Example: `rwjax fleet fleet.toml --workers 8`
+    """
+    from rwjax.fleet.plan import read_plan
+    from rwjax.fleet.run import run
+    from rwjax.fleet.told import told, write_told
+
+    positive(false_alarms=false)
+    if false >= 1.0:
+        raise InputError(f"--false-alarms {false:g}: is a share; give one below 1, as 0.01")
+    plan = read_plan(plan_file)
+    with progress(quiet, lines=True) as show:
+        show("starting the cluster")
+        try:
+            rows = run(plan, output, scheduler=scheduler, workers=workers, memory=memory, progress=show)
+        except KeyboardInterrupt:
+            note(f"{output} keeps what is done; the same command goes on from there")
+            raise
+        show("drawing")
+        found = told(plan, rows, false)
+        page = write_told(found, output)
+    if as_json:
+        document(json_text(_json(found, output), indent=1) + "\n")
+    else:
+        say(f"{found}\n  page: {page}")
+
+
+def _json(found: Any, output: Path) -> dict[str, Any]:
+    """What the command has found as plain objects."""
+    from rwjax.fleet.store import RESULTS
+    from rwjax.report.fleet import failures, outcomes
+
+    return {
+        "schema": "rwjax.fleet/1",
+        "command": found.command,
+        "results": str(output / RESULTS),
+        "jobs": found.rows.height,
+        "outcomes": outcomes(found.rows),
+        "false_alarms": found.false,
+        "changed": found.changed.to_dicts(),
+        "appeared": found.appeared.to_dicts(),
+        "failed": failures(found.rows).select("rig", "when", "line").to_dicts(),
+    }

@@ -1,0 +1,165 @@
+"""What a worker does: the command for the logs of one rig, as a row of the results, whatever becomes of it."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from math import inf, isfinite, sqrt
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from rwjax.errors import InputError, one_line
+from rwjax.fleet.plan import Job
+
+if TYPE_CHECKING:
+    from rwjax.logs.log import Log
+    from rwjax.rig.model import Rig
+
+Row = dict[str, Any]
+"""A row of the results, by `rwjax.fleet.store.SCHEMA`."""
+
+
+def carried_out(job: Job, command: str, options: Mapping[str, Any], folder: str) -> Row:
+    """The row of a job.
+
+    Args:
+        job: Its rig and its logs.
+        command: A key of `rwjax.fleet.plan.OPTIONS`.
+        options: Options of the command.
+        folder: Folder for the reports of diagnoses, one for each job.
+
+    Returns:
+        The row. What goes wrong stands in it as `line`, and `status` is `failed`.
+    """
+    # A worker is one of many: threads of its own would take the others' cores. Read when rwjax.fitting is imported.
+    os.environ.setdefault("RWJAX_THREADS", "1")
+    begin = perf_counter()
+    try:
+        found = {"status": "done"} | _COMMANDS[command](job, options, folder)
+    except InputError as error:
+        found = {"status": "failed", "line": one_line(str(error))}
+    except Exception as error:  # reason: one rig of thousands; the others go on
+        found = {"status": "failed", "line": one_line(f"{type(error).__name__}: {error}")}
+    return failed(job, command, "") | {"line": None} | found | {"seconds": perf_counter() - begin}
+
+
+def failed(job: Job, command: str, line: str) -> Row:
+    """The row of a job that came to nothing.
+
+    Args:
+        job: The job.
+        command: The command.
+        line: Why, in one line.
+
+    Returns:
+        The row.
+    """
+    of = {"rig": job.rig, "when": job.when, "command": command, "inputs": job.inputs()}
+    return of | {"status": "failed", "line": line, "seconds": None}
+
+
+def report_folder(job: Job) -> str:
+    """Folder of a job's report, below that of the reports.
+
+    Args:
+        job: The job.
+
+    Returns:
+        A relative path; what no file's name may hold stands as `_`.
+    """
+    return "/".join(
+        "".join(c if c.isalnum() or c in "-_.+" else "_" for c in part).strip(".") or "_"
+        for part in (job.rig, job.when or "once")
+    )
+
+
+def _read(job: Job, options: Mapping[str, Any]) -> "tuple[Rig, Sequence[Log]]":
+    """Rig and logs, which are asked about unless the options say `force`."""
+    from rwjax.fitting.questions.ask import questions
+    from rwjax.fitting.segments import with_segments
+    from rwjax.logs.read import read_logs
+    from rwjax.rig.read import read_rig
+
+    rig = read_rig(job.rig_file)
+    logs = with_segments(rig, read_logs(list(map(Path, job.logs)), rig), options.get("segments"))
+    if not options.get("force") and (found := questions(rig, logs)):
+        raise InputError("; ".join([*found, "`force = true` in [options] goes on even so"]))
+    return rig, logs
+
+
+def _fit(job: Job, options: Mapping[str, Any], folder: str) -> Row:
+    from rwjax.answer import json_text
+    from rwjax.fitting.fit import fit
+    from rwjax.fitting.ran_away import runaway_words
+
+    rig, logs = _read(job, options)
+    result = fit(rig, logs)
+    if not options.get("force") and (words := runaway_words(rig, result.rig)):
+        raise InputError("; ".join(words))
+    found = result.json()
+    ratios = [(rms / found["noise"][name]) ** 2 for name, rms in found["rms"].items() if found["noise"].get(name)]
+    return _numbers(found) | {"misfit": sqrt(sum(ratios) / len(ratios)) if ratios else None, "answer": json_text(found)}
+
+
+def _check(job: Job, options: Mapping[str, Any], folder: str) -> Row:
+    from rwjax.answer import json_text
+    from rwjax.fitting.questions.check import check
+    from rwjax.logs.read import read_logs
+    from rwjax.rig.read import read_rig
+
+    rig = read_rig(job.rig_file)
+    found = check(rig, read_logs(list(map(Path, job.logs)), rig, outputs_required=False))
+    usable = not any(finding.about == "units" for finding in found)
+    answer = {"usable": usable, "findings": [finding._asdict() for finding in found]}
+    return {"verdict": "usable" if usable else "asks", "answer": json_text(answer)}
+
+
+def _diagnose(job: Job, options: Mapping[str, Any], folder: str) -> Row:
+    from rwjax.answer import json_text
+    from rwjax.diagnosis.diagnosis import diagnose
+    from rwjax.report.results import write_results
+
+    rig, logs = _read(job, options)
+    names = {key: options.get(key, ()) for key in ("only", "without")}
+    result = diagnose(rig, logs, budget=options.get("budget", inf), **names)
+    found, own = result.json(), Path(folder, report_folder(job))
+    try:
+        own.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{own}: cannot make this folder ({error.strerror})") from None
+    write_results(result, own)
+    gap = found["gap"]
+    told = {key: gap[key] for key in ("signal", "before", "after", "floor", "closed")}
+    sets = [found["effects"], *found["alternatives"]]
+    return (
+        _numbers(found)
+        | told
+        | {"verdict": found["verdict"], "effects": [" + ".join(one) for one in sets if one], "answer": json_text(found)}
+    )
+
+
+def _compare(job: Job, options: Mapping[str, Any], folder: str) -> Row:
+    from rwjax.answer import json_text
+    from rwjax.methods.comparison import compare
+
+    rig, logs = _read(job, options)
+    return {"answer": json_text(compare(rig, logs, lambda text: None).json())}
+
+
+def _numbers(found: Mapping[str, Any]) -> Row:
+    """Estimates and their covariance, of those that have a standard error."""
+    told = [
+        name for name in found["covariance_of"] if isfinite(found["numbers"].get(name, {}).get("standard_error") or inf)
+    ]
+    at = [found["covariance_of"].index(name) for name in told]
+    return {
+        "numbers": [{"name": name} | found["numbers"][name] for name in told],
+        "covariance": [found["covariance"][j][k] for j in at for k in at],
+    }
+
+
+_COMMANDS: dict[str, Callable[[Job, Mapping[str, Any], str], Row]] = {
+    "fit": _fit,
+    "check": _check,
+    "diagnose": _diagnose,
+    "compare": _compare,
+}

@@ -1,0 +1,207 @@
+"""The page of a fleet: what came out, which rigs changed, numbers over rigs and over sessions, and what failed."""
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+from matplotlib.axes import Axes
+
+from rwjax.errors import InputError
+from rwjax.report.page import drawing, rendered_page, svg_of
+from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
+from rwjax.text_files import write_text
+
+PAGE = "fleet.html"
+"""Name of the page."""
+MOST_LINES = 200
+"""Lines of a table on the page; the Parquet file holds all."""
+MOST_NUMBERS = 12
+"""Numbers that are drawn."""
+MOST_POINTS = 3000
+"""Rigs that are drawn of a number, besides those that changed."""
+
+
+class Fleet(NamedTuple):
+    """What the page shows.
+
+    Attributes:
+        command: What was done for every rig.
+        rows: Results (`rwjax.fleet.store.schema`).
+        changed: Rigs that changed (`rwjax.fleet.changes.changes`).
+        appeared: Effects that few rigs have (`rwjax.fleet.appeared.appeared`).
+        false: Share of `changed` that may be false [1].
+    """
+
+    command: str
+    rows: pl.DataFrame
+    changed: pl.DataFrame
+    appeared: pl.DataFrame
+    false: float
+
+    def __str__(self) -> str:
+        """The result in lines."""
+        lines = [self.sentence, *(f"  {what}: {count}" for what, count in outcomes(self.rows).items())]
+        for one in self.changed.head(MOST_LINES).iter_rows(named=True):
+            other = f" (or {one['or']})" if one["or"] else ""
+            change = (
+                f"{one['change']:+.4g} ({one['from_95']:+.4g} to {one['to_95']:+.4g}), expected {one['expected']:.4g}"
+            )
+            lines.append(f"  {_who(one)} differs from {one['against']}: {one['number']}{other} by {change}")
+        for one in self.appeared.head(MOST_LINES).iter_rows(named=True):
+            lines.append(f"  {_who(one)} has {one['effect']}, as {one['siblings']} of the {one['of']} rigs")
+        for one in failures(self.rows).head(MOST_LINES).iter_rows(named=True):
+            lines.append(f"  {_who(one)} failed: {one['line']}")
+        return "\n".join(lines)
+
+    @property
+    def sentence(self) -> str:
+        """The result as one sentence."""
+        rigs, failed = self.rows["rig"].n_unique(), failures(self.rows).height
+        others = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
+        what = (
+            f"{others} of {rigs} rigs differ from their siblings or from themselves"
+            if self.command in ("fit", "diagnose")
+            else f"{rigs} rigs"
+        )
+        return f"{what}; {failed} of {self.rows.height} jobs failed." if failed else f"{what}."
+
+
+def _who(one: dict[str, Any]) -> str:
+    """A rig with its session."""
+    return f"{one['rig']}, {one['when']}" if one["when"] else one["rig"]
+
+
+def failures(rows: pl.DataFrame) -> pl.DataFrame:
+    """The jobs that failed.
+
+    Args:
+        rows: Results.
+
+    Returns:
+        Their rows.
+    """
+    return rows.filter(pl.col("status") != "done")
+
+
+def outcomes(rows: pl.DataFrame) -> dict[str, int]:
+    """How often each outcome came.
+
+    Args:
+        rows: Results.
+
+    Returns:
+        Counts by verdict and first set of effects, the most frequent first.
+    """
+    done = rows.filter(pl.col("status") == "done", pl.col("verdict").is_not_null())
+    of = Counter(
+        f"{verdict}: {effects[0]}" if effects else verdict
+        for verdict, effects in done.select("verdict", "effects").iter_rows()
+    )
+    return dict(of.most_common(MOST_LINES))
+
+
+def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], str | None]) -> Path:
+    """Writes the page.
+
+    Args:
+        fleet: What it shows.
+        folder: Folder of the results, which exists.
+        report: From a row to the path of its report below the folder, None where it has none.
+
+    Returns:
+        Path of the page.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    drawn = [(name, _drawn(fleet, name)) for name in numbers_of(fleet.rows)[:MOST_NUMBERS]]
+    page = rendered_page(
+        "fleet.html.j2",
+        {"report": report},
+        fleet=fleet,
+        outcomes=outcomes(fleet.rows),
+        changed=fleet.changed.head(MOST_LINES).to_dicts(),
+        appeared=fleet.appeared.head(MOST_LINES).to_dicts(),
+        failed=failures(fleet.rows).head(MOST_LINES).to_dicts(),
+        told=told(fleet).to_dicts(),
+        figures=drawn,
+        most=MOST_LINES,
+    )
+    path = folder / PAGE
+    write_text(path, page, InputError)
+    return path
+
+
+def told(fleet: Fleet) -> pl.DataFrame:
+    """The rows with a verdict that says that something is missing.
+
+    Args:
+        fleet: The fleet.
+
+    Returns:
+        The first of them, those with the largest gap first.
+    """
+    named = fleet.rows.filter(
+        pl.col("status") == "done", pl.col("verdict").is_in(["effect", "ambiguous", "partial", "unknown"])
+    )
+    return named.sort("before", descending=True, nulls_last=True).head(MOST_LINES)
+
+
+def numbers_of(rows: pl.DataFrame) -> list[str]:
+    """Names of the numbers that were estimated.
+
+    Args:
+        rows: Results.
+
+    Returns:
+        The names, those of most rigs first.
+    """
+    named = rows.select(pl.col("numbers").list.eval(pl.element().struct.field("name")).alias("name")).explode("name")
+    counts = named.drop_nulls()["name"].value_counts(sort=True)
+    return counts.sort(["count", "name"], descending=[True, False])["name"].to_list()
+
+
+def _drawn(fleet: Fleet, name: str) -> str:
+    """SVG of a number over rigs, or over sessions."""
+    one = (
+        fleet.rows.select("rig", "when", "numbers").explode("numbers").unnest("numbers").filter(pl.col("name") == name)
+    )
+    alarmed = set(fleet.changed.filter(number=name)["rig"].to_list())
+    with drawing((9.0, 2.2)) as figure:
+        ax = figure.subplots()
+        if one["when"].n_unique() > 1:
+            _over_sessions(ax, one, alarmed)
+        else:
+            _over_rigs(ax, one, alarmed)
+        ax.set_ylabel(drawn_name(name))
+        return svg_of(figure)
+
+
+def _over_rigs(ax: Axes, one: pl.DataFrame, alarmed: set[str]) -> None:
+    """A number of every rig with two standard errors."""
+    at, value, error = np.arange(one.height), one["value"].to_numpy(), one["standard_error"].to_numpy()
+    mark = np.array([rig in alarmed for rig in one["rig"]])
+    shown = ~mark & (at % (-(-len(at) // MOST_POINTS)) == 0)
+    ax.errorbar(at[shown], value[shown], 2.0 * error[shown], fmt=".", ms=3, lw=0.6, color=AFTER)
+    ax.errorbar(at[mark], value[mark], 2.0 * error[mark], fmt="o", ms=4, lw=0.8, color=BEFORE)
+    for k in np.flatnonzero(mark)[:MOST_NUMBERS]:
+        ax.annotate(drawn_name(one["rig"][int(k)]), (at[k], value[k]), (4, 4), textcoords="offset points", fontsize=7)
+    ax.set_xlabel("rig, by name")
+
+
+def _over_sessions(ax: Axes, one: pl.DataFrame, alarmed: set[str]) -> None:
+    """The median and the middle 95 % of a number over sessions, and the rigs that changed."""
+    whens = sorted(one["when"].unique().to_list())
+    at = {when: k for k, when in enumerate(whens)}
+    low, middle, high = np.array(
+        [np.percentile(one.filter(when=w)["value"].to_numpy(), [2.5, 50, 97.5]) for w in whens]
+    ).T
+    ax.fill_between(range(len(whens)), low, high, color=FLOOR, alpha=0.3, lw=0)
+    ax.plot(range(len(whens)), middle, color=AFTER, lw=1.4)
+    for rig in sorted(alarmed)[:MOST_LINES]:
+        own = one.filter(rig=rig).sort("when")
+        ax.plot([at[w] for w in own["when"]], own["value"].to_numpy(), "o-", ms=3, lw=0.8, color=BEFORE)
+    ax.set_xticks(range(len(whens)), [drawn_name(w) for w in whens], fontsize=7)

@@ -1,0 +1,75 @@
+"""The files of a diagnosis in a folder: its JSON, the corrected rig, the page with its figures, the record, and the next experiment."""
+
+from contextlib import suppress
+from pathlib import Path
+
+from rwjax.answer import json_text
+from rwjax.diagnosis.record import RECORD, record
+from rwjax.diagnosis.result import Diagnosis
+from rwjax.diagnosis.verdict import CLAIMS
+from rwjax.errors import InputError, printable
+from rwjax.planning.files import clear_plan, write_next
+from rwjax.report.html import FIGURES, REPORT, write_report
+from rwjax.rig.write import write_rig
+from rwjax.text_files import write_files, write_text
+
+JSON, CORRECTED = "diagnosis.json", "corrected.toml"
+"""Names of the files that programs read."""
+
+
+def write_results(d: Diagnosis, folder: Path) -> dict[str, Path]:
+    """Writes all files of a diagnosis.
+
+    Args:
+        d: the diagnosis.
+        folder: folder of the results, which exists.
+
+    Returns:
+        Paths of what a user opens first, by what they are.
+
+    Raises:
+        InputError: a file cannot be written, or a number of the result is not finite.
+    """
+    write_text(folder / JSON, answer_of(d) + "\n", InputError)
+    write_text(folder / CORRECTED, _head(d) + write_rig(d.corrected), InputError)
+    write_files({str(folder / RECORD): record(d)}, InputError)
+    report, plan = write_report(d, folder), write_next(folder, d.proposal)
+    return ({"plan of the next experiment": plan} if plan is not None else {}) | {"report": report}
+
+
+def answer_of(d: Diagnosis) -> str:
+    """What `diagnosis.json` holds.
+
+    Args:
+        d: the diagnosis.
+
+    Returns:
+        The text.
+
+    Raises:
+        InputError: a number is not finite.
+    """
+    return json_text(d.json(), indent=1)
+
+
+def clear_results(folder: Path) -> None:
+    """Removes an earlier diagnosis, with the plan of its next experiment; what else a user has put there stays.
+
+    Args:
+        folder: folder of the results.
+    """
+    for name in (JSON, RECORD, CORRECTED, REPORT, *(f"{figure}.png" for figure in FIGURES)):
+        (folder / name).unlink(missing_ok=True)
+    plan = folder / "next"
+    if plan.is_symlink():
+        plan.unlink()
+    clear_plan(plan)
+    with suppress(OSError):  # it holds something else, or there is none
+        plan.rmdir()
+
+
+def _head(d: Diagnosis) -> str:
+    """What stands above a corrected rig of which nothing is claimed."""
+    if not d.effects or (d.complete and d.verdict in CLAIMS):
+        return ""
+    return f"# Not claimed: {printable(d.sentence)}\n"

@@ -1,0 +1,33 @@
+"""`rwjax fleet`, as a user calls it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import program
+from tests.fleet.small import write_small
+
+pytest.importorskip("distributed", reason="a fleet needs the extra `fleet`")
+
+
+def test_a_fleet_is_fitted_and_its_page_written(tmp_path: Path) -> None:
+    write_small(tmp_path)
+    done = program("fleet", "fleet.toml", "-o", "out", "--workers", "1", "--json", "--quiet", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert (answer["schema"], answer["jobs"], answer["failed"], answer["changed"]) == ("rwjax.fleet/1", 3, [], [])
+    assert (tmp_path / "out" / "fleet.html").exists() and (tmp_path / answer["results"]).exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("no.toml",), "no.toml: cannot be read"),
+        (("fleet.toml", "--false-alarms", "2"), "--false-alarms 2: is a share"),
+    ],
+)
+def test_what_is_wrong_is_one_line(arguments: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    write_small(tmp_path, ("a",))
+    done = program("fleet", *arguments, "--quiet", cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1

@@ -1,0 +1,27 @@
+"""`rwjax report`, as a user calls it."""
+
+from pathlib import Path
+
+from rwjax.diagnosis.record import RECORD, record
+from rwjax.report.html import FIGURES, REPORT, write_report
+from tests.cli.shell import program
+from tests.report.diagnosed import diagnosed
+
+
+def test_the_page_comes_back_as_the_diagnosis_has_drawn_it(tmp_path: Path) -> None:
+    d = diagnosed()
+    (tmp_path / RECORD).write_bytes(record(d))
+    write_report(d, tmp_path)
+    drawn = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for path in tmp_path.iterdir():
+        if path.name != RECORD:
+            path.unlink()
+    done = program("report", ".", "--quiet", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"report: {REPORT}\n", "")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == drawn
+    assert {REPORT, "motion.png"} <= {*drawn} <= {REPORT, RECORD, *(f"{name}.png" for name in FIGURES)}
+
+
+def test_a_folder_that_holds_no_diagnosis_is_refused_in_one_line(tmp_path: Path) -> None:
+    done = program("report", "out", cwd=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "give the folder of a diagnosis" in done.stderr

@@ -1,0 +1,119 @@
+"""Which rigs changed: spread and alarms against simulated fleets whose numbers are known."""
+
+import numpy as np
+import polars as pl
+import pytest
+from scipy.stats import false_discovery_control
+
+from rwjax.fleet.changes import MISFIT, changes, compared, let_through
+from rwjax.fleet.plan import Job
+from rwjax.fleet.store import schema
+from rwjax.fleet.work import failed
+
+TRUE, SPREAD, ERROR = np.array([1.0, 1e-3]), np.array([0.02, 5e-5]), np.array([0.01, 2e-5])
+NAMES = ("axis.inertia", "axis.friction.coulomb")
+CORRELATED = 0.6
+
+
+def covariance() -> np.ndarray:
+    """Of an estimate."""
+    return np.outer(ERROR, ERROR) * np.array([[1.0, CORRELATED], [CORRELATED, 1.0]])
+
+
+def fleet(
+    rigs: int, rng: np.random.Generator, moved: dict[int, np.ndarray] | None = None, days: float = 0.0
+) -> pl.DataFrame:
+    """Results of two sessions; some rigs move by an amount in between."""
+    rows = []
+    own = TRUE + SPREAD * rng.normal(size=(rigs, 2))
+    for when in ("1", "2"):
+        for k in range(rigs):
+            true = own[k] * (1.0 + days * rng.normal(size=2)) + (moved or {}).get(k, 0.0) * (when == "2")
+            value = rng.multivariate_normal(true, covariance())
+            numbers = [
+                {"name": n, "value": v, "standard_error": e} for n, v, e in zip(NAMES, value, ERROR, strict=True)
+            ]
+            done = {
+                "status": "done",
+                "numbers": numbers,
+                "covariance": covariance().ravel().tolist(),
+                "misfit": float(np.exp(0.02 * rng.normal())),
+            }
+            rows.append(failed(Job(f"r{k:04d}", when, "", ()), "fit", "") | done)
+    return pl.DataFrame(rows, schema=schema())
+
+
+def test_spread_and_centre_are_those_of_the_fleet_also_with_a_tenth_of_outliers() -> None:
+    rng = np.random.default_rng(1)
+    value = TRUE + SPREAD * rng.normal(size=(4000, 2)) + ERROR * rng.normal(size=(4000, 2))
+    value[:400] += 10.0 * SPREAD
+    found = compared(value, np.broadcast_to(np.diag(ERROR**2), (4000, 2, 2)))
+    assert found.spread == pytest.approx(SPREAD, rel=0.25)
+    assert np.all(np.abs(found.expected - TRUE) < 0.2 * SPREAD)
+    assert np.std(found.z[400:], axis=0) == pytest.approx(1.0, abs=0.2)
+
+
+def test_without_a_spread_none_is_invented() -> None:
+    rng = np.random.default_rng(2)
+    value = TRUE + ERROR * rng.normal(size=(2000, 2))
+    assert np.all(compared(value, np.broadcast_to(np.diag(ERROR**2), (2000, 2, 2))).spread < 0.3 * ERROR)
+
+
+def test_a_change_is_that_of_generalised_least_squares() -> None:
+    """Against the textbook's formula, with the other numbers taken as unchanged."""
+    value = np.concatenate([TRUE + np.array([[0.05, 0.0]]), np.tile(TRUE, (20, 1))])
+    found = compared(value, np.broadcast_to(covariance(), (21, 2, 2)))
+    W = np.linalg.inv(covariance())
+    d = value[0] - TRUE
+    for k, e in enumerate(np.eye(2)):
+        assert found.change[0, k] == pytest.approx((e @ W @ d) / (e @ W @ e))
+        assert found.z[0, k] == pytest.approx((e @ W @ d) / np.sqrt(e @ W @ e))
+        assert found.deviation[0, k] == pytest.approx(1.0 / np.sqrt(e @ W @ e))
+
+
+def test_worn_rigs_are_found_and_sound_ones_are_not() -> None:
+    rng = np.random.default_rng(4)
+    moved = {
+        k: np.array([0.0, 2e-4]) for k in range(25)
+    }  # seven standard deviations of the difference, with the correlation
+    found = changes(fleet(500, rng, moved, days=0.002)).filter(against="itself")
+    right = found.filter(pl.col("rig") < "r0025")
+    assert right.height >= 24 and set(right["number"]) == {"axis.friction.coulomb"}
+    assert found.height - right.height <= 2
+    assert right.filter(pl.col("from_95") < 2e-4, pl.col("to_95") > 2e-4).height >= 21
+
+
+def test_where_nothing_changed_hardly_anything_alarms() -> None:
+    counts = [changes(fleet(200, np.random.default_rng(seed), days=0.003)).height for seed in range(20)]
+    assert np.mean(np.array(counts) > 0) <= 0.2  # one in fifty is meant, of two comparisons
+
+
+def test_what_all_rigs_changed_by_is_no_alarm() -> None:
+    moved = {k: np.array([0.1, 0.0]) for k in range(300)}
+    assert changes(fleet(300, np.random.default_rng(5), moved)).filter(against="itself").height <= 1
+
+
+def test_a_misfit_that_rises_is_an_alarm_and_one_that_falls_is_none() -> None:
+    rows = fleet(100, np.random.default_rng(6)).with_columns(
+        misfit=pl.when((pl.col("rig") == "r0003") & (pl.col("when") == "2"))
+        .then(1.5)
+        .when((pl.col("rig") == "r0004") & (pl.col("when") == "2"))
+        .then(0.5)
+        .otherwise("misfit")
+    )
+    found = changes(rows)
+    assert set(found.filter(number=MISFIT)["rig"]) == {"r0003"}
+    assert found.filter(number=MISFIT, against="itself")["change"].to_list() == [pytest.approx(1.5, rel=0.1)]
+
+
+def test_too_few_rigs_say_nothing_and_no_rig_is_no_error() -> None:
+    few = fleet(5, np.random.default_rng(7), {0: np.array([1.0, 0.0])})
+    assert changes(few).height == 0 and changes(few.head(0)).height == 0
+
+
+def test_benjamini_and_hochberg_against_scipy() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        p = np.concatenate([rng.uniform(size=50), 1e-3 * rng.uniform(size=5)])
+        assert np.array_equal(let_through(p, 0.05), false_discovery_control(p) <= 0.05)
+    assert not let_through(np.zeros(0), 0.05).size

@@ -1,0 +1,27 @@
+"""Clusters: an own one, one that runs already, and one that does not."""
+
+import re
+
+import pytest
+
+from rwjax.errors import InputError
+from rwjax.fleet import cluster
+from rwjax.fleet.cluster import connected
+
+distributed = pytest.importorskip("distributed", reason="a fleet needs the extra `fleet`")
+
+
+def test_a_scheduler_that_runs_already_is_used_and_goes_on() -> None:
+    with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=None) as own:
+        with connected(own.scheduler_address, None, "auto") as client:
+            assert client.submit(sum, [1, 2]).result() == 3
+        assert own.status.name == "running"
+
+
+def test_a_scheduler_that_does_not_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "WAITS_S", 0.5)
+    with (
+        pytest.raises(InputError, match=re.escape("--scheduler tcp://127.0.0.1:9: does not answer")),
+        connected("tcp://127.0.0.1:9", None, "auto"),
+    ):
+        pass

@@ -1,0 +1,26 @@
+"""What is told of a fleet: rigs of the plan alone, each leading to its report."""
+
+from pathlib import Path
+
+import polars as pl
+
+from rwjax.fleet.plan import FleetPlan, Job
+from rwjax.fleet.store import REPORTS, schema
+from rwjax.fleet.told import told, write_told
+from rwjax.fleet.work import failed, report_folder
+
+JOBS = tuple(Job(name, "", "rig.toml", ()) for name in ("a", "b & c"))
+ROWS = pl.DataFrame([failed(job, "diagnose", "no <log>") for job in (*JOBS, Job("gone", "", "", ()))], schema=schema())
+
+
+def test_rigs_that_the_plan_has_no_more_do_not_count() -> None:
+    assert told(FleetPlan("diagnose", {}, JOBS), ROWS).rows["rig"].to_list() == ["a", "b & c"]
+
+
+def test_a_rig_leads_to_its_report_where_there_is_one(tmp_path: Path) -> None:
+    page = tmp_path / REPORTS / report_folder(JOBS[1]) / "report.html"
+    page.parent.mkdir(parents=True)
+    page.write_text("")
+    text = write_told(told(FleetPlan("diagnose", {}, JOBS), ROWS), tmp_path).read_text()
+    assert '<a href="reports/b___c/once/report.html">b &amp; c</a>' in text and text.count("<a href") == 1
+    assert "no &lt;log&gt;" in text

@@ -1,0 +1,69 @@
+"""What a worker does: rows of every command, and a row also of what goes wrong."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from rwjax.fleet.plan import Job, read_plan
+from rwjax.fleet.work import carried_out, report_folder
+from tests.fleet.small import write_small
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    """The rig `b` of a small fleet, whose inertia is 0.11 kg m2."""
+    return read_plan(write_small(tmp_path_factory.mktemp("fleet"))).jobs[1]
+
+
+def test_a_fit_gives_numbers_with_their_covariance(job: Job) -> None:
+    row = carried_out(job, "fit", {}, "")
+    assert (row["rig"], row["when"], row["status"], row["line"]) == ("b", "", "done", None)
+    inertia = row["numbers"][0]
+    assert inertia["name"] == "axis.inertia" and abs(inertia["value"] - 0.11) < 4.0 * inertia["standard_error"] < 1e-3
+    assert row["covariance"][0] == pytest.approx(inertia["standard_error"] ** 2) and len(row["covariance"]) == 4
+    assert 0.8 < row["misfit"] < 1.2 and row["seconds"] > 0.0
+    assert json.loads(row["answer"])["schema"] == "rwjax.fit/1"
+
+
+def test_a_check_says_whether_the_logs_are_usable(job: Job) -> None:
+    assert carried_out(job, "check", {}, "")["verdict"] == "usable"
+
+
+@pytest.mark.slow
+def test_a_diagnosis_gives_verdict_gap_and_report(job: Job, tmp_path: Path) -> None:
+    row = carried_out(job, "diagnose", {"only": ["axis.coulomb"]}, str(tmp_path))
+    assert (row["verdict"], row["effects"], row["signal"]) == ("none", [], "yaw_rad")
+    assert 0.0 < row["before"] < 2.0 * row["floor"]
+    assert (tmp_path / report_folder(job) / "report.html").exists()
+
+
+@pytest.mark.slow
+def test_a_comparison_holds_every_method(job: Job) -> None:
+    assert len(json.loads(carried_out(job, "compare", {}, "")["answer"])["methods"]) > 3
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"rig_file": "no.toml"}, "no.toml: cannot be read"),
+        ({"logs": ("no.csv",)}, "no.csv: cannot be read"),
+    ],
+)
+def test_what_goes_wrong_is_a_row(changed: dict, said: str, job: Job) -> None:
+    row = carried_out(job._replace(**changed), "fit", {}, "")
+    assert row["status"] == "failed" and said in row["line"] and "\n" not in row["line"]
+
+
+def test_an_error_of_this_program_is_a_row_too(job: Job) -> None:
+    row = carried_out(job, "fit", {"segments": "no number"}, "")
+    assert row["status"] == "failed" and re.match(r"\w+Error: ", row["line"])
+
+
+@pytest.mark.parametrize(
+    ("rig", "when", "folder"),
+    [("a", "", "a/once"), ("a/b", "..", "a_b/_"), ("..", "x y", "_/x_y"), ("ü", "2026-01", "ü/2026-01")],
+)
+def test_reports_stay_below_their_folder(rig: str, when: str, folder: str) -> None:
+    assert report_folder(Job(rig, when, "", ())) == folder

@@ -1,0 +1,57 @@
+"""The page of a fleet."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import polars as pl
+
+from rwjax.fleet.appeared import appeared
+from rwjax.fleet.changes import changes
+from rwjax.report.fleet import Fleet, numbers_of, outcomes, write_fleet
+from tests.fleet.test_changes import fleet
+
+
+def shown(rows: pl.DataFrame) -> Fleet:
+    """What the page shows."""
+    return Fleet("fit", rows, changes(rows), appeared(rows), 0.01)
+
+
+MOVED = fleet(40, np.random.default_rng(1), {3: np.array([0.0, 1e-3])})
+
+
+def test_the_page_names_the_rig_that_changed_and_draws_every_number(tmp_path: Path) -> None:
+    found = shown(MOVED)
+    text = write_fleet(found, tmp_path, lambda row: None).read_text()
+    assert "1 of 40 rigs differ from their siblings or from themselves." in text
+    assert (
+        text.count("<figure") == 2
+        and "r0003" in text
+        and "http"
+        not in text.replace("http://www.w3.org", "")
+        .replace("https://www.w3.org", "")
+        .replace("http://purl.org", "")
+        .replace("http://creativecommons.org", "")
+        .replace("https://matplotlib.org", "")
+    )
+    for svg in text.split("<svg")[1:]:
+        ElementTree.fromstring("<svg" + svg.split("</svg>")[0] + "</svg>")
+
+
+def test_the_lines_say_the_same() -> None:
+    lines = str(shown(MOVED)).split("\n")
+    assert lines[0].startswith("1 of 40 rigs differ")
+    assert any(line.startswith("  r0003, 2 differs from itself: axis.friction.coulomb by +0.00") for line in lines)
+
+
+def test_one_session_is_drawn_over_rigs(tmp_path: Path) -> None:
+    text = write_fleet(shown(MOVED.filter(when="2")), tmp_path, lambda row: None).read_text()
+    assert "rig, by name" in text
+
+
+def test_outcomes_are_counted() -> None:
+    rows = MOVED.head(3).with_columns(
+        verdict=pl.Series(["effect", "effect", "none"]), effects=pl.Series([["drive.delay"], ["drive.delay"], []])
+    )
+    assert outcomes(rows) == {"effect: drive.delay": 2, "none": 1}
+    assert numbers_of(rows) == ["axis.friction.coulomb", "axis.inertia"] and numbers_of(rows.head(0)) == []

@@ -1,0 +1,34 @@
+"""The files of a diagnosis in a folder."""
+
+import json
+from pathlib import Path
+
+from rwjax import read_rig
+from rwjax.report.html import FIGURES
+from rwjax.report.results import clear_results, write_results
+from tests.report.diagnosed import diagnosed
+
+
+def test_everything_is_written_and_goes_away_again(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    written = write_results(diagnosed(), tmp_path)
+    assert written == {"report": tmp_path / "report.html"}
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"diagnosis.json", "corrected.toml", "report.html", "diagnosis.npz", "motion.png"} <= names
+    assert names <= {
+        "diagnosis.json",
+        "corrected.toml",
+        "report.html",
+        "diagnosis.npz",
+        "mine.txt",
+        *(f"{f}.png" for f in FIGURES),
+    }
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "effect"
+    clear_results(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(tmp_path: Path) -> None:
+    write_results(diagnosed(verdict="unknown"), tmp_path)
+    assert (tmp_path / "corrected.toml").read_text().startswith("# Not claimed: Unknown:")
+    assert read_rig(tmp_path / "corrected.toml").kind == "platform"
