@@ -24,8 +24,8 @@ import numpy as np
 import polars as pl
 from scipy.special import ndtr, ndtri
 
-MISFIT = "misfit"
-"""Name of the logarithm of RMS error over noise."""
+from rwjax.report.fleet import MISFIT
+
 FALSE = 0.01
 """Share of false alarms among alarms [1]."""
 FEWEST = 8

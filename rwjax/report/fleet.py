@@ -20,6 +20,8 @@ MOST_LINES = 200
 """Lines of a table on the page; the Parquet file holds all."""
 MOST_NUMBERS = 12
 """Numbers that are drawn."""
+MISFIT = "misfit"
+"""Name of the number whose change is a ratio: RMS error over noise."""
 MOST_POINTS = 3000
 """Rigs that are drawn of a number, besides those that changed."""
 
@@ -45,11 +47,7 @@ class Fleet(NamedTuple):
         """The result in lines."""
         lines = [self.sentence, *(f"  {what}: {count}" for what, count in outcomes(self.rows).items())]
         for one in self.changed.head(MOST_LINES).iter_rows(named=True):
-            other = f" (or {one['or']})" if one["or"] else ""
-            change = (
-                f"{one['change']:+.4g} ({one['from_95']:+.4g} to {one['to_95']:+.4g}), expected {one['expected']:.4g}"
-            )
-            lines.append(f"  {_who(one)} differs from {one['against']}: {one['number']}{other} by {change}")
+            lines.append(f"  {_who(one)} differs from {one['against']}: {change_words(one)}")
         for one in self.appeared.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} has {one['effect']}, as {one['siblings']} of the {one['of']} rigs")
         for one in failures(self.rows).head(MOST_LINES).iter_rows(named=True):
@@ -67,6 +65,23 @@ class Fleet(NamedTuple):
             else f"{rigs} rigs"
         )
         return f"{what}; {failed} of {self.rows.height} jobs failed." if failed else f"{what}."
+
+
+def change_words(one: dict[str, Any]) -> str:
+    """An alarm in words.
+
+    Args:
+        one: A row of `changed`.
+
+    Returns:
+        The number, those that may be it in its place, and its change with its interval.
+    """
+    other = f" (or {one['or']})" if one["or"] else ""
+    if one["number"] == MISFIT:
+        ends = f"{one['from_95']:.3g} to {one['to_95']:.3g}"
+        return f"{MISFIT}{other} is {one['change']:.3g} times ({ends}) the expected {one['expected']:.3g}"
+    ends = f"{one['from_95']:+.3g} to {one['to_95']:+.3g}"
+    return f"{one['number']}{other} by {one['change']:+.4g} ({ends}), expected {one['expected']:.4g}"
 
 
 def _who(one: dict[str, Any]) -> str:
@@ -120,7 +135,7 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
     drawn = [(name, _drawn(fleet, name)) for name in numbers_of(fleet.rows)[:MOST_NUMBERS]]
     page = rendered_page(
         "fleet.html.j2",
-        {"report": report},
+        {"report": report, "change_words": change_words},
         fleet=fleet,
         outcomes=outcomes(fleet.rows),
         changed=fleet.changed.head(MOST_LINES).to_dicts(),

@@ -5,10 +5,11 @@ import polars as pl
 import pytest
 from scipy.stats import false_discovery_control
 
-from rwjax.fleet.changes import MISFIT, changes, compared, let_through
+from rwjax.fleet.changes import changes, compared, let_through
 from rwjax.fleet.plan import Job
 from rwjax.fleet.store import schema
 from rwjax.fleet.work import failed
+from rwjax.report.fleet import MISFIT
 
 TRUE, SPREAD, ERROR = np.array([1.0, 1e-3]), np.array([0.02, 5e-5]), np.array([0.01, 2e-5])
 NAMES = ("axis.inertia", "axis.friction.coulomb")
