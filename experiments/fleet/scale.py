@@ -1,8 +1,9 @@
-"""What a fleet costs: `python -m experiments.fleet.scale [speed] [size] [kill] [bytes] [growth] [--rigs 500]`
+"""What a fleet costs: `python -m experiments.fleet.scale [speed] [size] [kill] [restart] [bytes] [growth] [--rigs 500]`
 
 speed: the same rigs by one worker and by two. size: seconds and memory against the number of rigs. kill: the whole command is killed midway
-and begun again, and a worker is killed; rigs that are lost or done twice. bytes: the rows of two workers against those of this process alone.
-growth: memory of a process over 1000 fits. Rigs are those of `experiments.fleet.draw`, one session of each.
+and begun again, and a worker is killed; rigs that are lost or done twice. restart: the same of the scheduler of a cluster. bytes: the rows of
+two workers against those of this process alone. growth: memory of a process over 1000 fits. Rigs are those of `experiments.fleet.draw`, one
+session of each.
 """
 
 import argparse
@@ -66,8 +67,7 @@ def size(folder: Path, rigs: int) -> None:
 
 def kill(folder: Path, rigs: int) -> None:
     """The command is killed midway, then a worker of the second one."""
-    out, plan = folder / "killed", of_one_session(folder)
-    own = folder / "killed.toml"
+    out, own = folder / "killed", folder / "killed.toml"
     own.write_text((folder / "fit.toml").read_text().replace("{when}", SESSIONS[0]))
     call = [sys.executable, "-m", "rwjax", "fleet", str(own), "-o", str(out), "--workers", "2", "--quiet"]
     for what in ("command", "worker"):
@@ -83,13 +83,45 @@ def kill(folder: Path, rigs: int) -> None:
             ]
             workers[-1].kill()
         begun.wait()
+    _lost_or_twice("command, then a worker", out, rigs)
+
+
+def restart(folder: Path, rigs: int) -> None:
+    """The scheduler of a cluster is killed midway, and another one begins at the same address with a worker of its own."""
+    out, own, address = folder / "restarted", folder / "restarted.toml", "tcp://127.0.0.1:18786"
+    own.write_text((folder / "fit.toml").read_text().replace("{when}", SESSIONS[0]))
+
+    def cluster() -> list[subprocess.Popen]:
+        scheduler = ("scheduler", "--host", "127.0.0.1", "--port", "18786", "--no-dashboard")
+        worker = ("worker", address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard")
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True, "cwd": folder}
+        return [subprocess.Popen([sys.executable, "-m", "dask", *call], **quiet) for call in (scheduler, worker)]
+
+    def end(processes: list[subprocess.Popen]) -> None:
+        for process in processes:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+    first = cluster()
+    call = [sys.executable, "-m", "rwjax", "fleet", str(own), "-o", str(out), "--scheduler", address, "--quiet"]
+    begun = subprocess.Popen(call, stdout=subprocess.DEVNULL)
+    while begun.poll() is None and not list((out / PARTS).glob("*.parquet")):
+        time.sleep(0.2)
+    end(first)
+    second = cluster()
+    begun.wait()
+    end(second)
+    _lost_or_twice("scheduler", out, rigs)
+
+
+def _lost_or_twice(what: str, out: Path, rigs: int) -> None:
+    """Prints how many rigs have no result, and how many have two."""
     rows = pl.read_parquet(out / RESULTS)
-    done = rows.filter(status="done")
-    lost, twice = len(plan.jobs) - done["rig"].n_unique(), rows.height - rows["rig"].n_unique()
+    lost, twice = rigs - rows.filter(status="done")["rig"].n_unique(), rows.height - rows["rig"].n_unique()
     show(
         f"{rigs} rigs; {machine()}",
         ["killed", "rigs lost", "rigs twice in the result"],
-        [["command, then worker", f"{lost}", f"{twice}"]],
+        [[what, f"{lost}", f"{twice}"]],
     )
 
 
@@ -124,6 +156,7 @@ PARTS_OF_IT: dict[str, Callable[[Path, int], None]] = {
     "speed": speed,
     "size": size,
     "kill": kill,
+    "restart": restart,
     "bytes": same_bytes,
     "growth": growth,
 }

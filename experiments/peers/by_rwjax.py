@@ -15,7 +15,7 @@ def given(p: Problem, log: Log) -> dict[str, np.ndarray]:
 
 def log_of(p: Problem, rig: rwjax.Rig, log: Log) -> rwjax.Log:
     """A log as rwjax takes it."""
-    reading = {"wheel": "wheel_rad_s", "platform": "position_m", "joint": "position_rad"}[rig.kind]
+    reading = "yaw_rad_s" if p.reads else "position_rad" if rig.kind == "joint" else "position_m"
     return rwjax.Log.from_arrays(rig, time=log.t, **given(p, log), **{reading: log.y})
 
 
@@ -27,5 +27,5 @@ def fit(p: Problem) -> rwjax.Rig:
 
 def run(p: Problem, rig: rwjax.Rig, log: Log) -> np.ndarray:
     """A free run from the first reading."""
-    start, name = ({"Omega": log.y[0]}, "wheel_rad_s") if p.reads else ({"psi": log.y[0]}, "yaw_rad")
+    start, name = ({"w": log.y[0]}, "yaw_rad_s") if p.reads else ({"psi": log.y[0]}, "yaw_rad")
     return np.asarray(rwjax.simulate(rig, log.t, given(p, log), start=start)[name])

@@ -86,6 +86,11 @@ class Problem(NamedTuple):
         return (float(log.y[0]), 0.0) if self.reads == 0 else (0.0, float(log.y[0]))
 
 
+FOUR = 'free = ["axis.inertia", "axis.friction.viscous", "axis.friction.coulomb", "axis.bias_torque.T"]\n'
+TWO = 'fit.free = ["axis.inertia", "axis.friction.viscous"]\n'
+"""Free numbers of a platform."""
+
+
 def emps() -> Problem:
     """EMPS: a carriage on a ball screw, its force by the voltage; the benchmark's own two logs."""
 
@@ -108,25 +113,26 @@ def emps() -> Problem:
         every=10,
         train=log("DATA_EMPS"),
         other=log("DATA_EMPS_PULSES"),
-        text=bare
-        + more
-        + 'free = ["axis.inertia", "axis.friction.viscous", "axis.friction.coulomb", "axis.bias_torque.T"]\n',
-        bare=bare + 'fit.free = ["axis.inertia", "axis.friction.viscous"]\n',
+        text=bare + more + FOUR,
+        bare=bare + TWO,
         skipped=20,
     )
 
 
-UP_TO = 48.0
-"""Second of the geared motor's log up to which its commands are mostly positive: that part is fitted [s]."""
+UP, DOWN = 30.0, 48.0
+"""Seconds of the geared motor's log from which positive steps turn it, which are fitted, and from which negative ones do [s]."""
 
 
 def geared_motor() -> Problem:
     """A geared motor on an L298N bridge, whose rate is read; positive steps are fitted, negative ones followed."""
     t, u, rpm = np.genfromtxt(dcmotor_log(), delimiter=",", skip_header=1, usecols=(0, 1, 2)).T
-    rate, first = rpm * np.pi / 30.0, t < UP_TO
-    up, down = (Log(t[part] - t[part][0], np.stack([u, u], axis=1)[part], rate[part]) for part in (first, ~first))
-    bare = 'kind = "wheel"\nmotor.torque_constant = 1.0\nmotor.resistance = 1.0\nwheel.inertia = 0.1\nmotor.friction = 0.5\n'
-    more = '[effects."wheel.coulomb"]\nM_c = 1.0\n[effects."drive.bias"]\nu_b = 0.0\n[fit]\n'
+    rate = rpm * np.pi / 30.0
+    up, down = (
+        Log(t[part] - t[part][0], np.stack([u, u], axis=1)[part], rate[part])
+        for part in ((t >= UP) & (t < DOWN), t >= DOWN)
+    )
+    bare = 'kind = "platform"\ndrive.gain = 1.0\naxis.inertia = 0.1\naxis.friction.viscous = 0.5\n'
+    more = 'axis.friction.coulomb = 1.0\n[effects."axis.bias_torque"]\nT = 0.0\n[fit]\n'
     return Problem(
         unit="rpm",
         per_si=30.0 / np.pi,
@@ -140,8 +146,8 @@ def geared_motor() -> Problem:
         every=2,
         train=up,
         other=down,
-        text=bare + more + 'free = ["wheel.inertia", "motor.friction", "wheel.coulomb.M_c", "drive.bias.u_b"]\n',
-        bare=bare + 'fit.free = ["wheel.inertia", "motor.friction"]\n',
+        text=bare + more + FOUR,
+        bare=bare + TWO,
         skipped=0,
     )
 
