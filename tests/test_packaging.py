@@ -31,7 +31,7 @@ def test_every_locked_package_has_one_version_and_hashes() -> None:
 
 
 def test_the_package_imports_nothing_that_a_user_does_not_get() -> None:
-    extras = (PROJECT["optional-dependencies"][name] for name in ("data", "link", "mujoco"))
+    extras = (PROJECT["optional-dependencies"][name] for name in ("data", "fleet", "link", "mujoco"))
     given = named([*PROJECT["dependencies"], *chain.from_iterable(extras)])
     homes = packages_distributions()
     for path in (ROOT / "rwjax").rglob("*.py"):

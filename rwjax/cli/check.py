@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, say
+from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
     from rwjax.logs.findings import Finding

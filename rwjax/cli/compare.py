@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.ask_first import Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, of_file
 from rwjax.cli.progress import progress
@@ -13,6 +12,7 @@ from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+from rwjax.report.answer import json_text
 
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
 

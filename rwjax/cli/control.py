@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.options import axis, check_file, finite, of_file, positive
 from rwjax.cli.terminal import document, tell
 from rwjax.errors import InputError
+from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.ask_first import GO_ON, Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
     from rwjax.fitting.fit import RigFit

@@ -5,11 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.options import Json, Quiet, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+from rwjax.report.answer import json_text
 
 FALSE = 0.01
 """Share of alarms that may be false [1]."""

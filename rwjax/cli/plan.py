@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 from rwjax.kinds import beyond
+from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
     from rwjax.planning.envelope import Envelope

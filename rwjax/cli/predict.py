@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.answer import check_finite, json_text
 from rwjax.cli.options import Json, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+from rwjax.report.answer import check_finite, json_text
 
 if TYPE_CHECKING:
     import numpy as np

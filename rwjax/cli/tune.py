@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.answer import json_text
 from rwjax.cli.control import (
     FitFile,
     Late,
@@ -23,6 +22,7 @@ from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, span
 from rwjax.cli.terminal import document, say
 from rwjax.errors import InputError
+from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
     from rwjax.control.gain_design import DesignedController, GainDesign

@@ -241,7 +241,7 @@ def let_through(p: np.ndarray, false: float) -> np.ndarray:
         false: Share of what is let through that may be false, on average [1].
 
     Returns:
-        Whether each is let through (tests,).
+        Whether each is let through (tests,) [1].
     """
     order = np.argsort(p)
     allowed = false * np.arange(1, len(p) + 1) / max(len(p), 1)

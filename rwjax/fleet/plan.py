@@ -117,7 +117,7 @@ def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     return command, dict(options)
 
 
-_WANTED = {float: "a number of seconds", bool: "true or false", list: 'names, as in ["axis.stribeck"]'}
+_WANTED = {float: "a number of seconds", bool: "true or false", list: "a list of names"}
 
 
 def _jobs(given: Mapping[str, Any], folder: Path) -> list[Job]:

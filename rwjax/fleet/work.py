@@ -87,9 +87,9 @@ def _read(job: Job, options: Mapping[str, Any]) -> "tuple[Rig, Sequence[Log]]":
 
 
 def _fit(job: Job, options: Mapping[str, Any], folder: str) -> Row:
-    from rwjax.answer import json_text
     from rwjax.fitting.fit import fit
     from rwjax.fitting.ran_away import runaway_words
+    from rwjax.report.answer import json_text
 
     rig, logs = _read(job, options)
     result = fit(rig, logs)
@@ -101,9 +101,9 @@ def _fit(job: Job, options: Mapping[str, Any], folder: str) -> Row:
 
 
 def _check(job: Job, options: Mapping[str, Any], folder: str) -> Row:
-    from rwjax.answer import json_text
     from rwjax.fitting.questions.check import check
     from rwjax.logs.read import read_logs
+    from rwjax.report.answer import json_text
     from rwjax.rig.read import read_rig
 
     rig = read_rig(job.rig_file)
@@ -114,8 +114,8 @@ def _check(job: Job, options: Mapping[str, Any], folder: str) -> Row:
 
 
 def _diagnose(job: Job, options: Mapping[str, Any], folder: str) -> Row:
-    from rwjax.answer import json_text
     from rwjax.diagnosis.diagnosis import diagnose
+    from rwjax.report.answer import json_text
     from rwjax.report.results import write_results
 
     rig, logs = _read(job, options)
@@ -138,8 +138,8 @@ def _diagnose(job: Job, options: Mapping[str, Any], folder: str) -> Row:
 
 
 def _compare(job: Job, options: Mapping[str, Any], folder: str) -> Row:
-    from rwjax.answer import json_text
     from rwjax.methods.comparison import compare
+    from rwjax.report.answer import json_text
 
     rig, logs = _read(job, options)
     return {"answer": json_text(compare(rig, logs, lambda text: None).json())}

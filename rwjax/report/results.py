@@ -3,12 +3,12 @@
 from contextlib import suppress
 from pathlib import Path
 
-from rwjax.answer import json_text
 from rwjax.diagnosis.record import RECORD, record
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.errors import InputError, printable
 from rwjax.planning.files import clear_plan, write_next
+from rwjax.report.answer import json_text
 from rwjax.report.html import FIGURES, REPORT, write_report
 from rwjax.rig.write import write_rig
 from rwjax.text_files import write_files, write_text

@@ -38,7 +38,8 @@ def test_diagnose_names_what_the_demo_lacks_and_writes_everything(tmp_path: Path
     assert (answer["where"]["subsystem"], answer["where"]["coordinate"]) == ("axis", "yaw_rate")
     assert answer["held_out"] == "marked"
     assert answer["gap"]["signal"] == "yaw_rad"
-    assert answer["gap"]["after"] < answer["gap"]["floor"]  # its own form of friction: nothing is left
+    # its own form of friction: nothing is left but what a right rig leaves on average, to a tenth for a few runs
+    assert answer["gap"]["after"] < 1.1 * answer["gap"]["floor"]
     assert sum(r["probability"] for r in answer["ranking"]) == pytest.approx(1.0)
     rig = read_rig(tmp_path / "out" / "corrected.toml")
     corrected = rig.values

@@ -7,8 +7,8 @@ import os
 import numpy as np
 import pytest
 
-from rwjax.answer import check_finite, json_text
 from rwjax.errors import InputError
+from rwjax.report.answer import check_finite, json_text
 
 
 def test_finite_numbers_and_what_is_missing_pass() -> None:
