@@ -11,7 +11,7 @@ from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
 from rwjax.report.answer import json_text
 
-FALSE = 0.01
+FALSE = 0.05
 """Share of alarms that may be false [1]."""
 PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="plan of the fleet (TOML)", show_default=False)]
 Output = Annotated[

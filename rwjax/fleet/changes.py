@@ -2,7 +2,7 @@ r"""Which rigs of a fleet changed: each against its siblings, and against itself
 
 An estimate $\hat\theta_i$ of a rig has the covariance $\Sigma_i$ that its logs leave, and rigs differ: $\hat\theta_i \sim N(\mu,
 \Sigma_i + D)$ with $D$ diagonal. $\mu$ and $D$ come from the median and the median absolute deviation over the fleet, so that a tenth of
-worn rigs does not spoil them. Against itself the same holds of $\hat\theta_i$ less the weighted mean of the rig's earlier estimates, where
+worn rigs does not spoil them; then once more without those that changed. Against itself the same holds of $\hat\theta_i$ less the weighted mean of the rig's earlier estimates, where
 $\mu$ is what all rigs changed by in the same time, and $D$ what a sound rig changes by from one session to the next.
 
 Where number $k$ alone moved, its change is estimated by
@@ -22,18 +22,22 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri, stdtr
 
 from rwjax.report.fleet import MISFIT
 
-FALSE = 0.01
+FALSE = 0.05
 """Share of false alarms among alarms [1]."""
 FEWEST = 8
 """Rigs below which their spread is not known, and nothing is said."""
 NEAR = 9.0
 """Fall of the sum of squares, against the best, within which another number may be the one that moved: three standard deviations."""
+EFFICIENCY = 0.37
+"""Degrees of freedom of a median absolute deviation, against those of a standard deviation of as many normal numbers [1]."""
 OF_MEDIAN = float(ndtri(0.75))
 """Median absolute deviation of a standard normal number."""
+PASSES = 2
+"""How often the fleet is looked at, from the second time on without the rigs that changed."""
 STEPS = 60
 """Halvings of the interval in which a spread lies."""
 
@@ -56,18 +60,19 @@ class Compared(NamedTuple):
     spread: np.ndarray
 
 
-def compared(value: np.ndarray, covariance: np.ndarray) -> Compared:
-    """Every rig against all of them.
+def compared(value: np.ndarray, covariance: np.ndarray, sound: np.ndarray) -> Compared:
+    """Every rig against the sound ones.
 
     Args:
         value: Numbers of the rigs (rigs, numbers) [SI].
         covariance: What the logs leave of each (rigs, numbers, numbers) [SI²].
+        sound: Which rigs say what is expected (rigs,) [1].
 
     Returns:
         What differs.
     """
     variance = np.diagonal(covariance, axis1=1, axis2=2)
-    expected, spread = _centre_and_spread(value, variance)
+    expected, spread = _centre_and_spread(value[sound], variance[sound])
     # in units of each number's own deviation, since numbers differ by powers of ten
     unit = np.sqrt(np.median(variance, axis=0) + spread**2)
     unit = np.where(unit > 0.0, unit, 1.0)
@@ -86,7 +91,8 @@ def _centre_and_spread(value: np.ndarray, variance: np.ndarray) -> tuple[np.ndar
 
     def beyond(spread: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.nan_to_num(np.median(off / np.sqrt(variance + spread**2), axis=0), nan=0.0) > OF_MEDIAN
+            size = np.where(off > 0.0, off / np.sqrt(variance + spread**2), 0.0)
+        return np.median(size, axis=0) > OF_MEDIAN
 
     none = ~beyond(low)
     for _ in range(STEPS):
@@ -207,15 +213,13 @@ def _alike(sessions: Sessions) -> list[_Group]:
 
 def _alarms(group: _Group, against: str, false: float) -> pl.DataFrame:
     """The alarms of one group."""
-    found = compared(group.value, group.covariance)
-    count = len(group.names)
-    p_of = 2.0 * ndtr(-np.abs(found.z))
-    if MISFIT in group.names:  # only a worse one says anything
-        at = group.names.index(MISFIT)
-        p_of[:, at] = ndtr(-found.z[:, at])
-    p = -np.expm1(count * np.log1p(-np.minimum(p_of.min(axis=1), 1.0 - 1e-16)))
+    alarmed = np.zeros(len(group.rigs), bool)
+    for _ in range(PASSES):  # medians of a fleet without those that changed are closer to what the others are like
+        found = compared(group.value, group.covariance, ~alarmed)
+        p_of, p = _by_chance(group, found.z)
+        alarmed = let_through(p, false)
     rows = []
-    for k in np.flatnonzero(let_through(p, false)):
+    for k in np.flatnonzero(alarmed):
         best = int(np.argmin(p_of[k]))
         near = [
             n
@@ -231,6 +235,16 @@ def _alarms(group: _Group, against: str, false: float) -> pl.DataFrame:
             (group.rigs[k], group.whens[k], against, group.names[best], ", ".join(near), change, *ends, expected, p[k])
         )
     return pl.DataFrame(rows, schema=_SCHEMA, orient="row")
+
+
+def _by_chance(group: _Group, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How probable such changes are by chance: of each number (rigs, numbers), and of the most striking one of each rig (rigs,)."""
+    freedom = EFFICIENCY * (len(group.rigs) - 1)  # few rigs tell their spread badly
+    p_of = 2.0 * stdtr(freedom, -np.abs(z))
+    if MISFIT in group.names:  # only a worse one says anything
+        at = group.names.index(MISFIT)
+        p_of[:, at] = stdtr(freedom, -z[:, at])
+    return p_of, -np.expm1(len(group.names) * np.log1p(-np.minimum(p_of.min(axis=1), 1.0 - 1e-16)))
 
 
 def let_through(p: np.ndarray, false: float) -> np.ndarray:
