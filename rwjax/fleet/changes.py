@@ -115,10 +115,13 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> pl.DataFrame:
         the rig.
     """
     told = rows.filter(pl.col("status") == "done", pl.col("numbers").list.len() > 0)
-    found = [
-        *(_alarms(group, "siblings", false) for group in _alike(_latest(told))),
-        *(_alarms(group, "itself", false) for group in _alike(_since_before(told))),
+    judged = [
+        *(_judged(group, "siblings", false) for group in _alike(_latest(told))),
+        *(_judged(group, "itself", false) for group in _alike(_since_before(told))),
     ]
+    through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
+    ends = np.cumsum([len(one.p) for one in judged])
+    found = [_alarms(one, which, false) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
     return pl.concat([pl.DataFrame(schema=_SCHEMA), *found]).sort("p", "rig", "when")
 
 
@@ -211,15 +214,31 @@ def _alike(sessions: Sessions) -> list[_Group]:
     ]
 
 
-def _alarms(group: _Group, against: str, false: float) -> pl.DataFrame:
-    """The alarms of one group."""
-    alarmed = np.zeros(len(group.rigs), bool)
-    for _ in range(PASSES):  # medians of a fleet without those that changed are closer to what the others are like
-        found = compared(group.value, group.covariance, ~alarmed)
+class _Judged(NamedTuple):
+    """A group against what is expected of it: how probable each number's change is by chance, and each rig's most striking one."""
+
+    group: _Group
+    against: str
+    found: Compared
+    p_of: np.ndarray
+    p: np.ndarray
+
+
+def _judged(group: _Group, against: str, false: float) -> _Judged:
+    """A group, looked at once more without the rigs that changed: medians are then closer to what the others are like."""
+    sound = np.ones(len(group.rigs), bool)
+    for _ in range(PASSES):
+        found = compared(group.value, group.covariance, sound)
         p_of, p = _by_chance(group, found.z)
-        alarmed = let_through(p, false)
+        sound = ~let_through(p, false)
+    return _Judged(group, against, found, p_of, p)
+
+
+def _alarms(judged: _Judged, through: np.ndarray, false: float) -> pl.DataFrame:
+    """The alarms of one group, by which of its rigs are let through."""
+    group, against, found, p_of, p = judged
     rows = []
-    for k in np.flatnonzero(alarmed):
+    for k in np.flatnonzero(through):
         best = int(np.argmin(p_of[k]))
         near = [
             n
