@@ -43,7 +43,7 @@ def fleet(
     """
     from rwjax.fleet.plan import read_plan
     from rwjax.fleet.run import run
-    from rwjax.fleet.told import told, write_told
+    from rwjax.fleet.told import told, write_plan_of_changed, write_told
 
     positive(false_alarms=false)
     if false >= 1.0:
@@ -58,11 +58,12 @@ def fleet(
             raise
         show("drawing")
         found = told(plan, rows, false)
-        page = write_told(found, output)
+        page, following = write_told(found, output), write_plan_of_changed(plan, found, output)
     if as_json:
         document(json_text(_json(found, output), indent=1) + "\n")
     else:
-        say(f"{found}\n  page: {page}")
+        ask = [f"  why they changed: rwjax fleet {following} -o {output / 'changed'}"] if following else []
+        say("\n".join([f"{found}\n  page: {page}", *ask]))
 
 
 def _json(found: Any, output: Path) -> dict[str, Any]:

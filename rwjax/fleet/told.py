@@ -1,10 +1,12 @@
 """What is told of a fleet: which rigs changed or have what few have, on its page."""
 
+import os
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 
+from rwjax.errors import InputError
 from rwjax.fleet.appeared import appeared
 from rwjax.fleet.changes import FALSE, changes
 from rwjax.fleet.plan import FleetPlan, Job
@@ -12,6 +14,10 @@ from rwjax.fleet.store import REPORTS
 from rwjax.fleet.work import report_folder
 from rwjax.report.fleet import Fleet, write_fleet
 from rwjax.report.html import REPORT
+from rwjax.text_files import write_files
+
+NEXT, NEXT_TABLE = "changed.toml", "changed.csv"
+"""The plan that diagnoses the rigs that changed, and its table."""
 
 
 def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
@@ -30,6 +36,39 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
     )
     own = rows.join(wanted, on=["rig", "when"], how="semi").sort("rig", "when")
     return Fleet(plan.command, own, changes(own, false), appeared(own), false)
+
+
+def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:
+    """Writes a plan that diagnoses the rigs that changed, by their latest sessions.
+
+    Args:
+        plan: The plan of the fits.
+        fleet: What is told of them.
+        folder: Folder of the results.
+
+    Returns:
+        Path of the plan; None where no rig changed, or where they are diagnosed already.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    path, table = folder / NEXT, folder / NEXT_TABLE
+    changed = set(fleet.changed["rig"])
+    last = {job.rig: job for job in plan.jobs if job.rig in changed}  # jobs are sorted by session
+    if not last or plan.command != "fit":
+        for old in (path, table):
+            old.unlink(missing_ok=True)
+        return None
+    rows = [
+        (job.rig, job.when, os.path.abspath(job.rig_file), os.path.abspath(log))
+        for job in last.values()
+        for log in job.logs
+    ]
+    text = pl.DataFrame(rows, dict.fromkeys(("rig", "when", "rig_file", "log"), pl.String), orient="row").write_csv()
+    write_files(
+        {str(table): text.encode(), str(path): f'command = "diagnose"\ntable = "{NEXT_TABLE}"\n'.encode()}, InputError
+    )
+    return path
 
 
 def write_told(fleet: Fleet, folder: Path) -> Path:

@@ -1,12 +1,13 @@
 """What is told of a fleet: rigs of the plan alone, each leading to its report."""
 
+import os
 from pathlib import Path
 
 import polars as pl
 
-from rwjax.fleet.plan import FleetPlan, Job
+from rwjax.fleet.plan import FleetPlan, Job, read_plan
 from rwjax.fleet.store import REPORTS, schema
-from rwjax.fleet.told import told, write_told
+from rwjax.fleet.told import told, write_plan_of_changed, write_told
 from rwjax.fleet.work import failed, report_folder
 
 JOBS = tuple(Job(name, "", "rig.toml", ()) for name in ("a", "b & c"))
@@ -24,3 +25,16 @@ def test_a_rig_leads_to_its_report_where_there_is_one(tmp_path: Path) -> None:
     text = write_told(told(FleetPlan("diagnose", {}, JOBS), ROWS), tmp_path).read_text()
     assert '<a href="reports/b___c/once/report.html">b &amp; c</a>' in text and text.count("<a href") == 1
     assert "no &lt;log&gt;" in text
+
+
+def test_the_rigs_that_changed_are_the_next_plan(tmp_path: Path) -> None:
+    jobs = tuple(Job(name, when, "rig.toml", (f"{name} {when}.csv",)) for name in ("a", "b, c") for when in ("1", "2"))
+    plan = FleetPlan("fit", {}, jobs)
+    none = told(plan, ROWS)
+    alarm = {"rig": "b, c", "when": "2", "against": "itself", "number": "axis.inertia", "or": "", "p": 0.0}
+    found = none._replace(changed=pl.DataFrame([alarm], schema=none.changed.schema))
+    path = write_plan_of_changed(plan, found, tmp_path)
+    assert path is not None
+    assert read_plan(path).command == "diagnose"
+    assert read_plan(path).jobs == (Job("b, c", "2", os.path.abspath("rig.toml"), (os.path.abspath("b, c 2.csv"),)),)
+    assert write_plan_of_changed(plan, none, tmp_path) is None and not path.exists()
