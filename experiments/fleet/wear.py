@@ -56,7 +56,7 @@ def main() -> None:
     rows = pl.read_parquet(a.folder / "fitted" / RESULTS)
     table = []
     for false in LEVELS:
-        counts = counted(label, changes(rows, false), rows["rig"].n_unique())
+        counts = counted(label, changes(rows, false).alarms, rows["rig"].n_unique())
         table += [[f"{false:g}", what, interval(*n)] for what, n in counts.items()]
     if (path := a.folder / "diagnosed" / RESULTS).exists():
         last = pl.read_parquet(path).sort("when").unique("rig", keep="last").filter(status="done")

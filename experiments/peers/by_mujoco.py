@@ -13,7 +13,7 @@ XML = """
 <mujoco>
   <option timestep="{step}" gravity="0 0 -{gravity}" integrator="implicitfast"><flag contact="disable"/></option>
   <worldbody><body name="body">
-    <joint name="x" type="{joint}" axis="{axis}" armature="{J}" damping="{c}" frictionloss="{f}"
+    <joint name="x" type="{joint}" axis="{axis}" damping="{c}" frictionloss="{f}"
       solreffriction="{soft} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
     <inertial pos="0 0 {at}" mass="{mass}" diaginertia="1e-9 1e-9 1e-9"/>
   </body></worldbody>
@@ -23,12 +23,12 @@ XML = """
 
 
 def spec_of(p: Problem, step: float) -> mujoco.MjSpec:
-    """The model before any fit; a pendulum hangs below the hinge, and its inertia is the mass's and the armature."""
-    joint, axis = ("hinge", "0 1 0") if p.load or p.reads else ("slide", "1 0 0")
-    mass = p.load / (GRAVITY * ARM) if p.load else 1e-6
+    """The model before any fit; a pendulum hangs below the hinge and has an armature besides, other rigs are a mass on a slide."""
+    joint, axis = ("hinge", "0 1 0") if p.load else ("slide", "1 0 0")
     J, c, f, _ = p.scale
+    mass = p.load / (GRAVITY * ARM) if p.load else J
     at = -ARM if p.load else 0.0
-    given = dict(step=step, gravity=GRAVITY, joint=joint, axis=axis, J=J, c=c, f=f, soft=4.0 * step, at=at, mass=mass)
+    given = dict(step=step, gravity=GRAVITY, joint=joint, axis=axis, c=c, f=f, soft=4.0 * step, at=at, mass=mass)
     return mujoco.MjSpec.from_string(XML.format(gain=p.gain or p.scale[3], **given))
 
 
@@ -37,26 +37,29 @@ def parameters(p: Problem) -> sysid.ParameterDict:
     own = p.load / GRAVITY * ARM  # inertia of the load's mass
 
     def inertia(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
-        spec.joint("x").armature = max(q.value[0] * p.scale[0] - own, 0.0)
+        if p.load:
+            spec.joint("x").armature = max(q.value[0] - own, 0.0)
+        else:
+            spec.body("body").mass = q.value[0]
 
     def damping(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
-        spec.joint("x").damping[0] = q.value[0] * p.scale[1]  # then those of higher powers of the rate
+        spec.joint("x").damping[0] = q.value[0]  # then those of higher powers of the rate
 
     def frictionloss(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
-        spec.joint("x").frictionloss = q.value[0] * p.scale[2]
+        spec.joint("x").frictionloss = q.value[0]
 
     def last(spec: mujoco.MjSpec, q: sysid.Parameter) -> None:
         if p.gain:
-            spec.actuator("drive").biasprm[0] = -q.value[0] * p.scale[3]
+            spec.actuator("drive").biasprm[0] = -q.value[0]
         else:
-            spec.actuator("drive").gainprm[0] = q.value[0] * p.scale[3]
+            spec.actuator("drive").gainprm[0] = q.value[0]
 
     changes = (inertia, damping, frictionloss, last)
     begin = (1.0, 1.0, 1.0, 0.0 if p.gain else 1.0)
     return sysid.ParameterDict(
         {
-            change.__name__: sysid.Parameter(change.__name__, b, low, high, modifier=change)
-            for change, b, (low, high) in zip(changes, begin, p.bounds, strict=True)
+            change.__name__: sysid.Parameter(change.__name__, b * size, low * size, high * size, modifier=change)
+            for change, b, size, (low, high) in zip(changes, begin, p.scale, p.bounds, strict=True)
         }
     )
 

@@ -1,7 +1,7 @@
 """The command `fleet`: a command for every rig of a plan, on Dask."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -9,31 +9,36 @@ from rwjax.cli.options import Json, Quiet, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
 from rwjax.errors import InputError
+from rwjax.fleet import FALSE
 from rwjax.report.answer import json_text
 
-FALSE = 0.05
-"""Share of alarms that may be false [1]."""
+if TYPE_CHECKING:
+    from rwjax.report.fleet import Fleet
+
 PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="plan of the fleet (TOML)", show_default=False)]
 Output = Annotated[
     Path, typer.Option("-o", metavar="DIR", help="folder of the results; what is done there is not done again")
 ]
 Workers = Annotated[int | None, typer.Option(min=1, metavar="N", help="processes; one for each processor without it")]
 Memory = Annotated[
-    str, typer.Option(metavar="SIZE", help="memory of each process, as 2GiB; auto shares out what there is")
+    str | None,
+    typer.Option(metavar="SIZE", help="memory of each process, as 2GiB; its share of what there is without it"),
 ]
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="a Dask scheduler that runs already, as tcp://host:8786")
 ]
-False_ = Annotated[float, typer.Option("--false-alarms", metavar="SHARE", help="share of the alarms that may be false")]
+FalseAlarms = Annotated[
+    float, typer.Option("--false-alarms", metavar="SHARE", help="share of the alarms that may be false")
+]
 
 
 def fleet(
     plan_file: PlanFile,
     output: Output = Path("fleet"),
     workers: Workers = None,
-    memory: Memory = "auto",
+    memory: Memory = None,
     scheduler: Scheduler = None,
-    false: False_ = FALSE,
+    false: FalseAlarms = FALSE,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -48,6 +53,10 @@ def fleet(
     positive(false_alarms=false)
     if false >= 1.0:
         raise InputError(f"--false-alarms {false:g}: is a share; give one below 1, as 0.01")
+    if scheduler is not None and (workers is not None or memory is not None):
+        raise InputError(
+            "--workers and --memory: a cluster that runs already has its own; leave out them or --scheduler"
+        )
     plan = read_plan(plan_file)
     with progress(quiet, lines=True) as show:
         show("starting the cluster")
@@ -64,9 +73,11 @@ def fleet(
     else:
         ask = [f"  why they changed: rwjax fleet {following} -o {output / 'changed'}"] if following else []
         say("\n".join([f"{found}\n  page: {page}", *ask]))
+    if found.rows.filter(status="done").is_empty():
+        raise typer.Exit(2)
 
 
-def _json(found: Any, output: Path) -> dict[str, Any]:
+def _json(found: "Fleet", output: Path) -> dict[str, Any]:
     """What the command has found as plain objects."""
     from rwjax.fleet.store import RESULTS
     from rwjax.report.fleet import failures, outcomes
@@ -78,7 +89,9 @@ def _json(found: Any, output: Path) -> dict[str, Any]:
         "jobs": found.rows.height,
         "outcomes": outcomes(found.rows),
         "false_alarms": found.false,
+        "compared": len(found.compared),
         "changed": found.changed.to_dicts(),
+        "lacking": found.lacking.to_dicts(),
         "appeared": found.appeared.to_dicts(),
         "failed": failures(found.rows).select("rig", "when", "line").to_dicts(),
     }

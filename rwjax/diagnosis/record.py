@@ -7,7 +7,6 @@ is run when it is read.
 import io
 import json
 import os
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -76,7 +75,9 @@ def read_diagnosis(folder: str | os.PathLike[str]) -> Diagnosis:
             return converter.structure(tree, Diagnosis)
     except OSError as bad:
         raise InputError(f"{path}: cannot be read: {bad.strerror or bad}; give the folder of a diagnosis") from None
-    except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
+    except InputError:
+        raise
+    except Exception:  # reason: what is wrong in a damaged archive is said by errors of a dozen kinds
         raise InputError(f"{path}: is no whole diagnosis of this version; {again}") from None
 
 

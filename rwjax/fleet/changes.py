@@ -1,35 +1,36 @@
 r"""Which rigs of a fleet changed: each against its siblings, and against itself in earlier sessions.
 
-An estimate $\hat\theta_i$ of a rig has the covariance $\Sigma_i$ that its logs leave, and rigs differ: $\hat\theta_i \sim N(\mu,
-\Sigma_i + D)$ with $D$ diagonal. $\mu$ and $D$ come from the median and the median absolute deviation over the fleet, so that a tenth of
-worn rigs does not spoil them; then once more without those that changed. Against itself the same holds of $\hat\theta_i$ less the weighted mean of the rig's earlier estimates, where
-$\mu$ is what all rigs changed by in the same time, and $D$ what a sound rig changes by from one session to the next.
+An estimate $\hat\theta_i$ of a rig has the covariance $\Sigma_i$ that its logs leave, and rigs differ: $\hat\theta_i \sim N(\mu, \Sigma_i + D)$
+with $D$ diagonal. Both come from medians over the fleet, which a tenth of worn rigs does not spoil, and once more without those that changed.
+Against itself the same holds of $\hat\theta_i$ less the mean of the rig's $n$ earlier estimates. $\mu$ is then what all rigs changed by in
+the same time, and $D$, which counts $1 + 1/n$ times, what a sound rig changes by from session to session.
 
 Where number $k$ alone moved, its change is estimated by
 
 $$\delta_k = \frac{(V^{-1}d)_k}{(V^{-1})_{kk}}, \qquad z_k = \frac{(V^{-1}d)_k}{\sqrt{(V^{-1})_{kk}}},$$
 
-with $d = \hat\theta_i - \mu$ and $V = \Sigma_i + D$. $\sum$ of squares falls by $z_k^2$, so that the largest names the number, and others that
-fall nearly as much stand beside it. The misfit of a fit, RMS error over noise, is one more number, whose spread is the fleet's alone: an
-effect that appears raises it.
+with $d = \hat\theta_i - \mu$ and $V = \Sigma_i + D$. The sum of squares falls by $z_k^2$: the largest names the number, and others that fall
+nearly as much stand beside it. The misfit of a fit, RMS error over noise, is one more number, whose spread is the fleet's alone: an effect
+that appears raises it.
 
-A rig has one probability of chance, that of its most striking number, corrected for how many there are (Šidák). Alarms are those that
-Benjamini and Hochberg (1995) let through: the stated share of them is false at most, on average.
+A rig has one probability of chance, that of its most striking number, corrected for how many there are (Šidák). Few rigs tell their spread
+badly, so that it is Student's. Alarms are those that Benjamini and Hochberg (1995) let through of all comparisons together: the stated share of
+them is false at most, on average.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from scipy.special import ndtri, stdtr
+from scipy.special import ndtri, stdtr, stdtrit
 
+from rwjax.fleet import FALSE
 from rwjax.report.fleet import MISFIT
 
-FALSE = 0.05
-"""Share of false alarms among alarms [1]."""
 FEWEST = 8
 """Rigs below which their spread is not known, and nothing is said."""
+COMMON = 0.5
+"""Share of the rigs that have to tell a number for it to be compared [1]."""
 NEAR = 9.0
 """Fall of the sum of squares, against the best, within which another number may be the one that moved: three standard deviations."""
 EFFICIENCY = 0.37
@@ -40,17 +41,42 @@ PASSES = 2
 """How often the fleet is looked at, from the second time on without the rigs that changed."""
 STEPS = 60
 """Halvings of the interval in which a spread lies."""
+OF_A_RUN = " in "
+"""What stands in the name of a number that a run has of its own, which no other rig has."""
+
+
+class Estimates(NamedTuple):
+    """Estimates of several rigs, NaN where a rig does not tell a number.
+
+    Attributes:
+        names: Names of the numbers.
+        rigs: Names of the rigs.
+        whens: Their sessions.
+        value: Numbers, or what they have changed by (rigs, numbers) [SI].
+        covariance: What the logs leave of each rig's (rigs, numbers, numbers) [SI²].
+        sessions: How many times the spread from session to session counts (rigs,) [1].
+        before: Numbers from which a change is counted (rigs, numbers) [SI], 0 where none is.
+    """
+
+    names: tuple[str, ...]
+    rigs: tuple[str, ...]
+    whens: tuple[str, ...]
+    value: np.ndarray
+    covariance: np.ndarray
+    sessions: np.ndarray
+    before: np.ndarray
 
 
 class Compared(NamedTuple):
     """Numbers of several rigs against what is expected of them.
 
     Attributes:
-        z: Change of each number where it alone changed, in standard deviations (rigs, numbers) [1].
-        change: The same [SI] (rigs, numbers).
-        deviation: Its standard deviation [SI] (rigs, numbers).
-        expected: What is expected of each number [SI] (numbers,).
-        spread: Standard deviation over sound rigs, beyond that of the estimates [SI] (numbers,).
+        z: Change of each number where it alone changed, in standard deviations (rigs, numbers) [1]; 0 of one that a rig does not tell.
+        change: The same (rigs, numbers) [SI].
+        deviation: Its standard deviation (rigs, numbers) [SI].
+        expected: What is expected of each number (numbers,) [SI].
+        spread: Standard deviation over sound rigs, beyond that of the estimates (numbers,) [SI].
+        freedom: Degrees of freedom of that [1].
     """
 
     z: np.ndarray
@@ -58,41 +84,174 @@ class Compared(NamedTuple):
     deviation: np.ndarray
     expected: np.ndarray
     spread: np.ndarray
+    freedom: float
 
 
-def compared(value: np.ndarray, covariance: np.ndarray, sound: np.ndarray) -> Compared:
+class Changes(NamedTuple):
+    """What changed.
+
+    Attributes:
+        alarms: One a line, the surest first: `rig`, `when`, `against` (`siblings` or `itself`), `number`, others that it may be in its place
+            (`or`), `change` [SI; of the misfit a ratio], `from_95`, `to_95`, `expected`, and the probability of chance `p` of the rig.
+        rigs: Rigs that were compared with their siblings.
+        lacking: `rig`, `when` and the `numbers` that most others tell and it does not.
+    """
+
+    alarms: pl.DataFrame
+    rigs: tuple[str, ...]
+    lacking: pl.DataFrame
+
+
+ALARM = {
+    **{name: pl.String for name in ("rig", "when", "against", "number", "or")},
+    **{name: pl.Float64 for name in ("change", "from_95", "to_95", "expected", "p")},
+}
+"""Columns of alarms."""
+
+
+def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
+    """Rigs that differ from their siblings, or from themselves in earlier sessions.
+
+    Args:
+        rows: Results of a fleet (`rwjax.fleet.store.schema`), all of one design.
+        false: Share of the alarms that may be false, on average [1].
+
+    Returns:
+        What changed.
+    """
+    told = rows.filter(pl.col("status") == "done", pl.col("numbers").list.len() > 0).sort("rig", "when")
+    sessions: dict[str, list[tuple[str, dict[str, float], dict[tuple[str, str], float]]]] = {}
+    for row in told.iter_rows(named=True):
+        sessions.setdefault(row["rig"], []).append((row["when"], *_estimate(row)))
+    names = _common(sessions)
+    latest, since = _latest(sessions, names), _since_before(sessions, names)
+    judged = [
+        _judged(one, against, false)
+        for one, against in ((latest, "siblings"), (since, "itself"))
+        if len(one.rigs) >= FEWEST
+    ]
+    through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
+    ends = np.cumsum([len(one.p) for one in judged])
+    found = [_alarms(one, which, false) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
+    alarms = pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when")
+    return Changes(alarms, latest.rigs if len(latest.rigs) >= FEWEST else (), _lacking(latest))
+
+
+def _estimate(row: dict) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
+    """Numbers of a row by name, the misfit with them, and their covariances by both names."""
+    names = [one["name"] for one in row["numbers"]]
+    value = {one["name"]: one["value"] for one in row["numbers"] if OF_A_RUN not in one["name"]}
+    covariance = {
+        (a, b): c for (a, b), c in zip(((a, b) for a in names for b in names), row["covariance"], strict=True)
+    }
+    if row["misfit"]:
+        value[MISFIT] = float(np.log(row["misfit"]))
+    return value, covariance
+
+
+def _common(sessions: dict[str, list]) -> tuple[str, ...]:
+    """Names of the numbers that most rigs tell in their latest session."""
+    counts: dict[str, int] = {}
+    for own in sessions.values():
+        for name in own[-1][1]:
+            counts[name] = counts.get(name, 0) + 1
+    return tuple(name for name, count in counts.items() if count >= COMMON * len(sessions))
+
+
+def _arrays(
+    names: tuple[str, ...], value: dict[str, float], covariance: dict[tuple[str, str], float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers in the order of their names, NaN where there is none, and their covariance."""
+    return (
+        np.array([value.get(name, np.nan) for name in names]),
+        np.array([[covariance.get((a, b), 0.0) for b in names] for a in names]).reshape(len(names), len(names)),
+    )
+
+
+def _together(
+    names: tuple[str, ...], found: list[tuple[str, str, np.ndarray, np.ndarray, float, np.ndarray]]
+) -> Estimates:
+    """Estimates of several rigs as arrays; those that tell no number are left out."""
+    kept = [one for one in found if np.isfinite(one[2]).any()]
+    rigs, whens, value, covariance, sessions, before = zip(*kept, strict=True) if kept else ((),) * 6
+    count = len(names)
+    return Estimates(
+        names,
+        rigs,
+        whens,
+        np.array(value).reshape(len(kept), count),
+        np.array(covariance).reshape(len(kept), count, count),
+        np.array(sessions),
+        np.array(before).reshape(len(kept), count),
+    )
+
+
+def _latest(sessions: dict[str, list], names: tuple[str, ...]) -> Estimates:
+    """The latest session of every rig."""
+    return _together(
+        names,
+        [(rig, own[-1][0], *_arrays(names, *own[-1][1:]), 1.0, np.zeros(len(names))) for rig, own in sessions.items()],
+    )
+
+
+def _since_before(sessions: dict[str, list], names: tuple[str, ...]) -> Estimates:
+    """What the numbers of every rig with several sessions have changed by in the latest, against the mean of those before."""
+    found = []
+    for rig, (*earlier, (when, *last)) in sessions.items():
+        if earlier:
+            values, covariances = zip(*(_arrays(names, *one[1:]) for one in earlier), strict=True)
+            value, covariance = _arrays(names, *last)
+            mean, count = np.mean(values, axis=0), len(earlier)
+            spread = covariance + np.sum(covariances, axis=0) / count**2
+            found.append((rig, when, value - mean, spread, 1.0 + 1.0 / count, mean))
+    return _together(names, found)
+
+
+def _lacking(latest: Estimates) -> pl.DataFrame:
+    """Which of the compared numbers a rig does not tell."""
+    rows = [
+        (rig, when, ", ".join(name for name, told in zip(latest.names, own, strict=True) if not told))
+        for rig, when, own in zip(latest.rigs, latest.whens, np.isfinite(latest.value), strict=True)
+        if not own.all()
+    ]
+    return pl.DataFrame(rows, dict.fromkeys(("rig", "when", "numbers"), pl.String), orient="row")
+
+
+def compared(of: Estimates, sound: np.ndarray) -> Compared:
     """Every rig against the sound ones.
 
     Args:
-        value: Numbers of the rigs (rigs, numbers) [SI].
-        covariance: What the logs leave of each (rigs, numbers, numbers) [SI²].
+        of: Estimates of the rigs.
         sound: Which rigs say what is expected (rigs,) [1].
 
     Returns:
         What differs.
     """
-    variance = np.diagonal(covariance, axis1=1, axis2=2)
-    expected, spread = _centre_and_spread(value[sound], variance[sound])
+    variance = np.diagonal(of.covariance, axis1=1, axis2=2)
+    expected, spread = _centre_and_spread(of.value[sound], variance[sound], of.sessions[sound])
     # in units of each number's own deviation, since numbers differ by powers of ten
     unit = np.sqrt(np.median(variance, axis=0) + spread**2)
     unit = np.where(unit > 0.0, unit, 1.0)
-    V = covariance / np.outer(unit, unit) + np.diag((spread / unit) ** 2)
+    told = np.isfinite(of.value)
+    V = np.where(told[:, :, None] & told[:, None, :], of.covariance / np.outer(unit, unit), 0.0)
+    V += of.sessions[:, None, None] * np.diag((spread / unit) ** 2)
     information = np.linalg.pinv(V, hermitian=True)
-    pull = np.einsum("rjk,rk->rj", information, (value - expected) / unit)
+    pull = np.einsum("rjk,rk->rj", information, np.where(told, (of.value - expected) / unit, 0.0))
     own = np.maximum(np.diagonal(information, axis1=1, axis2=2), np.finfo(float).tiny)
-    return Compared(pull / np.sqrt(own), pull / own * unit, unit / np.sqrt(own), expected, spread)
+    z = np.where(told, pull / np.sqrt(own), 0.0)
+    return Compared(z, pull / own * unit, unit / np.sqrt(own), expected, spread, EFFICIENCY * (int(sound.sum()) - 1))
 
 
-def _centre_and_spread(value: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _centre_and_spread(value: np.ndarray, variance: np.ndarray, sessions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Median, and the spread beyond the variances for which the median absolute deviation is that of normal numbers (numbers,)."""
-    centre = np.median(value, axis=0)
+    centre = np.nanmedian(value, axis=0)
     off = np.abs(value - centre)
-    low, high = np.zeros(len(centre)), 10.0 * np.median(off, axis=0) / OF_MEDIAN + np.finfo(float).tiny
+    low, high = np.zeros(len(centre)), 10.0 * np.nanmedian(off, axis=0) / OF_MEDIAN + np.finfo(float).tiny
 
     def beyond(spread: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
-            size = np.where(off > 0.0, off / np.sqrt(variance + spread**2), 0.0)
-        return np.median(size, axis=0) > OF_MEDIAN
+            size = np.where(off == 0.0, 0.0, off / np.sqrt(variance + sessions[:, None] * spread**2))
+        return np.nanmedian(size, axis=0) > OF_MEDIAN
 
     none = ~beyond(low)
     for _ in range(STEPS):
@@ -102,168 +261,50 @@ def _centre_and_spread(value: np.ndarray, variance: np.ndarray) -> tuple[np.ndar
     return centre, np.where(none, 0.0, 0.5 * (low + high))
 
 
-def changes(rows: pl.DataFrame, false: float = FALSE) -> pl.DataFrame:
-    """Rigs that differ from their siblings, or from themselves in earlier sessions.
-
-    Args:
-        rows: Results of a fleet (`rwjax.fleet.store.schema`).
-        false: Share of the alarms that may be false, on average [1].
-
-    Returns:
-        One alarm a line, the surest first: `rig`, `when`, `against` (`siblings` or `itself`), `number`, others that it may be in its
-        place (`or`), `change` [SI; of the misfit as a ratio], `from_95`, `to_95`, `expected`, and the probability of chance `p` of
-        the rig.
-    """
-    told = rows.filter(pl.col("status") == "done", pl.col("numbers").list.len() > 0)
-    judged = [
-        *(_judged(group, "siblings", false) for group in _alike(_latest(told))),
-        *(_judged(group, "itself", false) for group in _alike(_since_before(told))),
-    ]
-    through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
-    ends = np.cumsum([len(one.p) for one in judged])
-    found = [_alarms(one, which, false) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
-    return pl.concat([pl.DataFrame(schema=_SCHEMA), *found]).sort("p", "rig", "when")
-
-
-_SCHEMA = {
-    **{name: pl.String for name in ("rig", "when", "against", "number", "or")},
-    **{name: pl.Float64 for name in ("change", "from_95", "to_95", "expected", "p")},
-}
-
-
-class _Group(NamedTuple):
-    """Rigs with the same numbers: names of both, sessions, and estimates; `expected` of what is 0 where a change is looked at."""
-
-    names: tuple[str, ...]
-    rigs: list[str]
-    whens: list[str]
-    value: np.ndarray
-    covariance: np.ndarray
-    before: np.ndarray
-
-
-Estimate = tuple[tuple[str, ...], np.ndarray, np.ndarray]
-"""Names of numbers, their values and their covariance."""
-
-
-def _estimate(row: dict) -> Estimate:
-    """The estimate of a row, with the misfit as its last number."""
-    names = tuple(one["name"] for one in row["numbers"])
-    count = len(names)
-    value = np.array([one["value"] for one in row["numbers"]])
-    covariance = np.array(row["covariance"]).reshape(count, count)
-    if not row["misfit"]:
-        return names, value, covariance
-    whole = np.zeros((count + 1, count + 1))
-    whole[:count, :count] = covariance
-    return (*names, MISFIT), np.append(value, np.log(row["misfit"])), whole
-
-
-Sessions = list[tuple[str, str, Estimate, np.ndarray]]
-"""Rig, session, estimate, and what the rig's numbers were before."""
-
-
-def _latest(rows: pl.DataFrame) -> Sessions:
-    """The latest session of every rig."""
-    last = rows.sort("when").unique("rig", keep="last", maintain_order=True)
-    return [
-        (row["rig"], row["when"], found := _estimate(row), np.zeros(len(found[0])))
-        for row in last.iter_rows(named=True)
-    ]
-
-
-def _since_before(rows: pl.DataFrame) -> Sessions:
-    """What the numbers of every rig with several sessions have changed by in the latest, against the mean of those before."""
-    found: Sessions = []
-    for _, own in rows.sort("rig", "when").group_by("rig", maintain_order=True):
-        *earlier, last = [(row["when"], _estimate(row)) for row in own.iter_rows(named=True)]
-        when, (names, value, covariance) = last
-        alike = [one for _, one in earlier if one[0] == names]
-        if alike:
-            mean, left = _mean(alike)
-            found.append((own["rig"][0], when, (names, value - mean, covariance + left), mean))
-    return found
-
-
-def _mean(estimates: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:
-    """The mean of several estimates, weighted by their variances, and its covariance."""
-    variance = np.array([np.diag(c) for _, _, c in estimates])
-    weight = np.where(variance > 0.0, 1.0 / np.where(variance > 0.0, variance, 1.0), 1.0)
-    weight /= weight.sum(axis=0)
-    value = sum(w * v for w, (_, v, _) in zip(weight, estimates, strict=True))
-    covariance = sum(np.outer(w, w) * c for w, (_, _, c) in zip(weight, estimates, strict=True))
-    return np.asarray(value), np.asarray(covariance)
-
-
-def _alike(sessions: Sessions) -> list[_Group]:
-    """Rigs by the numbers that they have; groups of too few are left out."""
-    by_names: dict[tuple[str, ...], Sessions] = {}
-    for one in sessions:
-        by_names.setdefault(one[2][0], []).append(one)
-    return [
-        _Group(
-            names,
-            [one[0] for one in of],
-            [one[1] for one in of],
-            np.array([one[2][1] for one in of]),
-            np.array([one[2][2] for one in of]),
-            np.array([one[3] for one in of]),
-        )
-        for names, of in by_names.items()
-        if len(of) >= FEWEST
-    ]
-
-
 class _Judged(NamedTuple):
-    """A group against what is expected of it: how probable each number's change is by chance, and each rig's most striking one."""
+    """Rigs against what is expected of them: how striking each number's change is (rigs, numbers), and how probable by chance a rig's."""
 
-    group: _Group
+    of: Estimates
     against: str
     found: Compared
-    p_of: np.ndarray
+    striking: np.ndarray
     p: np.ndarray
 
 
-def _judged(group: _Group, against: str, false: float) -> _Judged:
-    """A group, looked at once more without the rigs that changed: medians are then closer to what the others are like."""
-    sound = np.ones(len(group.rigs), bool)
+def _judged(of: Estimates, against: str, false: float) -> _Judged:
+    """Rigs, looked at once more without those that changed: medians are then closer to what the others are like."""
+    sound = np.ones(len(of.rigs), bool)
     for _ in range(PASSES):
-        found = compared(group.value, group.covariance, sound)
-        p_of, p = _by_chance(group, found.z)
+        found = compared(of, sound)
+        striking, p = _by_chance(of, found)
         sound = ~let_through(p, false)
-    return _Judged(group, against, found, p_of, p)
+    return _Judged(of, against, found, striking, p)
+
+
+def _by_chance(of: Estimates, found: Compared) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes of the changes, in standard deviations (rigs, numbers), and how probable by chance the most striking one of a rig is (rigs,)."""
+    sides = np.array([1.0 if name == MISFIT else 2.0 for name in of.names])  # only a misfit that rises says anything
+    striking = np.where(sides == 1.0, np.maximum(found.z, 0.0), np.abs(found.z))
+    p = (sides * stdtr(found.freedom, -striking)).min(axis=1)
+    return striking, -np.expm1(len(of.names) * np.log1p(-np.minimum(p, 1.0 - 1e-16)))
 
 
 def _alarms(judged: _Judged, through: np.ndarray, false: float) -> pl.DataFrame:
-    """The alarms of one group, by which of its rigs are let through."""
-    group, against, found, p_of, p = judged
+    """The alarms, by which rigs are let through."""
+    of, against, found, striking, p = judged
+    quantile = float(stdtrit(found.freedom, 0.975))
     rows = []
     for k in np.flatnonzero(through):
-        best = int(np.argmin(p_of[k]))
-        near = [
-            n
-            for j, n in enumerate(group.names)
-            if j != best and found.z[k, j] ** 2 > found.z[k, best] ** 2 - NEAR and p_of[k, j] < false
-        ]
-        change, deviation = found.change[k, best], found.deviation[k, best]
-        ends = change + 1.96 * deviation * np.array([-1.0, 1.0])
-        expected = group.before[k, best] + found.expected[best]
-        if group.names[best] == MISFIT:
+        best = int(np.argmax(striking[k]))
+        near = (striking[k] ** 2 > striking[k, best] ** 2 - NEAR) & (2.0 * stdtr(found.freedom, -striking[k]) < false)
+        others = ", ".join(name for j, name in enumerate(of.names) if near[j] and j != best)
+        change = found.change[k, best]
+        ends = change + quantile * found.deviation[k, best] * np.array([-1.0, 1.0])
+        expected = of.before[k, best] + found.expected[best]
+        if of.names[best] == MISFIT:
             change, ends, expected = np.exp(change), np.exp(ends), np.exp(expected)
-        rows.append(
-            (group.rigs[k], group.whens[k], against, group.names[best], ", ".join(near), change, *ends, expected, p[k])
-        )
-    return pl.DataFrame(rows, schema=_SCHEMA, orient="row")
-
-
-def _by_chance(group: _Group, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How probable such changes are by chance: of each number (rigs, numbers), and of the most striking one of each rig (rigs,)."""
-    freedom = EFFICIENCY * (len(group.rigs) - 1)  # few rigs tell their spread badly
-    p_of = 2.0 * stdtr(freedom, -np.abs(z))
-    if MISFIT in group.names:  # only a worse one says anything
-        at = group.names.index(MISFIT)
-        p_of[:, at] = stdtr(freedom, -z[:, at])
-    return p_of, -np.expm1(len(group.names) * np.log1p(-np.minimum(p_of.min(axis=1), 1.0 - 1e-16)))
+        rows.append((of.rigs[k], of.whens[k], against, of.names[best], others, change, *ends, expected, p[k]))
+    return pl.DataFrame(rows, schema=ALARM, orient="row")
 
 
 def let_through(p: np.ndarray, false: float) -> np.ndarray:

@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any
 
-from rwjax.errors import InputError
+from rwjax.errors import InputError, one_line
 from rwjax.fitting.threads import THREADS, VARIABLE
 
 if TYPE_CHECKING:
@@ -21,48 +21,50 @@ LOGGERS = (
 
 
 @contextmanager
-def connected(scheduler: str | None, workers: int | None, memory: str) -> "Iterator[Client]":
-    """A client of a cluster.
+def connected(scheduler: str | None, workers: int | None, memory: str | None) -> "Iterator[Client]":
+    """A client of a cluster that has a worker.
 
     Args:
         scheduler: Address of a scheduler that runs already; None for a cluster of this machine's own, which ends with the context.
-        workers: Processes of an own cluster, each with one thread; as many as there are processors without it.
-        memory: Memory of each of them, as "2GiB" or "auto": a worker that takes more gives way to a new one.
+        workers: Processes of an own cluster, each with one thread; as many as there are processors without it [1].
+        memory: Memory of each of them, as "2GiB", its share of what there is without it; a worker that takes more gives way to a new one.
 
     Yields:
         The client.
 
     Raises:
-        InputError: No scheduler answers, or `distributed` is not installed.
+        InputError: No scheduler answers, it has no worker, the memory is no size, or Dask is not installed.
     """
     try:
         from dask import config
+        from dask.utils import parse_bytes
 
         with config.set(logging=dict.fromkeys(LOGGERS, "critical")):  # read when `distributed` is first imported
             from distributed import Client, LocalCluster
     except ImportError:
-        raise InputError("a fleet needs Dask: pip install 'rwjax[fleet]'") from None
-    with config.set({"distributed.comm.timeouts.connect": WAITS_S}):
-        if scheduler is not None:
-            try:
-                client = Client(scheduler, timeout=WAITS_S, set_as_default=False)
-            except (OSError, ValueError) as error:
-                raise InputError(
-                    f"--scheduler {scheduler}: does not answer ({error}); start one with `dask scheduler`"
-                ) from None
-            try:
-                yield client
-            finally:
-                client.close()
-            return
-        with (
-            LocalCluster(
+        raise InputError("a fleet needs Dask: pip install 'distributed>=2026.8'") from None
+    try:
+        limit = "auto" if memory is None else parse_bytes(memory)
+    except ValueError:
+        raise InputError(f"--memory {memory}: is no size; write one as 2GiB") from None
+    with config.set({"distributed.comm.timeouts.connect": WAITS_S}), ExitStack() as both:
+        address: Any = scheduler
+        if scheduler is None:
+            own = LocalCluster(
                 n_workers=workers or THREADS,
                 threads_per_worker=1,
-                memory_limit=memory,
+                memory_limit=limit,
                 dashboard_address=None,  # pyright: ignore[reportArgumentType]
                 env=os.environ | {VARIABLE: "1"},
-            ) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            yield client
+            )
+            address = both.enter_context(own)
+        try:
+            client = both.enter_context(Client(address, timeout=WAITS_S, set_as_default=False))
+        except (OSError, ValueError) as error:
+            said = f"--scheduler {scheduler}: does not answer ({one_line(str(error))})"
+            raise InputError(f"{said}; start one with `dask scheduler`") from None
+        try:
+            client.wait_for_workers(1, timeout=WAITS_S)
+        except TimeoutError:
+            raise InputError(f"--scheduler {scheduler}: has no worker; start one with `dask worker`") from None
+        yield client

@@ -7,14 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError, nearest, printable
 from rwjax.text_files import parse_toml, read_text
 
-OPTIONS: dict[str, dict[str, type]] = {
-    "fit": {"segments": float, "force": bool},
+SECONDS, SWITCH, NAMES = "a positive number of seconds", "true or false", "a list of effects"
+OPTIONS = {
+    "fit": {"segments": SECONDS, "force": SWITCH},
     "check": {},
-    "diagnose": {"segments": float, "force": bool, "budget": float, "only": list, "without": list},
-    "compare": {"segments": float, "force": bool},
+    "diagnose": {"segments": SECONDS, "force": SWITCH, "budget": SECONDS, "only": NAMES, "without": NAMES},
+    "compare": {"segments": SECONDS, "force": SWITCH},
 }
 """The commands for a rig, each with its options."""
 KEYS = ("command", "rig", "logs", "table", "options")
@@ -90,7 +92,7 @@ def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
 def _stamp(path: str) -> str:
     try:
         found = os.stat(path)
-    except OSError:
+    except (OSError, ValueError):  # no such file, or a name that none has
         return ""
     return f"{found.st_size}.{found.st_mtime_ns}"
 
@@ -101,7 +103,7 @@ def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         if key not in KEYS:
             raise InputError(f"unknown key `{printable(key)}`; the nearest valid one is `{nearest(key, KEYS)}`")
     command = given.get("command")
-    if command not in OPTIONS:
+    if not isinstance(command, str) or command not in OPTIONS:
         raise InputError(f'`command` is {command!r}; write command = "fit", "check", "diagnose" or "compare"')
     options = given.get("options", {})
     if not isinstance(options, dict):
@@ -111,13 +113,18 @@ def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         if name not in known:
             right = ", ".join(known) or "none"
             raise InputError(f"`{command}` has no option `{printable(name)}`; it has {right}")
-        wanted = known[name]
-        if not (isinstance(value, wanted) or (wanted is float and type(value) is int)):
-            raise InputError(f"`options.{name}` is {value!r}; write {_WANTED[wanted]}")
+        if not _fits(value, known[name]):
+            raise InputError(f"`options.{name}` is {printable(repr(value))}; write {known[name]}")
     return command, dict(options)
 
 
-_WANTED = {float: "a number of seconds", bool: "true or false", list: "a list of names"}
+def _fits(value: Any, wanted: str) -> bool:
+    """Whether an option's value is what is wanted."""
+    if wanted == NAMES:
+        return isinstance(value, list) and all(
+            isinstance(one, str) and (one in BY_NAME or one.startswith("parameter.")) for one in value
+        )
+    return isinstance(value, bool) if wanted == SWITCH else type(value) in (int, float) and value > 0.0
 
 
 def _jobs(given: Mapping[str, Any], folder: Path) -> list[Job]:
@@ -138,17 +145,22 @@ def _of_patterns(rig: str, logs: str, folder: Path) -> list[Job]:
     """Jobs by the places that a pattern of logs names."""
     if "{rig}" not in logs:
         raise InputError(f'`logs` is "{printable(logs)}"; it has to hold {{rig}}, which stands for the name of a rig')
-    whole = str(folder / logs)
-    pattern = re.compile(_regular(whole))
+    before = "" if Path(logs).is_absolute() else f"{folder}/"
+    pattern = re.compile(re.escape(before) + _regular(logs))
     found: dict[tuple[str, str], list[str]] = {}
-    for path in sorted(glob.glob(_globbed(whole))):
+    for path in sorted(glob.glob(glob.escape(before) + _globbed(logs))):
         if match := pattern.fullmatch(path):
             of = match.groupdict()
             found.setdefault((of["rig"], of.get("when", "")), []).append(path)
     if not found:
         raise InputError(f'no file is as `logs` says, "{printable(logs)}"')
     return [
-        Job(name, when, str(folder / rig.replace("{rig}", name).replace("{when}", when)), tuple(paths))
+        Job(
+            printable(name),
+            printable(when),
+            str(folder / rig.replace("{rig}", name).replace("{when}", when)),
+            tuple(paths),
+        )
         for (name, when), paths in found.items()
     ]
 
@@ -203,4 +215,7 @@ def _of_table(path: Path, folder: Path) -> list[Job]:
         logs.append(str(folder / log))
     if not found:
         raise InputError(f"{path}: has no line; write one for each log")
-    return [Job(name, when, str(folder / rig_file), tuple(logs)) for (name, when), (rig_file, logs) in found.items()]
+    return [
+        Job(printable(name), printable(when), str(folder / rig_file), tuple(logs))
+        for (name, when), (rig_file, logs) in found.items()
+    ]

@@ -7,19 +7,21 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rwjax.errors import one_line
 from rwjax.fleet.cluster import connected
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.store import REPORTS, Store
-from rwjax.fleet.work import carried_out, failed
+from rwjax.fleet.work import failed, on_worker
 
 if TYPE_CHECKING:
     import polars as pl
-    from distributed import Client
+    from distributed import Client, Future
 
 AHEAD = 4
 """Jobs that wait for each worker, so that none is idle and the client holds few."""
 ROWS, SECONDS = 500, 5.0
-"""Rows that are written together at most, and how long a row waits for others at most [s]."""
+"""Rows of quick jobs that are written together at most, and for how long they are gathered [s]; that of a job that took as long is written
+at once."""
 MOST_LOST = 5
 """How often the scheduler may be lost before a run gives up."""
 
@@ -30,7 +32,7 @@ def run(
     *,
     scheduler: str | None = None,
     workers: int | None = None,
-    memory: str = "auto",
+    memory: str | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> "pl.DataFrame":
     """The command of a plan for every rig of it that is not done yet.
@@ -41,7 +43,7 @@ def run(
             have to see the same disk.
         scheduler: Address of a Dask scheduler; None for a cluster of this machine's own.
         workers: Processes of an own cluster, as many as there are processors without it [1].
-        memory: Memory of each, as "2GiB" or "auto".
+        memory: Memory of each, as "2GiB"; its share of what there is without it.
         progress: Hears how far the run is.
 
     Returns:
@@ -50,67 +52,78 @@ def run(
     Raises:
         InputError: No cluster is there, or the folder cannot be written.
     """
-    store = Store(folder, plan)
     said = _Progress(progress)
-    for turn in ("", "failed ones once more, "):
-        jobs, lost = store.left(plan.jobs), 0
-        said.begin(turn, len(jobs))
-        while jobs:
-            with connected(scheduler, workers, memory) as client:
-                rest = _carried_out(client, plan, jobs, store, said)
-            lost += bool(rest)
-            if lost > MOST_LOST:
-                store.add([failed(job, plan.command, "the scheduler was lost again and again") for job in rest])
-                break
-            jobs = rest
-    return store.gathered()
+    with Store(folder, plan) as store:
+        for turn in ("", "failed ones once more, "):
+            jobs, lost = store.left(plan.jobs), 0
+            said.begin(turn, len(jobs))
+            while jobs and lost <= MOST_LOST:
+                with connected(scheduler, workers, memory) as client:
+                    jobs = _carried_out(client, plan, jobs, store, said)
+                lost += 1
+            store.add([failed(job, plan.command, "the scheduler was lost again and again") for job in jobs])
+        return store.gathered()
 
 
 def _carried_out(client: "Client", plan: FleetPlan, jobs: Sequence[Job], store: Store, said: "_Progress") -> list[Job]:
     """Jobs that a lost scheduler has taken along; all others have a row."""
     from distributed import as_completed
 
-    work = partial(
-        carried_out, command=plan.command, options=plan.options, folder=str((store.folder / REPORTS).resolve())
-    )
-    waiting, running, lost = iter(jobs), {}, []
-    batch = _Batch(store)
+    folder = str((store.folder / REPORTS).resolve())
+    work = partial(on_worker, command=plan.command, options=plan.options, folder=folder)
+    waiting, running, batch = iter(jobs), {}, _Batch(store)
 
-    def submitted(count: int) -> Iterator[Any]:
-        for job in islice(waiting, count):
+    def submitted(ahead: int) -> "Iterator[Future]":
+        for job in islice(waiting, max(ahead - len(running), 0)):
             future = client.submit(work, job, key=f"{job.rig} {job.when} {time.monotonic_ns()}", pure=False)
             running[future.key] = job
             yield future
 
     try:
-        workers = max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
-        done = as_completed(list(submitted(AHEAD * workers)), loop=client.loop)
+        ahead, asked = _ahead(client), time.monotonic()
+        done = as_completed(submitted(ahead), loop=client.loop)
         for future in done:
-            job = running.pop(future.key)
-            if future.status == "finished":
-                batch.add(future.result())
-                said.one_done()
-            elif future.status == "error":
-                batch.add(failed(job, plan.command, _why(future.exception())))
-                said.one_done()
-            else:
-                lost.append(job)
+            batch.add(_row(future, running[future.key], plan.command))
+            del running[future.key]
             future.release()
-            if not lost:
-                for further in submitted(1):
-                    done.add(further)
-    except OSError:  # the scheduler is gone, and with it what it had
-        lost += running.values()
+            said.one_done()
+            if time.monotonic() - asked > SECONDS:  # workers come and go
+                ahead, asked = _ahead(client), time.monotonic()
+            done.update(submitted(ahead))
+    except Exception as error:
+        if not _is_of_lost_scheduler(error):
+            raise
     finally:
         batch.write()
-    return [*lost, *waiting] if lost else []
+    return [*running.values(), *waiting]
 
 
-def _why(error: BaseException | None) -> str:
-    """Why a job came to nothing of which no row came back."""
-    if type(error).__name__ == "KilledWorker":
-        return "its worker was killed again and again; it may need more memory (--memory)"
-    return f"{type(error).__name__}: {error}"
+def _ahead(client: "Client") -> int:
+    """Jobs that may be submitted at a time."""
+    return AHEAD * max(len(client.scheduler_info(n_workers=-1)["workers"]), 1)
+
+
+def _row(future: "Future", job: Job, command: str) -> dict[str, Any]:
+    """The row of a job that has ended; waits for one whose worker was lost with it. Raises where the scheduler is lost."""
+    try:
+        return future.result()
+    except Exception as error:
+        if _is_of_lost_scheduler(error):
+            raise
+        if type(error).__name__ == "KilledWorker":
+            return failed(job, command, "its worker was killed again and again; it may need more memory (--memory)")
+        return failed(job, command, one_line(f"{type(error).__name__}: {error}"))
+
+
+def _is_of_lost_scheduler(error: Exception) -> bool:
+    """Whether an error of Dask's says that the scheduler is gone, and what it had with it."""
+    from concurrent.futures import CancelledError
+
+    from distributed.client import ClosedClientError
+
+    return isinstance(error, CancelledError | ClosedClientError | ConnectionError | TimeoutError) or (
+        type(error).__name__ == "CommClosedError"
+    )
 
 
 class _Batch:
@@ -121,7 +134,7 @@ class _Batch:
 
     def add(self, row: dict[str, Any]) -> None:
         self.rows.append(row)
-        if len(self.rows) >= ROWS or time.monotonic() - self.since > SECONDS:
+        if max(time.monotonic() - self.since, row["seconds"] or SECONDS) >= SECONDS or len(self.rows) >= ROWS:
             self.write()
 
     def write(self) -> None:

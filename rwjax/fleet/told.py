@@ -7,8 +7,9 @@ from typing import Any
 import polars as pl
 
 from rwjax.errors import InputError
+from rwjax.fleet import FALSE
 from rwjax.fleet.appeared import appeared
-from rwjax.fleet.changes import FALSE, changes
+from rwjax.fleet.changes import changes
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.store import REPORTS
 from rwjax.fleet.work import report_folder
@@ -35,7 +36,8 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
         [(job.rig, job.when) for job in plan.jobs], {"rig": pl.String, "when": pl.String}, orient="row"
     )
     own = rows.join(wanted, on=["rig", "when"], how="semi").sort("rig", "when")
-    return Fleet(plan.command, own, changes(own, false), appeared(own), false)
+    found = changes(own, false)
+    return Fleet(plan.command, own, found.alarms, found.rigs, found.lacking, appeared(own), false)
 
 
 def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:
@@ -84,8 +86,11 @@ def write_told(fleet: Fleet, folder: Path) -> Path:
     Raises:
         InputError: It cannot be written.
     """
+    done = set(fleet.rows.filter(status="done", command="diagnose").select("rig", "when").iter_rows())
 
     def report(row: dict[str, Any]) -> str | None:
+        if (row["rig"], row["when"]) not in done:
+            return None
         path = f"{REPORTS}/{report_folder(Job(row['rig'], row['when'], '', ()))}/{REPORT}"
         return path if (folder / path).exists() else None
 

@@ -1,6 +1,7 @@
 """What a worker does: the command for the logs of one rig, as a row of the results, whatever becomes of it."""
 
 import os
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from math import inf, isfinite, sqrt
 from pathlib import Path
@@ -15,7 +16,23 @@ if TYPE_CHECKING:
     from rwjax.rig.model import Rig
 
 Row = dict[str, Any]
-"""A row of the results, by `rwjax.fleet.store.SCHEMA`."""
+"""A row of the results, by `rwjax.fleet.store.schema`."""
+
+
+def on_worker(job: Job, command: str, options: Mapping[str, Any], folder: str) -> Row:
+    """The row of a job, in a process that is one of many: threads of its own would take the others' cores.
+
+    Args:
+        job: As `carried_out` has it.
+        command: The same.
+        options: The same.
+        folder: The same.
+
+    Returns:
+        The row.
+    """
+    os.environ.setdefault("RWJAX_THREADS", "1")  # `rwjax.fitting.threads.VARIABLE`, which reads it when it is imported
+    return carried_out(job, command, options, folder)
 
 
 def carried_out(job: Job, command: str, options: Mapping[str, Any], folder: str) -> Row:
@@ -30,16 +47,14 @@ def carried_out(job: Job, command: str, options: Mapping[str, Any], folder: str)
     Returns:
         The row. What goes wrong stands in it as `line`, and `status` is `failed`.
     """
-    # A worker is one of many: threads of its own would take the others' cores. Read when rwjax.fitting is imported.
-    os.environ.setdefault("RWJAX_THREADS", "1")
-    begin = perf_counter()
+    begin, row = perf_counter(), failed(job, command, "")  # with the files as they are before they are read
     try:
         found = {"status": "done"} | _COMMANDS[command](job, options, folder)
     except InputError as error:
         found = {"status": "failed", "line": one_line(str(error))}
     except Exception as error:  # reason: one rig of thousands; the others go on
         found = {"status": "failed", "line": one_line(f"{type(error).__name__}: {error}")}
-    return failed(job, command, "") | {"line": None} | found | {"seconds": perf_counter() - begin}
+    return row | {"line": None} | found | {"seconds": perf_counter() - begin}
 
 
 def failed(job: Job, command: str, line: str) -> Row:
@@ -64,12 +79,16 @@ def report_folder(job: Job) -> str:
         job: The job.
 
     Returns:
-        A relative path; what no file's name may hold stands as `_`.
+        A relative path: the rig, and below it the session where it has a name. What no file's name may hold stands as `_`, and then a
+        number of the name keeps it apart from others.
     """
-    return "/".join(
-        "".join(c if c.isalnum() or c in "-_.+" else "_" for c in part).strip(".") or "_"
-        for part in (job.rig, job.when or "once")
-    )
+    return "/".join(_plain(part) for part in (job.rig, job.when) if part)
+
+
+def _plain(name: str) -> str:
+    """A name as a folder's."""
+    plain = "".join(c if c.isalnum() or c in "-_.+" else "_" for c in name).strip(".")
+    return plain if plain == name else f"{plain}-{zlib.crc32(name.encode('utf-8', 'surrogatepass')):08x}"
 
 
 def _read(job: Job, options: Mapping[str, Any]) -> "tuple[Rig, Sequence[Log]]":
@@ -116,7 +135,7 @@ def _check(job: Job, options: Mapping[str, Any], folder: str) -> Row:
 def _diagnose(job: Job, options: Mapping[str, Any], folder: str) -> Row:
     from rwjax.diagnosis.diagnosis import diagnose
     from rwjax.report.answer import json_text
-    from rwjax.report.results import write_results
+    from rwjax.report.results import clear_results, write_results
 
     rig, logs = _read(job, options)
     names = {key: options.get(key, ()) for key in ("only", "without")}
@@ -126,6 +145,7 @@ def _diagnose(job: Job, options: Mapping[str, Any], folder: str) -> Row:
         own.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{own}: cannot make this folder ({error.strerror})") from None
+    clear_results(own)
     write_results(result, own)
     gap = found["gap"]
     told = {key: gap[key] for key in ("signal", "before", "after", "floor", "closed")}

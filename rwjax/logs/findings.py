@@ -165,14 +165,15 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
     if log.resolution.get(name, 0.0) or not same.any() or np.mean(same) > 0.5:
         return None
     ends = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
-    first, last = ends[::2], ends[1::2]
-    k = int(np.argmax(last - first))
-    many = int(last[k] - first[k]) + 1
-    others = np.delete(last - first, k)
-    usual = float(np.median(others)) + 1.0 if len(others) else 1.0
-    if many < max(FROZEN, 5.0 * usual) or _rests(y, int(last[k])):
-        return None
-    return int(first[k]), many
+    stretches = np.stack([ends[::2], ends[1::2]], axis=1)
+    usual = float(np.median(np.sort(np.diff(stretches)[:, 0])[:-1])) + 1.0 if len(stretches) > 1 else 1.0
+    for first, last in stretches[np.argsort(stretches[:, 0] - stretches[:, 1], kind="stable")]:
+        many = int(last - first) + 1
+        if many < max(FROZEN, 5.0 * usual):
+            return None
+        if not _rests(y, int(last)):
+            return int(first), many
+    return None
 
 
 def _rests(y: np.ndarray, last: int) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 
+from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.errors import InputError
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
@@ -32,7 +33,9 @@ class Fleet(NamedTuple):
     Attributes:
         command: What was done for every rig.
         rows: Results (`rwjax.fleet.store.schema`).
-        changed: Rigs that changed (`rwjax.fleet.changes.changes`).
+        changed: Alarms (`rwjax.fleet.changes.Changes`).
+        compared: Rigs that were compared with their siblings.
+        lacking: Rigs that lack numbers which most others tell.
         appeared: Effects that few rigs have (`rwjax.fleet.appeared.appeared`).
         false: Share of `changed` that may be false [1].
     """
@@ -40,6 +43,8 @@ class Fleet(NamedTuple):
     command: str
     rows: pl.DataFrame
     changed: pl.DataFrame
+    compared: tuple[str, ...]
+    lacking: pl.DataFrame
     appeared: pl.DataFrame
     false: float
 
@@ -48,6 +53,8 @@ class Fleet(NamedTuple):
         lines = [self.sentence, *(f"  {what}: {count}" for what, count in outcomes(self.rows).items())]
         for one in self.changed.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} differs from {one['against']}: {change_words(one)}")
+        for one in self.lacking.head(MOST_LINES).iter_rows(named=True):
+            lines.append(f"  {_who(one)} tells no {one['numbers']}, as most others do")
         for one in self.appeared.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} has {one['effect']}, as {one['siblings']} of the {one['of']} rigs")
         for one in failures(self.rows).head(MOST_LINES).iter_rows(named=True):
@@ -58,13 +65,15 @@ class Fleet(NamedTuple):
     def sentence(self) -> str:
         """The result as one sentence."""
         rigs, failed = self.rows["rig"].n_unique(), failures(self.rows).height
-        others = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
-        what = (
-            f"{others} of {rigs} rigs differ from their siblings or from themselves"
-            if self.command in ("fit", "diagnose")
-            else f"{rigs} rigs"
-        )
-        return f"{what}; {failed} of {self.rows.height} jobs failed." if failed else f"{what}."
+        tail = f"; {failed} of {self.rows.height} jobs failed." if failed else "."
+        if self.command not in ("fit", "diagnose"):
+            return f"{rigs} rigs{tail}"
+        different = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
+        if not self.compared:
+            return f"{rigs} rigs, of which too few tell numbers to be compared{tail}"
+        left = rigs - len(self.compared)
+        beside = f"; {left} tell no number and were not compared" if left else ""
+        return f"{different} of {rigs} rigs differ from their siblings or from themselves{beside}{tail}"
 
 
 def change_words(one: dict[str, Any]) -> str:
@@ -139,9 +148,10 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
         fleet=fleet,
         outcomes=outcomes(fleet.rows),
         changed=fleet.changed.head(MOST_LINES).to_dicts(),
+        lacking=fleet.lacking.head(MOST_LINES).to_dicts(),
         appeared=fleet.appeared.head(MOST_LINES).to_dicts(),
         failed=failures(fleet.rows).head(MOST_LINES).to_dicts(),
-        told=told(fleet).to_dicts(),
+        missing=something_missing(fleet).to_dicts(),
         figures=drawn,
         most=MOST_LINES,
     )
@@ -150,7 +160,7 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
     return path
 
 
-def told(fleet: Fleet) -> pl.DataFrame:
+def something_missing(fleet: Fleet) -> pl.DataFrame:
     """The rows with a verdict that says that something is missing.
 
     Args:
@@ -159,9 +169,7 @@ def told(fleet: Fleet) -> pl.DataFrame:
     Returns:
         The first of them, those with the largest gap first.
     """
-    named = fleet.rows.filter(
-        pl.col("status") == "done", pl.col("verdict").is_in(["effect", "ambiguous", "partial", "unknown"])
-    )
+    named = fleet.rows.filter(pl.col("status") == "done", pl.col("verdict").is_in([*CLAIMS, "unknown"]))
     return named.sort("before", descending=True, nulls_last=True).head(MOST_LINES)
 
 

@@ -16,7 +16,7 @@ def test_a_fleet_is_fitted_and_its_page_written(tmp_path: Path) -> None:
     done = program("fleet", "fleet.toml", "-o", "out", "--workers", "1", "--json", "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
-    assert (answer["schema"], answer["jobs"], answer["failed"], answer["changed"]) == ("rwjax.fleet/1", 3, [], [])
+    assert (answer["schema"], answer["jobs"], answer["failed"], answer["compared"]) == ("rwjax.fleet/1", 3, [], 0)
     assert (tmp_path / "out" / "fleet.html").exists() and (tmp_path / answer["results"]).exists()
 
 
@@ -24,6 +24,7 @@ def test_a_fleet_is_fitted_and_its_page_written(tmp_path: Path) -> None:
     ("arguments", "said"),
     [
         (("no.toml",), "no.toml: cannot be read"),
+        (("fleet.toml", "--scheduler", "tcp://a:1", "--workers", "2"), "--workers and --memory: a cluster that runs"),
         (("fleet.toml", "--false-alarms", "2"), "--false-alarms 2: is a share"),
     ],
 )

@@ -68,8 +68,22 @@ def test_a_file_cut_short_is_refused_in_one_line(cut: int, tmp_path: Path) -> No
         read_diagnosis(tmp_path)
 
 
+def test_a_damaged_file_is_refused_or_read_and_nothing_else(tmp_path: Path) -> None:
+    whole, rng = record(diagnosed()), np.random.default_rng(0)
+    for _ in range(200):
+        data = bytearray(whole)
+        for at in rng.integers(len(data), size=3):
+            data[at] ^= 1 << int(rng.integers(8))
+        (tmp_path / RECORD).write_bytes(data)
+        try:
+            read_diagnosis(tmp_path)
+        except InputError as error:
+            assert "\n" not in str(error)
+
+
 @pytest.mark.parametrize(
-    "tree", ['["rwjax.record/0", {}]', '["rwjax.record/1", {"rig": 3}]', "[]", "{", '["rwjax.record/1", []]']
+    "tree",
+    ['["rwjax.record/0", {}]', '["rwjax.record/1", {"rig": 3}]', "[]", "{", "[" * 100_000, '["rwjax.record/1", []]'],
 )
 def test_what_is_no_diagnosis_of_this_version_is_refused(tree: str, tmp_path: Path) -> None:
     np.savez(tmp_path / RECORD, tree=np.frombuffer(tree.encode(), np.uint8))

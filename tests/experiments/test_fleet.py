@@ -27,6 +27,16 @@ def test_a_fleet_on_disk_is_what_its_plan_reads(tmp_path: Path) -> None:
     assert [(job.rig, job.when) for job in plan.jobs] == [(name_of(k), when) for k in range(4) for when in SESSIONS]
 
 
+@pytest.mark.slow
+def test_a_scheduler_that_is_killed_loses_no_rig(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("distributed", reason="a fleet needs the extra `fleet`")
+    from experiments.fleet.scale import restart
+
+    write_fleet(tmp_path, 12, processes=1)
+    restart(tmp_path, 12)
+    assert "| scheduler | 0 | 0 |" in capsys.readouterr().out
+
+
 def test_alarms_are_counted_by_kind_of_rig() -> None:
     alarms = pl.DataFrame(
         {

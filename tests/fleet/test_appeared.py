@@ -36,3 +36,13 @@ def test_what_a_rig_had_before_has_not_appeared() -> None:
 
 def test_what_is_not_claimed_is_not_told() -> None:
     assert appeared(rows(("a", "", "unknown", ["drive.deadzone"]), ("b", "", "none", []))).height == 0
+
+
+def test_a_set_that_comes_in_another_order_or_with_more_in_it_is_told_by_what_is_new() -> None:
+    others = [(name, "1", "none", []) for name in "cdef"]
+    old = [("a", "1", "ambiguous", ["drive.deadzone", "axis.coulomb"]), ("b", "1", "effect", ["axis.coulomb"])]
+    new = [
+        ("a", "2", "ambiguous", ["axis.coulomb", "drive.deadzone"]),
+        ("b", "2", "effect", ["axis.coulomb + drive.delay"]),
+    ]
+    assert appeared(rows(*others, *old, *new)).rows() == [("b", "2", "drive.delay", 1, 6)]

@@ -12,8 +12,8 @@ distributed = pytest.importorskip("distributed", reason="a fleet needs the extra
 
 
 def test_a_scheduler_that_runs_already_is_used_and_goes_on() -> None:
-    with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=None) as own:
-        with connected(own.scheduler_address, None, "auto") as client:
+    with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=":0") as own:
+        with connected(own.scheduler_address, None, None) as client:
             assert client.submit(sum, [1, 2]).result() == 3
         assert own.status.name == "running"
 
@@ -22,6 +22,19 @@ def test_a_scheduler_that_does_not_answer_is_said(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(cluster, "WAITS_S", 0.5)
     with (
         pytest.raises(InputError, match=re.escape("--scheduler tcp://127.0.0.1:9: does not answer")),
-        connected("tcp://127.0.0.1:9", None, "auto"),
+        connected("tcp://127.0.0.1:9", None, None),
     ):
+        pass
+
+
+def test_a_scheduler_without_a_worker_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "WAITS_S", 0.5)
+    with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=":0") as own:
+        refused = pytest.raises(InputError, match=r"has no worker; start one with `dask worker`")
+        with refused, connected(own.scheduler_address, None, None):
+            pass
+
+
+def test_a_memory_that_is_no_size_is_said() -> None:
+    with pytest.raises(InputError, match="--memory much: is no size; write one as 2GiB"), connected(None, 1, "much"):
         pass

@@ -48,6 +48,19 @@ def test_places_may_stand_within_a_name_and_again(tmp_path: Path) -> None:
     assert [(job.rig, job.when) for job in found.jobs] == [("r2", "8"), ("r[1]", "7")]
 
 
+def test_signs_of_a_pattern_in_the_plans_own_folder_are_none(tmp_path: Path) -> None:
+    laid(tmp_path, "f*[1]{rig}/a.csv", "fx1/b.csv")
+    found = read_plan(plan_of(tmp_path / "f*[1]{rig}", 'command = "fit"\nrig = "rig.toml"\nlogs = "{rig}.csv"\n'))
+    assert [job.rig for job in found.jobs] == ["a"]
+
+
+def test_a_name_that_is_no_text_is_escaped(tmp_path: Path) -> None:
+    with open(os.fsencode(tmp_path) + b"/a\xff.csv", "w"):
+        pass
+    (job,) = read_plan(plan_of(tmp_path, 'command = "fit"\nrig = "rig.toml"\nlogs = "{rig}.csv"\n')).jobs
+    assert job.rig == "a\\udcff" and job.inputs().split(" ")[1]
+
+
 def test_a_table_names_them_line_by_line(tmp_path: Path) -> None:
     (tmp_path / "fleet.csv").write_text(
         "rig,when,rig_file,log\n7,2026-02,x.toml,b.csv\n7,2026-01,x.toml,a.csv\n7,2026-02,x.toml,a.csv\n"
@@ -86,6 +99,13 @@ RIGHT = 'rig = "rig.toml"\nlogs = "{rig}.csv"\n'
         ('command = "fit"\ntable = "no.csv"\n' + RIGHT, "`table` stands beside `rig` or `logs`"),
         ('command = "check"\n' + RIGHT + "[options]\nforce = true\n", "`check` has no option `force`; it has none"),
         ('command = "fit"\n' + RIGHT + "[options]\nforce = 1\n", "`options.force` is 1; write true or false"),
+        ('command = ["fit"]\n' + RIGHT, "`command` is ['fit']; write"),
+        (
+            'command = "fit"\n' + RIGHT + "[options]\nsegments = nan\n",
+            "`options.segments` is nan; write a positive number",
+        ),
+        ('command = "diagnose"\n' + RIGHT + "[options]\nonly = [2026-01-01]\n", "write a list of effects"),
+        ('command = "diagnose"\n' + RIGHT + '[options]\nonly = ["axis.strib"]\n', "write a list of effects"),
         ('command = "fit"\noptions = 3\n' + RIGHT, "`options` is not a table"),
     ],
 )

@@ -11,7 +11,9 @@ from rwjax.fleet.told import told, write_plan_of_changed, write_told
 from rwjax.fleet.work import failed, report_folder
 
 JOBS = tuple(Job(name, "", "rig.toml", ()) for name in ("a", "b & c"))
-ROWS = pl.DataFrame([failed(job, "diagnose", "no <log>") for job in (*JOBS, Job("gone", "", "", ()))], schema=schema())
+FAILED = [failed(job, "diagnose", "no <log>") for job in (*JOBS, Job("gone", "", "", ()))]
+ROWS = pl.DataFrame(FAILED, schema=schema())
+MISSING = {"status": "done", "verdict": "unknown", "effects": []}
 
 
 def test_rigs_that_the_plan_has_no_more_do_not_count() -> None:
@@ -19,12 +21,15 @@ def test_rigs_that_the_plan_has_no_more_do_not_count() -> None:
 
 
 def test_a_rig_leads_to_its_report_where_there_is_one(tmp_path: Path) -> None:
-    page = tmp_path / REPORTS / report_folder(JOBS[1]) / "report.html"
-    page.parent.mkdir(parents=True)
-    page.write_text("")
-    text = write_told(told(FleetPlan("diagnose", {}, JOBS), ROWS), tmp_path).read_text()
-    assert '<a href="reports/b___c/once/report.html">b &amp; c</a>' in text and text.count("<a href") == 1
-    assert "no &lt;log&gt;" in text
+    for job in JOBS:
+        page = tmp_path / REPORTS / report_folder(job) / "report.html"
+        page.parent.mkdir(parents=True)
+        page.write_text("")
+    rows = pl.DataFrame([FAILED[0], FAILED[1] | MISSING], schema=schema())
+    text = write_told(told(FleetPlan("diagnose", {}, JOBS), rows), tmp_path).read_text()
+    link = f'<a href="reports/{report_folder(JOBS[1])}/report.html">b &amp; c</a>'
+    assert link in text and text.count("<a href") == 1
+    assert "no &lt;log&gt;" in text  # an older report of a rig that failed is none of this run
 
 
 def test_the_rigs_that_changed_are_the_next_plan(tmp_path: Path) -> None:

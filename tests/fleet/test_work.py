@@ -61,9 +61,19 @@ def test_an_error_of_this_program_is_a_row_too(job: Job) -> None:
     assert row["status"] == "failed" and re.match(r"\w+Error: ", row["line"])
 
 
-@pytest.mark.parametrize(
-    ("rig", "when", "folder"),
-    [("a", "", "a/once"), ("a/b", "..", "a_b/_"), ("..", "x y", "_/x_y"), ("ü", "2026-01", "ü/2026-01")],
-)
-def test_reports_stay_below_their_folder(rig: str, when: str, folder: str) -> None:
+def test_a_log_that_changes_while_it_is_fitted_is_fitted_again(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = job.inputs()
+    monkeypatch.setattr("rwjax.fleet.work._COMMANDS", {"fit": lambda *given: Path(job.logs[0]).touch() or {}})
+    assert carried_out(job, "fit", {}, "")["inputs"] == before != job.inputs()
+
+
+@pytest.mark.parametrize(("rig", "when", "folder"), [("a", "", "a"), ("ü.1", "2026-01", "ü.1/2026-01")])
+def test_a_plain_name_is_the_folder_of_its_report(rig: str, when: str, folder: str) -> None:
     assert report_folder(Job(rig, when, "", ())) == folder
+
+
+def test_reports_stay_below_their_folder_and_apart() -> None:
+    names = ("a/b", "a_b", "..", ".", "a.", "a", "b & c", "b___c", "/", "a\\b")
+    folders = {report_folder(Job(name, "", "", ())) for name in names}
+    assert len(folders) == len(names)
+    assert not any("/" in folder or folder.startswith(".") for folder in folders)

@@ -118,5 +118,8 @@ def steps_of(angle: np.ndarray) -> Log:
 def test_a_rest_between_two_motions_is_no_dropout_and_a_leap_after_equal_readings_is_one() -> None:
     rest = np.where(T < 5.0, np.sin(T), np.where(T < 8.0, np.sin(5.0), np.sin(T - 3.0)))
     assert not [f for f in findings(steps_of(rest)) if "stays the same" in str(f)]
-    lost = at(np.sin(T), slice(500, 560), np.sin(5.0))
-    assert [f for f in findings(steps_of(lost)) if "stays the same" in str(f)]
+    for motion in (np.sin(T), rest):
+        lost = at(motion, slice(1200, 1260), motion[1200])
+        assert [
+            "stays the same for 0.59 s from 12 s on" in str(f) for f in findings(steps_of(lost)) if "stays" in str(f)
+        ] == [True]

@@ -6,15 +6,15 @@ from xml.etree import ElementTree
 import numpy as np
 import polars as pl
 
-from rwjax.fleet.appeared import appeared
-from rwjax.fleet.changes import changes
+from rwjax.fleet.plan import FleetPlan, Job
+from rwjax.fleet.told import told
 from rwjax.report.fleet import Fleet, numbers_of, outcomes, write_fleet
 from tests.fleet.test_changes import fleet
 
 
 def shown(rows: pl.DataFrame) -> Fleet:
     """What the page shows."""
-    return Fleet("fit", rows, changes(rows), appeared(rows), 0.01)
+    return told(FleetPlan("fit", {}, tuple(Job(*one, "", ()) for one in rows.select("rig", "when").iter_rows())), rows)
 
 
 MOVED = fleet(40, np.random.default_rng(1), {3: np.array([0.0, 1e-3])})
@@ -55,3 +55,11 @@ def test_outcomes_are_counted() -> None:
     )
     assert outcomes(rows) == {"effect: drive.delay": 2, "none": 1}
     assert numbers_of(rows) == ["axis.friction.coulomb", "axis.inertia"] and numbers_of(rows.head(0)) == []
+
+
+def test_rigs_that_cannot_be_compared_are_not_said_to_be_sound() -> None:
+    assert (
+        shown(MOVED.filter(pl.col("rig") < "r0004")).sentence == "4 rigs, of which too few tell numbers to be compared."
+    )
+    one_failed = MOVED.with_columns(status=pl.when(pl.col("rig") == "r0009").then(pl.lit("failed")).otherwise("status"))
+    assert "1 tell no number and were not compared; 2 of 80 jobs failed." in shown(one_failed).sentence

@@ -34,4 +34,4 @@ def test_a_figure_is_the_same_text_every_time() -> None:
 
 def test_a_page_without_what_it_shows_is_no_page() -> None:
     with pytest.raises(UndefinedError):
-        rendered_page("fleet.html.j2", {"report": lambda row: None})
+        rendered_page("fleet.html.j2", dict.fromkeys(("report", "change_words"), str))
