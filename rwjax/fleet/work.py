@@ -49,7 +49,7 @@ def carried_out(job: Job, command: str, options: Mapping[str, Any], folder: str)
     """
     begin, row = perf_counter(), failed(job, command, "")  # with the files as they are before they are read
     try:
-        found = {"status": "done"} | _COMMANDS[command](job, options, folder)
+        found = {"status": "done"} | COMMANDS[command](job, options, folder)
     except InputError as error:
         found = {"status": "failed", "line": one_line(str(error))}
     except Exception as error:  # reason: one rig of thousands; the others go on
@@ -177,9 +177,10 @@ def _numbers(found: Mapping[str, Any]) -> Row:
     }
 
 
-_COMMANDS: dict[str, Callable[[Job, Mapping[str, Any], str], Row]] = {
+COMMANDS: dict[str, Callable[[Job, Mapping[str, Any], str], Row]] = {
     "fit": _fit,
     "check": _check,
     "diagnose": _diagnose,
     "compare": _compare,
 }
+"""What carries each command out: from a job, its options and the folder of the reports to columns of its row."""

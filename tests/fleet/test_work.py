@@ -63,7 +63,7 @@ def test_an_error_of_this_program_is_a_row_too(job: Job) -> None:
 
 def test_a_log_that_changes_while_it_is_fitted_is_fitted_again(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
     before = job.inputs()
-    monkeypatch.setattr("rwjax.fleet.work._COMMANDS", {"fit": lambda *given: Path(job.logs[0]).touch() or {}})
+    monkeypatch.setattr("rwjax.fleet.work.COMMANDS", {"fit": lambda *given: Path(job.logs[0]).touch() or {}})
     assert carried_out(job, "fit", {}, "")["inputs"] == before != job.inputs()
 
 
