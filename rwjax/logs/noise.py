@@ -53,5 +53,5 @@ def pooled_noise(logs: tuple[Log, ...]) -> dict[str, float]:
         Standard deviation [SI] by output, of every output that any log holds.
     """
     each = [noise_by_output(log) for log in logs]
-    names = {name for noise in each for name in noise}
+    names = dict.fromkeys(name for noise in each for name in noise)  # a set has another order in every process
     return {name: float(np.sqrt(np.mean([noise[name] ** 2 for noise in each if name in noise]))) for name in names}
