@@ -45,6 +45,7 @@ from rwjax.kinds import TWO_AXIS
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.logs.segments import runs_of
+from rwjax.logs.thin import thinned
 from rwjax.rig.model import Rig
 
 
@@ -108,10 +109,13 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     headway = Headway(
         budget if isinstance(budget, Budget) else Budget(math.inf if budget is None else budget), progress
     )
+    length = (settings or Settings()).length
+    logs, told = thinned(logs, length.samples, length.coarsest_s)
     layout = laid_out(rig, with_segments(rig, logs, segments))
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway, team)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward(), among)
-    return _answer(Judged(fits, layout, before, signal), choice, among)
+    found = _answer(Judged(fits, layout, before, signal), choice, among)
+    return replace(found, remarks=(told, *found.remarks)) if told else found
 
 
 def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:

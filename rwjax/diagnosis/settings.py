@@ -385,6 +385,19 @@ class RemarkSettings:
 
 
 @dataclass(frozen=True)
+class LengthSettings:
+    """How long logs are taken."""
+
+    samples: int = _limit(
+        200_000,
+        "samples of all logs beyond which only every n-th is taken: a search holds some 1 KB for each, and takes minutes from there on",
+    )
+    coarsest_s: float = _limit(
+        0.01, "longest step between samples [s] that is made so: lags and delays of drives are as long"
+    )
+
+
+@dataclass(frozen=True)
 class ReportSettings:
     """What is shown."""
 
@@ -415,6 +428,7 @@ class HeadwaySettings:
 class Settings:
     """Every limit of the diagnosis, grouped by what it limits."""
 
+    length: LengthSettings = LengthSettings()
     verdict: Limits = Limits()
     partial: PartialSettings = PartialSettings()
     search: SearchSettings = SearchSettings()
