@@ -1,7 +1,7 @@
 """One hour at 1 kHz, 3.6 million samples: `python -m experiments.speed.hour [--hours 1] [PART …]`
 
 Prints seconds and peak memory of `rwjax predict` (which reads, and runs the rig once), `fit` and `diagnose` on one log of the separate
-simulator, a platform that lacks Stribeck friction. Each is a process of its own; its helpers count with it.
+simulator, a platform that lacks Stribeck friction. Each is a process of its own; its helpers count with it, and what they share counts once.
 """
 
 import argparse
@@ -58,10 +58,10 @@ def measured(call: tuple[str, ...], folder: Path) -> tuple[float, float, str]:
     process = psutil.Process(own.pid)
     while own.poll() is None:
         try:
-            peak = max(peak, sum(p.memory_info().rss for p in (process, *process.children(recursive=True))))
-        except psutil.NoSuchProcess:
+            peak = max(peak, sum(p.memory_full_info().pss for p in (process, *process.children(recursive=True))))
+        except (psutil.NoSuchProcess, psutil.AccessDenied):
             pass
-        time.sleep(0.05)
+        time.sleep(0.2)
     said = own.stdout.read().strip().split("\n") if own.stdout else [""]
     return time.perf_counter() - begin, peak / 2**30, said[0][:160]
 
