@@ -390,10 +390,10 @@ class LengthSettings:
 
     samples: int = _limit(
         200_000,
-        "samples of all logs beyond which only every n-th is taken: a search holds some 1 KB for each, and takes minutes from there on",
+        "samples of all logs beyond which only every n-th is taken: a search holds some 10 to 20 KB for each, and takes minutes from there on",
     )
     coarsest_s: float = _limit(
-        0.01, "longest step between samples [s] that is made so: lags and delays of drives are as long"
+        0.02, "longest step between samples [s] that is made so: lags and delays of drives are as long"
     )
 
 
