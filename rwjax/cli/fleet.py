@@ -90,6 +90,8 @@ def _json(found: "Fleet", output: Path) -> dict[str, Any]:
         "outcomes": outcomes(found.rows),
         "false_alarms": found.false,
         "compared": len(found.compared),
+        "compared_with_itself": len(found.earlier),
+        "notes": found.notes,
         "changed": found.changed.to_dicts(),
         "lacking": found.lacking.to_dicts(),
         "appeared": found.appeared.to_dicts(),

@@ -1,8 +1,8 @@
 r"""Which rigs of a fleet changed: each against its siblings, and against itself in earlier sessions.
 
 An estimate $\hat\theta_i$ of a rig has the covariance $\Sigma_i$ that its logs leave, and rigs differ: $\hat\theta_i \sim N(\mu, \Sigma_i + D)$
-with $D$ diagonal. Both come from medians over the fleet, which a tenth of worn rigs does not spoil, and once more without those that changed.
-Against itself the same holds of $\hat\theta_i$ less the mean of the rig's $n$ earlier estimates. $\mu$ is then what all rigs changed by in
+with $D$ diagonal. Both come from medians over the fleet, which a tenth of worn rigs does not spoil, and then from mean and variance of what lies
+within 2.5 standard deviations of them. Against itself the same holds of $\hat\theta_i$ less the mean of the rig's $n$ earlier estimates. $\mu$ is then what all rigs changed by in
 the same time, and $D$, which counts $1 + 1/n$ times, what a sound rig changes by from session to session.
 
 Where number $k$ alone moved, its change is estimated by
@@ -10,7 +10,8 @@ Where number $k$ alone moved, its change is estimated by
 $$\delta_k = \frac{(V^{-1}d)_k}{(V^{-1})_{kk}}, \qquad z_k = \frac{(V^{-1}d)_k}{\sqrt{(V^{-1})_{kk}}},$$
 
 with $d = \hat\theta_i - \mu$ and $V = \Sigma_i + D$. The sum of squares falls by $z_k^2$: the largest names the number, and others that fall
-nearly as much stand beside it. The misfit of a fit, RMS error over noise, is one more number, whose spread is the fleet's alone: an effect
+nearly as much stand beside it. Where more than chance is left, a further number moved: numbers are added while they are needed, and left
+out again where they are not, and the changes are those of all of them together. The misfit of a fit, RMS error over noise, is one more number, whose spread is the fleet's alone: an effect
 that appears raises it.
 
 A rig has one probability of chance, that of its most striking number, corrected for how many there are (Šidák). Few rigs tell their spread
@@ -18,11 +19,12 @@ badly, so that it is Student's. Alarms are those that Benjamini and Hochberg (19
 them is false at most, on average.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from scipy.special import ndtri, stdtr, stdtrit
+from scipy.special import ndtr, ndtri, stdtr, stdtrit
 
 from rwjax.fleet import FALSE
 from rwjax.report.fleet import MISFIT
@@ -31,14 +33,21 @@ FEWEST = 8
 """Rigs below which their spread is not known, and nothing is said."""
 COMMON = 0.5
 """Share of the rigs that have to tell a number for it to be compared [1]."""
+FURTHER = 1e-3
+"""Probability of chance below which a further number of a rig that changed counts as one that moved, too [1]."""
 NEAR = 9.0
 """Fall of the sum of squares, against the best, within which another number may be the one that moved: three standard deviations."""
-EFFICIENCY = 0.37
-"""Degrees of freedom of a median absolute deviation, against those of a standard deviation of as many normal numbers [1]."""
+WITHIN = 2.5
+"""Standard deviations from the median within which numbers count for mean and spread [1]."""
+OF_VARIANCE = float(1.0 - 2.0 * WITHIN * np.exp(-0.5 * WITHIN**2) / np.sqrt(2.0 * np.pi) / (2.0 * ndtr(WITHIN) - 1.0))
+"""Mean square of normal numbers within that [1]."""
+EFFICIENCY = 0.7
+"""Degrees of freedom of such a spread, against those of a standard deviation of as many normal numbers [1]; the tests hold it against fleets
+where nothing changed."""
 OF_MEDIAN = float(ndtri(0.75))
 """Median absolute deviation of a standard normal number."""
-PASSES = 2
-"""How often the fleet is looked at, from the second time on without the rigs that changed."""
+TINY, SMALL = np.finfo(float).tiny, 1e-9
+"""What stands for 0 in a divisor; an information below which nothing is told [1]."""
 STEPS = 60
 """Halvings of the interval in which a spread lies."""
 OF_A_RUN = " in "
@@ -68,37 +77,74 @@ class Estimates(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """Numbers of several rigs against what is expected of them.
+    """Numbers of several rigs against what is expected of them, each in a unit of its own.
 
     Attributes:
-        z: Change of each number where it alone changed, in standard deviations (rigs, numbers) [1]; 0 of one that a rig does not tell.
-        change: The same (rigs, numbers) [SI].
-        deviation: Its standard deviation (rigs, numbers) [SI].
+        information: Inverse of the covariance of what is expected (rigs, numbers, numbers) [1].
+        pull: That times the difference (rigs, numbers) [1]; 0 of a number that a rig does not tell.
+        unit: The units (numbers,) [SI].
         expected: What is expected of each number (numbers,) [SI].
         spread: Standard deviation over sound rigs, beyond that of the estimates (numbers,) [SI].
         freedom: Degrees of freedom of that [1].
     """
 
-    z: np.ndarray
-    change: np.ndarray
-    deviation: np.ndarray
+    information: np.ndarray
+    pull: np.ndarray
+    unit: np.ndarray
     expected: np.ndarray
     spread: np.ndarray
     freedom: float
+
+    @property
+    def z(self) -> np.ndarray:
+        """Change of each number where it alone changed, in standard deviations (rigs, numbers) [1]."""
+        return self.pull / np.sqrt(np.maximum(np.diagonal(self.information, axis1=1, axis2=2), TINY))
+
+    def beside(self, rig: int, moved: list[int]) -> np.ndarray:
+        """The same of one rig where some numbers changed besides.
+
+        Args:
+            rig: Index of the rig.
+            moved: Indices of the numbers.
+
+        Returns:
+            Changes in standard deviations (numbers,) [1], 0 of those that moved.
+        """
+        W, pull = self.information[rig], self.pull[rig]
+        gain = W[:, moved] @ np.linalg.pinv(W[np.ix_(moved, moved)])
+        left, own = pull - gain @ pull[moved], np.diag(W - gain @ W[moved])
+        return np.where(
+            np.isin(np.arange(len(pull)), moved) | (own < SMALL), 0.0, left / np.sqrt(np.maximum(own, TINY))
+        )
+
+    def change(self, rig: int, moved: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Changes of the numbers of a rig that moved together.
+
+        Args:
+            rig: Index of the rig.
+            moved: Indices of the numbers.
+
+        Returns:
+            Changes, and their standard deviations, both (moved,) [SI].
+        """
+        covariance = np.linalg.pinv(self.information[rig][np.ix_(moved, moved)])
+        return covariance @ self.pull[rig][moved] * self.unit[moved], np.sqrt(np.diag(covariance)) * self.unit[moved]
 
 
 class Changes(NamedTuple):
     """What changed.
 
     Attributes:
-        alarms: One a line, the surest first: `rig`, `when`, `against` (`siblings` or `itself`), `number`, others that it may be in its place
+        alarms: One number that moved a line, those of the surest rig first: `rig`, `when`, `against` (`siblings` or `itself`), `number`, others that it may be in its place
             (`or`), `change` [SI; of the misfit a ratio], `from_95`, `to_95`, `expected`, and the probability of chance `p` of the rig.
         rigs: Rigs that were compared with their siblings.
+        earlier: Rigs that were compared with themselves in earlier sessions.
         lacking: `rig`, `when` and the `numbers` that most others tell and it does not.
     """
 
     alarms: pl.DataFrame
     rigs: tuple[str, ...]
+    earlier: tuple[str, ...]
     lacking: pl.DataFrame
 
 
@@ -125,16 +171,14 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
         sessions.setdefault(row["rig"], []).append((row["when"], *_estimate(row)))
     names = _common(sessions)
     latest, since = _latest(sessions, names), _since_before(sessions, names)
-    judged = [
-        _judged(one, against, false)
-        for one, against in ((latest, "siblings"), (since, "itself"))
-        if len(one.rigs) >= FEWEST
-    ]
+    both = ((latest, "siblings"), (since, "itself"))
+    judged = [_judged(one, against) for one, against in both if len(one.rigs) >= FEWEST]
     through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
     ends = np.cumsum([len(one.p) for one in judged])
-    found = [_alarms(one, which, false) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
-    alarms = pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when")
-    return Changes(alarms, latest.rigs if len(latest.rigs) >= FEWEST else (), _lacking(latest))
+    found = [_alarms(one, which) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
+    alarms = pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when", maintain_order=True)
+    rigs, earlier = (one.rigs if len(one.rigs) >= FEWEST else () for one in (latest, since))
+    return Changes(alarms, rigs, earlier, _lacking(latest) if rigs else _lacking(latest).clear())
 
 
 def _estimate(row: dict) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
@@ -217,18 +261,17 @@ def _lacking(latest: Estimates) -> pl.DataFrame:
     return pl.DataFrame(rows, dict.fromkeys(("rig", "when", "numbers"), pl.String), orient="row")
 
 
-def compared(of: Estimates, sound: np.ndarray) -> Compared:
-    """Every rig against the sound ones.
+def compared(of: Estimates) -> Compared:
+    """Every rig against all of them.
 
     Args:
         of: Estimates of the rigs.
-        sound: Which rigs say what is expected (rigs,) [1].
 
     Returns:
         What differs.
     """
     variance = np.diagonal(of.covariance, axis1=1, axis2=2)
-    expected, spread = _centre_and_spread(of.value[sound], variance[sound], of.sessions[sound])
+    expected, spread = _centre_and_spread(of.value, variance, of.sessions)
     # in units of each number's own deviation, since numbers differ by powers of ten
     unit = np.sqrt(np.median(variance, axis=0) + spread**2)
     unit = np.where(unit > 0.0, unit, 1.0)
@@ -237,28 +280,42 @@ def compared(of: Estimates, sound: np.ndarray) -> Compared:
     V += of.sessions[:, None, None] * np.diag((spread / unit) ** 2)
     information = np.linalg.pinv(V, hermitian=True)
     pull = np.einsum("rjk,rk->rj", information, np.where(told, (of.value - expected) / unit, 0.0))
-    own = np.maximum(np.diagonal(information, axis1=1, axis2=2), np.finfo(float).tiny)
-    z = np.where(told, pull / np.sqrt(own), 0.0)
-    return Compared(z, pull / own * unit, unit / np.sqrt(own), expected, spread, EFFICIENCY * (int(sound.sum()) - 1))
+    freedom = EFFICIENCY * (len(of.rigs) - 1)
+    return Compared(information, np.where(told, pull, 0.0), unit, expected, spread, freedom)
 
 
 def _centre_and_spread(value: np.ndarray, variance: np.ndarray, sessions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Median, and the spread beyond the variances for which the median absolute deviation is that of normal numbers (numbers,)."""
-    centre = np.nanmedian(value, axis=0)
-    off = np.abs(value - centre)
-    low, high = np.zeros(len(centre)), 10.0 * np.nanmedian(off, axis=0) / OF_MEDIAN + np.finfo(float).tiny
+    """What is expected of each number, and its spread beyond the variances (numbers,)."""
 
-    def beyond(spread: np.ndarray) -> np.ndarray:
+    def sizes(centre: np.ndarray, spread: np.ndarray) -> np.ndarray:
+        off = np.abs(value - centre)
         with np.errstate(divide="ignore", invalid="ignore"):
-            size = np.where(off == 0.0, 0.0, off / np.sqrt(variance + sessions[:, None] * spread**2))
-        return np.nanmedian(size, axis=0) > OF_MEDIAN
+            return np.where(off == 0.0, 0.0, off / np.sqrt(variance + sessions[:, None] * spread**2))
 
-    none = ~beyond(low)
+    centre = np.nanmedian(value, axis=0)
+    highest = 10.0 * np.nanmedian(np.abs(value - centre), axis=0) / OF_MEDIAN + TINY
+    spread = _spread(lambda s: np.nanmedian(sizes(centre, s), axis=0) > OF_MEDIAN, highest)
+    kept = np.where(sizes(centre, spread) < WITHIN, value, np.nan)
+    weight = np.where(np.isfinite(kept), 1.0 / np.maximum(variance + sessions[:, None] * spread**2, TINY), 0.0)
+    weight = np.where(np.isfinite(kept) & (weight.max(axis=0) >= 1.0 / TINY), 1.0, weight)
+    mean = np.nansum(weight * kept, axis=0) / weight.sum(axis=0)
+
+    def beyond(s: np.ndarray) -> np.ndarray:
+        with np.errstate(over="ignore"):
+            squares = np.where(np.isfinite(kept), sizes(mean, s) ** 2, np.nan)
+        return np.nanmean(squares, axis=0) > OF_VARIANCE
+
+    return mean, _spread(beyond, highest)
+
+
+def _spread(beyond: Callable[[np.ndarray], np.ndarray], highest: np.ndarray) -> np.ndarray:
+    """The spread up to which numbers lie beyond it, found by halving; 0 where they do not even there."""
+    low, high, none = np.zeros(len(highest)), highest, ~beyond(np.zeros(len(highest)))
     for _ in range(STEPS):
         middle = 0.5 * (low + high)
         more = beyond(middle)
         low, high = np.where(more, middle, low), np.where(more, high, middle)
-    return centre, np.where(none, 0.0, 0.5 * (low + high))
+    return np.where(none, 0.0, 0.5 * (low + high))
 
 
 class _Judged(NamedTuple):
@@ -271,39 +328,53 @@ class _Judged(NamedTuple):
     p: np.ndarray
 
 
-def _judged(of: Estimates, against: str, false: float) -> _Judged:
-    """Rigs, looked at once more without those that changed: medians are then closer to what the others are like."""
-    sound = np.ones(len(of.rigs), bool)
-    for _ in range(PASSES):
-        found = compared(of, sound)
-        striking, p = _by_chance(of, found)
-        sound = ~let_through(p, false)
-    return _Judged(of, against, found, striking, p)
-
-
-def _by_chance(of: Estimates, found: Compared) -> tuple[np.ndarray, np.ndarray]:
-    """Sizes of the changes, in standard deviations (rigs, numbers), and how probable by chance the most striking one of a rig is (rigs,)."""
-    sides = np.array([1.0 if name == MISFIT else 2.0 for name in of.names])  # only a misfit that rises says anything
-    striking = np.where(sides == 1.0, np.maximum(found.z, 0.0), np.abs(found.z))
+def _judged(of: Estimates, against: str) -> _Judged:
+    """Rigs against what is expected of them."""
+    found = compared(of)
+    striking = _striking(of.names, found.z)
+    sides = np.array([1.0 if name == MISFIT else 2.0 for name in of.names])
     p = (sides * stdtr(found.freedom, -striking)).min(axis=1)
-    return striking, -np.expm1(len(of.names) * np.log1p(-np.minimum(p, 1.0 - 1e-16)))
+    return _Judged(of, against, found, striking, -np.expm1(len(of.names) * np.log1p(-np.minimum(p, 1.0 - 1e-16))))
 
 
-def _alarms(judged: _Judged, through: np.ndarray, false: float) -> pl.DataFrame:
-    """The alarms, by which rigs are let through."""
+def _striking(names: tuple[str, ...], z: np.ndarray) -> np.ndarray:
+    """Sizes of changes, in standard deviations; of the misfit only a rise says anything."""
+    return np.where(np.array(names) == MISFIT, np.maximum(z, 0.0), np.abs(z))
+
+
+def _moved(judged: _Judged, rig: int, needed: float) -> list[int]:
+    """The numbers of a rig that moved, the most striking one first: added while they are needed, and left out again where they are not."""
+    of, found = judged.of, judged.found
+    moved = [int(np.argmax(judged.striking[rig]))]
+    while len(moved) < len(of.names):
+        further = _striking(of.names, found.beside(rig, moved))
+        if further.max() < needed:
+            break
+        moved.append(int(np.argmax(further)))
+        change, deviation = found.change(rig, moved)
+        moved = [k for k, c, d in zip(moved, change, deviation, strict=True) if abs(c) >= needed * d] or moved[:1]
+        if len(moved) == 1 or moved[-1] != int(np.argmax(further)):
+            break
+    return moved
+
+
+def _alarms(judged: _Judged, through: np.ndarray) -> pl.DataFrame:
+    """The alarms, by which rigs are let through: one line for each number that moved."""
     of, against, found, striking, p = judged
-    quantile = float(stdtrit(found.freedom, 0.975))
+    quantile, needed = (float(stdtrit(found.freedom, 1.0 - 0.5 * q)) for q in (0.05, FURTHER))
     rows = []
-    for k in np.flatnonzero(through):
-        best = int(np.argmax(striking[k]))
-        near = (striking[k] ** 2 > striking[k, best] ** 2 - NEAR) & (2.0 * stdtr(found.freedom, -striking[k]) < false)
-        others = ", ".join(name for j, name in enumerate(of.names) if near[j] and j != best)
-        change = found.change[k, best]
-        ends = change + quantile * found.deviation[k, best] * np.array([-1.0, 1.0])
-        expected = of.before[k, best] + found.expected[best]
-        if of.names[best] == MISFIT:
-            change, ends, expected = np.exp(change), np.exp(ends), np.exp(expected)
-        rows.append((of.rigs[k], of.whens[k], against, of.names[best], others, change, *ends, expected, p[k]))
+    for rig in map(int, np.flatnonzero(through)):
+        moved = _moved(judged, rig, needed)
+        near = (striking[rig] ** 2 > striking[rig, moved[0]] ** 2 - NEAR) & (striking[rig] > needed)
+        others = (
+            ", ".join(name for j, name in enumerate(of.names) if near[j] and j not in moved) if len(moved) == 1 else ""
+        )
+        for k, change, deviation in zip(moved, *found.change(rig, moved), strict=True):
+            ends = change + quantile * deviation * np.array([-1.0, 1.0])
+            expected = of.before[rig, k] + found.expected[k]
+            if of.names[k] == MISFIT:
+                change, ends, expected = np.exp(change), np.exp(ends), np.exp(expected)
+            rows.append((of.rigs[rig], of.whens[rig], against, of.names[k], others, change, *ends, expected, p[rig]))
     return pl.DataFrame(rows, schema=ALARM, orient="row")
 
 

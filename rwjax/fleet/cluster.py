@@ -1,6 +1,8 @@
 """The Dask cluster that carries a fleet out: one of this machine's own, or one that runs already."""
 
+import logging
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
@@ -48,12 +50,15 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
     except ValueError:
         raise InputError(f"--memory {memory}: is no size; write one as 2GiB") from None
     with config.set({"distributed.comm.timeouts.connect": WAITS_S}), ExitStack() as both:
+        if scheduler is not None:
+            _check(scheduler)
         address: Any = scheduler
         if scheduler is None:
             own = LocalCluster(
                 n_workers=workers or THREADS,
                 threads_per_worker=1,
                 memory_limit=limit,
+                silence_logs=logging.CRITICAL,
                 dashboard_address=None,  # pyright: ignore[reportArgumentType]
                 env=os.environ | {VARIABLE: "1"},
             )
@@ -68,3 +73,16 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
         except TimeoutError:
             raise InputError(f"--scheduler {scheduler}: has no worker; start one with `dask worker`") from None
         yield client
+
+
+def _check(scheduler: str) -> None:
+    """Raises `InputError` where nothing listens at an address; Dask itself asks for long, and says much."""
+    start = "start one with `dask scheduler`"
+    kind, _, place = scheduler.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if kind not in ("", "tcp", "tls") or not host or not port.isdigit():
+        raise InputError(f"--scheduler {scheduler}: is no address; write one as tcp://host:8786")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=WAITS_S).close()
+    except (OSError, OverflowError) as error:
+        raise InputError(f"--scheduler {scheduler}: does not answer ({error}); {start}") from None

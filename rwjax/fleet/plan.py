@@ -113,17 +113,23 @@ def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         if name not in known:
             right = ", ".join(known) or "none"
             raise InputError(f"`{command}` has no option `{printable(name)}`; it has {right}")
-        if not _fits(value, known[name]):
+        if known[name] == NAMES and isinstance(value, list):
+            _check_names(name, value)
+        elif not _fits(value, known[name]):
             raise InputError(f"`options.{name}` is {printable(repr(value))}; write {known[name]}")
     return command, dict(options)
 
 
+def _check_names(option: str, names: list) -> None:
+    """Raises `InputError` for a name that is no effect's and no number's."""
+    for one in names:
+        if not isinstance(one, str) or not (one in BY_NAME or one.startswith("parameter.")):
+            near = nearest(str(one), BY_NAME)
+            raise InputError(f"`options.{option}` holds {printable(repr(one))}, which is no effect; nearest `{near}`")
+
+
 def _fits(value: Any, wanted: str) -> bool:
     """Whether an option's value is what is wanted."""
-    if wanted == NAMES:
-        return isinstance(value, list) and all(
-            isinstance(one, str) and (one in BY_NAME or one.startswith("parameter.")) for one in value
-        )
     return isinstance(value, bool) if wanted == SWITCH else type(value) in (int, float) and value > 0.0
 
 

@@ -12,6 +12,7 @@ from rwjax.fleet.cluster import connected
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.store import REPORTS, Store
 from rwjax.fleet.work import failed, on_worker
+from rwjax.rig.read import read_rig
 
 if TYPE_CHECKING:
     import polars as pl
@@ -53,16 +54,23 @@ def run(
         InputError: No cluster is there, or the folder cannot be written.
     """
     said = _Progress(progress)
+    if len(files := {job.rig_file for job in plan.jobs}) == 1:
+        read_rig(files.pop())  # what is wrong with it is said once
     with Store(folder, plan) as store:
         for turn in ("", "failed ones once more, "):
             jobs, lost = store.left(plan.jobs), 0
-            said.begin(turn, len(jobs))
+            said.begin(turn or _before(len(plan.jobs) - len(jobs)), len(jobs))
             while jobs and lost <= MOST_LOST:
                 with connected(scheduler, workers, memory) as client:
                     jobs = _carried_out(client, plan, jobs, store, said)
                 lost += 1
             store.add([failed(job, plan.command, "the scheduler was lost again and again") for job in jobs])
         return store.gathered()
+
+
+def _before(count: int) -> str:
+    """What was done by an earlier run, in words."""
+    return f"{count} were done before; " if count else ""
 
 
 def _carried_out(client: "Client", plan: FleetPlan, jobs: Sequence[Job], store: Store, said: "_Progress") -> list[Job]:

@@ -37,7 +37,7 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
     )
     own = rows.join(wanted, on=["rig", "when"], how="semi").sort("rig", "when")
     found = changes(own, false)
-    return Fleet(plan.command, own, found.alarms, found.rigs, found.lacking, appeared(own), false)
+    return Fleet(plan.command, own, found.alarms, found.rigs, found.earlier, found.lacking, appeared(own), false)
 
 
 def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:

@@ -10,6 +10,7 @@ import polars as pl
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.verdict import CLAIMS
+from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
@@ -23,6 +24,8 @@ MOST_NUMBERS = 12
 """Numbers that are drawn."""
 MISFIT = "misfit"
 """Name of the number whose change is a ratio: RMS error over noise."""
+MISSES = 2.0
+"""Misfit from which a fit counts as one that misses its readings [1]."""
 MOST_POINTS = 3000
 """Rigs that are drawn of a number, besides those that changed."""
 
@@ -35,6 +38,7 @@ class Fleet(NamedTuple):
         rows: Results (`rwjax.fleet.store.schema`).
         changed: Alarms (`rwjax.fleet.changes.Changes`).
         compared: Rigs that were compared with their siblings.
+        earlier: Rigs that were compared with themselves in earlier sessions.
         lacking: Rigs that lack numbers which most others tell.
         appeared: Effects that few rigs have (`rwjax.fleet.appeared.appeared`).
         false: Share of `changed` that may be false [1].
@@ -44,6 +48,7 @@ class Fleet(NamedTuple):
     rows: pl.DataFrame
     changed: pl.DataFrame
     compared: tuple[str, ...]
+    earlier: tuple[str, ...]
     lacking: pl.DataFrame
     appeared: pl.DataFrame
     false: float
@@ -51,6 +56,7 @@ class Fleet(NamedTuple):
     def __str__(self) -> str:
         """The result in lines."""
         lines = [self.sentence, *(f"  {what}: {count}" for what, count in outcomes(self.rows).items())]
+        lines += [f"  note: {note}" for note in self.notes]
         for one in self.changed.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} differs from {one['against']}: {change_words(one)}")
         for one in self.lacking.head(MOST_LINES).iter_rows(named=True):
@@ -68,12 +74,29 @@ class Fleet(NamedTuple):
         tail = f"; {failed} of {self.rows.height} jobs failed." if failed else "."
         if self.command not in ("fit", "diagnose"):
             return f"{rigs} rigs{tail}"
-        different = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
         if not self.compared:
             return f"{rigs} rigs, of which too few tell numbers to be compared{tail}"
+        different = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
         left = rigs - len(self.compared)
         beside = f"; {left} tell no number and were not compared" if left else ""
         return f"{different} of {rigs} rigs differ from their siblings or from themselves{beside}{tail}"
+
+    @property
+    def notes(self) -> list[str]:
+        """What to know besides, one sentence each."""
+        notes = []
+        several = self.rows.filter(status="done").group_by("rig").len().filter(pl.col("len") > 1).height
+        if self.compared and several > len(self.earlier):
+            notes.append(
+                f"only {several} rigs have two sessions, too few to say what a rig changes by: none was compared with itself"
+            )
+        misfits = self.rows["misfit"].drop_nulls()
+        if (off := misfits.filter(misfits > MISSES).len()) > 0.5 * max(misfits.len(), 1):
+            notes.append(
+                f"{off} of {misfits.len()} fits miss their readings by more than {MISSES:g} times their noise: the rig file lacks "
+                "something that all rigs have, which hides what changed; `rwjax diagnose` one rig, and take its corrected.toml"
+            )
+        return notes
 
 
 def change_words(one: dict[str, Any]) -> str:
@@ -90,7 +113,17 @@ def change_words(one: dict[str, Any]) -> str:
         ends = f"{one['from_95']:.3g} to {one['to_95']:.3g}"
         return f"{MISFIT}{other} is {one['change']:.3g} times ({ends}) the expected {one['expected']:.3g}"
     ends = f"{one['from_95']:+.3g} to {one['to_95']:+.3g}"
-    return f"{one['number']}{other} by {one['change']:+.4g} ({ends}), expected {one['expected']:.4g}"
+    share = f" ({100.0 * one['change'] / one['expected']:+.1f} %)" if one["expected"] else ""
+    unit = f" {_unit(one['number'])}".rstrip()
+    return f"{one['number']}{other} by {one['change']:+.3g}{unit}{share}, 95 %: {ends}; expected {one['expected']:.4g}"
+
+
+def _unit(number: str) -> str:
+    """Unit of a number of a rig driven by a voltage, "" where none is known."""
+    try:
+        return unit_of_number(number)
+    except KeyError:
+        return ""
 
 
 def _who(one: dict[str, Any]) -> str:
@@ -141,7 +174,8 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
     Raises:
         InputError: It cannot be written.
     """
-    drawn = [(name, _drawn(fleet, name)) for name in numbers_of(fleet.rows)[:MOST_NUMBERS]]
+    told = [MISFIT] if fleet.rows["misfit"].is_not_null().any() else []
+    drawn = [(name, _drawn(fleet, name)) for name in (*told, *numbers_of(fleet.rows)[:MOST_NUMBERS])]
     page = rendered_page(
         "fleet.html.j2",
         {"report": report, "change_words": change_words},
@@ -189,9 +223,11 @@ def numbers_of(rows: pl.DataFrame) -> list[str]:
 
 def _drawn(fleet: Fleet, name: str) -> str:
     """SVG of a number over rigs, or over sessions."""
-    one = (
-        fleet.rows.select("rig", "when", "numbers").explode("numbers").unnest("numbers").filter(pl.col("name") == name)
-    )
+    if name == MISFIT:
+        one = fleet.rows.select("rig", "when", value=MISFIT, standard_error=pl.lit(0.0)).drop_nulls()
+    else:
+        whole = fleet.rows.select("rig", "when", "numbers").explode("numbers").unnest("numbers")
+        one = whole.filter(pl.col("name") == name)
     alarmed = set(fleet.changed.filter(number=name)["rig"].to_list())
     with drawing((9.0, 2.2)) as figure:
         ax = figure.subplots()
@@ -199,7 +235,7 @@ def _drawn(fleet: Fleet, name: str) -> str:
             _over_sessions(ax, one, alarmed)
         else:
             _over_rigs(ax, one, alarmed)
-        ax.set_ylabel(drawn_name(name))
+        ax.set_ylabel(drawn_name(f"{name} [{_unit(name)}]" if _unit(name) else name))
         return svg_of(figure)
 
 
@@ -226,5 +262,9 @@ def _over_sessions(ax: Axes, one: pl.DataFrame, alarmed: set[str]) -> None:
     ax.plot(range(len(whens)), middle, color=AFTER, lw=1.4)
     for rig in sorted(alarmed)[:MOST_LINES]:
         own = one.filter(rig=rig).sort("when")
-        ax.plot([at[w] for w in own["when"]], own["value"].to_numpy(), "o-", ms=3, lw=0.8, color=BEFORE)
+        values = own["value"].to_numpy()
+        ax.plot([at[w] for w in own["when"]], values, "o-", ms=3, lw=0.8, color=BEFORE)
+        if len(alarmed) <= MOST_NUMBERS:
+            last = at[own["when"][-1]], values[-1]
+            ax.annotate(drawn_name(rig), last, (5, 0), textcoords="offset points", fontsize=7)
     ax.set_xticks(range(len(whens)), [drawn_name(w) for w in whens], fontsize=7)

@@ -12,7 +12,7 @@ distributed = pytest.importorskip("distributed", reason="a fleet needs the extra
 
 
 def test_a_scheduler_that_runs_already_is_used_and_goes_on() -> None:
-    with distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=":0") as own:
+    with distributed.LocalCluster(n_workers=1, processes=False, protocol="tcp", dashboard_address=":0") as own:
         with connected(own.scheduler_address, None, None) as client:
             assert client.submit(sum, [1, 2]).result() == 3
         assert own.status.name == "running"
@@ -29,7 +29,7 @@ def test_a_scheduler_that_does_not_answer_is_said(monkeypatch: pytest.MonkeyPatc
 
 def test_a_scheduler_without_a_worker_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "WAITS_S", 0.5)
-    with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=":0") as own:
+    with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp", dashboard_address=":0") as own:
         refused = pytest.raises(InputError, match=r"has no worker; start one with `dask worker`")
         with refused, connected(own.scheduler_address, None, None):
             pass

@@ -104,8 +104,11 @@ RIGHT = 'rig = "rig.toml"\nlogs = "{rig}.csv"\n'
             'command = "fit"\n' + RIGHT + "[options]\nsegments = nan\n",
             "`options.segments` is nan; write a positive number",
         ),
-        ('command = "diagnose"\n' + RIGHT + "[options]\nonly = [2026-01-01]\n", "write a list of effects"),
-        ('command = "diagnose"\n' + RIGHT + '[options]\nonly = ["axis.strib"]\n', "write a list of effects"),
+        ('command = "diagnose"\n' + RIGHT + "[options]\nonly = [2026-01-01]\n", "which is no effect; nearest"),
+        (
+            'command = "diagnose"\n' + RIGHT + '[options]\nonly = ["axis.strib"]\n',
+            "holds 'axis.strib', which is no effect; nearest `axis.stribeck`",
+        ),
         ('command = "fit"\noptions = 3\n' + RIGHT, "`options` is not a table"),
     ],
 )

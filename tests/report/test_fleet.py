@@ -25,7 +25,7 @@ def test_the_page_names_the_rig_that_changed_and_draws_every_number(tmp_path: Pa
     text = write_fleet(found, tmp_path, lambda row: None).read_text()
     assert "1 of 40 rigs differ from their siblings or from themselves." in text
     assert (
-        text.count("<figure") == 2
+        text.count("<figure") == 3
         and "r0003" in text
         and "http"
         not in text.replace("http://www.w3.org", "")
@@ -63,3 +63,11 @@ def test_rigs_that_cannot_be_compared_are_not_said_to_be_sound() -> None:
     )
     one_failed = MOVED.with_columns(status=pl.when(pl.col("rig") == "r0009").then(pl.lit("failed")).otherwise("status"))
     assert "1 tell no number and were not compared; 2 of 80 jobs failed." in shown(one_failed).sentence
+
+
+def test_what_hides_changes_is_said() -> None:
+    assert shown(MOVED).notes == []
+    worse = MOVED.with_columns(misfit=pl.lit(5.0))
+    assert [note[:40] for note in shown(worse).notes] == ["80 of 80 fits miss their readings by mor"]
+    few = MOVED.filter((pl.col("when") == "2") | (pl.col("rig") < "r0004"))
+    assert [note[:34] for note in shown(few).notes] == ["only 4 rigs have two sessions, too"]
