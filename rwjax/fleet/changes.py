@@ -50,6 +50,8 @@ TINY, SMALL = np.finfo(float).tiny, 1e-9
 """What stands for 0 in a divisor; an information below which nothing is told [1]."""
 STEPS = 60
 """Halvings of the interval in which a spread lies."""
+FAILED: dict[tuple[str, str], float] = {}
+"""Covariance of a session that failed."""
 OF_A_RUN = " in "
 """What stands in the name of a number that a run has of its own, which no other rig has."""
 
@@ -63,7 +65,7 @@ class Estimates(NamedTuple):
         whens: Their sessions.
         value: Numbers, or what they have changed by (rigs, numbers) [SI].
         covariance: What the logs leave of each rig's (rigs, numbers, numbers) [SI²].
-        sessions: How many times the spread from session to session counts (rigs,) [1].
+        sessions: How many times the spread from session to session counts (rigs, numbers) [1].
         before: Numbers from which a change is counted (rigs, numbers) [SI], 0 where none is.
     """
 
@@ -85,7 +87,7 @@ class Compared(NamedTuple):
         unit: The units (numbers,) [SI].
         expected: What is expected of each number (numbers,) [SI].
         spread: Standard deviation over sound rigs, beyond that of the estimates (numbers,) [SI].
-        freedom: Degrees of freedom of that [1].
+        freedom: Degrees of freedom of that (numbers,) [1].
     """
 
     information: np.ndarray
@@ -93,7 +95,7 @@ class Compared(NamedTuple):
     unit: np.ndarray
     expected: np.ndarray
     spread: np.ndarray
-    freedom: float
+    freedom: np.ndarray
 
     @property
     def z(self) -> np.ndarray:
@@ -165,7 +167,7 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
     Returns:
         What changed.
     """
-    told = rows.filter(pl.col("status") == "done", pl.col("numbers").list.len() > 0).sort("rig", "when")
+    told = rows.filter(pl.col("numbers").is_not_null() | (pl.col("status") != "done")).sort("rig", "when")
     sessions: dict[str, list[tuple[str, dict[str, float], dict[tuple[str, str], float]]]] = {}
     for row in told.iter_rows(named=True):
         sessions.setdefault(row["rig"], []).append((row["when"], *_estimate(row)))
@@ -178,19 +180,19 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
     found = [_alarms(one, which) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
     alarms = pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when", maintain_order=True)
     rigs, earlier = (one.rigs if len(one.rigs) >= FEWEST else () for one in (latest, since))
-    return Changes(alarms, rigs, earlier, _lacking(latest) if rigs else _lacking(latest).clear())
+    return Changes(alarms, rigs, earlier, _lacking(sessions, latest.names))
 
 
 def _estimate(row: dict) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
     """Numbers of a row by name, the misfit with them, and their covariances by both names."""
-    names = [one["name"] for one in row["numbers"]]
-    value = {one["name"]: one["value"] for one in row["numbers"] if OF_A_RUN not in one["name"]}
-    covariance = {
-        (a, b): c for (a, b), c in zip(((a, b) for a in names for b in names), row["covariance"], strict=True)
-    }
-    if row["misfit"]:
+    told = row["numbers"] if row["status"] == "done" else []
+    names = [one["name"] for one in told]
+    value = {one["name"]: one["value"] for one in told if OF_A_RUN not in one["name"]}
+    pairs = ((a, b) for a in names for b in names)
+    covariance: dict[tuple[str, str], float] = dict(zip(pairs, row["covariance"] if told else (), strict=True))
+    if row["status"] == "done" and row["misfit"]:
         value[MISFIT] = float(np.log(row["misfit"]))
-    return value, covariance
+    return value, covariance if row["status"] == "done" else FAILED
 
 
 def _common(sessions: dict[str, list]) -> tuple[str, ...]:
@@ -199,7 +201,7 @@ def _common(sessions: dict[str, list]) -> tuple[str, ...]:
     for own in sessions.values():
         for name in own[-1][1]:
             counts[name] = counts.get(name, 0) + 1
-    return tuple(name for name, count in counts.items() if count >= COMMON * len(sessions))
+    return tuple(name for name, count in counts.items() if count > COMMON * len(sessions))
 
 
 def _arrays(
@@ -213,20 +215,22 @@ def _arrays(
 
 
 def _together(
-    names: tuple[str, ...], found: list[tuple[str, str, np.ndarray, np.ndarray, float, np.ndarray]]
+    names: tuple[str, ...], found: list[tuple[str, str, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 ) -> Estimates:
-    """Estimates of several rigs as arrays; those that tell no number are left out."""
-    kept = [one for one in found if np.isfinite(one[2]).any()]
-    rigs, whens, value, covariance, sessions, before = zip(*kept, strict=True) if kept else ((),) * 6
+    """Estimates of several rigs as arrays, without numbers that too few tell, and without rigs that tell none."""
     count = len(names)
+    value = np.array([one[2] for one in found]).reshape(len(found), count)
+    told = np.isfinite(value).sum(axis=0) >= FEWEST
+    kept = [k for k, own in enumerate(value) if np.isfinite(own[told]).any()]
+    _, _, _, covariance, sessions, before = zip(*(found[k] for k in kept), strict=True) if kept else ((),) * 6
     return Estimates(
-        names,
-        rigs,
-        whens,
-        np.array(value).reshape(len(kept), count),
-        np.array(covariance).reshape(len(kept), count, count),
-        np.array(sessions),
-        np.array(before).reshape(len(kept), count),
+        tuple(name for name, enough in zip(names, told, strict=True) if enough),
+        tuple(found[k][0] for k in kept),
+        tuple(found[k][1] for k in kept),
+        value[kept][:, told],
+        np.array(covariance).reshape(len(kept), count, count)[:, told][:, :, told],
+        np.array(sessions).reshape(len(kept), count)[:, told],
+        np.array(before).reshape(len(kept), count)[:, told],
     )
 
 
@@ -234,7 +238,10 @@ def _latest(sessions: dict[str, list], names: tuple[str, ...]) -> Estimates:
     """The latest session of every rig."""
     return _together(
         names,
-        [(rig, own[-1][0], *_arrays(names, *own[-1][1:]), 1.0, np.zeros(len(names))) for rig, own in sessions.items()],
+        [
+            (rig, own[-1][0], *_arrays(names, *own[-1][1:]), np.ones(len(names)), np.zeros(len(names)))
+            for rig, own in sessions.items()
+        ],
     )
 
 
@@ -245,19 +252,23 @@ def _since_before(sessions: dict[str, list], names: tuple[str, ...]) -> Estimate
         if earlier:
             values, covariances = zip(*(_arrays(names, *one[1:]) for one in earlier), strict=True)
             value, covariance = _arrays(names, *last)
-            mean, count = np.mean(values, axis=0), len(earlier)
-            spread = covariance + np.sum(covariances, axis=0) / count**2
-            found.append((rig, when, value - mean, spread, 1.0 + 1.0 / count, mean))
+            seen = np.isfinite(values)
+            count = seen.sum(axis=0)
+            each = np.maximum(count, 1)
+            mean = np.where(count > 0, np.where(seen, values, 0.0).sum(axis=0) / each, np.nan)
+            spread = covariance + np.sum(covariances, axis=0) / np.outer(each, each)
+            found.append((rig, when, value - mean, spread, 1.0 + 1.0 / each, mean))
     return _together(names, found)
 
 
-def _lacking(latest: Estimates) -> pl.DataFrame:
-    """Which of the compared numbers a rig does not tell."""
-    rows = [
-        (rig, when, ", ".join(name for name, told in zip(latest.names, own, strict=True) if not told))
-        for rig, when, own in zip(latest.rigs, latest.whens, np.isfinite(latest.value), strict=True)
-        if not own.all()
-    ]
+def _lacking(sessions: dict[str, list], names: tuple[str, ...]) -> pl.DataFrame:
+    """Which of the compared numbers a rig does not tell in its latest session; one that failed is told of elsewhere."""
+    rows = []
+    for rig, own in sessions.items():
+        when, value, covariance = own[-1]
+        without = [name for name in names if name not in value]
+        if without and covariance is not FAILED:
+            rows.append((rig, when, ", ".join(without)))
     return pl.DataFrame(rows, dict.fromkeys(("rig", "when", "numbers"), pl.String), orient="row")
 
 
@@ -273,14 +284,14 @@ def compared(of: Estimates) -> Compared:
     variance = np.diagonal(of.covariance, axis1=1, axis2=2)
     expected, spread = _centre_and_spread(of.value, variance, of.sessions)
     # in units of each number's own deviation, since numbers differ by powers of ten
-    unit = np.sqrt(np.median(variance, axis=0) + spread**2)
+    unit = np.sqrt(np.median(variance, axis=0) + spread**2) if len(of.rigs) else np.ones(len(of.names))
     unit = np.where(unit > 0.0, unit, 1.0)
     told = np.isfinite(of.value)
     V = np.where(told[:, :, None] & told[:, None, :], of.covariance / np.outer(unit, unit), 0.0)
-    V += of.sessions[:, None, None] * np.diag((spread / unit) ** 2)
+    V += of.sessions[:, :, None] * np.diag((spread / unit) ** 2)
     information = np.linalg.pinv(V, hermitian=True)
     pull = np.einsum("rjk,rk->rj", information, np.where(told, (of.value - expected) / unit, 0.0))
-    freedom = EFFICIENCY * (len(of.rigs) - 1)
+    freedom = EFFICIENCY * (told.sum(axis=0) - 1)
     return Compared(information, np.where(told, pull, 0.0), unit, expected, spread, freedom)
 
 
@@ -290,13 +301,13 @@ def _centre_and_spread(value: np.ndarray, variance: np.ndarray, sessions: np.nda
     def sizes(centre: np.ndarray, spread: np.ndarray) -> np.ndarray:
         off = np.abs(value - centre)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(off == 0.0, 0.0, off / np.sqrt(variance + sessions[:, None] * spread**2))
+            return np.where(off == 0.0, 0.0, off / np.sqrt(variance + sessions * spread**2))
 
     centre = np.nanmedian(value, axis=0)
     highest = 10.0 * np.nanmedian(np.abs(value - centre), axis=0) / OF_MEDIAN + TINY
     spread = _spread(lambda s: np.nanmedian(sizes(centre, s), axis=0) > OF_MEDIAN, highest)
     kept = np.where(sizes(centre, spread) < WITHIN, value, np.nan)
-    weight = np.where(np.isfinite(kept), 1.0 / np.maximum(variance + sessions[:, None] * spread**2, TINY), 0.0)
+    weight = np.where(np.isfinite(kept), 1.0 / np.maximum(variance + sessions * spread**2, TINY), 0.0)
     weight = np.where(np.isfinite(kept) & (weight.max(axis=0) >= 1.0 / TINY), 1.0, weight)
     mean = np.nansum(weight * kept, axis=0) / weight.sum(axis=0)
 
@@ -342,18 +353,19 @@ def _striking(names: tuple[str, ...], z: np.ndarray) -> np.ndarray:
     return np.where(np.array(names) == MISFIT, np.maximum(z, 0.0), np.abs(z))
 
 
-def _moved(judged: _Judged, rig: int, needed: float) -> list[int]:
-    """The numbers of a rig that moved, the most striking one first: added while they are needed, and left out again where they are not."""
+def _moved(judged: _Judged, rig: int, needed: np.ndarray) -> list[int]:
+    """The numbers of a rig that moved, the most striking one first: added while they are needed, the least one left out where it is not."""
     of, found = judged.of, judged.found
     moved = [int(np.argmax(judged.striking[rig]))]
     while len(moved) < len(of.names):
-        further = _striking(of.names, found.beside(rig, moved))
-        if further.max() < needed:
+        further = _striking(of.names, found.beside(rig, moved)) - needed
+        if further.max() < 0.0:
             break
         moved.append(int(np.argmax(further)))
         change, deviation = found.change(rig, moved)
-        moved = [k for k, c, d in zip(moved, change, deviation, strict=True) if abs(c) >= needed * d] or moved[:1]
-        if len(moved) == 1 or moved[-1] != int(np.argmax(further)):
+        least = int(np.argmin(np.abs(change) / deviation - needed[moved]))
+        if abs(change[least]) < needed[moved[least]] * deviation[least]:
+            del moved[least]
             break
     return moved
 
@@ -361,16 +373,16 @@ def _moved(judged: _Judged, rig: int, needed: float) -> list[int]:
 def _alarms(judged: _Judged, through: np.ndarray) -> pl.DataFrame:
     """The alarms, by which rigs are let through: one line for each number that moved."""
     of, against, found, striking, p = judged
-    quantile, needed = (float(stdtrit(found.freedom, 1.0 - 0.5 * q)) for q in (0.05, FURTHER))
+    quantile, needed = (stdtrit(found.freedom, 1.0 - 0.5 * q) for q in (0.05, FURTHER))
     rows = []
     for rig in map(int, np.flatnonzero(through)):
         moved = _moved(judged, rig, needed)
-        near = (striking[rig] ** 2 > striking[rig, moved[0]] ** 2 - NEAR) & (striking[rig] > needed)
+        near = (striking[rig] ** 2 > striking[rig, moved[0]] ** 2 - NEAR) & (striking[rig] > quantile)
         others = (
             ", ".join(name for j, name in enumerate(of.names) if near[j] and j not in moved) if len(moved) == 1 else ""
         )
         for k, change, deviation in zip(moved, *found.change(rig, moved), strict=True):
-            ends = change + quantile * deviation * np.array([-1.0, 1.0])
+            ends = change + quantile[k] * deviation * np.array([-1.0, 1.0])
             expected = of.before[rig, k] + found.expected[k]
             if of.names[k] == MISFIT:
                 change, ends, expected = np.exp(change), np.exp(ends), np.exp(expected)

@@ -3,6 +3,7 @@
 import logging
 import os
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from rwjax.fitting.threads import THREADS, VARIABLE
 if TYPE_CHECKING:
     from distributed import Client
 
-WAITS_S = 30.0
+WAITS_S = 15.0
 """How long a scheduler that does not answer is waited for [s]."""
 LOGGERS = (
     "distributed",
@@ -59,7 +60,7 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
                 threads_per_worker=1,
                 memory_limit=limit,
                 silence_logs=logging.CRITICAL,
-                dashboard_address=None,  # pyright: ignore[reportArgumentType]
+                dashboard_address=":0",  # any free port
                 env=os.environ | {VARIABLE: "1"},
             )
             address = both.enter_context(own)
@@ -82,7 +83,11 @@ def _check(scheduler: str) -> None:
     host, _, port = place.rpartition(":")
     if kind not in ("", "tcp", "tls") or not host or not port.isdigit():
         raise InputError(f"--scheduler {scheduler}: is no address; write one as tcp://host:8786")
-    try:
-        socket.create_connection((host.strip("[]"), int(port)), timeout=WAITS_S).close()
-    except (OSError, OverflowError) as error:
-        raise InputError(f"--scheduler {scheduler}: does not answer ({error}); {start}") from None
+    end = time.monotonic() + WAITS_S
+    while True:
+        try:
+            return socket.create_connection((host.strip("[]"), int(port)), timeout=WAITS_S).close()
+        except (OSError, OverflowError) as error:  # one that is started again needs seconds to listen
+            if time.monotonic() > end:
+                raise InputError(f"--scheduler {scheduler}: does not answer ({error}); {start}") from None
+            time.sleep(0.5)

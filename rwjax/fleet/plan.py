@@ -83,7 +83,7 @@ def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
         raise InputError(f"{path}: is no TOML: {bad}") from None
     try:
         command, options = _command(given)
-        jobs = _jobs(given, Path(path).parent)
+        jobs = _jobs(given, Path(os.path.abspath(path)).parent)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return FleetPlan(command, options, tuple(sorted(jobs)))

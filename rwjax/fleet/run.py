@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -76,6 +77,7 @@ def _before(count: int) -> str:
 def _carried_out(client: "Client", plan: FleetPlan, jobs: Sequence[Job], store: Store, said: "_Progress") -> list[Job]:
     """Jobs that a lost scheduler has taken along; all others have a row."""
     from distributed import as_completed
+    from distributed.client import ClosedClientError
 
     folder = str((store.folder / REPORTS).resolve())
     work = partial(on_worker, command=plan.command, options=plan.options, folder=folder)
@@ -83,9 +85,9 @@ def _carried_out(client: "Client", plan: FleetPlan, jobs: Sequence[Job], store: 
 
     def submitted(ahead: int) -> "Iterator[Future]":
         for job in islice(waiting, max(ahead - len(running), 0)):
-            future = client.submit(work, job, key=f"{job.rig} {job.when} {time.monotonic_ns()}", pure=False)
-            running[future.key] = job
-            yield future
+            key = f"{job.rig} {job.when} {time.monotonic_ns()}"
+            running[key] = job
+            yield client.submit(work, job, key=key, pure=False)
 
     try:
         ahead, asked = _ahead(client), time.monotonic()
@@ -98,9 +100,8 @@ def _carried_out(client: "Client", plan: FleetPlan, jobs: Sequence[Job], store: 
             if time.monotonic() - asked > SECONDS:  # workers come and go
                 ahead, asked = _ahead(client), time.monotonic()
             done.update(submitted(ahead))
-    except Exception as error:
-        if not _is_of_lost_scheduler(error):
-            raise
+    except (CancelledError, ClosedClientError, OSError):  # the scheduler is gone, and with it what it had
+        pass
     finally:
         batch.write()
     return [*running.values(), *waiting]
@@ -113,25 +114,12 @@ def _ahead(client: "Client") -> int:
 
 def _row(future: "Future", job: Job, command: str) -> dict[str, Any]:
     """The row of a job that has ended; waits for one whose worker was lost with it. Raises where the scheduler is lost."""
-    try:
+    if future.status != "error":
         return future.result()
-    except Exception as error:
-        if _is_of_lost_scheduler(error):
-            raise
-        if type(error).__name__ == "KilledWorker":
-            return failed(job, command, "its worker was killed again and again; it may need more memory (--memory)")
-        return failed(job, command, one_line(f"{type(error).__name__}: {error}"))
-
-
-def _is_of_lost_scheduler(error: Exception) -> bool:
-    """Whether an error of Dask's says that the scheduler is gone, and what it had with it."""
-    from concurrent.futures import CancelledError
-
-    from distributed.client import ClosedClientError
-
-    return isinstance(error, CancelledError | ClosedClientError | ConnectionError | TimeoutError) or (
-        type(error).__name__ == "CommClosedError"
-    )
+    error = future.exception()
+    if type(error).__name__ == "KilledWorker":
+        return failed(job, command, "its worker was killed again and again; it may need more memory (--memory)")
+    return failed(job, command, one_line(f"{type(error).__name__}: {error}"))
 
 
 class _Batch:

@@ -19,8 +19,8 @@ from rwjax.errors import InputError, printable
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.text_files import read_text, write_files, write_text
 
-RESULTS, PARTS, ABOUT, REPORTS = "results.parquet", "parts", "fleet.json", "reports"
-"""All rows; the folder of those that came since; what they are results of; the folder of reports."""
+RESULTS, PARTS, ABOUT, REPORTS, LOCK = "results.parquet", "parts", "fleet.json", "reports", "lock"
+"""All rows; the folder of those that came since; what they are results of; the folder of reports; what the writing process holds."""
 
 
 def schema() -> dict[str, Any]:
@@ -61,7 +61,7 @@ class Store:
         about = json.dumps({"command": plan.command, "options": plan.options, "rwjax": __version__}, sort_keys=True)
         try:
             (folder / PARTS).mkdir(parents=True, exist_ok=True)
-            self._held = os.open(folder / PARTS, os.O_RDONLY)
+            self._held = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
         except OSError as error:
             raise InputError(f"{folder}: cannot make this folder ({error.strerror}); give another with -o") from None
         try:

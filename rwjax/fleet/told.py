@@ -1,5 +1,6 @@
 """What is told of a fleet: which rigs changed or have what few have, on its page."""
 
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -55,12 +56,15 @@ def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path |
         InputError: It cannot be written.
     """
     path, table = folder / NEXT, folder / NEXT_TABLE
+    if plan.command != "fit":
+        return None
     changed = set(fleet.changed["rig"])
     last = {job.rig: job for job in plan.jobs if job.rig in changed}  # jobs are sorted by session
-    if not last or plan.command != "fit":
+    if not last:
         for old in (path, table):
             old.unlink(missing_ok=True)
         return None
+    options = "".join(f"{name} = {json.dumps(value)}\n" for name, value in plan.options.items())
     rows = [
         (job.rig, job.when, os.path.abspath(job.rig_file), os.path.abspath(log))
         for job in last.values()
@@ -68,7 +72,11 @@ def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path |
     ]
     text = pl.DataFrame(rows, dict.fromkeys(("rig", "when", "rig_file", "log"), pl.String), orient="row").write_csv()
     write_files(
-        {str(table): text.encode(), str(path): f'command = "diagnose"\ntable = "{NEXT_TABLE}"\n'.encode()}, InputError
+        {
+            str(table): text.encode(),
+            str(path): f'command = "diagnose"\ntable = "{NEXT_TABLE}"\n[options]\n{options}'.encode(),
+        },
+        InputError,
     )
     return path
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rwjax.logs.log import Log
+from rwjax.logs.sheet import FEWEST
 
 
 def thinned(logs: Sequence[Log], samples: int, coarsest: float) -> tuple[tuple[Log, ...], str]:
@@ -22,21 +23,28 @@ def thinned(logs: Sequence[Log], samples: int, coarsest: float) -> tuple[tuple[L
     """
     whole = sum(len(log.time) for log in logs)
     wanted = -(-whole // samples)
-    step = min(float(np.median(np.diff(log.time))) for log in logs if len(log.time) > 1)
-    every = min(wanted, int(coarsest / step * (1.0 + 1e-6)))
-    if every < 2:
+    most = [_most(log, wanted, coarsest) for log in logs]
+    if max(most, default=1) < 2:
         return tuple(logs), ""
-    found = tuple(_thinned(log, every) for log in logs)
-    left = sum(len(log.time) for log in found)
+    found = tuple(_thinned(log, every) if every > 1 else log for log, every in zip(logs, most, strict=True))
+    left, every = sum(len(log.time) for log in found), max(most)
+    step = max(float(np.median(np.diff(log.time))) for log in found)
     return found, (
-        f"the logs have {whole} samples, of which every {every}th was taken ({left}): standard errors are up to {every**0.5:.2g} times as "
-        f"large, and nothing faster than {2.0 * every * step:.3g} s is seen"
+        f"the logs have {whole} samples, of which {left} were taken, every {every}th of the finest: standard errors are up to "
+        f"{every**0.5:.2g} times as large, and nothing faster than {2.0 * step:.3g} s is seen"
     )
 
 
+def _most(log: Log, wanted: int, coarsest: float) -> int:
+    """Of how many samples of a log one may be taken, as many as wanted at the most."""
+    step = float(np.median(np.diff(log.time)))
+    return min(wanted, int(coarsest / step * (1.0 + 1e-6)), len(log.time) // FEWEST)
+
+
 def _thinned(log: Log, every: int) -> Log:
-    """A log with every n-th reading, and the mean command from each to the next."""
-    first = np.arange(0, len(log.time), every)
+    """A log with every n-th reading of each output, and the mean command from each of these samples to the next."""
+    read = (np.flatnonzero(np.isfinite(y))[::every] for y in log.outputs.values())
+    first = np.unique(np.concatenate([[0], *read]).astype(int))
     held = np.diff(log.time, append=2.0 * log.time[-1] - log.time[-2])  # how long each command is held
 
     def mean(values: np.ndarray) -> np.ndarray:

@@ -78,7 +78,7 @@ class Fleet(NamedTuple):
             return f"{rigs} rigs, of which too few tell numbers to be compared{tail}"
         different = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
         left = rigs - len(self.compared)
-        beside = f"; {left} tell no number and were not compared" if left else ""
+        beside = f"; {left} were not compared" if left else ""
         return f"{different} of {rigs} rigs differ from their siblings or from themselves{beside}{tail}"
 
     @property
@@ -86,7 +86,7 @@ class Fleet(NamedTuple):
         """What to know besides, one sentence each."""
         notes = []
         several = self.rows.filter(status="done").group_by("rig").len().filter(pl.col("len") > 1).height
-        if self.compared and several > len(self.earlier):
+        if self.compared and several and not self.earlier:
             notes.append(
                 f"only {several} rigs have two sessions, too few to say what a rig changes by: none was compared with itself"
             )
@@ -119,9 +119,9 @@ def change_words(one: dict[str, Any]) -> str:
 
 
 def _unit(number: str) -> str:
-    """Unit of a number of a rig driven by a voltage, "" where none is known."""
+    """Unit of a number, "" of one that has none, and of a drive's, which depends on what that is given."""
     try:
-        return unit_of_number(number)
+        return "" if number.startswith("drive") else unit_of_number(number)
     except KeyError:
         return ""
 

@@ -26,7 +26,7 @@ def against(value: np.ndarray, left: np.ndarray) -> Compared:
     rigs, count = value.shape
     names = tuple(f"n{k}" for k in range(count))
     whole, none = np.broadcast_to(left, (rigs, count, count)), np.zeros((rigs, count))
-    of = Estimates(names, tuple(map(str, range(rigs))), ("",) * rigs, value, whole, np.ones(rigs), none)
+    of = Estimates(names, tuple(map(str, range(rigs))), ("",) * rigs, value, whole, np.ones((rigs, count)), none)
     return compared(of)
 
 
@@ -150,7 +150,7 @@ def test_a_rig_that_lacks_a_number_is_compared_by_the_others_and_named() -> None
     rows[8] = row(8, "", np.array([1.0]), np.eye(1), ("axis.inertia in log.csv",))
     found = changes(pl.DataFrame(rows, schema=schema()))
     assert found.alarms["rig"].to_list() == ["r0007"] and found.alarms["number"].to_list() == [NAMES[0]]
-    assert found.lacking.rows() == [("r0007", "", NAMES[1])]
+    assert found.lacking.rows() == [("r0007", "", NAMES[1]), ("r0008", "", ", ".join(NAMES))]
     assert len(found.rigs) == 39 and "r0008" not in found.rigs
 
 
@@ -172,6 +172,41 @@ def test_ten_rigs_are_enough_for_a_change_of_ten_deviations() -> None:
     rows = [row(k, "", TRUE + 3.0 * ERROR * rng.normal(size=2), covariance()) for k in range(10)]
     rows[4] = row(4, "", TRUE + np.array([30.0, 0.0]) * ERROR, covariance())
     assert set(changes(pl.DataFrame(rows, schema=schema())).alarms["rig"]) == {"r0004"}
+
+
+def test_a_number_that_few_tell_is_not_compared() -> None:
+    rng = np.random.default_rng(13)
+    rows = []
+    for k in range(60):
+        rows.append(
+            row(k, "1", TRUE + ERROR * rng.normal(size=2), covariance())
+            if k < 3
+            else row(k, "1", TRUE[:1] + ERROR[:1] * rng.normal(size=1), covariance()[:1, :1], NAMES[:1])
+        )
+        rows.append(row(k, "2", TRUE + ERROR * rng.normal(size=2), covariance()))
+    found = changes(pl.DataFrame(rows, schema=schema()))
+    assert found.alarms.filter(against="itself", number=NAMES[1]).is_empty() and len(found.earlier) == 60
+
+
+def test_the_latest_session_counts_also_where_it_failed_or_tells_nothing() -> None:
+    rng = np.random.default_rng(14)
+    rows = [row(k, when, rng.multivariate_normal(TRUE, covariance()), covariance()) for k in range(20) for when in "12"]
+    rows[7] = row(3, "2", np.zeros(0), np.zeros((0, 0)), ())
+    rows[9] = failed(Job("r0004", "2", "", ()), "fit", "why")
+    found = changes(pl.DataFrame(rows, schema=schema()))
+    assert not {"r0003", "r0004"} & {*found.rigs, *found.earlier}
+    assert found.lacking.rows() == [("r0003", "2", ", ".join(NAMES))]
+
+
+def test_one_session_without_a_number_leaves_the_others_to_compare_with() -> None:
+    rng = np.random.default_rng(15)
+    rows = [
+        row(k, when, rng.multivariate_normal(TRUE, covariance()), covariance()) for k in range(20) for when in "1234"
+    ]
+    rows[1] = row(0, "2", TRUE[:1], covariance()[:1, :1], NAMES[:1])
+    rows[3] = row(0, "4", TRUE + np.array([0.0, 30.0]) * ERROR, covariance())
+    found = changes(pl.DataFrame(rows, schema=schema()))
+    assert set(found.alarms.filter(against="itself")["number"]) == {NAMES[1]}
 
 
 def test_the_largest_of_several_huge_changes_is_named() -> None:

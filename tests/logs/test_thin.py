@@ -26,13 +26,30 @@ def test_together_they_have_no_more_samples_than_wanted_unless_that_is_too_coars
     assert np.array_equal(one.time, TIME[::every]) and np.array_equal(one.outputs["yaw_rad"], TIME[::every] ** 2)
     assert one.command == pytest.approx(VOLTS.reshape(-1, every).mean(axis=1), abs=1e-9)
     assert other.supply is not None and other.supply == pytest.approx(one.command + 12.0)
-    assert said.startswith(f"the logs have 40000 samples, of which every {every}th was taken ({40000 // every})")
+    assert said.startswith(
+        f"the logs have 40000 samples, of which {40000 // every} were taken, every {every}th of the finest"
+    )
 
 
 def test_a_command_between_irregular_samples_is_weighed_by_how_long_it_is_held() -> None:
-    log = record(np.array([0.0, 1.0, 4.0, 5.0, 6.0]), np.array([1.0, 5.0, 2.0, 4.0, 7.0]))
-    (found,), _ = thinned([log], 3, 10.0)
-    assert found.time.tolist() == [0.0, 4.0, 6.0] and found.command == pytest.approx([4.0, 3.0, 7.0])
+    time, command = np.cumsum(np.tile([1.0, 3.0], 20)), np.tile([1.0, 5.0], 20)
+    (found,), _ = thinned([record(time, command)], 20, 10.0)
+    assert np.array_equal(found.time, time[::2]) and found.command[:-1] == pytest.approx((3.0 * 1.0 + 1.0 * 5.0) / 4.0)
+
+
+def test_a_sensor_that_is_read_now_and_then_keeps_every_nth_of_its_readings() -> None:
+    seldom = np.where(np.arange(len(TIME)) % 10 == 3, TIME, np.nan)
+    (found,), _ = thinned([record(TIME, VOLTS, {"yaw_rad": seldom, "yaw_rad_s": TIME})], 4000, 0.01)
+    assert np.isfinite(found.outputs["yaw_rad"]).sum() == 400 and found.time[0] == TIME[0]
+    read = np.isfinite(found.outputs["yaw_rad"])
+    assert np.array_equal(found.outputs["yaw_rad"][read], found.time[read])
+
+
+def test_a_coarse_log_beside_a_fine_one_stays_and_no_log_is_none() -> None:
+    coarse = record(TIME[::20], VOLTS[::20])
+    found, said = thinned([record(TIME, VOLTS), coarse], 5000, 0.01)
+    assert len(found[0].time) == 4000 and found[1] is coarse and "nothing faster than 0.04 s" in said
+    assert thinned([], 10, 0.01) == ((), "")
 
 
 def test_both_axes_are_thinned() -> None:
