@@ -17,6 +17,7 @@ import numpy as np
 from experiments.blind.commands import TICK, command
 from experiments.blind.simulator import simulate
 from experiments.blind.truth import OMEGA, PSI, Truth
+from experiments.speed.diagnosis import MOTOR
 from rwjax import write_log
 
 SESSIONS = ("2026-01", "2026-02")
@@ -30,15 +31,7 @@ DAYS = {"viscous": 0.01, "coulomb": 0.007}
 WEARS = "coulomb"
 APPEARS = {"deadzone": 0.1}
 """What appears in some rigs [V]."""
-RIG = """kind = "reaction"
-[motor]
-torque_constant = 0.0182
-resistance = 0.83
-inductance = 0.0641
-friction = 4.07e-6
-[wheel]
-inertia = 1.24e-4
-[axis]
+AXIS = """[axis]
 inertia = 0.05
 [axis.friction]
 viscous = 0.003
@@ -48,6 +41,7 @@ counts_per_rev = 4096
 [fit]
 free = ["axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"]
 """
+RIG = f'kind = "reaction"\n{MOTOR}{AXIS}'
 PLAN = 'command = "{}"\nrig = "rig.toml"\nlogs = "logs/{{rig}}/{{when}}/*.csv"\n'
 
 

@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 
 import polars as pl
-from scipy.stats import beta
+from scipy.stats import binomtest
 
 from experiments.commit import commit
 from experiments.fleet.draw import WEARS
@@ -42,8 +42,7 @@ def interval(found: int, of: int) -> str:
     """A share with its 95 % interval (Clopper and Pearson)."""
     if not of:
         return "-"
-    low = beta.ppf(0.025, found, of - found + 1) if found else 0.0
-    high = beta.ppf(0.975, found + 1, of - found) if found < of else 1.0
+    low, high = binomtest(found, of).proportion_ci(method="exact")
     return f"{found} of {of}: {100 * found / of:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
 
 

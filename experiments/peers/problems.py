@@ -3,15 +3,11 @@
 What a tool fits are four numbers: J, c, f and either the offset o, where the drive's gain is known, or the gain of a servo.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from experiments.realdata import need
-
-Rates = Callable[[Any, Any, Any, Any], Any]
-"""From position, rate, command (n, 2) and the four numbers to the acceleration."""
 
 
 class Log(NamedTuple):
@@ -34,10 +30,6 @@ class Problem(NamedTuple):
     Attributes:
         unit: Unit of errors.
         per_si: Errors in it per SI unit.
-        reads: 0 where the position is read, 1 where the rate is.
-        gain: Force or torque per command; None where it is the fourth number.
-        kp: Duty per rad of a servo whose goal and supply are the command; None without one.
-        load: m g l of a pendulum.
         scale: Sizes of the four numbers.
         bounds: Lowest and highest of each, in sizes.
         width: Rate within which a smoothed sign turns.
@@ -46,15 +38,15 @@ class Problem(NamedTuple):
         other: The other one.
         text: rwjax's rig file, with the four terms.
         bare: The same with inertia and viscous friction alone.
+        reads: 0 where the position is read, 1 where the rate is.
+        gain: Force or torque per command; None where it is the fourth number.
+        kp: Duty per rad of a servo whose goal and supply are the command; None without one.
+        load: m g l of a pendulum.
         skipped: First samples that do not count.
     """
 
     unit: str
     per_si: float
-    reads: int
-    gain: float | None
-    kp: float | None
-    load: float
     scale: tuple[float, ...]
     bounds: tuple[tuple[float, float], ...]
     width: float
@@ -63,7 +55,11 @@ class Problem(NamedTuple):
     other: Log
     text: str
     bare: str
-    skipped: int
+    reads: int = 0
+    gain: float | None = None
+    kp: float | None = None
+    load: float = 0.0
+    skipped: int = 0
 
     def acceleration(self, m: Any, x: Any, v: Any, u: Any, z: Any, sign: Any = None) -> Any:
         """The equation, for numpy, JAX or CasADi as `m`; the sign of the rate smoothed where none is given."""
@@ -103,10 +99,7 @@ def emps() -> Problem:
     return Problem(
         unit="mm",
         per_si=1e3,
-        reads=0,
         gain=35.15065,
-        kp=None,
-        load=0.0,
         scale=(80.0, 250.0, 10.0, 3.0),
         bounds=((0.5, 2.5), (0.0, 2.4), (0.0, 6.0), (-3.3, 3.3)),
         width=2e-3,
@@ -125,7 +118,8 @@ UP, DOWN = 30.0, 48.0
 
 def geared_motor() -> Problem:
     """A geared motor on an L298N bridge, whose rate is read; positive steps are fitted, negative ones followed."""
-    t, u, rpm = np.genfromtxt(dcmotor_log(), delimiter=",", skip_header=1, usecols=(0, 1, 2)).T
+    path = need() / "dcmotor_deadzone_l298n" / "staircase_run.csv"
+    t, u, rpm = np.genfromtxt(path, delimiter=",", skip_header=1, usecols=(0, 1, 2)).T
     rate = rpm * np.pi / 30.0
     up, down = (
         Log(t[part] - t[part][0], np.stack([u, u], axis=1)[part], rate[part])
@@ -138,8 +132,6 @@ def geared_motor() -> Problem:
         per_si=30.0 / np.pi,
         reads=1,
         gain=1.0,
-        kp=None,
-        load=0.0,
         scale=(0.1, 0.5, 1.0, 0.3),
         bounds=((0.05, 5.0), (0.0, 4.0), (0.0, 6.0), (-5.0, 5.0)),
         width=0.05,
@@ -148,14 +140,7 @@ def geared_motor() -> Problem:
         other=down,
         text=bare + more + FOUR,
         bare=bare + TWO,
-        skipped=0,
     )
-
-
-def dcmotor_log() -> str:
-    """Path of the geared motor's log as published."""
-    (path,) = (need() / "dcmotor_deadzone_l298n").glob("*.csv")
-    return str(path)
 
 
 KP, LOAD, INERTIA = 0.16489 * 16, 0.5422, 0.006745
@@ -183,8 +168,6 @@ def servo_pendulum() -> Problem:
     return Problem(
         unit="mrad",
         per_si=1e3,
-        reads=0,
-        gain=None,
         kp=KP,
         load=LOAD,
         scale=(0.03, 0.6, 0.1, 0.4),
@@ -195,7 +178,6 @@ def servo_pendulum() -> Problem:
         other=log("sin_time_square"),
         text=bare.replace("MORE", "coulomb = 0.1\n").replace("FREE", ', "axis.friction.coulomb"'),
         bare=bare.replace("MORE", "").replace("FREE", ""),
-        skipped=0,
     )
 
 

@@ -13,7 +13,7 @@ from rwjax.fleet import FALSE
 from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
-    from rwjax.report.fleet import Fleet
+    from rwjax.fleet.page import Fleet
 
 PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="plan of the fleet (TOML)", show_default=False)]
 Output = Annotated[
@@ -79,8 +79,8 @@ def fleet(
 
 def _json(found: "Fleet", output: Path) -> dict[str, Any]:
     """What the command has found as plain objects."""
+    from rwjax.fleet.page import failures, outcomes
     from rwjax.fleet.store import RESULTS
-    from rwjax.report.fleet import failures, outcomes
 
     return {
         "schema": "rwjax.fleet/1",
@@ -89,11 +89,11 @@ def _json(found: "Fleet", output: Path) -> dict[str, Any]:
         "jobs": found.rows.height,
         "outcomes": outcomes(found.rows),
         "false_alarms": found.false,
-        "compared": len(found.compared),
-        "compared_with_itself": len(found.earlier),
+        "compared": len(found.changes.rigs),
+        "compared_with_itself": len(found.changes.earlier),
         "notes": found.notes,
-        "changed": found.changed.to_dicts(),
-        "lacking": found.lacking.to_dicts(),
+        "changed": found.changes.alarms.to_dicts(),
+        "lacking": found.changes.lacking.to_dicts(),
         "appeared": found.appeared.to_dicts(),
         "failed": failures(found.rows).select("rig", "when", "line").to_dicts(),
     }

@@ -25,14 +25,11 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 from scipy.special import ndtr, ndtri, stdtr, stdtrit
+from scipy.stats import false_discovery_control
 
 from rwjax.fleet import FALSE
-from rwjax.report.fleet import MISFIT
+from rwjax.fleet.sessions import FEWEST, MISFIT, Estimates, common, lacking, latest, sessions_of, since_before
 
-FEWEST = 8
-"""Rigs below which their spread is not known, and nothing is said."""
-COMMON = 0.5
-"""Share of the rigs that have to tell a number for it to be compared [1]."""
 FURTHER = 1e-3
 """Probability of chance below which a further number of a rig that changed counts as one that moved, too [1]."""
 NEAR = 9.0
@@ -50,32 +47,6 @@ TINY, SMALL = np.finfo(float).tiny, 1e-9
 """What stands for 0 in a divisor; an information below which nothing is told [1]."""
 STEPS = 60
 """Halvings of the interval in which a spread lies."""
-FAILED: dict[tuple[str, str], float] = {}
-"""Covariance of a session that failed."""
-OF_A_RUN = " in "
-"""What stands in the name of a number that a run has of its own, which no other rig has."""
-
-
-class Estimates(NamedTuple):
-    """Estimates of several rigs, NaN where a rig does not tell a number.
-
-    Attributes:
-        names: Names of the numbers.
-        rigs: Names of the rigs.
-        whens: Their sessions.
-        value: Numbers, or what they have changed by (rigs, numbers) [SI].
-        covariance: What the logs leave of each rig's (rigs, numbers, numbers) [SI²].
-        sessions: How many times the spread from session to session counts (rigs, numbers) [1].
-        before: Numbers from which a change is counted (rigs, numbers) [SI], 0 where none is.
-    """
-
-    names: tuple[str, ...]
-    rigs: tuple[str, ...]
-    whens: tuple[str, ...]
-    value: np.ndarray
-    covariance: np.ndarray
-    sessions: np.ndarray
-    before: np.ndarray
 
 
 class Compared(NamedTuple):
@@ -137,8 +108,9 @@ class Changes(NamedTuple):
     """What changed.
 
     Attributes:
-        alarms: One number that moved a line, those of the surest rig first: `rig`, `when`, `against` (`siblings` or `itself`), `number`, others that it may be in its place
-            (`or`), `change` [SI; of the misfit a ratio], `from_95`, `to_95`, `expected`, and the probability of chance `p` of the rig.
+        alarms: One number that moved a line, those of the surest rig first: `rig`, `when`, `against` (`siblings` or `itself`), `number`,
+            others that it may be in its place (`or`), `change` [SI; of the misfit a ratio], `from_95`, `to_95`, `expected`, and the
+            probability of chance `p` of the rig.
         rigs: Rigs that were compared with their siblings.
         earlier: Rigs that were compared with themselves in earlier sessions.
         lacking: `rig`, `when` and the `numbers` that most others tell and it does not.
@@ -167,109 +139,17 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
     Returns:
         What changed.
     """
-    told = rows.filter(pl.col("numbers").is_not_null() | (pl.col("status") != "done")).sort("rig", "when")
-    sessions: dict[str, list[tuple[str, dict[str, float], dict[tuple[str, str], float]]]] = {}
-    for row in told.iter_rows(named=True):
-        sessions.setdefault(row["rig"], []).append((row["when"], *_estimate(row)))
-    names = _common(sessions)
-    latest, since = _latest(sessions, names), _since_before(sessions, names)
-    both = ((latest, "siblings"), (since, "itself"))
+    sessions = sessions_of(rows)
+    names = common(sessions)
+    now, since = latest(sessions, names), since_before(sessions, names)
+    both = ((now, "siblings"), (since, "itself"))
     judged = [_judged(one, against) for one, against in both if len(one.rigs) >= FEWEST]
     through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
     ends = np.cumsum([len(one.p) for one in judged])
     found = [_alarms(one, which) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
     alarms = pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when", maintain_order=True)
-    rigs, earlier = (one.rigs if len(one.rigs) >= FEWEST else () for one in (latest, since))
-    return Changes(alarms, rigs, earlier, _lacking(sessions, latest.names))
-
-
-def _estimate(row: dict) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
-    """Numbers of a row by name, the misfit with them, and their covariances by both names."""
-    told = row["numbers"] if row["status"] == "done" else []
-    names = [one["name"] for one in told]
-    value = {one["name"]: one["value"] for one in told if OF_A_RUN not in one["name"]}
-    pairs = ((a, b) for a in names for b in names)
-    covariance: dict[tuple[str, str], float] = dict(zip(pairs, row["covariance"] if told else (), strict=True))
-    if row["status"] == "done" and row["misfit"]:
-        value[MISFIT] = float(np.log(row["misfit"]))
-    return value, covariance if row["status"] == "done" else FAILED
-
-
-def _common(sessions: dict[str, list]) -> tuple[str, ...]:
-    """Names of the numbers that most rigs tell in their latest session."""
-    counts: dict[str, int] = {}
-    for own in sessions.values():
-        for name in own[-1][1]:
-            counts[name] = counts.get(name, 0) + 1
-    return tuple(name for name, count in counts.items() if count > COMMON * len(sessions))
-
-
-def _arrays(
-    names: tuple[str, ...], value: dict[str, float], covariance: dict[tuple[str, str], float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers in the order of their names, NaN where there is none, and their covariance."""
-    return (
-        np.array([value.get(name, np.nan) for name in names]),
-        np.array([[covariance.get((a, b), 0.0) for b in names] for a in names]).reshape(len(names), len(names)),
-    )
-
-
-def _together(
-    names: tuple[str, ...], found: list[tuple[str, str, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
-) -> Estimates:
-    """Estimates of several rigs as arrays, without numbers that too few tell, and without rigs that tell none."""
-    count = len(names)
-    value = np.array([one[2] for one in found]).reshape(len(found), count)
-    told = np.isfinite(value).sum(axis=0) >= FEWEST
-    kept = [k for k, own in enumerate(value) if np.isfinite(own[told]).any()]
-    _, _, _, covariance, sessions, before = zip(*(found[k] for k in kept), strict=True) if kept else ((),) * 6
-    return Estimates(
-        tuple(name for name, enough in zip(names, told, strict=True) if enough),
-        tuple(found[k][0] for k in kept),
-        tuple(found[k][1] for k in kept),
-        value[kept][:, told],
-        np.array(covariance).reshape(len(kept), count, count)[:, told][:, :, told],
-        np.array(sessions).reshape(len(kept), count)[:, told],
-        np.array(before).reshape(len(kept), count)[:, told],
-    )
-
-
-def _latest(sessions: dict[str, list], names: tuple[str, ...]) -> Estimates:
-    """The latest session of every rig."""
-    return _together(
-        names,
-        [
-            (rig, own[-1][0], *_arrays(names, *own[-1][1:]), np.ones(len(names)), np.zeros(len(names)))
-            for rig, own in sessions.items()
-        ],
-    )
-
-
-def _since_before(sessions: dict[str, list], names: tuple[str, ...]) -> Estimates:
-    """What the numbers of every rig with several sessions have changed by in the latest, against the mean of those before."""
-    found = []
-    for rig, (*earlier, (when, *last)) in sessions.items():
-        if earlier:
-            values, covariances = zip(*(_arrays(names, *one[1:]) for one in earlier), strict=True)
-            value, covariance = _arrays(names, *last)
-            seen = np.isfinite(values)
-            count = seen.sum(axis=0)
-            each = np.maximum(count, 1)
-            mean = np.where(count > 0, np.where(seen, values, 0.0).sum(axis=0) / each, np.nan)
-            spread = covariance + np.sum(covariances, axis=0) / np.outer(each, each)
-            found.append((rig, when, value - mean, spread, 1.0 + 1.0 / each, mean))
-    return _together(names, found)
-
-
-def _lacking(sessions: dict[str, list], names: tuple[str, ...]) -> pl.DataFrame:
-    """Which of the compared numbers a rig does not tell in its latest session; one that failed is told of elsewhere."""
-    rows = []
-    for rig, own in sessions.items():
-        when, value, covariance = own[-1]
-        without = [name for name in names if name not in value]
-        if without and covariance is not FAILED:
-            rows.append((rig, when, ", ".join(without)))
-    return pl.DataFrame(rows, dict.fromkeys(("rig", "when", "numbers"), pl.String), orient="row")
+    rigs, earlier = (one.rigs if len(one.rigs) >= FEWEST else () for one in (now, since))
+    return Changes(alarms, rigs, earlier, lacking(sessions, now.names))
 
 
 def compared(of: Estimates) -> Compared:
@@ -284,7 +164,7 @@ def compared(of: Estimates) -> Compared:
     variance = np.diagonal(of.covariance, axis1=1, axis2=2)
     expected, spread = _centre_and_spread(of.value, variance, of.sessions)
     # in units of each number's own deviation, since numbers differ by powers of ten
-    unit = np.sqrt(np.median(variance, axis=0) + spread**2) if len(of.rigs) else np.ones(len(of.names))
+    unit = np.sqrt(np.median(variance, axis=0) + spread**2)
     unit = np.where(unit > 0.0, unit, 1.0)
     told = np.isfinite(of.value)
     V = np.where(told[:, :, None] & told[:, None, :], of.covariance / np.outer(unit, unit), 0.0)
@@ -400,10 +280,4 @@ def let_through(p: np.ndarray, false: float) -> np.ndarray:
     Returns:
         Whether each is let through (tests,) [1].
     """
-    order = np.argsort(p)
-    allowed = false * np.arange(1, len(p) + 1) / max(len(p), 1)
-    below = np.flatnonzero(p[order] <= allowed)
-    found = np.zeros(len(p), bool)
-    if len(below):
-        found[order[: below[-1] + 1]] = True
-    return found
+    return false_discovery_control(p) <= false if len(p) else np.zeros(0, bool)

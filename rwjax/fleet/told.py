@@ -11,10 +11,10 @@ from rwjax.errors import InputError
 from rwjax.fleet import FALSE
 from rwjax.fleet.appeared import appeared
 from rwjax.fleet.changes import changes
+from rwjax.fleet.page import Fleet, write_fleet
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.store import REPORTS
 from rwjax.fleet.work import report_folder
-from rwjax.report.fleet import Fleet, write_fleet
 from rwjax.report.html import REPORT
 from rwjax.text_files import write_files
 
@@ -37,8 +37,7 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
         [(job.rig, job.when) for job in plan.jobs], {"rig": pl.String, "when": pl.String}, orient="row"
     )
     own = rows.join(wanted, on=["rig", "when"], how="semi").sort("rig", "when")
-    found = changes(own, false)
-    return Fleet(plan.command, own, found.alarms, found.rigs, found.earlier, found.lacking, appeared(own), false)
+    return Fleet(plan.command, own, changes(own, false), appeared(own), false)
 
 
 def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:
@@ -58,7 +57,7 @@ def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path |
     path, table = folder / NEXT, folder / NEXT_TABLE
     if plan.command != "fit":
         return None
-    changed = set(fleet.changed["rig"])
+    changed = set(fleet.changes.alarms["rig"])
     last = {job.rig: job for job in plan.jobs if job.rig in changed}  # jobs are sorted by session
     if not last:
         for old in (path, table):

@@ -4,19 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax import simulate, write_log
+from rwjax import simulate, write_log, write_rig
 from tests.systems import platform
 
-RIG = """kind = "platform"
-[drive]
-gain = 0.4
-[axis]
-inertia = 0.12
-[axis.friction]
-viscous = 0.03
-[fit]
-free = ["axis.inertia", "axis.friction.viscous"]
-"""
 PLAN = 'command = "fit"\nrig = "rig.toml"\nlogs = "logs/{rig}/*.csv"\n'
 
 
@@ -33,6 +23,7 @@ def write_small(folder: Path, rigs: tuple[str, ...] = ("a", "b", "c")) -> Path:
             )
             noise = np.random.default_rng([k, len(run), round(10 * period)]).normal(0.0, 1e-3, len(time))
             write_log(own / f"{run}.csv", {"time_s": time, "voltage_V": volts, "yaw_rad": angle + noise}, {})
-    (folder / "rig.toml").write_text(RIG)
+    rig = platform("viscous = 0.03", '"axis.inertia", "axis.friction.viscous"')
+    (folder / "rig.toml").write_text(write_rig(rig))
     (folder / "fleet.toml").write_text(PLAN)
     return folder / "fleet.toml"

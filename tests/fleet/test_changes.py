@@ -5,11 +5,11 @@ import polars as pl
 import pytest
 from scipy.stats import binom, false_discovery_control
 
-from rwjax.fleet.changes import Compared, Estimates, changes, compared, let_through
+from rwjax.fleet.changes import Compared, changes, compared, let_through
 from rwjax.fleet.plan import Job
+from rwjax.fleet.sessions import MISFIT, Estimates
 from rwjax.fleet.store import schema
 from rwjax.fleet.work import failed
-from rwjax.report.fleet import MISFIT
 
 TRUE, SPREAD, ERROR = np.array([1.0, 1e-3]), np.array([0.02, 5e-5]), np.array([0.01, 2e-5])
 NAMES = ("axis.inertia", "axis.friction.coulomb")

@@ -37,7 +37,9 @@ def test_the_rigs_that_changed_are_the_next_plan(tmp_path: Path) -> None:
     plan = FleetPlan("fit", {"force": True, "segments": 2.0}, jobs)
     none = told(plan, ROWS)
     alarm = {"rig": "b, c", "when": "2", "against": "itself", "number": "axis.inertia", "or": "", "p": 0.0}
-    found = none._replace(changed=pl.DataFrame([alarm], schema=none.changed.schema))
+    found = none._replace(
+        changes=none.changes._replace(alarms=pl.DataFrame([alarm], schema=none.changes.alarms.schema))
+    )
     path = write_plan_of_changed(plan, found, tmp_path)
     assert path is not None
     assert (read_plan(path).command, read_plan(path).options) == ("diagnose", plan.options)

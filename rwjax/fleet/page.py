@@ -12,6 +12,8 @@ from matplotlib.axes import Axes
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError
+from rwjax.fleet.changes import Changes
+from rwjax.fleet.sessions import MISFIT
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
 from rwjax.text_files import write_text
@@ -22,8 +24,6 @@ MOST_LINES = 200
 """Lines of a table on the page; the Parquet file holds all."""
 MOST_NUMBERS = 12
 """Numbers that are drawn."""
-MISFIT = "misfit"
-"""Name of the number whose change is a ratio: RMS error over noise."""
 MISSES = 2.0
 """Misfit from which a fit counts as one that misses its readings [1]."""
 MOST_POINTS = 3000
@@ -36,20 +36,14 @@ class Fleet(NamedTuple):
     Attributes:
         command: What was done for every rig.
         rows: Results (`rwjax.fleet.store.schema`).
-        changed: Alarms (`rwjax.fleet.changes.Changes`).
-        compared: Rigs that were compared with their siblings.
-        earlier: Rigs that were compared with themselves in earlier sessions.
-        lacking: Rigs that lack numbers which most others tell.
+        changes: Rigs that changed.
         appeared: Effects that few rigs have (`rwjax.fleet.appeared.appeared`).
-        false: Share of `changed` that may be false [1].
+        false: Share of the alarms that may be false [1].
     """
 
     command: str
     rows: pl.DataFrame
-    changed: pl.DataFrame
-    compared: tuple[str, ...]
-    earlier: tuple[str, ...]
-    lacking: pl.DataFrame
+    changes: Changes
     appeared: pl.DataFrame
     false: float
 
@@ -57,9 +51,9 @@ class Fleet(NamedTuple):
         """The result in lines."""
         lines = [self.sentence, *(f"  {what}: {count}" for what, count in outcomes(self.rows).items())]
         lines += [f"  note: {note}" for note in self.notes]
-        for one in self.changed.head(MOST_LINES).iter_rows(named=True):
+        for one in self.changes.alarms.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} differs from {one['against']}: {change_words(one)}")
-        for one in self.lacking.head(MOST_LINES).iter_rows(named=True):
+        for one in self.changes.lacking.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} tells no {one['numbers']}, as most others do")
         for one in self.appeared.head(MOST_LINES).iter_rows(named=True):
             lines.append(f"  {_who(one)} has {one['effect']}, as {one['siblings']} of the {one['of']} rigs")
@@ -74,10 +68,10 @@ class Fleet(NamedTuple):
         tail = f"; {failed} of {self.rows.height} jobs failed." if failed else "."
         if self.command not in ("fit", "diagnose"):
             return f"{rigs} rigs{tail}"
-        if not self.compared:
+        if not self.changes.rigs:
             return f"{rigs} rigs, of which too few tell numbers to be compared{tail}"
-        different = pl.concat([self.changed["rig"], self.appeared["rig"]]).n_unique()
-        left = rigs - len(self.compared)
+        different = pl.concat([self.changes.alarms["rig"], self.appeared["rig"]]).n_unique()
+        left = rigs - len(self.changes.rigs)
         beside = f"; {left} were not compared" if left else ""
         return f"{different} of {rigs} rigs differ from their siblings or from themselves{beside}{tail}"
 
@@ -86,7 +80,7 @@ class Fleet(NamedTuple):
         """What to know besides, one sentence each."""
         notes = []
         several = self.rows.filter(status="done").group_by("rig").len().filter(pl.col("len") > 1).height
-        if self.compared and several and not self.earlier:
+        if self.changes.rigs and several and not self.changes.earlier:
             notes.append(
                 f"only {several} rigs have two sessions, too few to say what a rig changes by: none was compared with itself"
             )
@@ -103,7 +97,7 @@ def change_words(one: dict[str, Any]) -> str:
     """An alarm in words.
 
     Args:
-        one: A row of `changed`.
+        one: An alarm (`rwjax.fleet.changes.Changes`).
 
     Returns:
         The number, those that may be it in its place, and its change with its interval.
@@ -181,8 +175,8 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
         {"report": report, "change_words": change_words},
         fleet=fleet,
         outcomes=outcomes(fleet.rows),
-        changed=fleet.changed.head(MOST_LINES).to_dicts(),
-        lacking=fleet.lacking.head(MOST_LINES).to_dicts(),
+        changed=fleet.changes.alarms.head(MOST_LINES).to_dicts(),
+        lacking=fleet.changes.lacking.head(MOST_LINES).to_dicts(),
         appeared=fleet.appeared.head(MOST_LINES).to_dicts(),
         failed=failures(fleet.rows).head(MOST_LINES).to_dicts(),
         missing=something_missing(fleet).to_dicts(),
@@ -228,7 +222,7 @@ def _drawn(fleet: Fleet, name: str) -> str:
     else:
         whole = fleet.rows.select("rig", "when", "numbers").explode("numbers").unnest("numbers")
         one = whole.filter(pl.col("name") == name)
-    alarmed = set(fleet.changed.filter(number=name)["rig"].to_list())
+    alarmed = set(fleet.changes.alarms.filter(number=name)["rig"].to_list())
     with drawing((9.0, 2.2)) as figure:
         ax = figure.subplots()
         if one["when"].n_unique() > 1:

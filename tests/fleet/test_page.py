@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 import numpy as np
 import polars as pl
 
+from rwjax.fleet.page import Fleet, numbers_of, outcomes, write_fleet
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.told import told
-from rwjax.report.fleet import Fleet, numbers_of, outcomes, write_fleet
 from tests.fleet.test_changes import fleet
 
 
