@@ -54,6 +54,8 @@ def coordinate_of(name: str) -> str:
     """
     if name.startswith("parameter."):
         number = name.removeprefix("parameter.")
+        if (effect := number.rpartition(".")[0]) in BY_NAME:
+            return BY_NAME[effect].coordinate
         coordinate = _NUMBER_COORDINATE.get(
             _on_one_axis(number), "pitch" if number.startswith("gimbal.") else "yaw_rate"
         )
@@ -232,7 +234,7 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         rig: the rig as it is.
 
     Returns:
-        Names of effects in the order of the library, then `parameter.NAME` for each fixed number.
+        Names of effects in the order of the library, then `parameter.NAME` for each fixed number, of the plant and of the rig's own effects.
     """
     structure = structure_of(rig)
     found = [
@@ -245,7 +247,8 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     given = (*rig.free, *rig.tied, *_TICKING)
-    fixed = [name for name in structure.numbers if name not in given and rig.numbers.get(name, 0.0) != 0.0]
+    of_effects = [f"{e}.{n}" for e in rig.effects for n, p in parameters(BY_NAME[e]).items() if p.fitted and not p.of_form]
+    fixed = [n for n in (*structure.numbers, *of_effects) if n not in given and rig.values.get(n, 0.0) != 0.0]
     return (*found, *(f"parameter.{name}" for name in fixed))
 
 

@@ -59,6 +59,18 @@ def test_logs_in_which_nothing_moves_do_not_say_that_nothing_is_missing(noise: f
 
 
 @pytest.mark.slow
+def test_a_wrong_number_of_an_effect_that_the_rig_file_holds_is_named() -> None:
+    rig = replace(platform("viscous = 0.02"), effects={"axis.coulomb": {"M_c": 0.05}})
+    time, noise, logs = 0.01 * np.arange(1001), np.random.default_rng(0).normal(0.0, 2e-4, (4, 1001)), []
+    for own, rate in zip(noise, (0.7, 1.1, 1.7, 2.3), strict=True):
+        command = record(time, 0.3 * np.sign(np.sin(rate * time)) + 0.2 * np.sin(3.1 * time))
+        logs.append(replace(command, outputs={"yaw_rad": run(rig, command, {}, effects=rig.effects)["yaw_rad"] + own}))
+    found = diagnose(rig.with_values({"axis.coulomb.M_c": 0.04}), logs)
+    assert found.verdict == "effect" and found.effects == ("parameter.axis.coulomb.M_c",)
+    assert found.corrected.values["axis.coulomb.M_c"] == pytest.approx(0.05, rel=1e-3)
+
+
+@pytest.mark.slow
 def test_a_second_cause_is_found_though_the_first_takes_up_nearly_all_of_its_error() -> None:
     """Dry friction takes up 97 % of the error that a dead zone makes beside it, in runs that are fitted; counts are the only noise."""
     rig = parse_rig(

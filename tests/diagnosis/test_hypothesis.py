@@ -43,6 +43,15 @@ def test_a_number_that_follows_from_others_is_not_wrong_by_itself() -> None:
     assert every == {"parameter.axis.friction.viscous"}
 
 
+def test_a_fixed_number_of_an_effect_that_the_rig_file_holds_may_be_wrong() -> None:
+    held = {"axis.stribeck": {"M_c": 0.05, "M_e": 0.01, "v_s": 0.2, "n": 2.0}, "sensor.delay": {"tau": 0.0}}
+    rig = replace(platform("viscous = 0.02"), effects=held, free=("axis.inertia", "axis.stribeck.v_s"))
+    wrong = {name for name in candidates(rig) if name.startswith(("parameter.axis.stribeck", "parameter.sensor"))}
+    assert wrong == {"parameter.axis.stribeck.M_c", "parameter.axis.stribeck.M_e"}  # others are free, of the form, or 0
+    assert coordinate_of("parameter.axis.stribeck.M_c") == coordinate_of("axis.stribeck")
+    assert "axis.stribeck.M_c" in free_names(rig, Hypothesis(("parameter.axis.stribeck.M_c",)), ("yaw_rad",))
+
+
 def test_a_coulomb_level_belongs_to_an_effect_only_where_nothing_else_models_it() -> None:
     stribeck = Hypothesis(("axis.stribeck",))
     assert "axis.stribeck.M_c" in free_names(reaction(), stribeck, ())
