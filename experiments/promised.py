@@ -22,6 +22,7 @@ from experiments.blind.messy import case_from, prepared_of
 from experiments.commit import commit
 from experiments.realdata import ROOT
 from experiments.speed.table import machine, show
+from experiments.workers import Workers
 from rwjax import diagnose, predict, read_logs, read_rig
 from rwjax.diagnosis.gap import closure
 from rwjax.logs.log import Log
@@ -109,9 +110,9 @@ def main() -> None:
     parser.add_argument("--set", dest="name", choices=PLANS, default="second")
     parser.add_argument("--cases", type=int, default=60)
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "promised.jsonl")
-    parser.add_argument("--processes", type=int, default=2)
+    Workers.options(parser)
     a = parser.parse_args()
-    run(spread(wanted(a.name), a.cases), a.path, a.processes, kept)
+    run(spread(wanted(a.name), a.cases), a.path, Workers.of(a), kept)
     report([*read(a.path)])
 
 

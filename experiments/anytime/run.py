@@ -1,6 +1,6 @@
 """Stops diagnoses at random moments: is every answer whole, and does one name what the full diagnosis does not?
 
-`python -m experiments.anytime.run [--stops 100] [--each 4] [-o build/anytime.jsonl] [--processes 2]` takes simulated cases spread over
+`python -m experiments.anytime.run [--stops 100] [--each 4] [-o build/anytime.jsonl] [--processes 2 | --scheduler ADDRESS]` takes simulated cases spread over
 a set. Each is diagnosed once to its end by `rwjax diagnose --budget inf`, and then stopped `--each` times, by Ctrl-C and by a budget
 in turn, at moments drawn evenly over the time that the whole command took. It skips the cases that the file holds already, and ends
 with the counts. Stopped by Ctrl-C before its search, a command writes nothing and says one line; that is counted apart.
@@ -22,6 +22,7 @@ import numpy as np
 from experiments.blind.campaign import run, spread
 from experiments.blind.cases import make_case, write_case
 from experiments.blind.draw import SETS, read
+from experiments.workers import Workers
 
 CLAIMS = ("effect", "ambiguous", "partial")
 INTERRUPTED = 130  # status after Ctrl-C
@@ -144,12 +145,12 @@ def main() -> None:
     parser.add_argument("--set", default="explore")
     parser.add_argument("--group", default="single")
     parser.add_argument("-o", dest="path", type=Path, default=Path("build/anytime.jsonl"))
-    parser.add_argument("--processes", type=int, default=2)
+    Workers.options(parser)
     a = parser.parse_args()
     every = [row for row in read(SETS / f"{a.set}.jsonl") if row.get("seed") is not None and row["group"] == a.group]
     rows = [row | {"each": a.each} for row in spread(every, -(-a.stops // a.each))]
     a.path.parent.mkdir(parents=True, exist_ok=True)
-    run(rows, a.path, a.processes, stopped)
+    run(rows, a.path, Workers.of(a), stopped)
     lines = list(read(a.path))
     for words, count in counts(lines):
         print(f"{count:4d} {words}")

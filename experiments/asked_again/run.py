@@ -1,4 +1,4 @@
-"""Does the same question get the same answer? `python -m experiments.asked_again.run [-o build/asked_again.jsonl] [--processes 2]`
+"""Does the same question get the same answer? `python -m experiments.asked_again.run [-o build/asked_again.jsonl] [--processes 2 | --scheduler ADDRESS]`
 
 Simulated cases, spread over a set (`--set`, `--cases`), and two measured rigs are asked as they are and in eight other ways that say the same
 (`experiments.asked_again.otherwise`). A line is appended for each answer; those that the file holds are skipped. The table counts the
@@ -9,8 +9,6 @@ import argparse
 import json
 import tempfile
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 
 from experiments.asked_again.otherwise import WAYS, Question, read_question, write_question
@@ -19,6 +17,7 @@ from experiments.blind.cases import make_case, write_case
 from experiments.blind.draw import PLANS, appending, cases, read
 from experiments.realdata import ROOT, dcmotor, emps, folder
 from experiments.speed.table import show
+from experiments.workers import Workers, done
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
 
@@ -84,15 +83,15 @@ def main() -> None:
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "asked_again.jsonl")
     parser.add_argument("--set", dest="name", choices=PLANS, default="explore")
     parser.add_argument("--cases", type=int, default=12)
-    parser.add_argument("--processes", type=int, default=2)
+    Workers.options(parser)
     a = parser.parse_args()
     known = {(line["case"], line["way"]) for line in read(a.path)}
     every = [*measured(), *simulated(a.name, a.cases)]
     ways = {AS_IT_IS: lambda question: question} | WAYS
     todo = [(name, way, ways[way](q)) for name, q in every for way in ways if (name, way) not in known]
-    with ProcessPoolExecutor(a.processes, get_context("spawn")) as pool, appending(a.path) as file:
-        for future in as_completed([pool.submit(asked, *one) for one in todo]):
-            file.write(json.dumps(future.result()) + "\n")
+    with appending(a.path) as file:
+        for line in done(asked, todo, Workers.of(a)):
+            file.write(json.dumps(line) + "\n")
             file.flush()
     report([*read(a.path)])
 

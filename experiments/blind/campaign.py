@@ -1,20 +1,15 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
-`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2] [--limit N] [--group single …]
+`python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2 | --scheduler ADDRESS] [--limit N] [--group single …]
 [--index 17 …] [--of RESULTS.jsonl] [--told]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
 the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares. With `--told` the true names are the only
 candidates, of a messy case the large ones. What is not named even then is refused by the tests of a claim, not missed by the search.
 """
 
 import argparse
-import multiprocessing
-import os
 import tempfile
-import threading
 import traceback
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, nullcontext
 from json import dumps
 from pathlib import Path
@@ -24,11 +19,11 @@ from experiments.blind.cases import KINDS, split, write_case
 from experiments.blind.draw import GROUPS, PLANS, appending, cases, read, some
 from experiments.blind.messy import case_of
 from experiments.commit import commit
+from experiments.workers import Workers, done
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.fitting.processes import ALONE, Team
 
-EACH = 40  # cases until a worker, whose memory grows with every program, gives way to a new one
 LISTED = 5  # names of the ranking that are kept
 NO_LIMIT = nullcontext()
 COPIED = (
@@ -78,37 +73,15 @@ def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
     return sorted(some(rows, limit), key=lambda row: KINDS.index(row["kind"]))
 
 
-def end_with_parent() -> None:
-    """Ends this worker when the campaign is killed, which leaves it no time to say so."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def wait() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
-
-
-def run(rows: Sequence[dict], path: Path, processes: int, work: Callable[[dict], dict] = answer) -> None:
+def run(rows: Sequence[dict], path: Path, workers: Workers, work: Callable[[dict], dict] = answer) -> None:
     """Appends the line of every case that `path` does not hold; a worker that dies loses its case for this time only."""
-    done = {line["index"] for line in read(path)}
-    rest = [row for row in rows if row["index"] not in done]
-    context, count = multiprocessing.get_context("spawn"), 0
+    known = {line["index"] for line in read(path)}
+    rest = [(row,) for row in rows if row["index"] not in known]
     with appending(path) as file:
-        for first in range(0, len(rest), EACH * processes):
-            with ProcessPoolExecutor(processes, context, end_with_parent) as pool:
-                waiting = [pool.submit(work, row) for row in rest[first : first + EACH * processes]]
-                for future in as_completed(waiting):
-                    try:
-                        line = future.result()
-                    except BrokenProcessPool:
-                        print("\na worker died; run again for what is missing")
-                        break
-                    file.write(dumps(line) + "\n")
-                    file.flush()
-                    count += 1
-                    print(f"\r{count} of {len(rest)}", end="", flush=True)
+        for count, line in enumerate(done(work, rest, workers), 1):
+            file.write(dumps(line) + "\n")
+            file.flush()
+            print(f"\r{count} of {len(rest)}", end="", flush=True)
     print()
 
 
@@ -117,7 +90,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=PLANS)
     parser.add_argument("-o", dest="path", type=Path, required=True)
-    parser.add_argument("--processes", type=int, default=2)
+    Workers.options(parser)
     parser.add_argument("--limit", type=int)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
@@ -128,7 +101,7 @@ def main() -> None:
     for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
         wanted = [row for row in wanted if alone is None or row["index"] in alone]
     wanted = [row for row in wanted if split(row["effect"]) or not a.told]
-    run(spread(wanted, a.limit), a.path, a.processes, answer_told if a.told else answer)
+    run(spread(wanted, a.limit), a.path, Workers.of(a), answer_told if a.told else answer)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Draws a set of cases of known size, one JSON line each, and what their logs carry by the simulator's own fits.
 
-`python -m experiments.blind.draw calibrate [--processes 1] [--group single …] [--limit 20]` appends to
+`python -m experiments.blind.draw calibrate [--processes 1 | --scheduler ADDRESS] [--group single …] [--limit 20]` appends to
 `experiments/blind/sets/calibrate.jsonl` what is not there yet, with a limit at most so many places of each group. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. Of `final` a part
 has been drawn and diagnosed once: the places that it leaves are for the next claim, on a search that is frozen before they are drawn.
 
@@ -19,9 +19,7 @@ file leaves of the whole, and `left` what it leaves with the large causes added:
 
 import argparse
 import json
-import multiprocessing
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,6 +34,7 @@ from experiments.blind.oracle import STEP, Fit, by_rule, judge, perfect, refit, 
 from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, LARGEST, SMALLEST, WITHIN, OutOfReach, sized, sized_by
+from experiments.workers import Workers, pool
 
 T = TypeVar("T")
 SETS = Path(__file__).parent / "sets"
@@ -266,7 +265,7 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=PLANS)
-    parser.add_argument("--processes", type=int, default=1)
+    Workers.options(parser, processes=1)
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     parser.add_argument("--limit", type=int, help="places of each group, drawn at random among its own")
     a = parser.parse_args()
@@ -274,9 +273,8 @@ def main() -> None:
     done = {row["index"] for row in read(path)}
     wanted = [p for name in a.group for p in some([p for p in places(a.name) if p.group == name], a.limit)]
     todo = [place for place in wanted if place.index not in done]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(a.processes, context) as pool, appending(path) as file:
-        for k, row in enumerate(pool.map(partial(draw, a.name), todo), 1):
+    with pool(Workers.of(a)) as executor, appending(path) as file:
+        for k, row in enumerate(executor.map(partial(draw, a.name), todo), 1):
             file.write(json.dumps(row) + "\n")
             file.flush()
             print(f"\r{k} of {len(todo)}", end="", flush=True)

@@ -1,14 +1,12 @@
 """Is what the library names instead of the truth as good as the truth? The simulator, refitted with both, answers.
 
-`python -m experiments.blind.inseparable RESULTS.jsonl [--processes 2]` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
+`python -m experiments.blind.inseparable RESULTS.jsonl [--processes 2 | --scheduler ADDRESS]` appends to `RESULTS.inseparable.jsonl`, which `score` reads.
 A hypothesis counts as inseparable where its refit leaves no more than that of the true effect, to `TOLERANCE` floors. This has to
 hold of the runs fitted (all columns together) and of those held out (each column). A hypothesis with more names than the truth is
 not asked about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
 """
 
 import argparse
-import multiprocessing
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from json import dumps
 from pathlib import Path
@@ -20,6 +18,7 @@ from experiments.blind.messy import case_of
 from experiments.blind.oracle import Fit, perfect, refit
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE
+from experiments.workers import Workers, pool
 
 TOLERANCE = 0.2  # floors
 TRIES = 8  # random draws from which the other hypothesis is refitted
@@ -81,12 +80,11 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("path", type=Path)
-    parser.add_argument("--processes", type=int, default=1)
+    Workers.options(parser, processes=1)
     a = parser.parse_args()
     done = {(one["index"], one["option"]) for one in read(beside(a.path))}
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(a.processes, context) as pool, appending(beside(a.path)) as file:
-        for found in pool.map(partial(ask, done=done), read(a.path)):
+    with pool(Workers.of(a)) as executor, appending(beside(a.path)) as file:
+        for found in executor.map(partial(ask, done=done), read(a.path)):
             file.writelines(dumps(judged) + "\n" for judged in found)
             file.flush()
 

@@ -1,13 +1,12 @@
 """Coverage of the 95 % intervals of `rwjax fit` on simulated rigs that lack nothing, and what each kind of interval costs.
 
-`python -m experiments.coverage.run [RIGS] [KIND …]` (334 rigs of each kind by default: 1002 in all). Every twentieth rig also
+`python -m experiments.coverage.run [RIGS] [KIND …] [--processes 2 | --scheduler ADDRESS]` (334 rigs of each kind by default: 1002 in all). Every twentieth rig also
 gets intervals by the profile and by the bootstrap. A row is called off if its coverage differs from 95 % at the 5 % level
 after Holm's correction for all rows of the table.
 """
 
-import sys
+import argparse
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -17,6 +16,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from experiments.blind.cases import KINDS, make_case, write_case
+from experiments.workers import Workers, pool
 from rwjax import read_logs, read_rig
 from rwjax.fitting.bootstrap import bootstrap
 from rwjax.fitting.fit import fit
@@ -75,12 +75,12 @@ def holm(p: np.ndarray) -> np.ndarray:
     return np.minimum(corrected, 1.0)[np.argsort(order)]
 
 
-def main(rigs: int, kinds: list[str]) -> None:
+def main(rigs: int, kinds: list[str], workers: Workers) -> None:
     """Prints the coverage of each number with its binomial interval."""
     rows: dict[tuple[str, str, str], list[Hit]] = {}
-    for kind in kinds:
-        with ThreadPoolExecutor(2) as pool:
-            for one in pool.map(partial(hits, kind), range(FIRST_SEED, FIRST_SEED + rigs)):
+    with pool(workers) as executor:
+        for kind in kinds:
+            for one in executor.map(partial(hits, kind), range(FIRST_SEED, FIRST_SEED + rigs)):
                 for hit in one:
                     rows.setdefault((kind, hit.method, hit.number), []).append(hit)
     for kind in kinds:
@@ -103,5 +103,9 @@ def main(rigs: int, kinds: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 334
-    main(count, sys.argv[2:] or list(KINDS))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("rigs", type=int, nargs="?", default=334)
+    parser.add_argument("kinds", nargs="*", default=[*KINDS])
+    Workers.options(parser)
+    a = parser.parse_args()
+    main(a.rigs, a.kinds, Workers.of(a))

@@ -1,6 +1,6 @@
 """How often the 95 % intervals of `rwjax fit` hold the truth on joints of another simulator, for each sort of command.
 
-`python -m experiments.joints.run [--rigs 50] [--workers 2] [--sorts voltage duty goal torque_off] [-o build/joints.jsonl]` fits
+`python -m experiments.joints.run [--rigs 50] [--processes 2 | --scheduler ADDRESS] [--sorts voltage duty goal torque_off] [-o build/joints.jsonl]` fits
 what the file does not hold yet, one JSON line each, and prints the table of all that it holds then. `--table` prints it alone.
 A row is called off if its coverage differs from 95 % at the 5 % level after Holm's correction for all rows of the table.
 """
@@ -19,6 +19,7 @@ from experiments.blind.cases import write_case
 from experiments.blind.draw import read
 from experiments.coverage.run import holm
 from experiments.joints.draw import SORTS, draw, make_case
+from experiments.workers import Workers
 from rwjax import read_logs, read_rig
 from rwjax.fitting.fit import fit
 
@@ -123,13 +124,13 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rigs", type=int, default=50, help="of each sort")
-    parser.add_argument("--workers", type=int, default=2)
+    Workers.options(parser)
     parser.add_argument("--sorts", nargs="+", choices=SORTS, default=SORTS)
     parser.add_argument("--table", action="store_true", help="only print what the file holds")
     parser.add_argument("-o", dest="path", type=Path, default=Path("build/joints.jsonl"))
     a = parser.parse_args()
     if not a.table:
-        run(rigs(a.rigs, a.sorts), a.path, a.workers, answer)
+        run(rigs(a.rigs, a.sorts), a.path, Workers.of(a), answer)
     print(table(read(a.path)))
 
 

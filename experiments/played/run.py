@@ -1,6 +1,6 @@
 """Plays the proposed next experiment on the simulated rig, and a random one of its length, and diagnoses again with each.
 
-`python -m experiments.played.run [--set second] [--cases N] [--index 214 …] [-o build/played.jsonl] [--processes 2]`
+`python -m experiments.played.run [--set second] [--cases N] [--index 214 …] [-o build/played.jsonl] [--processes 2 | --scheduler ADDRESS]`
 
 The cases are those whose stored answer (`experiments/blind/results`) is `ambiguous` with a rival that the label does not declare to be the
 same thing as the truth. What the oracle calls inseparable stays: it says so of the case's own logs, and a further run is to change that.
@@ -26,6 +26,7 @@ from experiments.played.rival import random_command
 from experiments.played.score import left_open, outcome, tables
 from experiments.realdata import ROOT
 from experiments.speed.table import show
+from experiments.workers import Workers
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.planning.experiment import Experiment
@@ -80,14 +81,14 @@ def main() -> None:
     parser.add_argument("--cases", type=int, help="at most so many, evenly over those that are open")
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "played.jsonl")
-    parser.add_argument("--processes", type=int, default=2)
+    Workers.options(parser)
     a = parser.parse_args()
     if {line["set"] for line in read(a.path)} - {a.name}:
         parser.error(f"{a.path} holds cases of another set")
     rows = [
         row for row in wanted(a.name, read(RESULTS / f"{a.name}.jsonl")) if a.index is None or row["index"] in a.index
     ]
-    run(spread(rows, a.cases), a.path, a.processes, played)
+    run(spread(rows, a.cases), a.path, Workers.of(a), played)
     for table in tables(read(a.path)):
         show(*table)
 

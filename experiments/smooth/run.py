@@ -1,6 +1,6 @@
 """What the smooth solver costs beside the exact one: on measured and regenerated logs, and on simulated rigs of every kind.
 
-`python -m experiments.smooth.run campaign [-o PATH] [--rigs 25] [--group EMPS …] [--processes 1]` appends one JSON line for each
+`python -m experiments.smooth.run campaign [-o PATH] [--rigs 25] [--group EMPS …] [--processes 1 | --scheduler ADDRESS]` appends one JSON line for each
 rig that the file does not hold yet. `python -m experiments.smooth.run table [-o PATH]` prints the tables.
 
 The widths are multiples of the library's own. With that a body that friction holds creeps by about one count of its encoder in ten
@@ -21,6 +21,7 @@ from experiments.smooth.creep import LASTS, creep
 from experiments.smooth.gradients import gradients
 from experiments.smooth.rigs import KINDS, Trial, electro_mechanical, geared_motor, simulated, thesis
 from experiments.speed.table import show
+from experiments.workers import Workers
 from rwjax.fitting.prediction import floor_variance, predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.kinds import is_angle
@@ -200,10 +201,10 @@ def main() -> None:
     parser.add_argument("-o", dest="path", type=Path, default=RESULTS)
     parser.add_argument("--rigs", type=int, default=25, help="of every simulated kind")
     parser.add_argument("--group", nargs="+", choices=(*MEASURED, *KINDS), default=(*MEASURED, *KINDS))
-    parser.add_argument("--processes", type=int, default=1)
+    Workers.options(parser, processes=1)
     a = parser.parse_args()
     if a.what == "campaign":
-        run([row for row in places(a.rigs) if row["group"] in a.group], a.path, a.processes, answer)
+        run([row for row in places(a.rigs) if row["group"] in a.group], a.path, Workers.of(a), answer)
     else:
         tables(sorted(read(a.path), key=lambda line: line["index"]))
 

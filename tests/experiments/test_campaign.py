@@ -23,6 +23,7 @@ from experiments.blind.outside import OUTSIDE
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, WITHIN, OutOfReach, sized
 from experiments.speed.table import Table
+from experiments.workers import Workers
 from rwjax.diagnosis.settings import Limits
 
 
@@ -71,8 +72,8 @@ def test_a_campaign_skips_what_its_file_holds(tmp_path: Path) -> None:
     path = tmp_path / "results.jsonl"
     path.write_text('{"index": 1, "old": true}\n')
     rows = [{"index": k, "kind": "wheel"} for k in range(3)]
-    campaign.run(rows, path, 1, work=dict)
-    campaign.run(rows, path, 1, work=dict)
+    campaign.run(rows, path, Workers(1), work=dict)
+    campaign.run(rows, path, Workers(1), work=dict)
     lines = draw.read(path)
     assert sorted(line["index"] for line in lines) == [0, 1, 2]
     assert [line["index"] for line in lines if "old" in line] == [1]
@@ -104,8 +105,8 @@ def sleeping(row: dict) -> dict:
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for the worker in /proc, which Linux has")
 def test_the_workers_of_a_campaign_that_is_killed_end_too(tmp_path: Path) -> None:
     code = (
-        "from pathlib import Path; from experiments.blind import campaign; from tests.experiments.test_campaign import sleeping\n"
-        f"campaign.run([dict(index=0, folder={str(tmp_path)!r})], Path({str(tmp_path)!r}, 'lines'), 1, sleeping)"
+        "from pathlib import Path; from experiments.blind import campaign; from experiments.workers import Workers; from tests.experiments.test_campaign import sleeping\n"
+        f"campaign.run([dict(index=0, folder={str(tmp_path)!r})], Path({str(tmp_path)!r}, 'lines'), Workers(1), sleeping)"
     )
     paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     running = subprocess.Popen([sys.executable, "-c", code], env=paths, stdout=subprocess.DEVNULL)
