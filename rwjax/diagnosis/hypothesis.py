@@ -247,7 +247,9 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
     given = (*rig.free, *rig.tied, *_TICKING)
-    of_effects = [f"{e}.{n}" for e in rig.effects for n, p in parameters(BY_NAME[e]).items() if p.fitted and not p.of_form]
+    of_effects = [
+        f"{e}.{n}" for e in rig.effects for n, p in parameters(BY_NAME[e]).items() if p.fitted and not p.of_form
+    ]
     fixed = [n for n in (*structure.numbers, *of_effects) if n not in given and rig.values.get(n, 0.0) != 0.0]
     return (*found, *(f"parameter.{name}" for name in fixed))
 
