@@ -14,7 +14,9 @@ from types import CodeType, FunctionType
 import jaxtyping
 
 FIRST = 20
-"""Calls of a function in a test file that are checked; of one within a function as many of the functions that it was."""
+"""Calls of a function in a test file that are checked."""
+FIRST_MADE = 2
+"""Of a function within a function, how many of the functions that it was are checked."""
 _every = jaxtyping.jaxtyped
 _calls: Counter[CodeType] = Counter()
 _made: Counter[CodeType] = Counter()
@@ -41,7 +43,7 @@ def _at_first(*, typechecker: Callable) -> Callable:
         if not isinstance(it, FunctionType):
             return check(it)
         _made[it.__code__] += 1
-        return it if _made[it.__code__] > FIRST else _first(it, check(it))
+        return it if _made[it.__code__] > FIRST_MADE else _first(it, check(it))
 
     return decorate
 

@@ -62,6 +62,7 @@ def test_an_inductance_is_reckoned_with() -> None:
     assert float(found.best.rate[-1]) == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_ideal_law_falls_short_by_what_friction_takes() -> None:
     friction, angle = 1e-3 * TORQUE, np.radians(30.0)
     found = slew(rig(friction), angle, LIMITS)

@@ -32,7 +32,7 @@ from tests.systems import platform, record, run, wheel
         pytest.param("platform-axis.stribeck", marks=pytest.mark.slow),
         pytest.param("reaction-drive.deadzone", marks=pytest.mark.slow),
         "reaction-none",
-        "wheel-wheel.coulomb",
+        pytest.param("wheel-wheel.coulomb", marks=pytest.mark.slow),
     ],
 )
 def test_labelled_examples(examples: Path, name: str) -> None:

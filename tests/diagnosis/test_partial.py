@@ -27,6 +27,7 @@ def why_not(search: Search, best: Hypothesis, name: str) -> str | None:
     return why_not_in_every_run(fits, best, name, left_out(fits, best)) or why_not_of_its_form(fits, best, name)
 
 
+@pytest.mark.slow
 def test_a_true_name_holds_beside_a_motion_that_nothing_explains() -> None:
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, BIAS, SPRING)
     assert search.comparison.excess(DRY) > 100.0  # far from the noise
@@ -239,6 +240,7 @@ def test_rivals_that_are_special_cases_of_each_other_both_stand() -> None:
     assert claim is not None and claim.named == both and {SPRING, beside} <= {*claim.alternatives}
 
 
+@pytest.mark.slow
 def test_a_rival_that_is_far_less_likely_does_not_stand_beside_a_name() -> None:
     """A delay leaves less than twice what the true lag leaves of a slow motion, and follows the command's leaps otherwise."""
     lag, late = Hypothesis(("drive.lag",)), Hypothesis(("drive.delay",))

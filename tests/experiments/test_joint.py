@@ -55,6 +55,7 @@ def test_what_comes_in_is_stored_or_lost(joint: Joint) -> None:
     assert np.ptp(balance) < 1e-8
 
 
+@pytest.mark.slow
 def test_a_geared_joint_coasts_down_in_closed_form() -> None:
     joint = replace(JOINT, gravity=0.0, excess=0.0)
     x, _ = move(joint, None, Inputs(TIME, NONE, ONE, NONE), TIME, (0.0, 2.0))

@@ -118,7 +118,8 @@ def test_another_payload_is_among_the_promising_pairs_and_begins_near_it() -> No
     assert at["axis.inertia"] == pytest.approx(0.022, rel=0.1)
 
 
-@pytest.mark.parametrize("times", [1.5, pytest.param(2.2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1.5, 2.2])
 def test_another_payload_is_found_and_what_scales_the_same_beside_it(times: float) -> None:
     fits = with_another_payload(times)
     search = Search(fits, NAMES)
