@@ -92,6 +92,7 @@ def _json(found: "Fleet", output: Path) -> dict[str, Any]:
         "compared": len(found.changes.rigs),
         "compared_with_itself": len(found.changes.earlier),
         "notes": found.notes,
+        "numbers": found.pooled.fleet.to_dicts(),
         "changed": found.changes.alarms.to_dicts(),
         "lacking": found.changes.lacking.to_dicts(),
         "appeared": found.appeared.to_dicts(),

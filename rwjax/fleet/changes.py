@@ -19,7 +19,7 @@ badly, so that it is Student's. Alarms are those that Benjamini and Hochberg (19
 them is false at most, on average.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -129,12 +129,13 @@ ALARM = {
 """Columns of alarms."""
 
 
-def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
+def changes(rows: pl.DataFrame, false: float = FALSE, shared: Collection[str] = ()) -> Changes:
     """Rigs that differ from their siblings, or from themselves in earlier sessions.
 
     Args:
         rows: Results of a fleet (`rwjax.fleet.store.schema`), all of one design.
         false: Share of the alarms that may be false, on average [1].
+        shared: Names of numbers that are one and the same in all sound rigs.
 
     Returns:
         What changed.
@@ -143,7 +144,7 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
     names = common(sessions)
     now, since = latest(sessions, names), since_before(sessions, names)
     both = ((now, "siblings"), (since, "itself"))
-    judged = [_judged(one, against) for one, against in both if len(one.rigs) >= FEWEST]
+    judged = [_judged(one, against, shared) for one, against in both if len(one.rigs) >= FEWEST]
     through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
     ends = np.cumsum([len(one.p) for one in judged])
     found = [_alarms(one, which) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
@@ -152,17 +153,19 @@ def changes(rows: pl.DataFrame, false: float = FALSE) -> Changes:
     return Changes(alarms, rigs, earlier, lacking(sessions, now.names))
 
 
-def compared(of: Estimates) -> Compared:
+def compared(of: Estimates, shared: Collection[str] = ()) -> Compared:
     """Every rig against all of them.
 
     Args:
         of: Estimates of the rigs.
+        shared: Names of numbers that are one and the same in all rigs, which have no spread.
 
     Returns:
         What differs.
     """
     variance = np.diagonal(of.covariance, axis1=1, axis2=2)
-    expected, spread = _centre_and_spread(of.value, variance, of.sessions)
+    same = np.array([name in shared for name in of.names], bool)
+    expected, spread = _centre_and_spread(of.value, variance, of.sessions, same)
     # in units of each number's own deviation, since numbers differ by powers of ten
     unit = np.sqrt(np.median(variance, axis=0) + spread**2)
     unit = np.where(unit > 0.0, unit, 1.0)
@@ -175,8 +178,10 @@ def compared(of: Estimates) -> Compared:
     return Compared(information, np.where(told, pull, 0.0), unit, expected, spread, freedom)
 
 
-def _centre_and_spread(value: np.ndarray, variance: np.ndarray, sessions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What is expected of each number, and its spread beyond the variances (numbers,)."""
+def _centre_and_spread(
+    value: np.ndarray, variance: np.ndarray, sessions: np.ndarray, same: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What is expected of each number, and its spread beyond the variances (numbers,), none where it is the same in all rigs."""
 
     def sizes(centre: np.ndarray, spread: np.ndarray) -> np.ndarray:
         off = np.abs(value - centre)
@@ -185,7 +190,7 @@ def _centre_and_spread(value: np.ndarray, variance: np.ndarray, sessions: np.nda
 
     centre = np.nanmedian(value, axis=0)
     highest = 10.0 * np.nanmedian(np.abs(value - centre), axis=0) / OF_MEDIAN + TINY
-    spread = _spread(lambda s: np.nanmedian(sizes(centre, s), axis=0) > OF_MEDIAN, highest)
+    spread = np.where(same, 0.0, _spread(lambda s: np.nanmedian(sizes(centre, s), axis=0) > OF_MEDIAN, highest))
     kept = np.where(sizes(centre, spread) < WITHIN, value, np.nan)
     weight = np.where(np.isfinite(kept), 1.0 / np.maximum(variance + sessions * spread**2, TINY), 0.0)
     weight = np.where(np.isfinite(kept) & (weight.max(axis=0) >= 1.0 / TINY), 1.0, weight)
@@ -196,7 +201,7 @@ def _centre_and_spread(value: np.ndarray, variance: np.ndarray, sessions: np.nda
             squares = np.where(np.isfinite(kept), sizes(mean, s) ** 2, np.nan)
         return np.nanmean(squares, axis=0) > OF_VARIANCE
 
-    return mean, _spread(beyond, highest)
+    return mean, np.where(same, 0.0, _spread(beyond, highest))
 
 
 def _spread(beyond: Callable[[np.ndarray], np.ndarray], highest: np.ndarray) -> np.ndarray:
@@ -219,9 +224,9 @@ class _Judged(NamedTuple):
     p: np.ndarray
 
 
-def _judged(of: Estimates, against: str) -> _Judged:
+def _judged(of: Estimates, against: str, shared: Collection[str]) -> _Judged:
     """Rigs against what is expected of them."""
-    found = compared(of)
+    found = compared(of, shared)
     striking = _striking(of.names, found.z)
     sides = np.array([1.0 if name == MISFIT else 2.0 for name in of.names])
     p = (sides * stdtr(found.freedom, -striking)).min(axis=1)

@@ -13,6 +13,7 @@ from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError
 from rwjax.fleet.changes import Changes
+from rwjax.fleet.pooled import Pooled
 from rwjax.fleet.sessions import MISFIT
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
@@ -38,6 +39,7 @@ class Fleet(NamedTuple):
         rows: Results (`rwjax.fleet.store.schema`).
         changes: Rigs that changed.
         appeared: Effects that few rigs have (`rwjax.fleet.appeared.appeared`).
+        pooled: Numbers of the fleet and of its rigs.
         false: Share of the alarms that may be false [1].
     """
 
@@ -45,6 +47,7 @@ class Fleet(NamedTuple):
     rows: pl.DataFrame
     changes: Changes
     appeared: pl.DataFrame
+    pooled: Pooled
     false: float
 
     def __str__(self) -> str:
@@ -172,7 +175,7 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
     drawn = [(name, _drawn(fleet, name)) for name in (*told, *numbers_of(fleet.rows)[:MOST_NUMBERS])]
     page = rendered_page(
         "fleet.html.j2",
-        {"report": report, "change_words": change_words},
+        {"report": report, "change_words": change_words, "unit": _unit},
         fleet=fleet,
         outcomes=outcomes(fleet.rows),
         changed=fleet.changes.alarms.head(MOST_LINES).to_dicts(),
@@ -180,6 +183,7 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
         appeared=fleet.appeared.head(MOST_LINES).to_dicts(),
         failed=failures(fleet.rows).head(MOST_LINES).to_dicts(),
         missing=something_missing(fleet).to_dicts(),
+        numbers=fleet.pooled.fleet.to_dicts(),
         figures=drawn,
         most=MOST_LINES,
     )

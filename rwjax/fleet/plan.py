@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError, nearest, printable
+from rwjax.kinds import NUMBERS
 from rwjax.text_files import parse_toml, read_text
 
 SECONDS, SWITCH, NAMES = "a positive number of seconds", "true or false", "a list of effects"
@@ -19,7 +20,7 @@ OPTIONS = {
     "compare": {"segments": SECONDS, "force": SWITCH},
 }
 """The commands for a rig, each with its options."""
-KEYS = ("command", "rig", "logs", "table", "options")
+KEYS = ("command", "rig", "logs", "table", "shared", "options")
 PLACES = ("rig", "when")
 """What a pattern or a table says of a log: whose it is, and of which session; sessions follow one another as their names sort."""
 COLUMNS = ("rig", "rig_file", "log")
@@ -57,18 +58,20 @@ class FleetPlan(NamedTuple):
         command: A key of `OPTIONS`.
         options: Options of the command.
         jobs: The jobs, sorted by rig and session.
+        shared: Names of numbers that are one and the same in all rigs.
     """
 
     command: str
     options: dict[str, Any]
     jobs: tuple[Job, ...]
+    shared: tuple[str, ...] = ()
 
 
 def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
     """Reads the plan of a fleet. Paths in it begin where the file lies.
 
     Args:
-        path: A TOML file with `command`; `rig` and `logs`, two patterns, or `table`; and `[options]`.
+        path: A TOML file with `command`; `rig` and `logs`, two patterns, or `table`; `shared` and `[options]`.
 
     Returns:
         The plan.
@@ -83,10 +86,11 @@ def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
         raise InputError(f"{path}: is no TOML: {bad}") from None
     try:
         command, options = _command(given)
+        shared = _shared(given)
         jobs = _jobs(given, Path(os.path.abspath(path)).parent)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return FleetPlan(command, options, tuple(sorted(jobs)))
+    return FleetPlan(command, options, tuple(sorted(jobs)), shared)
 
 
 def _stamp(path: str) -> str:
@@ -118,6 +122,19 @@ def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
         elif not _fits(value, known[name]):
             raise InputError(f"`options.{name}` is {printable(repr(value))}; write {known[name]}")
     return command, dict(options)
+
+
+def _shared(given: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the numbers that all rigs share."""
+    names = given.get("shared", [])
+    if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
+        raise InputError(f'`shared` is {printable(repr(names))}; write a list of numbers, as ["axis.inertia"]')
+    for name in names:
+        if name not in NUMBERS and name.rpartition(".")[0] not in BY_NAME:
+            raise InputError(
+                f"`shared` holds {printable(repr(name))}, which is no number; nearest `{nearest(name, NUMBERS)}`"
+            )
+    return tuple(names)
 
 
 def _check_names(option: str, names: list) -> None:

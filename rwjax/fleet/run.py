@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rwjax.errors import one_line
+from rwjax.errors import InputError, one_line
 from rwjax.fleet.cluster import connected
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.store import REPORTS, Store
@@ -52,11 +52,11 @@ def run(
         All rows, those of earlier runs as well, by `rwjax.fleet.store.schema`.
 
     Raises:
-        InputError: No cluster is there, or the folder cannot be written.
+        InputError: No cluster is there, the folder cannot be written, or the one rig file does not fit the plan.
     """
     said = _Progress(progress)
     if len(files := {job.rig_file for job in plan.jobs}) == 1:
-        read_rig(files.pop())  # what is wrong with it is said once
+        _check(plan, files.pop())  # what is wrong with it is said once
     with Store(folder, plan) as store:
         for turn in ("", "failed ones once more, "):
             jobs, lost = store.left(plan.jobs), 0
@@ -67,6 +67,15 @@ def run(
                 lost += 1
             store.add([failed(job, plan.command, "the scheduler was lost again and again") for job in jobs])
         return store.gathered()
+
+
+def _check(plan: FleetPlan, rig_file: str) -> None:
+    """Raises `InputError` where the rig file of all rigs is wrong, or leaves none of a number that they are to share to be estimated."""
+    rig = read_rig(rig_file)
+    for name in plan.shared:
+        if name not in rig.free:
+            free = ", ".join(rig.free) or "nothing"
+            raise InputError(f"`shared` holds {name}, which {rig_file} does not leave free; it leaves free {free}")
 
 
 def _before(count: int) -> str:

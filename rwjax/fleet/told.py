@@ -13,13 +13,17 @@ from rwjax.fleet.appeared import appeared
 from rwjax.fleet.changes import changes
 from rwjax.fleet.page import Fleet, write_fleet
 from rwjax.fleet.plan import FleetPlan, Job
+from rwjax.fleet.pooled import pooled
+from rwjax.fleet.sessions import common, latest, sessions_of
 from rwjax.fleet.store import REPORTS
 from rwjax.fleet.work import report_folder
 from rwjax.report.html import REPORT
-from rwjax.text_files import write_files
+from rwjax.text_files import write_files, write_text
 
 NEXT, NEXT_TABLE = "changed.toml", "changed.csv"
 """The plan that diagnoses the rigs that changed, and its table."""
+NUMBERS = "numbers.csv"
+"""Numbers of the rigs, alone and beside their siblings."""
 
 
 def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
@@ -37,7 +41,11 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
         [(job.rig, job.when) for job in plan.jobs], {"rig": pl.String, "when": pl.String}, orient="row"
     )
     own = rows.join(wanted, on=["rig", "when"], how="semi").sort("rig", "when")
-    return Fleet(plan.command, own, changes(own, false), appeared(own), false)
+    found = changes(own, false, plan.shared)
+    sessions = sessions_of(own)
+    apart = set(found.alarms["rig"])
+    together = pooled(latest(sessions, common(sessions)), plan.shared, apart)
+    return Fleet(plan.command, own, found, appeared(own), together, false)
 
 
 def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:
@@ -63,6 +71,7 @@ def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path |
         for old in (path, table):
             old.unlink(missing_ok=True)
         return None
+    shared = f"shared = {json.dumps(plan.shared)}\n" if plan.shared else ""
     options = "".join(f"{name} = {json.dumps(value)}\n" for name, value in plan.options.items())
     rows = [
         (job.rig, job.when, os.path.abspath(job.rig_file), os.path.abspath(log))
@@ -73,7 +82,7 @@ def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path |
     write_files(
         {
             str(table): text.encode(),
-            str(path): f'command = "diagnose"\ntable = "{NEXT_TABLE}"\n[options]\n{options}'.encode(),
+            str(path): f'command = "diagnose"\ntable = "{NEXT_TABLE}"\n{shared}[options]\n{options}'.encode(),
         },
         InputError,
     )
@@ -81,7 +90,7 @@ def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path |
 
 
 def write_told(fleet: Fleet, folder: Path) -> Path:
-    """Writes the fleet's page; each rig with a report leads to it.
+    """Writes the fleet's page, where each rig with a report leads to it, and the table of its numbers.
 
     Args:
         fleet: What is told.
@@ -101,4 +110,5 @@ def write_told(fleet: Fleet, folder: Path) -> Path:
         path = f"{REPORTS}/{report_folder(Job(row['rig'], row['when'], '', ()))}/{REPORT}"
         return path if (folder / path).exists() else None
 
+    write_text(folder / NUMBERS, fleet.pooled.own.write_csv(), InputError)
     return write_fleet(fleet, folder, report)

@@ -44,6 +44,14 @@ def test_the_lines_say_the_same() -> None:
     assert any(line.startswith("  r0003, 2 differs from itself: axis.friction.coulomb by +0.00") for line in lines)
 
 
+def test_the_fleets_numbers_stand_on_the_page(tmp_path: Path) -> None:
+    found = shown(MOVED)
+    assert found.pooled.fleet["number"].to_list() == ["axis.inertia", "axis.friction.coulomb"]
+    assert found.pooled.fleet["rigs"].to_list() == [39, 39]  # the one that changed does not count
+    text = write_fleet(found, tmp_path, lambda row: None).read_text()
+    assert '<td class="words">axis.friction.coulomb</td>' in text and "numbers.csv" in text
+
+
 def test_one_session_is_drawn_over_rigs(tmp_path: Path) -> None:
     text = write_fleet(shown(MOVED.filter(when="2")), tmp_path, lambda row: None).read_text()
     assert "rig, by name" in text

@@ -110,6 +110,11 @@ RIGHT = 'rig = "rig.toml"\nlogs = "{rig}.csv"\n'
             "holds 'axis.strib', which is no effect; nearest `axis.stribeck`",
         ),
         ('command = "fit"\noptions = 3\n' + RIGHT, "`options` is not a table"),
+        ('command = "fit"\nshared = "axis.inertia"\n' + RIGHT, "`shared` is 'axis.inertia'; write a list of numbers"),
+        (
+            'command = "fit"\nshared = ["axis.inertias"]\n' + RIGHT,
+            "`shared` holds 'axis.inertias', which is no number; nearest `axis.inertia`",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text: str, said: str, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from rwjax.errors import InputError
 from rwjax.fleet.plan import read_plan
 from rwjax.fleet.run import run
 from rwjax.fleet.store import schema
@@ -26,6 +27,15 @@ def test_a_cluster_gives_what_one_process_gives_and_does_nothing_twice(tmp_path:
     again: list[str] = []
     assert run(plan, tmp_path / "out", workers=1, progress=again.append)["seconds"][0] == rows["seconds"][0]
     assert all("of 1 jobs" in one for one in again)  # the failed one alone
+
+
+def test_a_shared_number_that_no_fit_estimates_is_said_before_anything_is_done(tmp_path: Path) -> None:
+    plan = read_plan(write_small(tmp_path, ("a",)))._replace(shared=("drive.gain",))
+    with pytest.raises(
+        InputError, match=r"`shared` holds drive.gain, which .*rig.toml does not leave free; it leaves free axis.i"
+    ):
+        run(plan, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
