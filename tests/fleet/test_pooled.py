@@ -6,7 +6,7 @@ import pytest
 from rwjax.fleet.changes import compared
 from rwjax.fleet.pooled import pooled
 from rwjax.fleet.sessions import MISFIT, Estimates
-from tests.fleet.test_changes import ERROR, NAMES, SPREAD, TRUE, covariance
+from tests.fleet.test_changes import CORRELATED, ERROR, NAMES, SPREAD, TRUE, covariance
 
 
 def estimates(value: np.ndarray, left: np.ndarray, names: tuple[str, ...] = NAMES) -> Estimates:
