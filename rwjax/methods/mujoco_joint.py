@@ -4,7 +4,8 @@ MuJoCo compiles the model. All other joints are held as they stand at `qpos0`. W
 $M_{jj}$ less the armature, and the torque of its weight at the angle $q$ is $-s\sin q - c\cos q$, which two angles tell. An actuator of
 fixed gain $g$ and bias $b_0 + b_1 l + b_2\dot l$ with $l = Gq$ makes the torque $G(g a + b_0 + b_1 l + b_2\dot l)$ of its control $a$. With
 $b_1 = -g$ that is a servo of torque, $k_p = G^2 g$ and $k_d = -G^2 b_2$; with $b_1 = 0$ and $b_2 < 0$ a motor at a voltage, $K = -b_2 G/g$
-and $R = K/(Gg)$; with neither the control is the torque.
+and $R = K/(Gg)$; with neither the control is the torque. A `dcmotor` of the constant $K_m$ and the resistance $R$ makes
+$G K_m (a - K_m \dot l)/R$ of the voltage $a$, so that $K = G K_m$.
 """
 
 from os import PathLike, fspath
@@ -212,13 +213,16 @@ def _actuator(where: str, model: Any, j: int, name: str, weighs: bool) -> _Drive
         raise InputError(f"{where}: `{name}` has {len(of) or 'no'} actuators; one hinge with one actuator can be read")
     a = of[0]
     called = f"{where}: the actuator `{model.actuator(a).name}`"
-    gains = _gains(called, model, a)
+    if model.actuator_gaintype[a] == int(_mujoco().mjtGain.mjGAIN_DCMOTOR):
+        found = _dc_motor(called, model, a)
+    else:
+        gains = _gains(called, model, a)
+        found = _servo(called, model, a, gains, weighs) if gains.b1 else _motor(called, model, a, gains)
     torque, notes = 0.0, []
     for other in constant:
         one = _gains(f"{where}: the actuator `{model.actuator(other).name}`", model, other)
         torque += one.G * one.b0
         notes += ["what a constant actuator adds by angle or rate is left out"] if one.b1 or one.b2 else []
-    found = _servo(called, model, a, gains, weighs) if gains.b1 else _motor(called, model, a, gains)
     fields = found.fields | {"constant": torque + found.fields.get("constant", 0.0)}
     return found._replace(fields={key: value for key, value in fields.items() if value}, notes=(*found.notes, *notes))
 
@@ -235,13 +239,46 @@ def _gains(called: str, model: Any, a: int) -> _Gains:
     )
     if not plain:
         raise InputError(
-            f"{called} is of a kind that is not read; motor, position and general ones with a fixed gain are"
+            f"{called} is of a kind that is not read; motor, position, dcmotor and general ones with a fixed gain are"
         )
-    G, g = float(model.actuator_gear[model.actuator_outadr[a], 0]), float(model.actuator_gainprm[a, 0])
-    if G == 0.0:
-        raise InputError(f"{called} has a gear of 0")
+    G, g = _gear(called, model, a), float(model.actuator_gainprm[a, 0])
     affine = bool(model.actuator_biastype[a])
     return _Gains(G, g, *(float(b) if affine else 0.0 for b in model.actuator_biasprm[a, :3]))
+
+
+def _gear(called: str, model: Any, a: int) -> float:
+    """The gear of an actuator."""
+    G = float(model.actuator_gear[model.actuator_outadr[a], 0])
+    if G == 0.0:
+        raise InputError(f"{called} has a gear of 0")
+    return G
+
+
+def _dc_motor(called: str, model: Any, a: int) -> _Driven:
+    """A `dcmotor`, whose control is a voltage."""
+    G, (R, K), electrical = _gear(called, model, a), model.actuator_gainprm[a, :2], float(model.actuator_dynprm[a, 0])
+    more = (model.actuator_gainprm[a, 2:], model.actuator_biasprm[a], model.actuator_dynprm[a, 1:])
+    if any(part.any() for part in more):
+        raise InputError(
+            f"{called} has more than motorconst, resistance and inductance: heat, cogging, friction of its own, limits or a "
+            "controller of a `dcmotor` are not read; leave them out of the model, and name what is missing by `rwjax diagnose`"
+        )
+    numbers = {
+        "motor.torque_constant": Known(_rounded(abs(G) * K), f"motorconst by the gear {OF_MODEL}"),
+        "motor.resistance": Known(_rounded(R), f"resistance {OF_MODEL}"),
+    }
+    if electrical:
+        numbers["motor.inductance"] = Known(_rounded(electrical * R), f"inductance {OF_MODEL}")
+    control, notes = _range(
+        model.actuator_ctrllimited, model.actuator_ctrlrange, int(model.actuator_ctrladr[a]), "control"
+    )
+    force, of_force = _force_limit(model, a, G)
+    notes += of_force + (["the limit of the motor's force is left out"] if force < np.inf else [])
+    notes += (
+        ["the gear turns the joint against the motor: give the column of the voltage the scale -1"] if G < 0.0 else []
+    )
+    late = {name: value for name, value in _late(model, a).items() if name != "lag"}
+    return _Driven(numbers, False, late | _limit(control), tuple(notes))
 
 
 def _motor(called: str, model: Any, a: int, of: _Gains) -> _Driven:

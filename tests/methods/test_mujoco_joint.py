@@ -86,8 +86,12 @@ def numbers(found: MujocoJoint) -> dict[str, float]:
         (LINK + SERVO, {"drive.servo.kp": 4.0, "drive.servo.kd": 0.1, "drive.servo.limit": 1.5}),
         (LINK + ROTOR + GEAR, {"motor.inertia": 1e-6 * 50.0**2}),
         (LINK + MOTOR + GEAR, {"motor.torque_constant": 1.0, "motor.resistance": 2.0}),
+        (
+            LINK + MOTOR + "inductance = 0.004\n" + GEAR,
+            {"motor.torque_constant": 1.0, "motor.resistance": 2.0, "motor.inductance": 0.004},
+        ),
     ],
-    ids=["torque", "servo", "rotor", "motor"],
+    ids=["torque", "servo", "rotor", "motor", "inductive motor"],
 )
 def test_what_export_writes_reads_back(text: str, expected: dict[str, float], tmp_path: Path) -> None:
     rig = parse_rig(text)
@@ -165,6 +169,26 @@ def test_a_free_base_and_a_reference_before_the_hinge_change_nothing_of_it(tmp_p
     assert numbers(found)["axis.gravity.angle"] == pytest.approx(-math.radians(20.0), abs=1e-5)
 
 
+@pytest.mark.parametrize("gear", [5.0, -5.0])
+def test_a_dc_motor_makes_in_mujoco_the_torque_of_its_numbers(gear: float, tmp_path: Path) -> None:
+    import mujoco
+
+    path = rod(
+        tmp_path,
+        f'<dcmotor name="m" joint="shoulder" gear="{gear}" motorconst="0.05" resistance="2" ctrlrange="-9 9"/>',
+    )
+    found = mujoco_joint(path, "shoulder")
+    K, R = numbers(found)["motor.torque_constant"], numbers(found)["motor.resistance"]
+    assert (K, R, found.effects["drive.saturation"]["u_m"]) == (0.25, 2.0, 9.0)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data, volts, rate = mujoco.MjData(model), 6.0, 3.0
+    data.ctrl[0], data.qvel[0] = volts, rate
+    mujoco.mj_forward(model, data)
+    sign = np.sign(gear)  # as the note says
+    assert data.qfrc_actuator[0] == pytest.approx(K * (sign * volts - K * rate) / R)
+    assert any("scale -1" in note for note in found.notes) == (gear < 0.0)
+
+
 def test_a_rate_to_follow_is_said_beside_the_motor_that_it_is_like(tmp_path: Path) -> None:
     found = mujoco_joint(rod(tmp_path, '<velocity name="v" joint="shoulder" kv="2"/>'))
     assert numbers(found)["motor.torque_constant"] == 1.0 and numbers(found)["motor.resistance"] == 0.5
@@ -205,6 +229,11 @@ def test_a_hinge_with_stops_says_that_they_are_left_out(tmp_path: Path) -> None:
         ('<damper name="d" joint="shoulder" kv="1" ctrlrange="0 1"/>', None, "of a kind"),
         ('<intvelocity name="i" joint="shoulder" kp="1" actrange="-1 1"/>', None, "of a kind"),
         ('<general name="g" joint="shoulder" gear="0"/>', None, "gear of 0"),
+        (
+            '<dcmotor name="d" joint="shoulder" motorconst="1" resistance="1" cogging="0.1 2 0"/>',
+            None,
+            "more than motorconst, resistance and inductance",
+        ),
         ('<position name="p" joint="shoulder" kp="-2"/>', None, "negative gain"),
     ],
 )
