@@ -10,7 +10,6 @@ times the amplitude that was fitted, with the residual $r_i = r - (1 - a_i)\,d$ 
 of the products $r_i\,d$ [samples]. What else is missing is part of $r_i$, and so of the errors; that the parts disagree is not.
 """
 
-from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -19,9 +18,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.information_criterion import correlation_time, residuals
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import Prediction, errors, predicted
-from rwjax.fitting.problem import Problem
 from rwjax.fitting.processes import Task
 from rwjax.logs.segments import runs_of
 
@@ -93,15 +90,13 @@ def left_out(fits: ModelFits, hypothesis: Hypothesis) -> dict[int, float]:
     runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
     if len(runs) < 2:
         return {}
-    fits(hypothesis)
-    fitted = fits.together([fits.on(hypothesis, [k for k in fits.train if k not in test]) for test in runs.values()])
+    fitted = fits.fitted_to([(hypothesis, [k for k in fits.train if k not in test]) for test in runs.values()])
     problem = fits.problem_of(hypothesis)
-    judged = [_predicted(problem.only(test), f, test) for test, f in zip(runs.values(), fitted, strict=True)]
+    judged = [
+        Task(problem, partial(predicted, problem, theta, test, with_floor=False))
+        for test, theta in zip(runs.values(), fitted, strict=True)
+    ]
     return {n: _square(fits, one) for n, one in zip(runs, fits.together(judged), strict=True)}
-
-
-def _predicted(problem: Problem, fitted: Fit, test: Sequence[int]) -> Task[list[Prediction]]:
-    return Task(problem, partial(predicted, problem, fitted.theta, test, with_floor=False))
 
 
 def _square(fits: ModelFits, predictions: list[Prediction]) -> float:

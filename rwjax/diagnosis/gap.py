@@ -90,14 +90,11 @@ def held_out(
     Returns:
         The errors of each hypothesis.
     """
-    cases = [(e, train, test) for e in hypotheses for train, test in folds]
-    elsewhere = [(e, train) for e, train, _ in cases if {*train} != {*fits.train}]
-    fitted = iter(fits.together([fits.on(e, train) for e, train in elsewhere]))
-    theta = [(fits(e) if {*train} == {*fits.train} else next(fitted)).theta for e, train, _ in cases]
+    cases = [(e, train) for e in hypotheses for train, _ in folds]
     runs = []
-    for (e, _, test), numbers in zip(cases, theta, strict=True):
-        problem = fits.problem_of(e).only(test)
-        runs.append(Task(problem, partial(predicted, problem, numbers, test, with_floor=with_floor)))
+    for (e, _), (_, test), theta in zip(cases, [*folds] * len(hypotheses), fits.fitted_to(cases), strict=True):
+        problem = fits.problem_of(e)
+        runs.append(Task(problem, partial(predicted, problem, theta, test, with_floor=with_floor)))
     found = fits.together(runs)
     n = len(folds)
     return [_errors(fits, found[k * n : (k + 1) * n], with_floor=with_floor) for k in range(len(hypotheses))]

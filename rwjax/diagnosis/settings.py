@@ -266,6 +266,10 @@ class FittingSettings:
     most_steps: int = _limit(40, "steps at most of a fit that goes on")
     reported_tolerance: float = _limit(1e-7, "relative gain in cost below which a step of the reported fit is no gain")
     fold_steps: int = _limit(6, "steps at most from the estimates on all training logs to those on some of them")
+    many_runs: int = _limit(
+        20,
+        "training runs from which one less moves the numbers by a single step, that of the derivatives which are there already",
+    )
 
 
 @dataclass(frozen=True)

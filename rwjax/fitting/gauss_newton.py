@@ -99,23 +99,38 @@ def _reduced(
     problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, dampings: Sequence[float]
 ) -> list[_Reduced]:
     """The normal equations at a point with each of several dampings."""
-    k, (L, n) = np.arange(len(coordinates.index)), problem.start.shape
-    p, free, scale, every = e.g.shape[1] - n, coordinates.index, coordinates.slope(theta), np.array(dampings)
+    free, scale, every = coordinates.index, coordinates.slope(theta), np.array(dampings)
     A = np.tile(np.diag(problem.precision[free] * scale**2), (len(every), 1, 1))
     b = np.tile(problem.prior_cost(theta)[1][free] * scale, (len(every), 1))
     responses = []
-    for log in range(L):
-        s = np.flatnonzero(problem.start_free[log])
-        H, g = e.H[log], e.g[log]
-        P, q = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, every)
-        P, transposed = P * scale, np.swapaxes(P * scale, 1, 2)
-        Hts, Hss = H[k[:, None], p + s] * scale[:, None], H[(p + s)[:, None], p + s]
-        across = Hts @ P
-        A += H[k[:, None], k] * scale[:, None] * scale + across + np.swapaxes(across, 1, 2) + transposed @ Hss @ P
-        A[:, k, k] += np.multiply.outer(every, H[k, k] * scale**2)
-        b += g[k] * scale + transposed @ g[p + s] + ((Hts + transposed @ Hss) @ q[..., None])[..., 0]
-        responses.append((s, P, q))
+    for log in range(len(problem.start)):
+        of_log = _reduced_of_log(problem, e, scale, log, every)
+        A += of_log.A
+        b += of_log.b
+        responses.append(of_log.response)
     return [_Reduced(A[d], b[d], [(s, P[d], q[d]) for s, P, q in responses]) for d in range(len(every))]
+
+
+class _ReducedOfLog(NamedTuple):
+    """What a log adds to the reduced normal equations with each of several dampings: `A` (d, k, k), `b` (d, k), and its `_Reduced.responses`."""
+
+    A: np.ndarray
+    b: np.ndarray
+    response: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def _reduced_of_log(problem: Problem, e: Evaluation, scale: np.ndarray, log: int, every: np.ndarray) -> _ReducedOfLog:
+    """The share of a log in the reduced normal equations."""
+    k, s, p = np.arange(len(scale)), np.flatnonzero(problem.start_free[log]), e.g.shape[1] - problem.start.shape[1]
+    H, g = e.H[log], e.g[log]
+    P, q = initial_state_response(*initial_state_normal(problem, e, log), k, p + s, every)
+    P, transposed = P * scale, np.swapaxes(P * scale, 1, 2)
+    Hts, Hss = H[k[:, None], p + s] * scale[:, None], H[(p + s)[:, None], p + s]
+    across = Hts @ P
+    A = H[k[:, None], k] * scale[:, None] * scale + across + np.swapaxes(across, 1, 2) + transposed @ Hss @ P
+    A[:, k, k] += np.multiply.outer(every, H[k, k] * scale**2)
+    b = g[k] * scale + transposed @ g[p + s] + ((Hts + transposed @ Hss) @ q[..., None])[..., 0]
+    return _ReducedOfLog(A, b, (s, P, q))
 
 
 def _within_bounds(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -158,6 +173,33 @@ def gauss_newton_steps(
     """
     bounds = coordinates.on_bound(theta)
     return [_step(problem, reduced, *bounds) for reduced in _reduced(problem, e, coordinates, theta, dampings)]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def steps_without(
+    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, left_out: Sequence[Sequence[int]]
+) -> list[np.ndarray]:
+    """Gauss-Newton steps that some logs' absence asks for, each from the same point: what a fit without them moves by, to first order.
+
+    Args:
+        problem: Logs and structure.
+        e: Derivatives at `theta`.
+        coordinates: The free numbers.
+        theta: Parameter vector `(t,)` [SI].
+        left_out: Numbers of the logs that are left out together, for each step.
+
+    Returns:
+        For each the change of the coordinates `(k,)` [1]; 0 where the derivatives are not finite.
+    """
+    low, high = coordinates.on_bound(theta)
+    whole = _reduced(problem, e, coordinates, theta, [0.0])[0]
+    scale, steps = coordinates.slope(theta), []
+    for logs in left_out:
+        parts = [_reduced_of_log(problem, e, scale, log, np.zeros(1)) for log in logs]
+        A, b = whole.A - sum(part.A[0] for part in parts), whole.b - sum(part.b[0] for part in parts)
+        finite = np.all(np.isfinite(A)) and np.all(np.isfinite(b))
+        steps.append(_within_bounds(A, b, low, high) if finite else np.zeros(len(b)))
+    return steps
 
 
 def gauss_newton_step(

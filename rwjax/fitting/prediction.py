@@ -56,7 +56,7 @@ def predict_logs(problem: Problem, theta: np.ndarray, *, with_floor: bool = True
 def predicted(
     problem: Problem, theta: np.ndarray, logs: Sequence[int], *, with_floor: bool
 ) -> Simulating[list[Prediction]]:
-    """Free runs of some logs, as a search beside others.
+    """Free runs of some logs, with initial states by their readings alone, as a search beside others.
 
     Args:
         problem: Logs and structure.
@@ -70,6 +70,7 @@ def predicted(
     Returns:
         One prediction for each of these logs.
     """
+    problem = problem.only(logs)
     start, y, by_state = yield from _runs_and_secants(problem, theta, np.array(logs), with_floor)
     names = problem.structure.outputs
     found = []

@@ -8,9 +8,9 @@ import pytest
 from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.fitting.batched_runs import together
-from tests.diagnosis.simulated import fits_of, true_log
-from tests.systems import platform
+from rwjax.diagnosis.settings import Settings
+from tests.diagnosis.simulated import TIME, fits_of, true_log
+from tests.systems import platform, record, run
 
 NOTHING, NAMED = Hypothesis(), Hypothesis(("axis.coulomb",))
 
@@ -73,9 +73,33 @@ def test_a_fit_to_a_fold_begins_from_the_estimates_on_all_logs() -> None:
     rig = platform()
     logs = [true_log(rig), true_log(rig)]
     fits = ModelFits.of(rig, logs, [0, 1])
-    found = together([fits.on(NOTHING, [0]).begin()])[0]
-    assert found.numbers()["axis.inertia"] == pytest.approx(fits(NOTHING).numbers()["axis.inertia"], rel=1e-3)
-    assert np.array_equal(found.problem.logs_with_readings, [0])
+    inertia = fits.problem.names.index("axis.inertia")
+    on_one, on_both = fits.fitted_to([(NOTHING, [0]), (NOTHING, [1, 0])])
+    assert on_one[inertia] == pytest.approx(fits(NOTHING).numbers()["axis.inertia"], rel=1e-3)
+    assert on_one[inertia] != on_both[inertia] and np.array_equal(on_both, fits(NOTHING).theta)
+
+
+@pytest.mark.parametrize("by_start_rule", [False, True])
+def test_without_one_of_many_runs_the_numbers_move_as_in_a_fit_without_it(by_start_rule: bool) -> None:
+    rig, rng = platform("viscous = 0.02", '"axis.inertia", "axis.friction.viscous"'), np.random.default_rng(3)
+    logs, time = [], TIME[:201]
+    for rate in np.linspace(1.0, 4.0, 8):
+        log = record(time, 0.4 * np.sin(rate * time) * (time > 0.6))
+        angle = run(rig, log, {})["yaw_rad"] + rng.normal(0.0, 2e-4, len(time))
+        logs.append(replace(log, name=f"{rate:g}.csv", outputs={"yaw_rad": angle}))
+    cases = [(NOTHING, [k for k in range(8) if k != left]) for left in range(8)]
+    moved = []
+    for many in (1, 100):
+        settings = replace(Settings(), fitting=replace(Settings().fitting, many_runs=many, tolerance=1e-9))
+        fits = ModelFits.of(rig, logs, range(8), settings)
+        fits(NOTHING)
+        if by_start_rule:
+            fits.start_from_first_readings()
+        moved.append(np.array(fits.fitted_to(cases)) - fits(NOTHING).theta)
+    step, fit = moved
+    free = [fits.problem.names.index(name) for name in rig.free]
+    size = np.sqrt(np.mean(fit[:, free] ** 2, axis=0))
+    assert np.all(size > 0.0) and np.all(np.sqrt(np.mean((step - fit)[:, free] ** 2, axis=0)) < 0.05 * size)
 
 
 def test_a_fit_is_taken_as_it_stands_with_its_derivatives(fits: ModelFits) -> None:
