@@ -12,7 +12,7 @@ from rwjax.cli.ask_first import GO_ON, Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
-from rwjax.cli.terminal import document, note, say
+from rwjax.cli.terminal import document, listed, note, say
 from rwjax.errors import InputError
 from rwjax.report.answer import json_text
 
@@ -91,8 +91,8 @@ def fit(
     elif output is None:
         document(text)
     else:
-        fitted = ", ".join(log.name for log in logs if not log.validate)
-        say("\n".join([*_estimates(result), f"fitted to {fitted}; written to {output}"]))
+        fitted = [log.name for log in logs if not log.validate]
+        say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}"]))
     note(*dict.fromkeys([*asked, *result.notes]))
     if asked and output is not None:
         note(f"{output} is written even so; its numbers are those of the logs as they are")

@@ -2,12 +2,15 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from typing import Any
 
 from rwjax.errors import InputError, printable_lines
+
+MOST_LISTED = 8
+"""Names of logs that are said one by one."""
 
 
 def begin() -> None:
@@ -106,3 +109,15 @@ def _to_stdout() -> Iterator[None]:
         if isinstance(bad, BrokenPipeError):
             sys.exit(1)
         raise InputError(f"stdout: cannot be written: {bad.strerror}; write to another place") from None
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names one by one, or how many there are where they would fill the screen.
+
+    Args:
+        names: The names of logs.
+
+    Returns:
+        The words.
+    """
+    return ", ".join(names) if len(names) <= MOST_LISTED else f"{len(names)} logs, {names[0]} to {names[-1]}"

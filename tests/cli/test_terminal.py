@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import rwjax.cli
-from rwjax.cli.terminal import document, forget, note, say, tell
+from rwjax.cli.terminal import document, forget, listed, note, say, tell
 from tests.cli.shell import ROOT
 
 NAME = os.fsdecode(b"\x1b[31mrun\x07 \xe2\x80\xae\xff \xc2\xb5.csv")
@@ -98,3 +98,8 @@ def test_every_command_prints_by_this_module() -> None:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
     }
     assert printing - {"interrupt.py"} == {"terminal.py"}  # whose one line holds no name
+
+
+def test_many_names_are_counted() -> None:
+    names = [f"{k:03d}.csv" for k in range(200)]
+    assert listed(names[:2]) == "000.csv, 001.csv" and listed(names) == "200 logs, 000.csv to 199.csv"
