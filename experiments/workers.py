@@ -65,11 +65,14 @@ def done(work: Callable[..., T], jobs: Sequence[tuple[Any, ...]], workers: Worke
     at_once, lost = len(jobs) if workers.scheduler else EACH * workers.processes, 0
     for first in range(0, len(jobs), max(at_once, 1)):
         with pool(workers) as executor:
-            for future in as_completed([executor.submit(work, *job) for job in jobs[first : first + at_once]]):
+            waiting = [executor.submit(work, *job) for job in jobs[first : first + at_once]]
+            for future in as_completed(waiting):
                 try:
                     found = future.result()
                 except Exception as error:
                     if type(error).__name__ not in LOST:
+                        for other in waiting:
+                            other.cancel()
                         raise
                     lost += 1
                 else:

@@ -15,7 +15,7 @@ from rwjax.diagnosis.gap import Gap, HeldOut, gap, headline
 from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by, spoken
 from rwjax.diagnosis.judged import Judged, errors_of_the_rig
-from rwjax.diagnosis.layout import Layout, laid_out
+from rwjax.diagnosis.layout import Layout, brief, laid_out
 from rwjax.diagnosis.localise.left_torque import LeftTorque, left_torque
 from rwjax.diagnosis.localise.where import Missing, Where, locate, missing_torques, tells_torque
 from rwjax.diagnosis.model_comparison import ModelComparison
@@ -45,7 +45,6 @@ from rwjax.kinds import TWO_AXIS
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.logs.segments import runs_of
-from rwjax.logs.thin import thinned
 from rwjax.rig.model import Rig
 
 
@@ -109,13 +108,12 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     headway = Headway(
         budget if isinstance(budget, Budget) else Budget(math.inf if budget is None else budget), progress
     )
-    length = (settings or Settings()).length
-    logs, told = thinned(logs, length.samples, length.coarsest_s)
+    logs, told = brief(rig, logs, (settings or Settings()).length)
     layout = laid_out(rig, with_segments(rig, logs, segments))
     fits = ModelFits.of(rig, layout.logs, layout.train, settings, headway, team)
     before, signal, choice = _which(fits, layout, strategy or ForwardBackward(), among)
     found = _answer(Judged(fits, layout, before, signal), choice, among)
-    return replace(found, remarks=(told, *found.remarks)) if told else found
+    return replace(found, remarks=(*told, *found.remarks))
 
 
 def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:

@@ -237,21 +237,28 @@ def candidates(rig: Rig) -> tuple[str, ...]:
         Names of effects in the order of the library, then `parameter.NAME` for each fixed number, of the plant and of the rig's own effects.
     """
     structure = structure_of(rig)
-    found = [
+    acting = [
         name
         for name in of_kind(rig.kind)
+        if not (rig.driven.supplied and issubclass(BY_NAME[name], Supply))  # the logs say how far the supply drops
+        and not (BY_NAME[name].needs_servo and structure.servo is None)
+    ]
+    found = [
+        name
+        for name in acting
         if name not in rig.effects
         and not models(rig.numbers, name)
-        and not (rig.driven.supplied and issubclass(BY_NAME[name], Supply))  # the logs say how far the supply drops
-        and not (BY_NAME[name].needs_servo and structure.servo is None)
         and not (issubclass(BY_NAME[name], Coupling) and any(issubclass(BY_NAME[e], Coupling) for e in rig.effects))
     ]
-    given = (*rig.free, *rig.tied, *_TICKING)
+    of_plant = [name for name in structure.numbers if rig.numbers.get(name, 0.0) != 0.0]
     of_effects = [
-        f"{e}.{n}" for e in rig.effects for n, p in parameters(BY_NAME[e]).items() if p.fitted and not p.of_form
+        f"{effect}.{name}"
+        for effect, given in rig.effects.items()
+        for name, p in parameters(BY_NAME[effect]).items()
+        if effect in acting and p.fitted and not p.of_form and given.get(name, p.null) != p.null
     ]
-    fixed = [n for n in (*structure.numbers, *of_effects) if n not in given and rig.values.get(n, 0.0) != 0.0]
-    return (*found, *(f"parameter.{name}" for name in fixed))
+    known = (*rig.free, *rig.tied, *_TICKING)
+    return (*found, *(f"parameter.{name}" for name in (*of_plant, *of_effects) if name not in known))
 
 
 def shown_by(names: Iterable[str], outputs: Collection[str]) -> tuple[str, ...]:
@@ -262,9 +269,16 @@ def shown_by(names: Iterable[str], outputs: Collection[str]) -> tuple[str, ...]:
         outputs: names of the outputs that the logs hold.
 
     Returns:
-        The names without the effects all of whose numbers act on outputs that no log holds.
+        The names without those all of whose numbers act on outputs that no log holds.
     """
-    return tuple(name for name in names if name not in BY_NAME or shown_numbers(name, outputs))
+
+    def shown(name: str) -> bool:
+        effect, _, number = name.removeprefix("parameter.").rpartition(".")
+        if name in BY_NAME:
+            return bool(shown_numbers(name, outputs))
+        return effect not in BY_NAME or number in shown_numbers(effect, outputs)
+
+    return tuple(name for name in names if shown(name))
 
 
 def space(

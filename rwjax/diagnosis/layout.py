@@ -1,4 +1,4 @@
-"""Layout: which logs a diagnosis fits and which it holds out."""
+"""Layout: how much of the logs a diagnosis takes, which it fits and which it holds out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,10 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.diagnosis.gap import Split
+from rwjax.diagnosis.hypothesis import logged_outputs
+from rwjax.diagnosis.settings import LengthSettings
 from rwjax.logs import coverage
 from rwjax.logs.held_out import folds
 from rwjax.logs.log import Log
 from rwjax.logs.segments import cut_up, runs_of
+from rwjax.logs.thin import some_of, thinned
+from rwjax.plant.from_rig import structure_of
 from rwjax.rig.model import Rig
 
 
@@ -37,6 +41,24 @@ class Layout:
     def train_runs(self) -> tuple[int, ...]:
         """Numbers of the training runs."""
         return tuple(map(int, np.unique(runs_of(self.logs)[list(self.train)])))
+
+
+def brief(rig: Rig, logs: Sequence[Log], limits: LengthSettings) -> tuple[tuple[Log, ...], list[str]]:
+    """Logs of which a search can hold the derivatives: with fewer samples, and where that is not enough fewer of them.
+
+    Args:
+        rig: the rig.
+        logs: its logs.
+        limits: how much a search holds.
+
+    Returns:
+        The logs, and what was done in sentences.
+    """
+    columns = len(structure_of(rig).states) + len(rig.free) + limits.of_effect
+    most = max(limits.derivatives // (columns * max(len(logged_outputs(logs)), 1)), 1)
+    fewer, thinner = thinned(logs, most, limits.coarsest_s)
+    fewer, some = some_of(fewer, most, limits.fewest_runs)
+    return fewer, [told for told in (thinner, some) if told]
 
 
 def laid_out(rig: Rig, logs: Sequence[Log]) -> Layout:

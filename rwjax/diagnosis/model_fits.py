@@ -24,7 +24,7 @@ from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
-from rwjax.logs.segments import runs_of, whole_runs
+from rwjax.logs.segments import whole_runs
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 
@@ -69,11 +69,14 @@ def _refitted(
     return (yield from descend(here, most_steps=steps, tolerance=tolerance)).theta
 
 
-def _without(fitted: Fit, left_out: Sequence[Sequence[int]]) -> list[np.ndarray]:
-    """Numbers of a fit without some of its logs, each time others, to first order."""
-    c, theta = fitted.coordinates, fitted.theta
-    steps = steps_without(fitted.problem, fitted.evaluation, c, theta, left_out)
-    return [c.move(theta, c.shorten(dz) * dz) for dz in steps]
+def _without(fitted: Fit, left_out: Sequence[Sequence[int]], most: float) -> list[np.ndarray | None]:
+    """Numbers of a fit without some of its logs, each time others, to first order; None where that is not enough."""
+    c, theta, moved = fitted.coordinates, fitted.theta, list[np.ndarray | None]()
+    for dz in steps_without(fitted.problem, fitted.evaluation, c, theta, left_out, most):
+        there = theta if dz is None else c.move(theta, dz)
+        stays = all(map(np.array_equal, c.on_bound(there), c.on_bound(theta)))  # within its bounds
+        moved.append(there if dz is not None and stays and c.shorten(dz) == 1.0 else None)
+    return moved
 
 
 def _carried_on_elsewhere(problem: Problem, begun: Fit, steps: int, tolerance: float) -> Task[Fit]:
@@ -174,6 +177,12 @@ class ModelFits:
             else:
                 raise KeyError(f"no search has begun a fit of {' + '.join(hypothesis.names)}")
             self.put(hypothesis, found, ended=True)
+        return self._with_derivatives(hypothesis)
+
+    def _with_derivatives(self, hypothesis: Hypothesis) -> Fit:
+        """The fit of a hypothesis; a search that was stopped may have bettered one and left it without derivatives."""
+        if not self._best[hypothesis].evaluation.local.size:
+            self.put(hypothesis, together([with_derivatives(self._best[hypothesis])])[0], ended=True)
         return self._best[hypothesis]
 
     def start_from_first_readings(self) -> None:
@@ -199,7 +208,7 @@ class ModelFits:
         """
         if hypothesis not in self._finished:
             self.put(hypothesis, together([with_derivatives(self._best[hypothesis])])[0], ended=True)
-        return self._best[hypothesis]
+        return self._with_derivatives(hypothesis)
 
     def together(
         self,
@@ -503,7 +512,7 @@ class ModelFits:
         free run.
 
         Args:
-            cases: each the rig as it is or a hypothesis with a fit that a search has begun, and numbers of the logs to fit.
+            cases: each the rig as it is or a hypothesis with a fit that a search has begun, and numbers of some of the training logs, to fit.
 
         Returns:
             The parameter vectors `(t,)` [SI].
@@ -513,14 +522,15 @@ class ModelFits:
             if {*train} != {*self.train}:
                 elsewhere.setdefault(hypothesis, []).append(number)
         found = [self(hypothesis).theta for hypothesis, _ in cases]
-        runs = np.unique(runs_of(self.problem.logs)[list(self.train)])
-        if len(runs) >= self.settings.fitting.many_runs:
-            for hypothesis, numbers in elsewhere.items():
-                without = [[k for k in self.train if k not in cases[number][1]] for number in numbers]
-                for number, theta in zip(numbers, _without(self(hypothesis), without), strict=True):
+        wanted: list[int] = []
+        for hypothesis, numbers in elsewhere.items():
+            without = [[k for k in self.train if k not in cases[number][1]] for number in numbers]
+            moved = _without(self(hypothesis), without, self.settings.fitting.light_run)
+            for number, theta in zip(numbers, moved, strict=True):
+                if theta is None:
+                    wanted.append(number)
+                else:
                     found[number] = theta
-            return found
-        wanted = [number for numbers in elsewhere.values() for number in numbers]
         for number, theta in zip(wanted, self.together([self._on(*cases[k]) for k in wanted]), strict=True):
             found[number] = theta
         return found

@@ -266,9 +266,10 @@ class FittingSettings:
     most_steps: int = _limit(40, "steps at most of a fit that goes on")
     reported_tolerance: float = _limit(1e-7, "relative gain in cost below which a step of the reported fit is no gain")
     fold_steps: int = _limit(6, "steps at most from the estimates on all training logs to those on some of them")
-    many_runs: int = _limit(
-        20,
-        "training runs from which one less moves the numbers by a single step, that of the derivatives which are there already",
+    light_run: float = _limit(
+        0.1,
+        "share of what all runs tell, along any direction of the numbers, up to which a run left out moves them by a single step of the "
+        "derivatives that are there: what that misses is about this share of the step; no run of fewer than ten is so light",
     )
 
 
@@ -392,10 +393,13 @@ class RemarkSettings:
 class LengthSettings:
     """How long logs are taken."""
 
-    samples: int = _limit(
-        200_000,
-        "samples of all logs beyond which only every n-th is taken: a search holds some 10 to 20 KB for each, and takes minutes from there on",
+    derivatives: int = _limit(
+        1_000_000,
+        "derivatives of the readings, by states, free numbers and `of_effect` more, beyond which only every n-th sample is taken, and then only "
+        "some of the runs: a search holds some 2 KB for each",
     )
+    of_effect: int = _limit(3, "numbers of an effect that count there")
+    fewest_runs: int = _limit(10, "runs to fit, and to judge on, that stay in any case")
     coarsest_s: float = _limit(
         0.02, "longest step between samples [s] that is made so: lags and delays of drives are as long"
     )

@@ -123,7 +123,7 @@ def _in_order(fits: ModelFits, structure: Structure, values: dict[str, float]) -
 
 def _far(fits: ModelFits, name: str, value: float) -> bool:
     """Whether a positive number of the rig was fitted far from what the rig file says."""
-    said, far = fits.rig.numbers.get(name, 0.0), fits.settings.screening.far
+    said, far = fits.rig.values.get(name, 0.0), fits.settings.screening.far
     return said > 0.0 and not said / far <= value <= said * far
 
 

@@ -44,7 +44,7 @@ def diverged_numbers(rig: Rig, fitted: Fit, limits: RemarkSettings) -> tuple[str
         The names of the numbers.
     """
     value = fitted.numbers()
-    return tuple(name for name in rig.free if 0.0 < rig.numbers.get(name, 0.0) * limits.diverged < value[name])
+    return tuple(name for name in rig.free if 0.0 < rig.values.get(name, 0.0) * limits.diverged < value[name])
 
 
 def why_uninformative(logs: Sequence[Log], diverged: tuple[str, ...], limits: RemarkSettings) -> str | None:

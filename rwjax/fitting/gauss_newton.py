@@ -177,8 +177,13 @@ def gauss_newton_steps(
 
 @np.errstate(over="ignore", invalid="ignore")
 def steps_without(
-    problem: Problem, e: Evaluation, coordinates: Coordinates, theta: np.ndarray, left_out: Sequence[Sequence[int]]
-) -> list[np.ndarray]:
+    problem: Problem,
+    e: Evaluation,
+    coordinates: Coordinates,
+    theta: np.ndarray,
+    left_out: Sequence[Sequence[int]],
+    most: float,
+) -> list[np.ndarray | None]:
     """Gauss-Newton steps that some logs' absence asks for, each from the same point: what a fit without them moves by, to first order.
 
     Args:
@@ -187,19 +192,30 @@ def steps_without(
         coordinates: The free numbers.
         theta: Parameter vector `(t,)` [SI].
         left_out: Numbers of the logs that are left out together, for each step.
+        most: Share of what all logs tell, along any direction of the coordinates, up to which the left out ones may tell it [1].
 
     Returns:
-        For each the change of the coordinates `(k,)` [1]; 0 where the derivatives are not finite.
+        For each the change of the coordinates `(k,)` [1]; None where the left out logs tell more than that, or derivatives are not finite.
     """
     low, high = coordinates.on_bound(theta)
     whole = _reduced(problem, e, coordinates, theta, [0.0])[0]
     scale, steps = coordinates.slope(theta), []
     for logs in left_out:
         parts = [_reduced_of_log(problem, e, scale, log, np.zeros(1)) for log in logs]
-        A, b = whole.A - sum(part.A[0] for part in parts), whole.b - sum(part.b[0] for part in parts)
-        finite = np.all(np.isfinite(A)) and np.all(np.isfinite(b))
-        steps.append(_within_bounds(A, b, low, high) if finite else np.zeros(len(b)))
+        lost, b = np.sum([part.A[0] for part in parts], axis=0), whole.b - np.sum([part.b[0] for part in parts], axis=0)
+        light = np.all(np.isfinite(whole.A)) and np.all(np.isfinite(b)) and _largest_share(whole.A, lost) <= most
+        steps.append(_within_bounds(whole.A - lost, b, low, high) if light else None)
     return steps
+
+
+def _largest_share(whole: np.ndarray, part: np.ndarray) -> float:
+    """Largest share [1] of a matrix of normal equations that a part of it has along any direction which the whole one tells."""
+    scale = np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    size, along = np.linalg.eigh(whole / scale / scale[:, None])
+    told = size > 1e-12 * np.max(size, initial=0.0)
+    along = along[:, told] / np.sqrt(size[told])
+    shares = np.linalg.eigvalsh(along.T @ (part / scale / scale[:, None]) @ along)
+    return float(np.max(shares, initial=0.0))
 
 
 def gauss_newton_step(

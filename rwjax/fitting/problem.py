@@ -112,7 +112,8 @@ class Problem:
         """The problem of the first 0.5 s of each log, with the noise of those readings; later readings have weight 0."""
         batch = self.batch.until(START_S)
         weight = batch.weight.copy()
-        for k, log in enumerate(self.logs):
+        for k in self.logs_with_readings:
+            log = self.logs[k]
             early = first_half_second(log)
             noise = noise_of.noise_by_output(log.cut(0, int(early.sum())))
             unit = np.array([self.noise[y] / noise[y] if y in noise else 1.0 for y in self.structure.outputs])

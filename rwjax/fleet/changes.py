@@ -135,7 +135,7 @@ def changes(rows: pl.DataFrame, false: float = FALSE, shared: Collection[str] = 
     Args:
         rows: Results of a fleet (`rwjax.fleet.store.schema`), all of one design.
         false: Share of the alarms that may be false, on average [1].
-        shared: Names of numbers that are one and the same in all sound rigs.
+        shared: Names of numbers that are one and the same in all sound rigs; from session to session they may change.
 
     Returns:
         What changed.
@@ -143,8 +143,8 @@ def changes(rows: pl.DataFrame, false: float = FALSE, shared: Collection[str] = 
     sessions = sessions_of(rows)
     names = common(sessions)
     now, since = latest(sessions, names), since_before(sessions, names)
-    both = ((now, "siblings"), (since, "itself"))
-    judged = [_judged(one, against, shared) for one, against in both if len(one.rigs) >= FEWEST]
+    both = ((now, "siblings", shared), (since, "itself", ()))
+    judged = [_judged(one, which, of) for one, which, of in both if len(one.rigs) >= FEWEST]
     through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
     ends = np.cumsum([len(one.p) for one in judged])
     found = [_alarms(one, which) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]

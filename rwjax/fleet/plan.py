@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rwjax.effects.library import BY_NAME
+from rwjax.effects.parameter import parameters
 from rwjax.errors import InputError, nearest, printable
 from rwjax.kinds import NUMBERS
 from rwjax.text_files import parse_toml, read_text
@@ -86,7 +87,7 @@ def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
         raise InputError(f"{path}: is no TOML: {bad}") from None
     try:
         command, options = _command(given)
-        shared = _shared(given)
+        shared = _shared(command, given)
         jobs = _jobs(given, Path(os.path.abspath(path)).parent)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -124,17 +125,19 @@ def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     return command, dict(options)
 
 
-def _shared(given: Mapping[str, Any]) -> tuple[str, ...]:
+def _shared(command: str, given: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the numbers that all rigs share."""
+    if "shared" in given and command not in ("fit", "diagnose"):
+        raise InputError(f"`{command}` estimates no numbers that rigs could share; leave out `shared`")
     names = given.get("shared", [])
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise InputError(f'`shared` is {printable(repr(names))}; write a list of numbers, as ["axis.inertia"]')
     for name in names:
-        if name not in NUMBERS and name.rpartition(".")[0] not in BY_NAME:
-            raise InputError(
-                f"`shared` holds {printable(repr(name))}, which is no number; nearest `{nearest(name, NUMBERS)}`"
-            )
-    return tuple(names)
+        effect, _, number = name.rpartition(".")
+        if name not in NUMBERS and not (effect in BY_NAME and number in parameters(BY_NAME[effect])):
+            near = nearest(name, [*NUMBERS, *(f"{e}.{n}" for e in BY_NAME for n in parameters(BY_NAME[e]))])
+            raise InputError(f"`shared` holds {printable(repr(name))}, which is no number; nearest `{near}`")
+    return tuple(dict.fromkeys(names))
 
 
 def _check_names(option: str, names: list) -> None:
@@ -157,7 +160,9 @@ def _jobs(given: Mapping[str, Any], folder: Path) -> list[Job]:
             raise InputError("`table` stands beside `rig` or `logs`; a table says both, leave them out")
         return _of_table(folder / str(given["table"]), folder)
     for key in ("rig", "logs"):
-        if not isinstance(given.get(key), str):
+        if key in given and not isinstance(given[key], str):
+            raise InputError(f"`{key}` is {printable(repr(given[key]))}; write one pattern as a text")
+        if key not in given:
             raise InputError(
                 f'`{key}` is missing; write rig = "rigs/{{rig}}.toml" and logs = "logs/{{rig}}/*.csv", or table = "fleet.csv"'
             )

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from rwjax.fleet.changes import compared
+from rwjax.fleet.changes import TINY, compared
 from rwjax.fleet.sessions import MISFIT, Estimates
 
 FLEET = {
@@ -27,6 +27,8 @@ FLEET = {
     "rigs": pl.Int64,
 }
 """Columns of the fleet's numbers."""
+DIFFERS = 1.0
+"""Standard errors of an estimate by which sound rigs may seem to differ in a number that they share [1]."""
 OWN = {
     **dict.fromkeys(("rig", "when", "number"), pl.String),
     **dict.fromkeys(("alone", "alone_error", "value", "standard_error"), pl.Float64),
@@ -48,25 +50,52 @@ class Pooled(NamedTuple):
     own: pl.DataFrame
 
 
+def alike(of: Estimates, shared: Collection[str]) -> tuple[tuple[str, ...], list[str]]:
+    """Which of the numbers that are said to be shared the rigs do share.
+
+    Args:
+        of: Estimates of the rigs.
+        shared: Names of the numbers.
+
+    Returns:
+        The names of those that sound rigs do not differ in by more than `DIFFERS`, and a sentence of each other one.
+    """
+    spread, same, notes = dict(zip(of.names, compared(of).spread, strict=True)) if of.names else {}, [], []
+    for name in shared:
+        if name not in spread:
+            notes.append(f"`shared` names {name}, of which too few rigs tell anything")
+            continue
+        error = float(np.sqrt(np.nanmedian(of.covariance[:, of.names.index(name), of.names.index(name)])))
+        if spread[name] > DIFFERS * error:
+            notes.append(
+                f"`shared` names {name}, in which sound rigs differ by {spread[name]:.2g}, {spread[name] / max(error, TINY):.2g} times its "
+                "standard error: it is taken as each rig's own"
+            )
+        else:
+            same.append(name)
+    return tuple(same), notes
+
+
 def pooled(of: Estimates, shared: Collection[str] = (), apart: Collection[str] = ()) -> Pooled:
     """The numbers of a fleet.
 
     Args:
         of: Estimates of its rigs.
         shared: Names of numbers that are one and the same in all rigs.
-        apart: Rigs that differ from their siblings: they do not count, and their numbers are what their logs tell alone.
+        apart: Rigs that differ from their siblings: they do not count, and their numbers are what their logs tell alone, their siblings'
+            where they tell nothing.
 
     Returns:
         The numbers.
     """
-    kept = [k for k, name in enumerate(of.names) if name != MISFIT]
-    names = [of.names[k] for k in kept]
     among = np.array([rig not in apart for rig in of.rigs], bool)
-    if not kept or not among.any():
+    told = np.isfinite(of.value)
+    kept = [k for k, name in enumerate(of.names) if name != MISFIT and told[among, k].any()]
+    names = [of.names[k] for k in kept]
+    if not kept:
         return Pooled(pl.DataFrame(schema=FLEET), pl.DataFrame(schema=OWN))
     found = compared(of, shared)
-    unit = found.unit[kept]
-    told = np.isfinite(of.value[:, kept])
+    unit, told = found.unit[kept], told[:, kept]
     value = np.where(told, of.value[:, kept], 0.0) / unit
     D = np.diag((found.spread[kept] / unit) ** 2)
     left = of.covariance[:, kept][:, :, kept] / np.outer(unit, unit)

@@ -73,6 +73,10 @@ def _check(plan: FleetPlan, rig_file: str) -> None:
     """Raises `InputError` where the rig file of all rigs is wrong, or leaves none of a number that they are to share to be estimated."""
     rig = read_rig(rig_file)
     for name in plan.shared:
+        if name in rig.per_run:
+            raise InputError(
+                f"`shared` holds {name}, of which every run has a value of its own (`fit.per_run` in {rig_file})"
+            )
         if name not in rig.free:
             free = ", ".join(rig.free) or "nothing"
             raise InputError(f"`shared` holds {name}, which {rig_file} does not leave free; it leaves free {free}")

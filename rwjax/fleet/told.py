@@ -13,7 +13,7 @@ from rwjax.fleet.appeared import appeared
 from rwjax.fleet.changes import changes
 from rwjax.fleet.page import Fleet, write_fleet
 from rwjax.fleet.plan import FleetPlan, Job
-from rwjax.fleet.pooled import pooled
+from rwjax.fleet.pooled import alike, pooled
 from rwjax.fleet.sessions import common, latest, sessions_of
 from rwjax.fleet.store import REPORTS
 from rwjax.fleet.work import report_folder
@@ -22,7 +22,7 @@ from rwjax.text_files import write_files, write_text
 
 NEXT, NEXT_TABLE = "changed.toml", "changed.csv"
 """The plan that diagnoses the rigs that changed, and its table."""
-NUMBERS = "numbers.csv"
+TABLE = "numbers.csv"
 """Numbers of the rigs, alone and beside their siblings."""
 
 
@@ -41,11 +41,12 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
         [(job.rig, job.when) for job in plan.jobs], {"rig": pl.String, "when": pl.String}, orient="row"
     )
     own = rows.join(wanted, on=["rig", "when"], how="semi").sort("rig", "when")
-    found = changes(own, false, plan.shared)
     sessions = sessions_of(own)
-    apart = set(found.alarms["rig"])
-    together = pooled(latest(sessions, common(sessions)), plan.shared, apart)
-    return Fleet(plan.command, own, found, appeared(own), together, false)
+    now = latest(sessions, common(sessions))
+    shared, notes = alike(now, plan.shared)
+    found = changes(own, false, shared)
+    apart = set(found.alarms.filter(against="siblings")["rig"])
+    return Fleet(plan.command, own, found, appeared(own), pooled(now, shared, apart), false, tuple(notes))
 
 
 def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:
@@ -110,5 +111,6 @@ def write_told(fleet: Fleet, folder: Path) -> Path:
         path = f"{REPORTS}/{report_folder(Job(row['rig'], row['when'], '', ()))}/{REPORT}"
         return path if (folder / path).exists() else None
 
-    write_text(folder / NUMBERS, fleet.pooled.own.write_csv(), InputError)
+    if not fleet.pooled.own.is_empty():
+        write_text(folder / TABLE, fleet.pooled.own.write_csv(), InputError)
     return write_fleet(fleet, folder, report)

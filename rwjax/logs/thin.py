@@ -1,4 +1,7 @@
-"""Long logs with fewer samples: several in a row become one, whose command is their mean and whose readings are those of the first."""
+"""Long logs with fewer samples: several in a row become one, whose command is their mean and whose readings are those of the first.
+
+Of many logs some stand for all.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,8 +33,33 @@ def thinned(logs: Sequence[Log], samples: int, coarsest: float) -> tuple[tuple[L
     left, every = sum(len(log.time) for log in found), max(most)
     step = max(float(np.median(np.diff(log.time))) for log in found)
     return found, (
-        f"the logs have {whole} samples, of which {left} were taken, every {every}th of the finest: standard errors are up to "
+        f"the logs have {whole} samples, of which {left} were taken, one of every {every} of the finest: standard errors are up to "
         f"{every**0.5:.2g} times as large, and nothing faster than {2.0 * step:.3g} s is seen"
+    )
+
+
+def some_of(logs: Sequence[Log], samples: int, fewest: int) -> tuple[tuple[Log, ...], str]:
+    """Some logs in the place of many, evenly over those to fit and over those to judge on.
+
+    Args:
+        logs: The logs.
+        samples: Samples wanted at the most [1].
+        fewest: Logs of either kind that stay in any case [1].
+
+    Returns:
+        The logs, and what was done as a sentence, "" for nothing. Errors of estimates grow by the root of how many times fewer they are.
+    """
+    whole = sum(len(log.time) for log in logs)
+    kept: set[int] = set()
+    for validate in (False, True):
+        own = [k for k, log in enumerate(logs) if log.validate == validate]
+        count = min(max(len(own) * samples // max(whole, 1), fewest), len(own))
+        kept |= {own[round(at)] for at in np.linspace(0, len(own) - 1, count)}
+    if whole <= samples or len(kept) == len(logs):
+        return tuple(logs), ""
+    return tuple(logs[k] for k in sorted(kept)), (
+        f"of {len(logs)} logs {len(kept)} were taken, evenly in the given order: standard errors are about "
+        f"{(len(logs) / len(kept)) ** 0.5:.2g} times as large"
     )
 
 

@@ -23,6 +23,8 @@ SLOW = 1e-3
 DIGITS = 6
 """Digits of a number that is worked out from the model."""
 OF_MODEL = "of the model"
+VOLTAGE = 8
+"""What MuJoCo says of an actuator whose one control is a voltage."""
 
 
 class MujocoJoint(NamedTuple):
@@ -213,7 +215,7 @@ def _actuator(where: str, model: Any, j: int, name: str, weighs: bool) -> _Drive
         raise InputError(f"{where}: `{name}` has {len(of) or 'no'} actuators; one hinge with one actuator can be read")
     a = of[0]
     called = f"{where}: the actuator `{model.actuator(a).name}`"
-    if model.actuator_gaintype[a] == int(_mujoco().mjtGain.mjGAIN_DCMOTOR):
+    if _is_dc_motor(model, a):
         found = _dc_motor(called, model, a)
     else:
         gains = _gains(called, model, a)
@@ -239,7 +241,7 @@ def _gains(called: str, model: Any, a: int) -> _Gains:
     )
     if not plain:
         raise InputError(
-            f"{called} is of a kind that is not read; motor, position, dcmotor and general ones with a fixed gain are"
+            f"{called} is of a kind that is not read; motor, position, dcmotor at a voltage and general ones with a fixed gain are"
         )
     G, g = _gear(called, model, a), float(model.actuator_gainprm[a, 0])
     affine = bool(model.actuator_biastype[a])
@@ -252,6 +254,14 @@ def _gear(called: str, model: Any, a: int) -> float:
     if G == 0.0:
         raise InputError(f"{called} has a gear of 0")
     return G
+
+
+def _is_dc_motor(model: Any, a: int) -> bool:
+    """Whether an actuator is a `dcmotor` whose control is its voltage."""
+    mujoco = _mujoco()
+    kinds = (model.actuator_gaintype[a], model.actuator_biastype[a], model.actuator_dyntype[a])
+    of_one = (mujoco.mjtGain.mjGAIN_DCMOTOR, mujoco.mjtBias.mjBIAS_DCMOTOR, mujoco.mjtDyn.mjDYN_DCMOTOR)
+    return kinds == tuple(map(int, of_one)) and int(model.actuator_ctrlspec[a]) == VOLTAGE
 
 
 def _dc_motor(called: str, model: Any, a: int) -> _Driven:
@@ -277,8 +287,7 @@ def _dc_motor(called: str, model: Any, a: int) -> _Driven:
     notes += (
         ["the gear turns the joint against the motor: give the column of the voltage the scale -1"] if G < 0.0 else []
     )
-    late = {name: value for name, value in _late(model, a).items() if name != "lag"}
-    return _Driven(numbers, False, late | _limit(control), tuple(notes))
+    return _Driven(numbers, False, _late(model, a) | _limit(control), tuple(notes))
 
 
 def _motor(called: str, model: Any, a: int, of: _Gains) -> _Driven:

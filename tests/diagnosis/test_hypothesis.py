@@ -48,6 +48,10 @@ def test_a_fixed_number_of_an_effect_that_the_rig_file_holds_may_be_wrong() -> N
     rig = replace(platform("viscous = 0.02"), effects=held, free=("axis.inertia", "axis.stribeck.v_s"))
     wrong = {name for name in candidates(rig) if name.startswith(("parameter.axis.stribeck", "parameter.sensor"))}
     assert wrong == {"parameter.axis.stribeck.M_c", "parameter.axis.stribeck.M_e"}  # others are free, of the form, or 0
+    stops = replace(rig, effects={"axis.end_stop": {"low": -1.0, "high": 1e6}, "sensor.offset": {"w_b": 0.1}})
+    own = [name for name in candidates(stops) if name.startswith(("parameter.axis.end_stop", "parameter.sensor"))]
+    assert own == ["parameter.axis.end_stop.low", "parameter.sensor.offset.w_b"]  # 1e6 is no stop
+    assert "parameter.sensor.offset.w_b" not in shown_by(own, {"yaw_rad"})
     assert coordinate_of("parameter.axis.stribeck.M_c") == coordinate_of("axis.stribeck")
     assert "axis.stribeck.M_c" in free_names(rig, Hypothesis(("parameter.axis.stribeck.M_c",)), ("yaw_rad",))
 

@@ -2,9 +2,13 @@
 
 from dataclasses import replace
 
-from rwjax.diagnosis.layout import laid_out
+import numpy as np
+
+from rwjax.diagnosis.layout import brief, laid_out
+from rwjax.diagnosis.settings import LengthSettings
 from rwjax.fitting.segments import with_segments
 from tests.diagnosis.several_runs import RIG, run_of
+from tests.systems import platform, record
 
 
 def test_of_unmarked_runs_each_is_held_out_in_turn_and_all_are_trained_on() -> None:
@@ -29,3 +33,14 @@ def test_segments_of_a_run_are_numbered_one_after_the_other_and_stay_on_one_side
     assert len(found.logs) > len(found.runs) == 2 and found.train == tuple(range(len(found.logs)))
     for train, test in found.folds:
         assert {found.logs[k].name for k in train}.isdisjoint(found.logs[k].name for k in test)
+
+
+def test_of_logs_whose_derivatives_a_search_cannot_hold_fewer_samples_and_then_fewer_runs_are_taken() -> None:
+    rig, time = platform(), 0.01 * np.arange(1000)  # 2 states and 1 free number: 6 derivatives of each reading
+    logs = [replace(record(time, np.sin(time)), name=f"{k}.csv") for k in range(40)]
+    limits = LengthSettings(derivatives=120_000, coarsest_s=0.02)
+    assert brief(rig, logs[:20], limits) == (tuple(logs[:20]), [])
+    fewer, (thinner, some) = brief(rig, logs, replace(limits, derivatives=90_000))
+    assert {len(log.time) for log in fewer} == {500} and len(fewer) == 30
+    assert "one of every 2" in thinner and some.startswith("of 40 logs 30 were taken")
+    assert len(brief(rig, logs, replace(limits, derivatives=1))[0]) == limits.fewest_runs

@@ -89,8 +89,8 @@ def test_without_one_of_many_runs_the_numbers_move_as_in_a_fit_without_it(by_sta
         logs.append(replace(log, name=f"{rate:g}.csv", outputs={"yaw_rad": angle}))
     cases = [(NOTHING, [k for k in range(8) if k != left]) for left in range(8)]
     moved = []
-    for many in (1, 100):
-        settings = replace(Settings(), fitting=replace(Settings().fitting, many_runs=many, tolerance=1e-9))
+    for light in (1.0, 0.0):
+        settings = replace(Settings(), fitting=replace(Settings().fitting, light_run=light, tolerance=1e-9))
         fits = ModelFits.of(rig, logs, range(8), settings)
         fits(NOTHING)
         if by_start_rule:
@@ -100,6 +100,28 @@ def test_without_one_of_many_runs_the_numbers_move_as_in_a_fit_without_it(by_sta
     free = [fits.problem.names.index(name) for name in rig.free]
     size = np.sqrt(np.mean(fit[:, free] ** 2, axis=0))
     assert np.all(size > 0.0) and np.all(np.sqrt(np.mean((step - fit)[:, free] ** 2, axis=0)) < 0.05 * size)
+
+
+def test_a_run_that_tells_much_is_left_out_by_a_fit_though_there_are_many() -> None:
+    """A model that lacks dry friction, and one run that is longer than the others together."""
+    rig, logs = platform("viscous = 0.02", '"axis.inertia", "axis.friction.viscous"'), []
+    for k, samples in enumerate((*[101] * 14, 2001)):
+        time = TIME[:samples]
+        log = record(time, (0.3 + 0.03 * k) * np.sin((1.0 + 0.2 * k) * time))
+        angle = run(rig, log, {}, effects={"axis.coulomb": {"M_c": 0.05}})["yaw_rad"]
+        logs.append(replace(log, name=f"{k}.csv", outputs={"yaw_rad": angle}))
+    without = [(NOTHING, range(14))]
+    found = []
+    for light in (Settings().fitting.light_run, 0.0):
+        settings = replace(Settings(), fitting=replace(Settings().fitting, light_run=light))
+        found.append(ModelFits.of(rig, logs, range(15), settings).fitted_to(without)[0])
+    assert np.array_equal(*found)
+
+
+def test_a_fit_at_its_end_has_its_derivatives_also_where_a_search_was_stopped_that_bettered_it(fits: ModelFits) -> None:
+    bare = replace(fits(NOTHING), evaluation=fits(NOTHING).evaluation._replace(local=np.zeros(0)))
+    fits.put(NAMED, bare, ended=True)
+    assert fits(NAMED).evaluation.local.size and fits.as_it_stands(NAMED).evaluation.local.size
 
 
 def test_a_fit_is_taken_as_it_stands_with_its_derivatives(fits: ModelFits) -> None:

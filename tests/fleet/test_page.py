@@ -47,7 +47,7 @@ def test_the_lines_say_the_same() -> None:
 def test_the_fleets_numbers_stand_on_the_page(tmp_path: Path) -> None:
     found = shown(MOVED)
     assert found.pooled.fleet["number"].to_list() == ["axis.inertia", "axis.friction.coulomb"]
-    assert found.pooled.fleet["rigs"].to_list() == [39, 39]  # the one that changed does not count
+    assert found.pooled.fleet["rigs"].to_list() == [39, 39]  # the one that differs does not count
     text = write_fleet(found, tmp_path, lambda row: None).read_text()
     assert '<td class="words">axis.friction.coulomb</td>' in text and "numbers.csv" in text
 

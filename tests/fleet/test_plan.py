@@ -110,6 +110,12 @@ RIGHT = 'rig = "rig.toml"\nlogs = "{rig}.csv"\n'
             "holds 'axis.strib', which is no effect; nearest `axis.stribeck`",
         ),
         ('command = "fit"\noptions = 3\n' + RIGHT, "`options` is not a table"),
+        (
+            'command = "check"\nshared = ["axis.inertia"]\n' + RIGHT,
+            "`check` estimates no numbers that rigs could share",
+        ),
+        ('command = "fit"\nshared = ["axis.coulomb.M_e"]\n' + RIGHT, "which is no number; nearest `axis.coulomb.M_c`"),
+        ('command = "fit"\nrig = "rig.toml"\nlogs = ["a"]\n', "`logs` is ['a']; write one pattern as a text"),
         ('command = "fit"\nshared = "axis.inertia"\n' + RIGHT, "`shared` is 'axis.inertia'; write a list of numbers"),
         (
             'command = "fit"\nshared = ["axis.inertias"]\n' + RIGHT,

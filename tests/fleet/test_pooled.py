@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax.fleet.changes import compared
-from rwjax.fleet.pooled import pooled
+from rwjax.fleet.pooled import alike, pooled
 from rwjax.fleet.sessions import MISFIT, Estimates
 from tests.fleet.test_changes import CORRELATED, ERROR, NAMES, SPREAD, TRUE, covariance
 
@@ -120,3 +120,18 @@ def test_a_shared_number_has_no_spread_and_a_rig_whose_own_differs_is_seen() -> 
     assert np.argmax(np.abs(found.z[:, 0])) == 4
     (change,), (deviation,) = found.change(4, [0])
     assert abs(change - 8.0 * ERROR[0]) < 3.0 * deviation and deviation < 1.1 * ERROR[0]
+
+
+def test_a_number_in_which_sound_rigs_differ_is_not_taken_as_shared() -> None:
+    _, of = drawn(12, np.random.default_rng(6), np.array([0.0, 100.0 * ERROR[1]]))
+    of.value[3, 0] += 30.0 * ERROR[0]  # one rig that is worn says nothing against the others
+    same, (note, other) = alike(of, (*NAMES, "axis.friction.viscous"))
+    assert same == NAMES[:1] and "differ by" in note and NAMES[1] in note and "too few rigs" in other
+    assert alike(of, ()) == ((), [])
+
+
+def test_a_number_that_none_of_the_rigs_among_them_tells_is_left_out() -> None:
+    _, of = drawn(20, np.random.default_rng(7), SPREAD)
+    of.value[:10, 0] = np.nan
+    found = pooled(of, apart={f"r{k}" for k in range(10, 20)})
+    assert found.fleet["number"].to_list() == [NAMES[1]]

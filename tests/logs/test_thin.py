@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rwjax import fit, simulate
-from rwjax.logs.thin import thinned
+from rwjax.logs.thin import some_of, thinned
 from tests.systems import platform, record
 
 TIME = 0.001 * np.arange(20_000)
@@ -27,7 +27,7 @@ def test_together_they_have_no_more_samples_than_wanted_unless_that_is_too_coars
     assert one.command == pytest.approx(VOLTS.reshape(-1, every).mean(axis=1), abs=1e-9)
     assert other.supply is not None and other.supply == pytest.approx(one.command + 12.0)
     assert said.startswith(
-        f"the logs have 40000 samples, of which {40000 // every} were taken, every {every}th of the finest"
+        f"the logs have 40000 samples, of which {40000 // every} were taken, one of every {every} of the finest"
     )
 
 
@@ -66,3 +66,15 @@ def test_estimates_from_thinned_logs_are_those_of_the_whole_ones_within_their_er
     error = [one.rig.standard_error["axis.inertia"] for one in (whole, thin)]
     assert 2.0 < error[1] / error[0] < 5.0  # the root of ten
     assert abs(thin.rig.values["axis.inertia"] - 0.1) < 4.0 * error[1]
+
+
+def test_of_many_logs_some_stand_for_all_evenly_over_both_roles() -> None:
+    log = record(TIME[:1000], VOLTS[:1000])
+    logs = [replace(log, name=f"{k}.csv", validate=k % 5 == 0) for k in range(100)]
+    assert some_of(logs, 100_000, 3) == (tuple(logs), "")
+    found, said = some_of(logs, 25_000, 3)
+    numbers = [int(one.name.split(".")[0]) for one in found]
+    assert len(found) == 25 and sum(one.validate for one in found) == 5
+    assert numbers == sorted(numbers) and (numbers[0], numbers[-1]) == (0, 99) and max(np.diff(numbers)) <= 8
+    assert said.startswith("of 100 logs 25 were taken") and said.endswith("about 2 times as large")
+    assert len(some_of(logs, 1, 3)[0]) == 6 and some_of(logs[:2], 1, 3)[1] == ""

@@ -230,6 +230,21 @@ def test_a_hinge_with_stops_says_that_they_are_left_out(tmp_path: Path) -> None:
         ('<intvelocity name="i" joint="shoulder" kp="1" actrange="-1 1"/>', None, "of a kind"),
         ('<general name="g" joint="shoulder" gear="0"/>', None, "gear of 0"),
         (
+            '<dcmotor name="d" joint="shoulder" motorconst="1" resistance="1" input="pos"/>',
+            None,
+            "dcmotor at a voltage",
+        ),
+        (
+            '<dcmotor name="d" joint="shoulder" motorconst="1" resistance="1" input="none"/>',
+            None,
+            "dcmotor at a voltage",
+        ),
+        (
+            '<general name="g" joint="shoulder" gaintype="dcmotor" gainprm="2 0.05" dyntype="filter" dynprm="0.3"/>',
+            None,
+            "dcmotor at a voltage",
+        ),
+        (
             '<dcmotor name="d" joint="shoulder" motorconst="1" resistance="1" cogging="0.1 2 0"/>',
             None,
             "more than motorconst, resistance and inductance",
