@@ -177,7 +177,7 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
     drawn = [(name, _drawn(fleet, name)) for name in (*told, *numbers_of(fleet.rows)[:MOST_NUMBERS])]
     page = rendered_page(
         "fleet.html.j2",
-        {"report": report, "change_words": change_words, "unit": _unit},
+        {"report": report, "change_words": change_words},
         fleet=fleet,
         outcomes=outcomes(fleet.rows),
         changed=fleet.changes.alarms.head(MOST_LINES).to_dicts(),
@@ -185,7 +185,7 @@ def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], s
         appeared=fleet.appeared.head(MOST_LINES).to_dicts(),
         failed=failures(fleet.rows).head(MOST_LINES).to_dicts(),
         missing=something_missing(fleet).to_dicts(),
-        numbers=fleet.pooled.fleet.to_dicts(),
+        numbers=[one | {"unit": _unit(one["number"])} for one in fleet.pooled.fleet.to_dicts()],
         figures=drawn,
         most=MOST_LINES,
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import program
+from tests.cli.shell import Shell, program
 from tests.fleet.small import write_small
 
 pytest.importorskip("distributed", reason="a fleet needs the extra `fleet`")
@@ -28,7 +28,7 @@ def test_a_fleet_is_fitted_and_its_page_written(tmp_path: Path) -> None:
         (("fleet.toml", "--false-alarms", "2"), "--false-alarms 2: is a share"),
     ],
 )
-def test_what_is_wrong_is_one_line(arguments: tuple[str, ...], said: str, tmp_path: Path) -> None:
-    write_small(tmp_path, ("a",))
-    done = program("fleet", *arguments, "--quiet", cwd=tmp_path)
-    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+def test_what_is_wrong_is_one_line(arguments: tuple[str, ...], said: str, shell: Shell) -> None:
+    write_small(shell.folder, ("a",))
+    status, _, err = shell("fleet", *arguments, "--quiet")
+    assert status == 2 and said in err and err.count("\n") == 1

@@ -35,12 +35,12 @@ def test_region_writes_gains_and_a_figure_and_says_what_it_leaves_out(tmp_path: 
         ((), "rig.toml: kind `wheel`: there is no axis"),
     ],
 )
-def test_region_refuses_in_one_line(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+def test_region_refuses_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:
     motor = "[motor]\ntorque_constant = 0.0182\nresistance = 0.83\n[wheel]\ninertia = 1.24e-4\n"
-    (tmp_path / "rig.toml").write_text('kind = "wheel"\n' + motor)
-    done = program("region", "rig.toml", *arguments, "-o", "region.csv", cwd=tmp_path)
-    assert done.returncode == 2 and done.stdout == "" and not (tmp_path / "region.csv").exists()
-    assert done.stderr.startswith(f"rwjax: {message}") and done.stderr.count("\n") == 1
+    (shell.folder / "rig.toml").write_text('kind = "wheel"\n' + motor)
+    status, out, err = shell("region", "rig.toml", *arguments, "-o", "region.csv")
+    assert (status, out) == (2, "") and not (shell.folder / "region.csv").exists()
+    assert err.startswith(f"rwjax: {message}") and err.count("\n") == 1
 
 
 def test_region_stands_beside_what_an_effect_and_a_fit_leave_of_it(shell: Shell) -> None:

@@ -49,6 +49,7 @@ def test_one_run_is_too_few_to_say_that_every_run_agrees() -> None:
     assert why_not(search, BIAS, "axis.bias_torque") == "too few runs tell how much of it they ask for"
 
 
+@pytest.mark.slow
 def test_of_a_set_the_names_stay_that_hold() -> None:
     both = DRY.plus("axis.spring")  # of which there is none; three random walks happen to look a little like it
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, both)
@@ -97,6 +98,7 @@ def test_a_name_that_fails_stays_beside_the_others_while_these_are_judged(monkey
     assert {best for best, _ in seen} == {both}
 
 
+@pytest.mark.slow
 def test_two_names_that_stand_in_for_each_other_give_way_one_by_one() -> None:
     """Viscous friction as an effect and as a number of the file: neither is needed beside the other."""
     twice = Hypothesis(("axis.viscous", "parameter.axis.friction.viscous"))
@@ -124,6 +126,7 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
     assert further_laws(search.fits, drag) == {}  # which leaves nothing
 
 
+@pytest.mark.slow
 def test_a_smaller_law_of_its_coordinate_says_nothing_against_a_name_that_stays_what_it_is_beside_it() -> None:
     truth = {"drive.saturation": {"u_m": 0.6, "n": 5000.0}, "drive.bias": {"u_b": 0.02}}
     bends = Hypothesis(("drive.saturation",))

@@ -67,7 +67,11 @@ def differentiated(structure: Structure) -> Callable:
     return jax.jit(along)
 
 
-@pytest.mark.parametrize("effect", HERE, ids=lambda effect: effect.name)
+@pytest.mark.parametrize(
+    "effect",
+    [pytest.param(e, marks=[pytest.mark.slow] if e in ALONE[1:] else []) for e in HERE],
+    ids=lambda effect: effect.name,
+)
 def test_sensitivities_match_differences_of_the_free_run(effect: type[Effect]) -> None:
     rig = RIGS[KIND[effect.name.partition(".")[0]]]
     structure = structure_of(rig).with_effects(*among(effect.name, rig.kind))

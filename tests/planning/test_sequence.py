@@ -31,18 +31,14 @@ def in_a_row(rig: Rig, runs: tuple[Run, ...], wait: float) -> np.ndarray:
     return found.outputs["yaw_rad"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rig", "travel"),
     [
         (SLIDE, 0.2),
-        pytest.param(platform("viscous = 0.02\ncoulomb = 0.05"), 5.0, marks=pytest.mark.slow),
-        # coasts for minutes: 20 s to lose two thirds of its rate
-        pytest.param(platform("viscous = 0.005"), 0.7, marks=pytest.mark.slow),
-        pytest.param(
-            replace(platform(), effects={"axis.end_stop": {"low": -1.0, "high": 1.2, "k": 40.0, "d": 0.1}}),
-            3.0,
-            marks=pytest.mark.slow,
-        ),
+        (platform("viscous = 0.02\ncoulomb = 0.05"), 5.0),
+        (platform("viscous = 0.005"), 0.7),  # coasts for minutes: 20 s to lose two thirds of its rate
+        (replace(platform(), effects={"axis.end_stop": {"low": -1.0, "high": 1.2, "k": 40.0, "d": 0.1}}), 3.0),
     ],
 )
 def test_all_runs_together_keep_to_the_travel(rig: Rig, travel: float) -> None:

@@ -116,7 +116,7 @@ def _every() -> Iterator[tuple[str, Callable[[], Posed]]]:
 
 
 CASES = dict(_every())
-FAST = ("platform: axis.stribeck",)
+FAST = ("platform: axis.coulomb",)
 
 
 def _close(
