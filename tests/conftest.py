@@ -24,7 +24,6 @@ if not os.environ.get("RWJAX_EVERY_CALL"):
 hypothesis.settings.register_profile("rwjax", deadline=None, max_examples=EXAMPLES)  # the first call compiles
 hypothesis.settings.load_profile("rwjax")
 
-MAPS, MOST_MAPS = Path("/proc/self/maps"), 30_000  # no module of tests needs as many again
 SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a variable says otherwise
 
 
@@ -32,8 +31,7 @@ SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a
 def _programs_are_dropped() -> Iterator[None]:
     """Every compiled program takes up to 350 memory maps, of which Linux gives a process 65 530."""
     yield
-    if MAPS.exists() and MAPS.read_bytes().count(b"\n") > MOST_MAPS:
-        jax.clear_caches()
+    jax.clear_caches()
 
 
 @pytest.fixture(scope="module", autouse=True)
