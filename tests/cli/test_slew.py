@@ -6,6 +6,7 @@ import pytest
 from tests.cli.shell import LIMITS, Shell, table
 
 
+@pytest.mark.slow
 def test_slew_writes_its_course(shell: Shell) -> None:
     code, out, err = shell("slew", "rig.toml", "--angle", "20", *LIMITS)
     assert code == 0, err

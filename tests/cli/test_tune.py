@@ -33,6 +33,7 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
     assert second.startswith("robust: kp ") and "; does not settle" in second
 
 
+@pytest.mark.slow
 def test_an_integral_too_strong_to_begin_with_is_said(shell: Shell) -> None:
     code, out, err = shell("tune", "rig.toml", "--ki", "1000", "--fit", "fit.json", "--plants", "5")
     assert code == 2 and out == "" and err.count("\n") == 1

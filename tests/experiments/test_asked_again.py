@@ -29,6 +29,7 @@ def question(tmp_path_factory: pytest.TempPathFactory) -> Question:
     return read_question(folder / "rig.toml", sorted(folder.glob("*.csv")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_every_way_says_the_same(way: str, question: Question, tmp_path: Path) -> None:
     rig, logs = readings(question, tmp_path / "as it is")

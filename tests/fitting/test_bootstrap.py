@@ -11,6 +11,7 @@ from tests.fitting.logs import ALL, FREE, log_of
 from tests.systems import platform
 
 
+@pytest.mark.slow
 def test_a_bootstrap_over_many_short_logs_moves_in_every_draw() -> None:
     truth = platform(free=FREE)
     parts = [log_of(truth, noise=1e-3).cut(k, k + 200) for k in range(0, 1000, 100)]

@@ -25,6 +25,7 @@ TWO = Run("square", Experiment("square", 1.5, 0.2, 1.0, 2.0), "validate", "a kin
 PLAN = Plan("testbed", {"voltage_V": 10.0}, (ONE, TWO))
 
 
+@pytest.mark.slow
 def test_every_run_of_a_plan_becomes_a_log_of_its_own(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -358,6 +358,7 @@ print(done.failure, "|", len(port.pieces) > 0, "|", len(done.logs))
     assert len(read_log(tmp_path / "run.csv", read_rig(RIG)).time) == len(found.tick)
 
 
+@pytest.mark.slow
 def test_killed_recorders_lose_nothing_that_is_whole() -> None:
     out = subprocess.run([sys.executable, "-m", "tests.link.killed", "5"], capture_output=True, text=True, env=_paths())
     assert out.returncode == 0 and out.stdout.startswith("5 recorders killed: "), out
