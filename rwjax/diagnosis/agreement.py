@@ -18,6 +18,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.information_criterion import correlation_time, residuals
 from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.refits import refitted
 from rwjax.fitting.prediction import Prediction, errors, predicted
 from rwjax.fitting.processes import Task
 from rwjax.logs.segments import runs_of
@@ -90,7 +91,7 @@ def left_out(fits: ModelFits, hypothesis: Hypothesis) -> dict[int, float]:
     runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
     if len(runs) < 2:
         return {}
-    fitted = fits.fitted_to([(hypothesis, [k for k in fits.train if k not in test]) for test in runs.values()])
+    fitted = refitted(fits, [(hypothesis, [k for k in fits.train if k not in test]) for test in runs.values()])
     problem = fits.problem_of(hypothesis)
     judged = [
         Task(problem, partial(predicted, problem, theta, test, with_floor=False))

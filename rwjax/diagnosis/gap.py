@@ -9,6 +9,7 @@ from scipy.stats import t as student
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.refits import refitted
 from rwjax.diagnosis.settings import GapSettings
 from rwjax.fitting.prediction import Prediction, errors, floor_variance, predicted
 from rwjax.fitting.processes import Task
@@ -92,7 +93,7 @@ def held_out(
     """
     cases = [(e, train) for e in hypotheses for train, _ in folds]
     runs = []
-    for (e, _), (_, test), theta in zip(cases, [*folds] * len(hypotheses), fits.fitted_to(cases), strict=True):
+    for (e, _), (_, test), theta in zip(cases, [*folds] * len(hypotheses), refitted(fits, cases), strict=True):
         problem = fits.problem_of(e)
         runs.append(Task(problem, partial(predicted, problem, theta, test, with_floor=with_floor)))
     found = fits.together(runs)

@@ -14,12 +14,11 @@ from rwjax.diagnosis.settings import FittingSettings, Settings
 from rwjax.effects.library import null_of_optional
 from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.coordinates import Coordinates
-from rwjax.fitting.gauss_newton import steps_without
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start, is_complete
 from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.processes import ALONE, Task, Team
-from rwjax.fitting.secant import descend, search_point, with_derivatives, with_residual
+from rwjax.fitting.secant import descend, with_derivatives, with_residual
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
 from rwjax.logs.log import Log
@@ -49,34 +48,6 @@ def _ended(problem: Problem, begun: Fit, limits: FittingSettings) -> Simulating[
         return found
     again = yield from _carried_on(problem, replace(found, theta=theta), limits.last_steps, limits.tolerance)
     return min(found, again, key=lambda f: f.cost)
-
-
-def _refitted(
-    problem: Problem,
-    coordinates: Coordinates,
-    theta: np.ndarray,
-    start: np.ndarray,
-    train: Sequence[int],
-    by_start_rule: bool,
-    steps: int,
-    tolerance: float,
-) -> Simulating[np.ndarray]:
-    """Numbers of a fit to some logs alone."""
-    alone = problem.only(train)
-    start = np.where(alone.start_free, start, alone.start)
-    begun = search_point(alone.from_start if by_start_rule else alone, coordinates, theta, start)
-    here = yield from with_residual(begun)
-    return (yield from descend(here, most_steps=steps, tolerance=tolerance)).theta
-
-
-def _without(fitted: Fit, left_out: Sequence[Sequence[int]], most: float) -> list[np.ndarray | None]:
-    """Numbers of a fit without some of its logs, each time others, to first order; None where that is not enough."""
-    c, theta, moved = fitted.coordinates, fitted.theta, list[np.ndarray | None]()
-    for dz in steps_without(fitted.problem, fitted.evaluation, c, theta, left_out, most):
-        there = theta if dz is None else c.move(theta, dz)
-        stays = all(map(np.array_equal, c.on_bound(there), c.on_bound(theta)))  # within its bounds
-        moved.append(there if dz is not None and stays and c.shorten(dz) == 1.0 else None)
-    return moved
 
 
 def _carried_on_elsewhere(problem: Problem, begun: Fit, steps: int, tolerance: float) -> Task[Fit]:
@@ -504,40 +475,3 @@ class ModelFits:
         most = self.settings.fitting.most_steps
         runs = [_carried_on_elsewhere(self.training(f.problem.structure), f, most, tolerance) for f in begun]
         self.keep(dict(zip(hypotheses, self.together(runs), strict=True)))
-
-    def fitted_to(self, cases: Sequence[tuple[Hypothesis, Sequence[int]]]) -> list[np.ndarray]:
-        """Numbers of hypotheses fitted to other logs than those marked for training, from their estimates on those.
-
-        Where many runs are marked, one that is left out moves the numbers so little that the first step tells how far. That takes no
-        free run.
-
-        Args:
-            cases: each the rig as it is or a hypothesis with a fit that a search has begun, and numbers of some of the training logs, to fit.
-
-        Returns:
-            The parameter vectors `(t,)` [SI].
-        """
-        elsewhere: dict[Hypothesis, list[int]] = {}
-        for number, (hypothesis, train) in enumerate(cases):
-            if {*train} != {*self.train}:
-                elsewhere.setdefault(hypothesis, []).append(number)
-        found = [self(hypothesis).theta for hypothesis, _ in cases]
-        wanted: list[int] = []
-        for hypothesis, numbers in elsewhere.items():
-            without = [[k for k in self.train if k not in cases[number][1]] for number in numbers]
-            moved = _without(self(hypothesis), without, self.settings.fitting.light_run)
-            for number, theta in zip(numbers, moved, strict=True):
-                if theta is None:
-                    wanted.append(number)
-                else:
-                    found[number] = theta
-        for number, theta in zip(wanted, self.together([self._on(*cases[k]) for k in wanted]), strict=True):
-            found[number] = theta
-        return found
-
-    def _on(self, hypothesis: Hypothesis, train: Sequence[int]) -> Task[np.ndarray]:
-        """Numbers of a hypothesis by a fit to some logs."""
-        begun, limits = self(hypothesis), self.settings.fitting
-        problem = self._posed(begun.problem.structure)
-        begin = (problem, begun.coordinates, begun.theta, begun.start, train, self.by_start_rule)
-        return Task(problem, partial(_refitted, *begin, limits.fold_steps, limits.tolerance))

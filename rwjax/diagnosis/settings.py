@@ -396,7 +396,7 @@ class LengthSettings:
     derivatives: int = _limit(
         1_000_000,
         "derivatives of the readings, by states, free numbers and `of_effect` more, beyond which only every n-th sample is taken, and then only "
-        "some of the runs: a search holds some 2 KB for each",
+        "some of the runs: a search holds 2 to 4 KB for each",
     )
     of_effect: int = _limit(3, "numbers of an effect that count there")
     fewest_runs: int = _limit(10, "runs to fit, and to judge on, that stay in any case")
