@@ -10,7 +10,8 @@ Everything is decided on training runs. A name holds where
   in which the library's other laws of the coordinate stand for it;
 * its rivals leave clearly more in proportion to what it leaves, or are far less likely beside a remainder that is an autoregression. Others
   that leave about as much stand beside it as alternatives, where what they have of their own is needed and all runs ask for as much of it.
-  A name that many of them do without is not claimed.
+  A name that many of them do without is not claimed. Of several names only those are claimed that all of these explanations share, where
+  they close enough by themselves.
 
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
@@ -36,6 +37,7 @@ from rwjax.effects.library import BY_NAME, included_in, models
 from rwjax.effects.parameter import parameters
 
 MANY = "many other names leave about as much"
+EXCHANGED = "other names in its place, beside the rest, leave about as much"
 
 
 class Claim(NamedTuple):
@@ -121,11 +123,22 @@ def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, 
         near = _as_likely(search.fits, named, about_as_much)
         many = {name: MANY for name in named.names if sum(name not in e.names for e in near) > most}
         if not many:
+            shared = _shared(search, named, near)
+            refused = refused | {name: EXCHANGED for name in named.names if name not in shared.names}
             given_up = {*best.names} & {*refused}
-            beside = _simplest([_apart(e, given_up) for e in near if not {*named.names} <= {*e.names}])
-            return Holding(_beside(search, named, beside, rivals), refused)
+            beside = _simplest([_apart(e, given_up) for e in near if not {*shared.names} <= {*e.names}])
+            return Holding(_beside(search, shared, beside, rivals), refused)
         refused = refused | many
     return Holding(None, refused)
+
+
+def _shared(search: Search, named: Hypothesis, near: Sequence[Hypothesis]) -> Hypothesis:
+    """Those of some names that every explanation holds which leaves about as much; all of them where these remove too little."""
+    shared = _apart(named, [name for name in named.names if any(name not in e.names for e in near)])
+    if not shared.names or shared == named:
+        return named
+    fitted(search.fits, shared)
+    return shared if search.comparison.removed(shared) >= search.fits.settings.partial.closes else named
 
 
 def _simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:

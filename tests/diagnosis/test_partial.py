@@ -232,6 +232,22 @@ def test_rivals_count_against_the_names_that_they_do_without() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("closes", "shared"), [(0.5, True), (0.95, False)])
+def test_of_several_names_those_are_claimed_that_every_explanation_shares(closes: float, shared: bool) -> None:
+    """A drag leaves about as much as viscous friction; dry friction stands in both sets and removes 92 % by itself."""
+    both, other = DRY.plus("axis.viscous"), DRY.plus("axis.quadratic_drag")
+    logs = [run_of(k, FRICTION | {"axis.viscous": {"b": 0.02}}, disturbed=0.03) for k in range(3)]
+    search = searched(logs, DRY, both, other)
+    alike = PartialSettings(less_likely=np.inf, law_left=np.inf, further_law=np.inf, closes=closes)
+    search.fits.settings = replace(Settings(), partial=alike)
+    claim, refused = claimed(search, Choice(both))
+    assert claim is not None and claim.named == (DRY if shared else both)
+    assert claim.alternatives == (() if shared else (other,))
+    why = "other names in its place, beside the rest, leave about as much"
+    assert refused == ({"axis.viscous": why} if shared else {})
+
+
+@pytest.mark.slow
 def test_rivals_that_are_special_cases_of_each_other_both_stand() -> None:
     """A spring holds a bias as its limit, so that it is the same beside one."""
     both, beside = DRY.plus("axis.bias_torque"), BIAS.plus("axis.spring")
