@@ -29,9 +29,23 @@ UNIT = {name: unit_of(name) for name in _SIGNALS}
 """Unit of every output that a log may hold."""
 
 
+_RIG, _IT = ("the rig", "the rig's file"), ("it", "its file")
+"""What a rig and its file are called."""
+
+
 def _listed(names: tuple[str, ...]) -> str:
     """Effects in words with their names."""
     return " and ".join(f"{spoken(name)} ({name})" for name in names)
+
+
+def _missing(names: tuple[str, ...], whose: tuple[str, str]) -> str:
+    """What a set of names says of a rig, which is called so and whose file is called so: what it lacks, and which numbers are wrong."""
+    numbers = tuple(name for name in names if name.startswith("parameter."))
+    lacks = _listed(tuple(name for name in names if name not in numbers))
+    wrong = " and ".join(f"{name.removeprefix('parameter.')} ({name})" for name in numbers)
+    if not numbers:
+        return f"{whose[0]} lacks {lacks}"
+    return f"{whose[0]} lacks {lacks}, and its file is wrong in {wrong}" if lacks else f"{whose[1]} is wrong in {wrong}"
 
 
 def verdict_sentence(
@@ -57,6 +71,7 @@ def verdict_sentence(
     Returns:
         The sentence.
     """
+    either = "; or ".join([_missing(effects, _RIG), *(_missing(names, _IT) for names in alternatives)])
     closed = f" and closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
     if uninformative:
         return f"Unknown: {uninformative}, so that they do not say whether anything is missing."
@@ -64,18 +79,15 @@ def verdict_sentence(
         return f"Nothing is missing: the rig explains the logs down to the floor ({gap.before:.3g} of {gap.floor:.3g} {unit})."
     if verdict == "effect":
         return (
-            f"The rig lacks {_listed(effects)}: on held-out runs the error falls from {gap.before:.3g} to {gap.after:.3g} "
+            f"{either[0].upper()}{either[1:]}: on held-out runs the error falls from {gap.before:.3g} to {gap.after:.3g} "
             f"{unit}{closed}."
         )
     if verdict == "ambiguous":
-        others = "; or ".join(_listed(names) for names in alternatives)
-        return f"The rig lacks {_listed(effects)}; or {others}: these logs cannot tell them apart."
+        return f"{either[0].upper()}{either[1:]}: these logs cannot tell them apart."
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
     if verdict == "partial":
-        claim = "one of these sets is missing: " if alternatives else "the rig lacks "
-        sets = "; or ".join(_listed(names) for names in (effects, *alternatives))
         return (
-            f"Only in part: {claim}{sets}; this closes {part} on held-out runs, and the {gap.after:.3g} {unit} that stay "
+            f"Only in part: {either}; this closes {part} on held-out runs, and the {gap.after:.3g} {unit} that stay "
             f"({gap.after / gap.floor:.2g} times the floor) fit no {known}."
         )
     if effects:

@@ -69,7 +69,12 @@ def clear_results(folder: Path) -> None:
 
 
 def _head(d: Diagnosis) -> str:
-    """What stands above a corrected rig of which nothing is claimed."""
-    if not d.effects or (d.complete and d.verdict in CLAIMS):
+    """What stands above a corrected rig of which nothing is claimed, or which is one of several."""
+    if not d.effects:
         return ""
-    return f"# Not claimed: {printable(d.sentence)}\n"
+    if not d.complete or d.verdict not in CLAIMS:
+        return f"# Not claimed: {printable(d.sentence)}\n"
+    if d.alternatives:
+        others = "; or ".join(" + ".join(names) for names in d.alternatives)
+        return f"# This is one explanation of several: {' + '.join(d.effects)}; or {others}.\n"
+    return ""

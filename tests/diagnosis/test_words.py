@@ -77,8 +77,8 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("parameter.drive.gain",),
             (("axis.inertia",), ("a", "b")),
             None,
-            "The rig lacks wrong drive.gain (parameter.drive.gain); or axis.inertia (axis.inertia); or a (a) and b (b): these logs "
-            "cannot tell them apart.",
+            "The rig's file is wrong in drive.gain (parameter.drive.gain); or it lacks axis.inertia (axis.inertia); or it lacks a (a) and "
+            "b (b): these logs cannot tell them apart.",
         ),
         (
             "unknown",
@@ -99,10 +99,10 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
         (
             "partial",
             ("a",),
-            (("b",),),
+            (("b", "parameter.c"),),
             None,
-            "Only in part: one of these sets is missing: a (a); or b (b); this closes 98 % of the gap on held-out runs, and the "
-            "0.01 rad that stay (1.1 times the floor) fit no effect of the library.",
+            "Only in part: the rig lacks a (a); or it lacks b (b), and its file is wrong in c (parameter.c); this closes 98 % of the gap on "
+            "held-out runs, and the 0.01 rad that stay (1.1 times the floor) fit no effect of the library.",
         ),
         ("unknown", (), (), None, "Unknown: a gap above the floor remains that no effect of the library explains."),
         (

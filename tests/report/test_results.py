@@ -32,3 +32,12 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(tmp_path: P
     write_results(diagnosed(verdict="unknown"), tmp_path)
     assert (tmp_path / "corrected.toml").read_text().startswith("# Not claimed: Unknown:")
     assert read_rig(tmp_path / "corrected.toml").kind == "platform"
+
+
+def test_a_corrected_rig_that_is_one_explanation_of_several_names_the_others(tmp_path: Path) -> None:
+    several = diagnosed(verdict="ambiguous", alternatives=(("drive.bias",), ("axis.spring", "drive.delay")))
+    write_results(several, tmp_path)
+    named = " + ".join(several.effects)
+    first, _ = (tmp_path / "corrected.toml").read_text().split("\n", 1)
+    assert first == f"# This is one explanation of several: {named}; or drive.bias; or axis.spring + drive.delay."
+    assert read_rig(tmp_path / "corrected.toml").kind == "platform"
