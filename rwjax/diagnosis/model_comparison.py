@@ -174,8 +174,24 @@ class ModelComparison:
         of_one, of_other = (information_criterion({n: s[n] for n in told}, *self._numbers(e), told) for e, s in sides)
         return of_other > of_one - limits.close
 
+    def leaves_more(self, one: Hypothesis, other: Hypothesis) -> bool:
+        """Whether a hypothesis leaves so much more than another one that the other's names are missing besides, whatever the evidence says.
+
+        An output near the noise has thousands of independent readings, and one far above it a few. So what explains a little of the first
+        has more evidence than what explains most of the second.
+
+        Args:
+            one: a hypothesis.
+            other: another one.
+
+        Returns:
+            True where the other one removes as much of what it leaves as a further name has to.
+        """
+        least = (1.0 - self.limits.further_removes) * self.excess(one)
+        return bool(max(self.excess(other), self.limits.nothing_left) < least)
+
     def leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
-        """The hypothesis with the best criterion, or a special case of it in whose place the logs do not need it.
+        """The hypothesis with the best criterion of those that leave least, or a special case of it in whose place the logs do not need it.
 
         Something small besides lets a larger hypothesis gain a little beside its special case, mostly with numbers at their bounds.
 
@@ -186,7 +202,10 @@ class ModelComparison:
             The leader.
         """
         effective = self.effective(min(hypotheses, key=lambda e: self.fits.known(e).cost))
-        best = max(hypotheses, key=lambda e: self.criterion(e, effective))
+        least = min(hypotheses, key=self.excess)
+        best = max(
+            (e for e in hypotheses if not self.leaves_more(e, least)), key=lambda e: self.criterion(e, effective)
+        )
         simpler = [e for e in hypotheses if best.contains(e) and not self.needs(best, e)]
         return max(simpler, key=lambda e: self.criterion(e, effective), default=best)
 

@@ -118,8 +118,8 @@ class Search:
         if not compare.leaves_visible(best) or not (pairs := self.pairs()):
             return None
         fit_exactly(self.fits, self._by_cost(pairs)[: self.limits.exactly_at_once])
-        leader = compare.leader(pairs)
-        return leader if compare.needs(leader, best) else None
+        needed = [e for e in pairs if compare.needs(e, best)]
+        return compare.leader(needed) if needed else None
 
     def pairs(self) -> list[Hypothesis]:
         """Two names at a time, those that are predicted to leave least, with fits that have begun.
@@ -149,6 +149,8 @@ class Search:
         reference = compare.criterion(best, effective)
 
         def is_close(e: Hypothesis) -> bool:
+            if compare.leaves_more(e, best):
+                return False
             within = limits.close_containing if e.contains(best) else limits.close
             near = compare.criterion(e, effective) > reference - within
             return near or (compare.ties(best, e) and not e.contains(best))
@@ -194,10 +196,10 @@ class Search:
                 self.fits.take_down(hypothesis, tried)
                 self._fit(tried, hypothesis)
             self._fit_thoroughly(tried, hypothesis, enough)
-            best = self.comparison.leader(tried)
-            if not self.comparison.needs(best, hypothesis):
+            needed = [e for e in tried if self.comparison.needs(e, hypothesis)]
+            if not needed:
                 break
-            hypothesis = best
+            hypothesis = self.comparison.leader(needed)
         return hypothesis
 
     def backward(self, hypothesis: Hypothesis) -> Hypothesis:
@@ -214,10 +216,10 @@ class Search:
             smaller = [hypothesis.without(name) for name in hypothesis.names]
             self._fit(smaller, hypothesis)
             effective = compare.effective(hypothesis)
-            best = max(smaller, key=lambda e: compare.criterion(e, effective))
-            if compare.needs(hypothesis, best):
+            enough = [e for e in smaller if not compare.needs(hypothesis, e)]
+            if not enough:
                 break
-            hypothesis = best
+            hypothesis = max(enough, key=lambda e: compare.criterion(e, effective))
         return hypothesis
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
@@ -262,7 +264,9 @@ class Search:
         compare = self.comparison
         effective = compare.effective(best)
         able = [e for e in rivals if len(e.names) <= len(best.names)]
-        able = [e for e in able if not e.contains(best) or compare.needs(e, best)]
+        able = [
+            e for e in able if not compare.leaves_more(e, best) and (not e.contains(best) or compare.needs(e, best))
+        ]
         first = max(able, key=lambda e: compare.criterion(e, effective), default=best)
         surpasses = compare.criterion(first, effective) > compare.criterion(best, effective) + self.limits.needed
         return first if surpasses else None

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rwjax import Log
 from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.forward_backward import ForwardBackward, Search
 from rwjax.diagnosis.search.neighbours import exchanges
 from rwjax.diagnosis.settings import Settings
 from tests.diagnosis.simulated import fits_of, moved_to, true_log
-from tests.systems import platform
+from tests.systems import platform, reaction, record, run
 
 NOTHING = Hypothesis()
 CURVED = ("drive.saturation", "drive.curvature", "parameter.drive.gain")
@@ -51,6 +53,7 @@ def test_a_choice_gives_way_to_what_contains_it_only_where_that_is_needed(
     search.halving.fit([dry, curved], NOTHING)
     monkeypatch.setattr(search.comparison, "criterion", lambda e, effective: 100.0 if e == curved else 0.0)
     monkeypatch.setattr(search.comparison, "needs", lambda larger, smaller: needed)
+    monkeypatch.setattr(search.comparison, "leaves_more", lambda one, other: False)
     assert search.surpassing(dry, [curved]) == (curved if needed else None)
 
 
@@ -99,3 +102,30 @@ def test_a_search_for_pairs_among_one_name_finds_none() -> None:
     search = Search(fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.05}})), ("drive.deadzone",))
     assert search.pairs() == [] and search.pair(NOTHING) is None
     assert search.go_on(NOTHING).best == NOTHING
+
+
+def push_and_delay(number: int) -> Log:
+    """A testbed with a bias torque and a short delay; a slow motion that no effect makes hides what yaw would tell of small things."""
+    time, rng = np.arange(1501) * 0.01, np.random.default_rng(number)
+    volts = (2.0 + number) * np.sign(np.sin((1.7 + 0.2 * number) * time)) + np.sin(5.0 * time)
+    command, asked = np.where(time > 0.6, volts, 0.0), dict.fromkeys(("yaw_rad", "wheel_rad_s"), np.zeros_like(time))
+    missing = {"axis.bias_torque": {"T": 0.002}, "drive.delay": {"tau": 0.01}}
+    y = run(reaction(), record(time, command, asked), {}, effects=missing)
+    walk = np.cumsum(np.cumsum(rng.normal(size=len(time))) * (time > 0.6))
+    yaw = y["yaw_rad"] + 0.1 * walk / np.max(np.abs(walk)) + rng.normal(0.0, 1e-3, len(time))
+    return record(time, command, {"yaw_rad": yaw, "wheel_rad_s": y["wheel_rad_s"] + rng.normal(0.0, 0.5, len(time))})
+
+
+@pytest.mark.slow
+def test_what_removes_most_is_chosen_though_another_output_has_more_evidence() -> None:
+    """The wheel's speed tells the delay by thousands of independent readings, and the delay leaves nearly all of yaw's error."""
+    push, late = Hypothesis(("axis.bias_torque",)), Hypothesis(("drive.delay",))
+    fits = ModelFits.of(reaction(), [push_and_delay(k) for k in range(2)], range(2))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    search = Search(fits, (*push.names, *late.names))
+    choice, compare = search.run(), search.comparison
+    assert choice.criterion[late] > choice.criterion[push]
+    assert compare.excess(late) > 0.9 * compare.excess(NOTHING) and compare.leaves_more(late, push)
+    assert choice.best == push and not choice.alternatives
+    assert search.surpassing(push, [late]) is None
