@@ -36,6 +36,9 @@ FromMjcf = Annotated[
 Joint = Annotated[
     str | None, typer.Option("--joint", metavar="NAME", help="that hinge; the one with an actuator without it")
 ]
+TorqueConstant = Annotated[float | None, typer.Option(help="of the motor, behind the gear [N m/A]")]
+WheelInertia = Annotated[float | None, typer.Option(help="of wheel and rotor, about [kg m2]")]
+AxisInertia = Annotated[float | None, typer.Option(help="of what the axis carries, about [kg m2]")]
 Counts = Annotated[float | None, typer.Option(help="counted edges per turn of the encoder")]
 
 
@@ -46,6 +49,9 @@ def init(
     stall_torque: StallTorque = None,
     no_load_speed: NoLoadSpeed = None,
     resistance: Resistance = None,
+    torque_constant: TorqueConstant = None,
+    wheel_inertia: WheelInertia = None,
+    axis_inertia: AxisInertia = None,
     mass: Mass = None,
     length: Length = None,
     counts: Counts = None,
@@ -67,6 +73,7 @@ def init(
         if output.exists():
             raise InputError(f"{output}: is there already; give another with -o, or remove it")
     given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
+    given |= {"torque-constant": torque_constant, "wheel-inertia": wheel_inertia, "axis-inertia": axis_inertia}
     given |= {"mass": mass, "length": length, "counts": counts}
     if (mass is None) != (length is None):
         raise InputError("--mass and --length go together: both are of one rod")
@@ -84,7 +91,18 @@ def init(
     speed = None if no_load_speed is None else no_load_speed * RATE
     with progress(quiet) as show:
         show("looking at the logs")
-        datasheet = Datasheet(supply, stall_torque, speed, resistance, mass, length, counts)
+        datasheet = Datasheet(
+            supply=supply,
+            stall_torque=stall_torque,
+            no_load_speed=speed,
+            resistance=resistance,
+            torque_constant=torque_constant,
+            wheel_inertia=wheel_inertia,
+            axis_inertia=axis_inertia,
+            mass=mass,
+            length=length,
+            counts=counts,
+        )
         model = mujoco_joint(from_mjcf, joint) if from_mjcf else None
         text = first_rig(log_files, datasheet, kind.value if kind else None, model)
     if output is None:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError
+from rwjax.kinds import encoder_section
 from rwjax.logs.sheet import Sheet
-from rwjax.rig.columns import columns_of
+from rwjax.rig.columns import COLUMNS, columns_of
 
 UNITS = (
     (r"rad\s*/\s*s|rad_s|rads|rad_per_s", "rad/s"),
@@ -39,6 +40,10 @@ WORDS = (
     ("angle", r"angle\w*|pos\w*|theta|yaw|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q"),
 )
 """Words of a column's name by what they mean; the first that is there counts."""
+WHEEL = r"\w*wheel|rw"
+"""Words of a column's name that say that the motion is a wheel's."""
+RATES = ("rad/s", "deg/s", "rpm")
+"""Units of rates, which no command has."""
 FULL_POWER = (100, 127, 255, 400, 511, 1000, 1023, 4095, 8191, 32767, 65535)
 """Numbers of full power of a PWM."""
 LIKE_VOLTS = 48.0
@@ -134,15 +139,19 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
     means = next((word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)), "")
     unit = _unit(column)
+    means = "rate" if means == "voltage_V" and unit in RATES else means
     if means == "time_s":
         return _line("time_s", column, unit if unit in ("ms", "us", "s") else _time_unit(values))
     if means == "voltage_V":
         return _command(column, values, unit)
-    axis = "wheel" if kind == "wheel" else "yaw"
+    of_wheel = any(re.fullmatch(WHEEL, part) for part in parts)
+    if of_wheel and means in ("angle", "rate") and "wheel_rad" not in valid:
+        return None
+    axis = "wheel" if kind == "wheel" or of_wheel else "yaw"
     if means == "angle":
         if unit == "count" or (not unit and np.array_equal(values, np.rint(values)) and np.ptp(values) > 2.0 * np.pi):
-            encoder = "wheel_encoder" if kind == "wheel" else "encoder"
-            return _line(f"{axis}_counts", column, "", f"needs [{encoder}] counts_per_rev")
+            name = f"{axis}_counts"
+            return _line(name, column, "", f"needs [{encoder_section(COLUMNS[name].encoder, kind)}] counts_per_rev")
         degrees = axis == "yaw" and not unit and float(np.ptp(values)) > SEVERAL_TURNS  # a wheel turns many times
         return _line(
             f"{axis}_rad",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
-from rwjax.kinds import MOTORED, NUMBERS, SERVO, TURNING, WHEELED, encoder_section
+from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, TURNING, WHEELED, encoder_section
 from rwjax.logs.propose import proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
@@ -21,6 +21,13 @@ from rwjax.rig.read import parse_rig
 
 GRAVITY = 9.81
 """[m/s²]."""
+GIVEN = {
+    "torque_constant": "motor.torque_constant",
+    "resistance": "motor.resistance",
+    "wheel_inertia": "wheel.inertia",
+    "axis_inertia": "axis.inertia",
+}
+"""Numbers that the datasheet gives as they are, by its attributes."""
 DIGITS = 3
 """Digits of an estimate, which `fit` will make anew."""
 
@@ -36,6 +43,9 @@ class Datasheet(NamedTuple):
         mass: Mass of the link, as of a rod [kg].
         length: Its length from the axis [m].
         counts: Counted edges per turn of the encoder [1].
+        torque_constant: Torque constant of the motor [N m/A], behind the gear.
+        wheel_inertia: Moment of inertia of wheel and rotor, about [kg m²].
+        axis_inertia: Moment of inertia of what the axis carries, about [kg m²].
     """
 
     supply: float | None = None
@@ -45,9 +55,17 @@ class Datasheet(NamedTuple):
     mass: float | None = None
     length: float | None = None
     counts: float | None = None
+    torque_constant: float | None = None
+    wheel_inertia: float | None = None
+    axis_inertia: float | None = None
+
+    @property
+    def of_a_motor(self) -> bool:
+        """Whether it says what the model of a motor holds."""
+        return any((self.torque_constant, self.resistance, self.no_load_speed, self.wheel_inertia))
 
 
-GUESS, REGRESSION = "a guess", "by a regression; `rwjax fit` estimates it anew"
+GUESS, ABOUT, REGRESSION = "a guess", "given, about", "by a regression; `rwjax fit` estimates it anew"
 
 
 def first_rig(
@@ -74,7 +92,7 @@ def first_rig(
     sheet = read_sheet(paths[0])
     _check_columns(sheet)
     guessed = kind is None and model is None
-    kind = "joint" if model else kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")})
+    kind = "joint" if model else kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")}, datasheet)
     lacks = _lacking(model) if model else ()
     section, columns = printable_lines(proposal(sheet, kind, lacks)), {*proposed(sheet, kind)} - {*lacks}
     if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
@@ -83,6 +101,11 @@ def first_rig(
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
         raise LogError(f"{sheet.where(None)}: no column is taken for counts; leave --counts out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
+    for what, number in GIVEN.items():
+        if getattr(datasheet, what) is not None and not model and number not in numbers:
+            raise LogError(
+                f"{sheet.where(None)}: --{what.replace('_', '-')} is given, and kind `{kind}` has no {number}"
+            )
 
     def text(numbers: dict[str, Known]) -> str:
         return _text(kind, guessed, "rig" if no_name(name) else name, numbers, datasheet, columns, section, model)
@@ -128,8 +151,8 @@ def _check_columns(sheet: Sheet) -> None:
     )
 
 
-def _kind_of(names: set[str], columns: set[str]) -> str:
-    """Kind of a rig by the names in its logs, and by the columns of rwjax's that they are taken for."""
+def _kind_of(names: set[str], columns: set[str], datasheet: Datasheet) -> str:
+    """Kind of a rig by the names in its logs, by the columns of rwjax's that they are taken for, and by what is known of a motor."""
     if names & {"position_rad", "command_Nm"}:
         return "joint"
     if "position_m" in names:
@@ -137,7 +160,11 @@ def _kind_of(names: set[str], columns: set[str]) -> str:
     axis = any(name.startswith("yaw") for name in columns)
     if any(name.startswith("wheel") for name in columns):
         return "reaction" if axis else "wheel"
-    return "joint" if columns & {"goal_rad", "duty", "command_A", "current_A"} else "platform"
+    if datasheet.wheel_inertia and not datasheet.axis_inertia:
+        return "wheel"
+    if columns & {"goal_rad", "duty", "command_A", "current_A"} or (datasheet.axis_inertia and datasheet.of_a_motor):
+        return "joint"
+    return "wheel" if datasheet.of_a_motor else "platform"
 
 
 def _rounded(value: float) -> float:
@@ -154,14 +181,16 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             else Known(1.0, "unknown: with 1, torques and inertias are in units of the drive's gain")
         )
     if kind in WHEELED:
-        found["wheel.inertia"] = Known(1e-4, GUESS, free=True)
+        J = d.wheel_inertia
+        found["wheel.inertia"] = Known(J, ABOUT, free=True) if J else Known(1e-4, GUESS, free=True)
         told = "current_A" in columns or not found["motor.torque_constant"].free
         found["motor.friction"] = Known(0.0, f"{GUESS}; without the current it is one with the back-EMF", free=told)
     if "duty" in columns:
         found["drive.supply"] = Known(d.supply, "given") if d.supply else Known(12.0, GUESS)
     if kind in TURNING:
         rod = d.mass * d.length**2 / 3.0 if d.mass and d.length else None
-        found["axis.inertia"] = Known(_rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, True)
+        inertia = Known(_rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, free=True)
+        found["axis.inertia"] = Known(d.axis_inertia, ABOUT, free=True) if d.axis_inertia else inertia
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)
         if kind == "joint" and d.mass and d.length:
             torque = _rounded(0.5 * d.mass * GRAVITY * d.length)
@@ -178,7 +207,9 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     if "command_Nm" in columns:
         return {}
     current = "current_A" in columns
-    if d.supply and d.no_load_speed:
+    if d.torque_constant:
+        K = Known(d.torque_constant, "given")
+    elif d.supply and d.no_load_speed:
         K = Known(_rounded(d.supply / d.no_load_speed), "voltage over the speed without a load")
     elif d.supply and d.stall_torque and d.resistance:
         K = Known(_rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
@@ -205,7 +236,8 @@ def _text(
     model: MujocoJoint | None,
 ) -> str:
     """The rig file."""
-    by = "   # by the columns; else give --kind" if guessed else ""
+    others = ", ".join(one for one in ONE_AXIS if one != kind)
+    by = f"   # by the columns; else give --kind {others}" if guessed else ""
     lines = [f'kind = "{kind}"{by}', f"name = {json.dumps(name, ensure_ascii=False)}"]
     for part in dict.fromkeys(key.rpartition(".")[0] for key in NUMBERS if key in numbers):
         lines += ["", f"[{part}]"]

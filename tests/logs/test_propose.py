@@ -27,6 +27,8 @@ K = np.arange(100.0)
         ("angle", 3.3 * K, 'yaw_rad = { column = "angle", unit = "deg" }   # degrees by its size: right?'),
         ("counts", K, 'yaw_counts = "counts"   # needs [encoder] counts_per_rev'),
         ("speed [rpm]", K, 'yaw_rad_s = { column = "speed [rpm]", unit = "rpm" }'),
+        ("motor_rpm", K, 'yaw_rad_s = { column = "motor_rpm", unit = "rpm" }'),
+        ("wheel_rpm", K, "# passed over: wheel_rpm"),
         ("gyro_dps", K, 'yaw_rad_s = { column = "gyro_dps", unit = "deg/s" }'),
         ("goal", 0.01 * K, 'goal_rad = "goal"   # needs [drive.servo]'),
         ("vbat", 12 + 0 * K, 'supply_V = "vbat"'),
@@ -35,7 +37,7 @@ K = np.arange(100.0)
 )
 def test_a_column_is_known_by_name_unit_and_values(column: str, values: np.ndarray, line: str) -> None:
     text = proposal(ArraySheet("run", {}, [column, "state"], {column: values, "state": ["on"] * 100}), "platform")
-    assert any(found.startswith(line) for found in text.splitlines()) and "# passed over: state" in text
+    assert any(found.startswith(line) for found in text.splitlines()) and "state" in text.rsplit("# passed over: ")[1]
     parse_rig(PLATFORM + text)
 
 
@@ -51,6 +53,12 @@ def test_a_wheel_has_a_wheels_columns_and_what_is_missing_is_said() -> None:
     assert 'wheel_rad = "angle_rad"' in proposal(turns, "wheel")
     many = ArraySheet("run", {}, ["angle"], {"angle": 7.3 * K + 0.1})  # no degrees: a wheel turns many times
     assert 'wheel_rad = "angle"' in proposal(many, "wheel") and 'unit = "deg"' in proposal(many, "platform")
+
+
+def test_a_column_that_names_the_wheel_is_the_wheels() -> None:
+    sheet = ArraySheet("run", {}, ["angle", "flywheel_rpm"], {"angle": 0.01 * K, "flywheel_rpm": K})
+    lines = proposal(sheet, "reaction").splitlines()
+    assert {'yaw_rad = "angle"', 'wheel_rad_s = { column = "flywheel_rpm", unit = "rpm" }'} <= {*lines}
 
 
 def test_columns_are_described_by_their_range() -> None:

@@ -65,6 +65,36 @@ def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
     assert {"axis.gravity.torque", "axis.inertia"} <= {*found.free}
 
 
+@pytest.mark.parametrize(
+    ("header", "given", "kind"),
+    [
+        ("millis,pwm,count", {}, "platform"),
+        ("millis,pwm,count", {"torque_constant": 0.05, "resistance": 2.0}, "wheel"),
+        ("millis,pwm,count,mA", {"wheel_inertia": 1e-3}, "wheel"),
+        ("millis,pwm,count,mA", {}, "joint"),
+        ("millis,pwm,count", {"torque_constant": 0.05, "axis_inertia": 0.02}, "joint"),
+        ("millis,pwm,angle_deg,wheel_rpm", {}, "reaction"),
+        ("millis,pwm,flywheel_rpm", {}, "wheel"),
+    ],
+)
+def test_what_is_known_of_a_motor_tells_the_kind_where_the_columns_do_not(
+    header: str, given: dict[str, float], kind: str, tmp_path: Path
+) -> None:
+    rows = [f"{10 * k},{100 * (-1) ** (k // 50)},{30 * k},{12 * k % 7}" for k in range(200)]
+    columns = header.count(",") + 1
+    (tmp_path / "run.csv").write_text("\n".join([header, *(",".join(row.split(",")[:columns]) for row in rows), ""]))
+    found = parse_rig(first_rig([tmp_path / "run.csv"], Datasheet(**given)))
+    assert found.kind == kind
+    numbers = {"torque_constant": "motor.torque_constant", "resistance": "motor.resistance"}
+    assert all(found.numbers[numbers[name]] == value for name, value in given.items() if name in numbers)
+
+
+def test_a_number_that_the_kind_does_not_have_is_refused(tmp_path: Path) -> None:
+    paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
+    with pytest.raises(LogError, match="--wheel-inertia is given, and kind `platform` has no wheel.inertia"):
+        first_rig(paths, Datasheet(wheel_inertia=1e-3), "platform")
+
+
 def test_columns_of_another_layout_are_proposed_and_guesses_are_said(tmp_path: Path) -> None:
     rows = "\n".join(f"{10 * k},{100 * math.sin(0.05 * k):.0f},{k}" for k in range(300))
     (tmp_path / "run.csv").write_text(f"millis,pwm,encoder_counts\n{rows}\n")
