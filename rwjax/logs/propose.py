@@ -10,7 +10,7 @@ import numpy as np
 from rwjax.errors import LogError
 from rwjax.kinds import encoder_section
 from rwjax.logs.sheet import Sheet
-from rwjax.rig.columns import COLUMNS, columns_of
+from rwjax.rig.columns import columns_of
 
 UNITS = (
     (r"rad\s*/\s*s|rad_s|rads|rad_per_s", "rad/s"),
@@ -150,8 +150,8 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
     axis = "wheel" if kind == "wheel" or of_wheel else "yaw"
     if means == "angle":
         if unit == "count" or (not unit and np.array_equal(values, np.rint(values)) and np.ptp(values) > 2.0 * np.pi):
-            name = f"{axis}_counts"
-            return _line(name, column, "", f"needs [{encoder_section(COLUMNS[name].encoder, kind)}] counts_per_rev")
+            on = "wheel" if axis == "wheel" else "axis"
+            return _line(f"{axis}_counts", column, "", f"needs [{encoder_section(on, kind)}] counts_per_rev")
         degrees = axis == "yaw" and not unit and float(np.ptp(values)) > SEVERAL_TURNS  # a wheel turns many times
         return _line(
             f"{axis}_rad",

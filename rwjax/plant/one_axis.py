@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.library import BY_NAME
@@ -85,7 +85,7 @@ class OneAxis(Plant):
     structure: Structure = eqx.field(static=True)
     numbers: Numbers
     effects: tuple[Effect, ...]
-    torque_on: Float[Array, ""] | Bool[Array, ""] | None = None
+    torque_on: Float[Array, ""] | None = None
 
     def on(self, port: type) -> list:
         """The effects on a port.
@@ -493,11 +493,11 @@ class OneAxis(Plant):
         """
         return replace(self, structure=self.structure._replace(servo=None))
 
-    def powered(self, on: Float[Array, ""] | Bool[Array, ""]) -> "OneAxis":
+    def powered(self, on: Float[Array, ""]) -> "OneAxis":
         """This plant where torque may be off.
 
         Args:
-            on: Share of the time in which current can flow `()` [1], or whether it can.
+            on: Share of the time in which current can flow `()` [1].
 
         Returns:
             The plant.

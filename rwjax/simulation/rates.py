@@ -38,7 +38,7 @@ def rates_along(
     plant = plant_of(structure, theta)
 
     def one(t: Scalar, x: Float[Array, " n"], u: Float[Array, "*channels"], on: Any) -> Float[Array, " n"]:
-        at = plant.powered(on) if isinstance(plant, OneAxis) and on is not None else plant
+        at = plant.powered(on.astype(x.dtype)) if isinstance(plant, OneAxis) and on is not None else plant
         state = tuple(x[k] for k in range(len(structure.states)))
         return jnp.stack(at.with_friction(t, state, at.act(u), state).rates)
 
