@@ -71,7 +71,8 @@ def export(
         document(found.text)
     else:
         write_text(output, found.text, InputError)
-        say(f"written to {output}")
+        own = ["for a model of your own, with gear 1:", *(f"  {line}" for line in found.own)] if found.own else []
+        say("\n".join([f"written to {output}", *own]))
     note(*notes)
 
 
@@ -84,7 +85,7 @@ def _size(rig: "Rig", found: "Exported", logs: "Sequence[Log]") -> list[str]:
     if found.held is None:
         return ["only a model that can be played says how far what is left out moves runs (`--to mjcf`)"]
     if found.held == rig:
-        return []
+        return ["how far it moves runs is not known: free runs cannot do without it"] if found.left_out else []
     try:
         moved = moved_by(rig, found.held, logs)
     except InputError as why:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import Json, Quiet, RigFile, Segments, check_file, check_segments, of_file
+from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
 from rwjax.cli.terminal import document, note, say
@@ -16,15 +16,15 @@ from rwjax.report.answer import check_finite, json_text
 if TYPE_CHECKING:
     import numpy as np
 
+    from rwjax.fitting.questions.likeness import Run
     from rwjax.logs.log import Log
 
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="log file", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", metavar="PRED.csv", help="stdout without it")]
 
 
 def predict(
     rig_file: RigFile,
-    log_file: LogFile,
+    log_files: LogFiles,
     solver: SolverOption = SolverName.EXACT,
     smooth: Width = None,
     segments: Segments = None,
@@ -32,7 +32,7 @@ def predict(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0.
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0. Of several logs the errors alone are told.
 
     Example: `rwjax predict fitted.toml logs/triangle.csv -o predicted.csv`
     """
@@ -42,21 +42,37 @@ def predict(
     from rwjax.fitting.segments import said, with_segments
     from rwjax.logs.read import read_log
     from rwjax.rig.read import read_rig
-    from rwjax.text_files import write_text
 
+    if len(log_files) > 1 and (output is not None or as_json):
+        raise InputError(
+            f"-o and --json are for one log, and {len(log_files)} are given: of several the errors are told"
+        )
     if output is not None:
-        check_file(output, rig_file, log_file)
+        check_file(output, rig_file, *log_files)
     check_segments(segments)
     by = solver_of(solver, smooth)
-    rig = read_rig(rig_file)
-    log = read_log(log_file, rig, outputs_required=False)
+    rig, runs = read_rig(rig_file), []
+    logs = [read_log(file, rig, outputs_required=len(log_files) > 1) for file in log_files]
     with progress(quiet) as show:
-        show("looking at the log")
-        (log,) = with_segments(rig, (log,), segments)
-        show("simulating")
-        with of_file(rig_file):
-            columns = free_run(rig, log, solver=by).columns
-    text, errors = _csv(columns), _errors(log, columns)
+        show("looking at the logs")
+        logs = [with_segments(rig, (log,), segments)[0] for log in logs]
+        for k, log in enumerate(logs, 1):
+            show(f"simulating {log.name}, {k} of {len(logs)}")
+            with of_file(rig_file):
+                runs.append(Run(log, free_run(rig, log, solver=by).columns))
+    if len(runs) > 1:
+        document("".join(f"{run.log.name}: {line}\n" for run in runs for line in _errors(*run)))
+    else:
+        _tell(runs[0], output, as_json=as_json)
+    note(*by.notes(rig, logs), *said(logs), *about_readings(runs))
+
+
+def _tell(run: "Run", output: Path | None, *, as_json: bool) -> None:
+    """Tells the free run of one log."""
+    from rwjax.text_files import write_text
+
+    columns = run.simulated
+    text, errors = _csv(columns), _errors(*run)
     if output is not None:
         write_text(output, text, InputError)
     if as_json:
@@ -66,7 +82,6 @@ def predict(
         document(text)
     else:
         say("\n".join([*errors, f"written to {output}"]))
-    note(*by.notes(rig, (log,)), *said((log,)), *about_readings([Run(log, columns)]))
 
 
 def _csv(columns: "Mapping[str, np.ndarray]") -> str:

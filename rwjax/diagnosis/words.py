@@ -87,13 +87,13 @@ def verdict_sentence(
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
     if verdict == "partial":
         return (
-            f"Only in part: {either}; this closes {part} on held-out runs, and the {gap.after:.3g} {unit} that stay "
-            f"({gap.after / gap.floor:.2g} times the floor) fit no {known}."
+            f"Only in part: {either}; this closes {part} on held-out runs, and for the {gap.after:.3g} {unit} that stay "
+            f"({gap.after / gap.floor:.2g} times the floor) no {known} was found that holds."
         )
     if effects:
         explain = "explains" if len(effects) == 1 else "together explain"
-        return f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor and fits no {known}."
-    return f"Unknown: a gap above the floor remains that no {known} explains."
+        return f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor, and no {known} was found that holds."
+    return f"Unknown: a gap above the floor remains, and no {known} was found that explains it."
 
 
 def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str:

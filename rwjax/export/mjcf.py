@@ -53,7 +53,35 @@ def mjcf(rig: Rig) -> Exported:
         Xml.SubElement(sensors, "jointpos", name=f"{name}_rad", joint=name)
         Xml.SubElement(sensors, "jointvel", name=f"{name}_rad_s", joint=name)
     Xml.indent(root)
-    return Exported(Xml.tostring(root, encoding="unicode") + "\n", model.left_out, model.held)
+    own = () if model.wheel is not None else (_joint(model.axis), _of_actuator(model.drive))
+    return Exported(Xml.tostring(root, encoding="unicode") + "\n", model.left_out, model.held, own)
+
+
+def _joint(hinge: Hinge) -> str:
+    """The attributes of a hinge for a model of one's own, of which the body's inertia is another element's."""
+    values = {key: getattr(hinge, key) for key in ("damping", "frictionloss", "armature")}
+    return "joint: " + " ".join(f'{key}="{_text(value)}"' for key, value in values.items())
+
+
+def _of_actuator(drive: Drive) -> str:
+    """The attributes of an actuator of gear 1 for a model of one's own."""
+    if drive.is_dc_motor:
+        values = _dc_motor(drive)
+        return "dcmotor: " + " ".join(f'{key}="{_text(value)}"' for key, value in values.items())
+    if drive.servo:
+        return f'position: kp="{_text(drive.gain * drive.kp)}" kv="{_text(drive.gain * drive.kd - drive.back)}"'
+    return f'general: gainprm="{_text(drive.gain)}" biasprm="{" ".join(map(_text, _bias(drive)))}"'
+
+
+def _bias(drive: Drive) -> tuple[float, float, float]:
+    """Constant, position and rate terms of an affine actuator's bias."""
+    return drive.gain * drive.offset, -drive.gain * drive.kp, drive.back - drive.gain * drive.kd
+
+
+def _dc_motor(drive: Drive) -> dict[str, float]:
+    """The numbers of MuJoCo's motor at a voltage."""
+    K = -drive.back / drive.gain
+    return {"motorconst": K, "resistance": K / drive.gain, "inductance": drive.winding * K / drive.gain}
 
 
 def _body(parent: Xml.Element, name: str, hinge: Hinge) -> Xml.Element:
@@ -80,16 +108,13 @@ def _actuator(actuators: Xml.Element, joint: str, drive: Drive) -> None:
     """The actuator between the command and the hinge."""
     gain = drive.gain
     if drive.is_dc_motor:
-        K = -drive.back / gain
-        motor = {"motorconst": K, "resistance": K / gain, "inductance": drive.winding * K / gain}
         given = Xml.SubElement(actuators, "dcmotor", name="drive", joint=joint, input="voltage")
-        for key, value in motor.items():
+        for key, value in _dc_motor(drive).items():
             given.set(key, _text(value))
     else:
         given = Xml.SubElement(actuators, "general", name="drive", joint=joint, biastype="affine")
-        bias = (gain * drive.offset, -gain * drive.kp, drive.back - gain * drive.kd)
         given.set("gainprm", _text(gain * drive.kp if drive.servo else gain))
-        given.set("biasprm", " ".join(map(_text, bias)))
+        given.set("biasprm", " ".join(map(_text, _bias(drive))))
         if drive.lag:
             given.set("dyntype", "filterexact")
             given.set("dynprm", _text(drive.lag))

@@ -14,6 +14,7 @@ def test_export_writes_a_model_and_says_what_it_leaves_out(tmp_path: Path) -> No
     log = sorted(DEMO.glob("*.csv"))[0]
     done = program("export", "rig.toml", str(log), "--to", "mjcf", "-o", "rig.xml", "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+    assert 'for a model of your own, with gear 1:\n  joint: damping="' in done.stdout
     assert ElementTree.parse(tmp_path / "rig.xml").getroot().tag == "mujoco"
     assert "axis.angle_friction" in done.stderr and "moves free runs by" in done.stderr and "(yaw_rad)" in done.stderr
 

@@ -85,16 +85,16 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("a", "b"),
             (),
             None,
-            "Unknown: a (a) and b (b) together explain 98 % of the gap, but what is left stands above the floor and fits no effect "
-            "of the library.",
+            "Unknown: a (a) and b (b) together explain 98 % of the gap, but what is left stands above the floor, and no effect of "
+            "the library was found that holds.",
         ),
         (
             "partial",
             ("a", "b"),
             (),
             None,
-            "Only in part: the rig lacks a (a) and b (b); this closes 98 % of the gap on held-out runs, and the 0.01 rad that stay "
-            "(1.1 times the floor) fit no effect of the library.",
+            "Only in part: the rig lacks a (a) and b (b); this closes 98 % of the gap on held-out runs, and for the 0.01 rad that stay "
+            "(1.1 times the floor) no effect of the library was found that holds.",
         ),
         (
             "partial",
@@ -102,9 +102,15 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             (("b", "parameter.c"),),
             None,
             "Only in part: the rig lacks a (a); or it lacks b (b), and its file is wrong in c (parameter.c); this closes 98 % of the gap on "
-            "held-out runs, and the 0.01 rad that stay (1.1 times the floor) fit no effect of the library.",
+            "held-out runs, and for the 0.01 rad that stay (1.1 times the floor) no effect of the library was found that holds.",
         ),
-        ("unknown", (), (), None, "Unknown: a gap above the floor remains that no effect of the library explains."),
+        (
+            "unknown",
+            (),
+            (),
+            None,
+            "Unknown: a gap above the floor remains, and no effect of the library was found that explains it.",
+        ),
         (
             "unknown",
             (),

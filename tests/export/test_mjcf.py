@@ -1,7 +1,9 @@
 """MuJoCo models: their motion under commands is the rig's, and what they cannot hold is said."""
 
 import os
+import re
 from dataclasses import replace
+from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
@@ -94,6 +96,21 @@ def test_an_effect_that_the_model_holds_moves_it_as_the_rig(effect: str, given: 
 def test_the_control_of_a_servo_is_its_goal() -> None:
     rig = parse_rig(JOINT + SERVO)
     assert off_by(rig, 0.5 * np.sign(np.sin(3.0 * TIME)), "goal_rad") < 1e-2
+
+
+def test_the_attributes_for_a_model_of_one_s_own_make_it_move_alike() -> None:
+    found = mjcf(parse_rig(JOINT + SERVO))
+    root = Xml.fromstring(found.text)
+    (hinge,), actuators = [*root.iter("joint")], root.find("actuator")
+    assert actuators is not None and [line.split(":")[0] for line in found.own] == ["joint", "position"]
+    actuators.clear()
+    own = Xml.SubElement(actuators, "position", name="drive", joint="yaw")
+    for element, line in zip((hinge, own), found.own, strict=True):
+        for key, value in re.findall(r'(\w+)="([^"]+)"', line):
+            element.set(key, value)
+    goal, start = 0.5 * np.sign(np.sin(3.0 * TIME)), {"yaw_rad": 0.0, "yaw_rad_s": 0.0}
+    here, there = (played(text, TIME, goal, start)["yaw_rad"] for text in (found.text, Xml.tostring(root, "unicode")))
+    assert np.ptp(here) > 0.3 and there == pytest.approx(here, abs=1e-9)
 
 
 def test_two_axes_have_no_model() -> None:
