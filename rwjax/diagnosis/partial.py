@@ -138,7 +138,8 @@ def _shared(search: Search, named: Hypothesis, near: Sequence[Hypothesis]) -> Hy
     if not shared.names or shared == named:
         return named
     fitted(search.fits, shared)
-    return shared if search.comparison.removed(shared) >= search.fits.settings.partial.closes else named
+    excess, closes = search.comparison.excess, search.fits.settings.partial.closes
+    return shared if excess(shared) <= (1.0 - closes) ** 2 * excess(NOTHING) else named
 
 
 def _simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
