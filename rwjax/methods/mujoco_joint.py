@@ -330,7 +330,7 @@ def _servo(called: str, model: Any, a: int, of: _Gains, weighs: bool) -> _Driven
     why = OF_MODEL if weighs else f"{OF_MODEL}; {known}"
     numbers = {
         "drive.servo.kp": Known(_rounded(of.G**2 * of.g), f"kp {why}", free=weighs),
-        "drive.servo.kd": Known(_rounded(-(of.G**2) * of.b2), f"kv {why}", free=weighs),
+        "drive.servo.kd": Known(_rounded(-(of.G**2) * of.b2) + 0.0, f"kv {why}", free=weighs),
         "drive.servo.period": Known(float(model.opt.timestep), "the model's time step"),
     }
     (force, notes), late = _force_limit(model, a, of.G), _late(model, a)

@@ -197,7 +197,8 @@ def test_a_rate_to_follow_is_said_beside_the_motor_that_it_is_like(tmp_path: Pat
 
 def test_gains_of_a_servo_are_free_where_its_weight_tells_the_scale(tmp_path: Path) -> None:
     lifted = '<position name="p" joint="shoulder" kp="3"/>'
-    assert mujoco_joint(rod(tmp_path, lifted)).numbers["drive.servo.kp"].free
+    numbers = mujoco_joint(rod(tmp_path, lifted)).numbers
+    assert numbers["drive.servo.kp"].free and str(numbers["drive.servo.kd"].value) == "0.0"
     upright = rod(tmp_path, lifted).read_text().replace('axis="0 1 0" armature', 'axis="0 0 1" armature')
     upright = upright.replace('pos="0 0 -0.2"', 'pos="-0.2 0 0"')
     upright = upright.replace("<body>", '<body euler="33 0 0"><body euler="-33 0 0">', 1)  # leaves rounding errors
