@@ -85,7 +85,7 @@ def _size(rig: "Rig", found: "Exported", logs: "Sequence[Log]") -> list[str]:
     if found.held is None:
         return ["only a model that can be played says how far what is left out moves runs (`--to mjcf`)"]
     if found.held == rig:
-        return ["how far it moves runs is not known: free runs cannot do without it"] if found.left_out else []
+        return ["no rig file is without it, so that no run says how far it moves them"] if found.left_out else []
     try:
         moved = moved_by(rig, found.held, logs)
     except InputError as why:

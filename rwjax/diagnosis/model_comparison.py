@@ -147,7 +147,7 @@ class ModelComparison:
         worth = self.further_removes if further else self.limits.further_removes
         worth = self.limits.first_removes if first else worth
         removes = self.excess(larger) < (1.0 - worth) * self.excess(smaller)
-        return bool(self.gain(larger, smaller) > self.limits.needed and removes)
+        return bool(removes and self.gain(larger, smaller) > self.limits.needed)
 
     def ties(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise.
@@ -189,6 +189,20 @@ class ModelComparison:
         """
         least = (1.0 - self.limits.further_removes) * self.excess(one)
         return bool(max(self.excess(other), self.limits.nothing_left) < least)
+
+    def first_of(self, hypotheses: list[Hypothesis], effective: dict[str, float]) -> Hypothesis:
+        """The hypothesis with the best criterion of those that do not leave more than another one (`leaves_more`).
+
+        Args:
+            hypotheses: those to choose from, at least one.
+            effective: independent samples by output [1].
+
+        Returns:
+            The first.
+        """
+        least = min(hypotheses, key=self.excess)
+        ahead = (e for e in hypotheses if not self.leaves_more(e, least))
+        return max(ahead, key=lambda e: self.criterion(e, effective))
 
     def leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
         """The hypothesis with the best criterion of those that leave least, or a special case of it in whose place the logs do not need it.

@@ -139,7 +139,8 @@ def _shared(search: Search, named: Hypothesis, near: Sequence[Hypothesis]) -> Hy
         return named
     fitted(search.fits, shared)
     excess, closes = search.comparison.excess, search.fits.settings.partial.closes
-    return shared if excess(shared) <= (1.0 - closes) ** 2 * excess(NOTHING) else named
+    enough = np.isfinite(excess(shared)) and excess(shared) <= (1.0 - closes) ** 2 * excess(NOTHING)
+    return shared if enough else named
 
 
 def _simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -15,6 +15,8 @@ SHARE = 0.5
 """Share of the axis's inertia that the mass of its load has at most."""
 ARM = 0.1
 """Longest arm of that mass [m]."""
+PLACE = ("name", "joint", "type", "axis")
+"""Attributes that say which element it is."""
 SETTLES = 4.0
 """Time steps in which MuJoCo's dry friction settles; it needs two at the least."""
 
@@ -53,35 +55,21 @@ def mjcf(rig: Rig) -> Exported:
         Xml.SubElement(sensors, "jointpos", name=f"{name}_rad", joint=name)
         Xml.SubElement(sensors, "jointvel", name=f"{name}_rad_s", joint=name)
     Xml.indent(root)
-    own = () if model.wheel is not None else (_joint(model.axis), _of_actuator(model.drive))
+    own = () if model.wheel is not None else _own(body, actuators, model.drive)
     return Exported(Xml.tostring(root, encoding="unicode") + "\n", model.left_out, model.held, own)
 
 
-def _joint(hinge: Hinge) -> str:
-    """The attributes of a hinge for a model of one's own, of which the body's inertia is another element's."""
-    values = {key: getattr(hinge, key) for key in ("damping", "frictionloss", "armature")}
-    return "joint: " + " ".join(f'{key}="{_text(value)}"' for key, value in values.items())
-
-
-def _of_actuator(drive: Drive) -> str:
-    """The attributes of an actuator of gear 1 for a model of one's own."""
-    if drive.is_dc_motor:
-        values = _dc_motor(drive)
-        return "dcmotor: " + " ".join(f'{key}="{_text(value)}"' for key, value in values.items())
-    if drive.servo:
-        return f'position: kp="{_text(drive.gain * drive.kp)}" kv="{_text(drive.gain * drive.kd - drive.back)}"'
-    return f'general: gainprm="{_text(drive.gain)}" biasprm="{" ".join(map(_text, _bias(drive)))}"'
-
-
-def _bias(drive: Drive) -> tuple[float, float, float]:
-    """Constant, position and rate terms of an affine actuator's bias."""
-    return drive.gain * drive.offset, -drive.gain * drive.kp, drive.back - drive.gain * drive.kd
-
-
-def _dc_motor(drive: Drive) -> dict[str, float]:
-    """The numbers of MuJoCo's motor at a voltage."""
-    K = -drive.back / drive.gain
-    return {"motorconst": K, "resistance": K / drive.gain, "inductance": drive.winding * K / drive.gain}
+def _own(body: Xml.Element, actuators: Xml.Element, drive: Drive) -> tuple[str, ...]:
+    """The attributes of hinge and actuators for a model of one's own, a servo that is no more than that as a `position`."""
+    lines = []
+    for element in (*body.iter("joint"), *actuators):
+        tag, given = element.tag, {key: v for key, v in element.items() if key not in PLACE}
+        if tag == "general" and drive.servo and not drive.offset and "dyntype" not in given and given["gainprm"] != "0":
+            own = {"kp": given.pop("gainprm"), "kv": _text(-float(given.pop("biasprm").split()[2]))}
+            tag, given = "position", own | {key: v for key, v in given.items() if key != "biastype"}
+        if given:
+            lines.append(f"{tag}: " + " ".join(f'{key}="{value}"' for key, value in given.items()))
+    return tuple(lines)
 
 
 def _body(parent: Xml.Element, name: str, hinge: Hinge) -> Xml.Element:
@@ -108,13 +96,16 @@ def _actuator(actuators: Xml.Element, joint: str, drive: Drive) -> None:
     """The actuator between the command and the hinge."""
     gain = drive.gain
     if drive.is_dc_motor:
+        K = -drive.back / gain
+        motor = {"motorconst": K, "resistance": K / gain, "inductance": drive.winding * K / gain}
         given = Xml.SubElement(actuators, "dcmotor", name="drive", joint=joint, input="voltage")
-        for key, value in _dc_motor(drive).items():
+        for key, value in motor.items():
             given.set(key, _text(value))
     else:
         given = Xml.SubElement(actuators, "general", name="drive", joint=joint, biastype="affine")
         given.set("gainprm", _text(gain * drive.kp if drive.servo else gain))
-        given.set("biasprm", " ".join(map(_text, _bias(drive))))
+        bias = (gain * drive.offset, -gain * drive.kp, drive.back - gain * drive.kd)
+        given.set("biasprm", " ".join(map(_text, bias)))
         if drive.lag:
             given.set("dyntype", "filterexact")
             given.set("dynprm", _text(drive.lag))

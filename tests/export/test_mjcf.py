@@ -98,19 +98,38 @@ def test_the_control_of_a_servo_is_its_goal() -> None:
     assert off_by(rig, 0.5 * np.sign(np.sin(3.0 * TIME)), "goal_rad") < 1e-2
 
 
-def test_the_attributes_for_a_model_of_one_s_own_make_it_move_alike() -> None:
-    found = mjcf(parse_rig(JOINT + SERVO))
+@pytest.mark.parametrize(
+    ("text", "actuator"),
+    [
+        (JOINT, "general"),
+        (JOINT + SERVO, "position"),
+        (JOINT + SERVO + '[effects."drive.goal_delay"]\ntau = 0.03\n', "position"),
+        (
+            JOINT + SERVO + '[effects."drive.bias"]\nu_b = 0.5\n[effects."axis.spring"]\nk = 0.2\nT_0 = 0.05\n',
+            "general",
+        ),
+        (JOINT + '[effects."axis.bias_torque"]\nT = 0.1\n[effects."drive.lag"]\nT = 0.05\n', "general"),
+        (JOINT.replace("inertia = 1e-6", "inertia = 1e-6\ninductance = 0.002"), "dcmotor"),
+    ],
+)
+def test_what_is_copied_into_a_model_of_one_s_own_makes_it_move_alike(text: str, actuator: str) -> None:
+    found = mjcf(parse_rig(text))
     root = Xml.fromstring(found.text)
     (hinge,), actuators = [*root.iter("joint")], root.find("actuator")
-    assert actuators is not None and [line.split(":")[0] for line in found.own] == ["joint", "position"]
+    assert actuators is not None
+    hinge.attrib = {key: hinge.attrib[key] for key in ("name", "type", "axis")}
     actuators.clear()
-    own = Xml.SubElement(actuators, "position", name="drive", joint="yaw")
-    for element, line in zip((hinge, own), found.own, strict=True):
+    tags = [line.split(":")[0] for line in found.own]
+    assert tags[:2] == ["joint", actuator]
+    for k, line in enumerate(found.own):
+        element = Xml.SubElement(actuators, tags[k], name=f"a{k}", joint="yaw") if k else hinge
         for key, value in re.findall(r'(\w+)="([^"]+)"', line):
             element.set(key, value)
-    goal, start = 0.5 * np.sign(np.sin(3.0 * TIME)), {"yaw_rad": 0.0, "yaw_rad_s": 0.0}
-    here, there = (played(text, TIME, goal, start)["yaw_rad"] for text in (found.text, Xml.tostring(root, "unicode")))
-    assert np.ptp(here) > 0.3 and there == pytest.approx(here, abs=1e-9)
+    command, start = 2.0 * np.sign(np.sin(3.0 * TIME)), {"yaw_rad": 0.0, "yaw_rad_s": 0.0}
+    here, there = (
+        played(text, TIME, command, start)["yaw_rad"] for text in (found.text, Xml.tostring(root, "unicode"))
+    )
+    assert np.ptp(here) > 0.1 and there == pytest.approx(here, abs=1e-9)
 
 
 def test_two_axes_have_no_model() -> None:

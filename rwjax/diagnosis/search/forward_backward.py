@@ -118,8 +118,8 @@ class Search:
         if not compare.leaves_visible(best) or not (pairs := self.pairs()):
             return None
         fit_exactly(self.fits, self._by_cost(pairs)[: self.limits.exactly_at_once])
-        needed = [e for e in pairs if compare.needs(e, best)]
-        return compare.leader(needed) if needed else None
+        leader = compare.leader(pairs)
+        return leader if compare.needs(leader, best) else None
 
     def pairs(self) -> list[Hypothesis]:
         """Two names at a time, those that are predicted to leave least, with fits that have begun.
@@ -196,10 +196,10 @@ class Search:
                 self.fits.take_down(hypothesis, tried)
                 self._fit(tried, hypothesis)
             self._fit_thoroughly(tried, hypothesis, enough)
-            needed = [e for e in tried if self.comparison.needs(e, hypothesis)]
-            if not needed:
+            best = self.comparison.leader(tried)
+            if not self.comparison.needs(best, hypothesis):
                 break
-            hypothesis = self.comparison.leader(needed)
+            hypothesis = best
         return hypothesis
 
     def backward(self, hypothesis: Hypothesis) -> Hypothesis:
@@ -219,7 +219,7 @@ class Search:
             enough = [e for e in smaller if not compare.needs(hypothesis, e)]
             if not enough:
                 break
-            hypothesis = max(enough, key=lambda e: compare.criterion(e, effective))
+            hypothesis = compare.first_of(enough, effective)
         return hypothesis
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
@@ -252,7 +252,7 @@ class Search:
         return rivals
 
     def surpassing(self, best: Hypothesis, rivals: list[Hypothesis]) -> Hypothesis | None:
-        """The rival of no more names that has a better information criterion by enough; one that contains the choice, where it is needed.
+        """The rival of no more names that has a better information criterion by enough, or leaves clearly less; one that contains the choice, where it is needed.
 
         Args:
             best: the choice so far.
@@ -264,10 +264,11 @@ class Search:
         compare = self.comparison
         effective = compare.effective(best)
         able = [e for e in rivals if len(e.names) <= len(best.names)]
-        able = [
-            e for e in able if not compare.leaves_more(e, best) and (not e.contains(best) or compare.needs(e, best))
-        ]
-        first = max(able, key=lambda e: compare.criterion(e, effective), default=best)
+        able = [e for e in able if not e.contains(best) or compare.needs(e, best)]
+        if not able or compare.leaves_more(first := compare.first_of(able, effective), best):
+            return None
+        if compare.leaves_more(best, first) and compare.needs(first, NOTHING):
+            return first
         surpasses = compare.criterion(first, effective) > compare.criterion(best, effective) + self.limits.needed
         return first if surpasses else None
 

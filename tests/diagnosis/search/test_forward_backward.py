@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rwjax import Log
+from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.forward_backward import ForwardBackward, Search
@@ -128,4 +129,9 @@ def test_what_removes_most_is_chosen_though_another_output_has_more_evidence() -
     assert choice.criterion[late] > choice.criterion[push]
     assert compare.excess(late) > 0.9 * compare.excess(NOTHING) and compare.leaves_more(late, push)
     assert choice.best == push and not choice.alternatives
-    assert search.surpassing(push, [late]) is None
+    assert search.surpassing(push, [late]) is None and search.surpassing(late, [push]) == push
+    both = push.plus(*late.names)
+    search.halving.fit([both], push)
+    fit_exactly(fits, [both])
+    assert not compare.needs(both, push) and not compare.needs(both, late)  # either may be dropped
+    assert search.backward(both) == push
