@@ -61,7 +61,9 @@ def predict(
             with of_file(rig_file):
                 runs.append(Run(log, free_run(rig, log, solver=by).columns))
     if len(runs) > 1:
-        document("".join(f"{run.log.name}: {line}\n" for run in runs for line in _errors(*run)))
+        alike = len({run.log.name for run in runs}) < len(runs)
+        labels = [str(file) if alike else run.log.name for file, run in zip(log_files, runs, strict=True)]
+        document("".join(f"{name}: {line}\n" for name, run in zip(labels, runs, strict=True) for line in _errors(*run)))
     else:
         _tell(runs[0], output, as_json=as_json)
     note(*by.notes(rig, logs), *said(logs), *about_readings(runs))
@@ -80,6 +82,7 @@ def _tell(run: "Run", output: Path | None, *, as_json: bool) -> None:
         document(json_text({"schema": "rwjax.prediction/1", **values}) + "\n")
     elif output is None:
         document(text)
+        note(*errors)
     else:
         say("\n".join([*errors, f"written to {output}"]))
 

@@ -145,7 +145,7 @@ class Diagnosis:
         gap, unit = self.gaps[self.signal], UNIT[self.signal]
         if not self.complete:
             return unfinished_sentence(self.effects, len(self.untried), gap)
-        known = "candidate that was asked for" if self.restricted else "effect of the library"
+        known = "candidate asked for" if self.restricted else "effect of the library"
         said = verdict_sentence(self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known)
         claims = self.verdict in CLAIMS
         return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said

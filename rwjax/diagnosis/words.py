@@ -29,8 +29,8 @@ UNIT = {name: unit_of(name) for name in _SIGNALS}
 """Unit of every output that a log may hold."""
 
 
-_RIG, _IT = ("the rig", "the rig's file"), ("it", "its file")
-"""What a rig and its file are called."""
+_RIG, _IT = ("the rig", "the rig's file"), ("the rig", "its file")
+"""What a rig and its file are called, first and then."""
 
 
 def _listed(names: tuple[str, ...]) -> str:

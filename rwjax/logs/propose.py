@@ -40,10 +40,12 @@ WORDS = (
     ("angle", r"angle\w*|pos\w*|theta|yaw|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q"),
 )
 """Words of a column's name by what they mean; the first that is there counts."""
-WHEEL = r"\w*wheel|rw"
+WHEEL = r"(fly|reaction_?)?wheels?(speed|rate|angle|pos)?|rw"
 """Words of a column's name that say that the motion is a wheel's."""
+COMMANDED = r"cmd\w*|command\w*|input"
+"""Words of a command, whatever its unit."""
 RATES = ("rad/s", "deg/s", "rpm")
-"""Units of rates, which no command has."""
+"""Units of rates, which no command in volts has."""
 FULL_POWER = (100, 127, 255, 400, 511, 1000, 1023, 4095, 8191, 32767, 65535)
 """Numbers of full power of a PWM."""
 LIKE_VOLTS = 48.0
@@ -139,7 +141,8 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
     means = next((word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)), "")
     unit = _unit(column)
-    means = "rate" if means == "voltage_V" and unit in RATES else means
+    if means == "voltage_V" and unit in RATES:
+        means = "" if any(re.fullmatch(COMMANDED, part) for part in parts) else "rate"
     if means == "time_s":
         return _line("time_s", column, unit if unit in ("ms", "us", "s") else _time_unit(values))
     if means == "voltage_V":

@@ -21,7 +21,7 @@ from rwjax.rig.read import parse_rig
 
 GRAVITY = 9.81
 """[m/s²]."""
-GIVEN = {
+OWN_NUMBERS = {
     "torque_constant": "motor.torque_constant",
     "resistance": "motor.resistance",
     "wheel_inertia": "wheel.inertia",
@@ -61,8 +61,8 @@ class Datasheet(NamedTuple):
 
     @property
     def of_a_motor(self) -> bool:
-        """Whether it says what the model of a motor holds."""
-        return any((self.torque_constant, self.resistance, self.no_load_speed, self.wheel_inertia))
+        """Whether it holds numbers of a motor that no other drive has."""
+        return bool(self.torque_constant or self.resistance)
 
 
 GUESS, ABOUT, REGRESSION = "a guess", "given, about", "by a regression; `rwjax fit` estimates it anew"
@@ -101,10 +101,11 @@ def first_rig(
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
         raise LogError(f"{sheet.where(None)}: no column is taken for counts; leave --counts out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
-    for what, number in GIVEN.items():
+    for what, number in OWN_NUMBERS.items():
         if getattr(datasheet, what) is not None and not model and number not in numbers:
+            option = what.replace("_", "-")
             raise LogError(
-                f"{sheet.where(None)}: --{what.replace('_', '-')} is given, and kind `{kind}` has no {number}"
+                f"{sheet.where(None)}: --{option} is given, and a first rig of kind `{kind}` has no {number}"
             )
 
     def text(numbers: dict[str, Known]) -> str:
@@ -160,9 +161,12 @@ def _kind_of(names: set[str], columns: set[str], datasheet: Datasheet) -> str:
     axis = any(name.startswith("yaw") for name in columns)
     if any(name.startswith("wheel") for name in columns):
         return "reaction" if axis else "wheel"
-    if datasheet.wheel_inertia and not datasheet.axis_inertia:
-        return "wheel"
-    if columns & {"goal_rad", "duty", "command_A", "current_A"} or (datasheet.axis_inertia and datasheet.of_a_motor):
+    if "goal_rad" in columns:
+        return "joint"
+    yaw = any("yaw" in name.lower() for name in names)
+    if datasheet.wheel_inertia:
+        return "reaction" if yaw or datasheet.axis_inertia else "wheel"
+    if columns & {"duty", "command_A", "current_A"} or (datasheet.of_a_motor and (yaw or datasheet.axis_inertia)):
         return "joint"
     return "wheel" if datasheet.of_a_motor else "platform"
 
@@ -237,7 +241,7 @@ def _text(
 ) -> str:
     """The rig file."""
     others = ", ".join(one for one in ONE_AXIS if one != kind)
-    by = f"   # by the columns; else give --kind {others}" if guessed else ""
+    by = f"   # by columns and options; else --kind, one of {others}" if guessed else ""
     lines = [f'kind = "{kind}"{by}', f"name = {json.dumps(name, ensure_ascii=False)}"]
     for part in dict.fromkeys(key.rpartition(".")[0] for key in NUMBERS if key in numbers):
         lines += ["", f"[{part}]"]

@@ -151,7 +151,9 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Form) -> Identified:
     H = sum(J.T @ J for _, J in last)
     inverse = np.linalg.pinv(H)
     covariance = inverse @ meat([J[:, None] for _, J in last], [r[:, None] for r, _ in last]) @ inverse
-    errors = np.where(undetermined(np.asarray(H)), np.inf, np.sqrt(np.maximum(np.diag(covariance), 0.0)) * size)
+    variance = np.diag(covariance)
+    told = ~undetermined(np.asarray(H)) & (variance >= 0.0)  # rounding may leave a variance below 0
+    errors = np.where(told, np.sqrt(np.where(told, variance, 1.0)) * size, np.inf)
     names = [structure.names[k] for k in free]
     return Identified(estimated(rig, names, best.x * size, errors), left_out(rig, prior=False) + about)
 

@@ -76,5 +76,6 @@ def _head(d: Diagnosis) -> str:
         return f"# Not claimed: {printable(d.sentence)}\n"
     if d.alternatives:
         others = "; or ".join(" + ".join(names) for names in d.alternatives)
-        return f"# This is one explanation of several: {' + '.join(d.effects)}; or {others}.\n"
+        part = " of a part" if d.verdict == "partial" else ""
+        return f"# This is one explanation{part} of several: {' + '.join(d.effects)}; or {others}.\n"
     return ""

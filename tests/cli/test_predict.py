@@ -25,6 +25,8 @@ def test_of_several_logs_the_errors_are_told_and_no_file_is_written(tmp_path: Pa
     assert done.stdout.splitlines() == [
         f"{name}.csv: {e}" for name, e in zip(("square", "triangle"), errors, strict=True)
     ]
+    again = program("predict", str(DEMO / "rig.toml"), logs[0], logs[0], cwd=tmp_path)
+    assert again.stdout.startswith(f"{logs[0]}: yaw_rad: RMS error")  # by its path where two have one name
     refused = program("predict", str(DEMO / "rig.toml"), *logs, "-o", "both.csv", cwd=tmp_path)
     assert refused.returncode == 2 and "-o and --json are for one log" in refused.stderr
     assert not (tmp_path / "both.csv").exists()

@@ -148,10 +148,7 @@ def test_a_claim_among_some_candidates_says_so() -> None:
         replace(asked, verdict="none", effects=()).sentence == replace(DIAGNOSIS, verdict="none", effects=()).sentence
     )
     unknown = replace(asked, verdict="unknown", effects=()).sentence
-    assert (
-        unknown
-        == "Unknown: a gap above the floor remains, and no candidate that was asked for was found that explains it."
-    )
+    assert unknown == "Unknown: a gap above the floor remains, and no candidate asked for was found that explains it."
 
 
 def test_where_nothing_is_missing_no_place_is_told() -> None:

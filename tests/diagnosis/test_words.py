@@ -77,8 +77,8 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("parameter.drive.gain",),
             (("axis.inertia",), ("a", "b")),
             None,
-            "The rig's file is wrong in drive.gain (parameter.drive.gain); or it lacks axis.inertia (axis.inertia); or it lacks a (a) and "
-            "b (b): these logs cannot tell them apart.",
+            "The rig's file is wrong in drive.gain (parameter.drive.gain); or the rig lacks axis.inertia (axis.inertia); or the rig lacks "
+            "a (a) and b (b): these logs cannot tell them apart.",
         ),
         (
             "unknown",
@@ -101,7 +101,7 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("a",),
             (("b", "parameter.c"),),
             None,
-            "Only in part: the rig lacks a (a); or it lacks b (b), and its file is wrong in c (parameter.c); this closes 98 % of the gap on "
+            "Only in part: the rig lacks a (a); or the rig lacks b (b), and its file is wrong in c (parameter.c); this closes 98 % of the gap on "
             "held-out runs, and for the 0.01 rad that stay (1.1 times the floor) no effect of the library was found that holds.",
         ),
         (

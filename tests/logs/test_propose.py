@@ -29,6 +29,7 @@ K = np.arange(100.0)
         ("speed [rpm]", K, 'yaw_rad_s = { column = "speed [rpm]", unit = "rpm" }'),
         ("motor_rpm", K, 'yaw_rad_s = { column = "motor_rpm", unit = "rpm" }'),
         ("wheel_rpm", K, "# passed over: wheel_rpm"),
+        ("cmd_rpm", K, "# passed over: cmd_rpm"),
         ("gyro_dps", K, 'yaw_rad_s = { column = "gyro_dps", unit = "deg/s" }'),
         ("goal", 0.01 * K, 'goal_rad = "goal"   # needs [drive.servo]'),
         ("vbat", 12 + 0 * K, 'supply_V = "vbat"'),
@@ -55,10 +56,11 @@ def test_a_wheel_has_a_wheels_columns_and_what_is_missing_is_said() -> None:
     assert 'wheel_rad = "angle"' in proposal(many, "wheel") and 'unit = "deg"' in proposal(many, "platform")
 
 
-def test_a_column_that_names_the_wheel_is_the_wheels() -> None:
-    sheet = ArraySheet("run", {}, ["angle", "flywheel_rpm"], {"angle": 0.01 * K, "flywheel_rpm": K})
+@pytest.mark.parametrize("wheel", ["wheel_rpm", "flywheel_rpm", "wheelspeed_rpm", "wheels_rpm", "rw_rpm"])
+def test_a_column_that_names_the_wheel_is_the_wheels(wheel: str) -> None:
+    sheet = ArraySheet("run", {}, ["angle", wheel], {"angle": 0.01 * K, wheel: K})
     lines = proposal(sheet, "reaction").splitlines()
-    assert {'yaw_rad = "angle"', 'wheel_rad_s = { column = "flywheel_rpm", unit = "rpm" }'} <= {*lines}
+    assert {'yaw_rad = "angle"', f'wheel_rad_s = {{ column = "{wheel}", unit = "rpm" }}'} <= {*lines}
 
 
 def test_columns_are_described_by_their_range() -> None:

@@ -75,6 +75,11 @@ def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
         ("millis,pwm,count", {"torque_constant": 0.05, "axis_inertia": 0.02}, "joint"),
         ("millis,pwm,angle_deg,wheel_rpm", {}, "reaction"),
         ("millis,pwm,flywheel_rpm", {}, "wheel"),
+        ("millis,pwm,yaw_deg", {"resistance": 2.0}, "joint"),
+        ("millis,pwm,yaw_deg", {"wheel_inertia": 1e-3}, "reaction"),
+        ("millis,pwm,count", {"wheel_inertia": 1e-3, "axis_inertia": 0.05}, "reaction"),
+        ("millis,pwm,yaw_deg", {"supply": 12.0, "stall_torque": 2.0, "no_load_speed": 6.0}, "platform"),
+        ("millis,goal_deg,yaw_deg", {"resistance": 2.0}, "joint"),
     ],
 )
 def test_what_is_known_of_a_motor_tells_the_kind_where_the_columns_do_not(
@@ -91,7 +96,9 @@ def test_what_is_known_of_a_motor_tells_the_kind_where_the_columns_do_not(
 
 def test_a_number_that_the_kind_does_not_have_is_refused(tmp_path: Path) -> None:
     paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
-    with pytest.raises(LogError, match="--wheel-inertia is given, and kind `platform` has no wheel.inertia"):
+    with pytest.raises(
+        LogError, match="--wheel-inertia is given, and a first rig of kind `platform` has no wheel.inertia"
+    ):
         first_rig(paths, Datasheet(wheel_inertia=1e-3), "platform")
 
 

@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from rwjax import read_rig
 from rwjax.report.html import FIGURES
 from rwjax.report.results import clear_results, write_results
@@ -34,10 +36,14 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(tmp_path: P
     assert read_rig(tmp_path / "corrected.toml").kind == "platform"
 
 
-def test_a_corrected_rig_that_is_one_explanation_of_several_names_the_others(tmp_path: Path) -> None:
-    several = diagnosed(verdict="ambiguous", alternatives=(("drive.bias",), ("axis.spring", "drive.delay")))
+@pytest.mark.parametrize(("verdict", "part"), [("ambiguous", ""), ("partial", " of a part")])
+def test_a_corrected_rig_that_is_one_explanation_of_several_names_the_others(
+    verdict: str, part: str, tmp_path: Path
+) -> None:
+    several = diagnosed(verdict=verdict, alternatives=(("drive.bias",), ("axis.spring", "drive.delay")))
     write_results(several, tmp_path)
     named = " + ".join(several.effects)
     first, _ = (tmp_path / "corrected.toml").read_text().split("\n", 1)
-    assert first == f"# This is one explanation of several: {named}; or drive.bias; or axis.spring + drive.delay."
+    assert first == f"# This is one explanation{part} of several: {named}; or drive.bias; or axis.spring + drive.delay."
     assert read_rig(tmp_path / "corrected.toml").kind == "platform"
+    assert "is the rig with what is named first, one explanation of several" in (tmp_path / "report.html").read_text()
