@@ -218,13 +218,14 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     elif d.supply and d.stall_torque and d.resistance:
         K = Known(_rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
     else:
-        K = Known(0.02, GUESS, free=current or kind == "wheel" or "wheel_rad_s" in columns)
+        K = Known(0.02, f"{GUESS}, or --torque-constant", free=current or kind == "wheel" or "wheel_rad_s" in columns)
     if d.resistance:
         R = Known(d.resistance, "given")
     elif d.supply and d.stall_torque:
         R = Known(_rounded(K.value * d.supply / d.stall_torque), "torque constant times voltage over the stall torque")
     else:
-        why = GUESS if current else f"{GUESS}: without the current, torques and inertias are as wrong as this is"
+        given = f"{GUESS}, or --resistance"
+        why = given if current else f"{given}: without the current, torques and inertias are as wrong as this is"
         R = Known(1.0, why, free=current)
     return {"motor.torque_constant": K, "motor.resistance": R}
 
