@@ -75,7 +75,24 @@ def init(
     given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
     given |= {"torque-constant": torque_constant, "wheel-inertia": wheel_inertia, "axis-inertia": axis_inertia}
     given |= {"mass": mass, "length": length, "counts": counts}
-    if (mass is None) != (length is None):
+    _check(given, kind, from_mjcf, joint)
+    speed = None if no_load_speed is None else no_load_speed * RATE
+    with progress(quiet) as show:
+        show("looking at the logs")
+        numbers = {name.replace("-", "_"): value for name, value in given.items()}
+        datasheet = Datasheet(**(numbers | {"no_load_speed": speed}))
+        model = mujoco_joint(from_mjcf, joint) if from_mjcf else None
+        text = first_rig(log_files, datasheet, kind.value if kind else None, model)
+    if output is None:
+        document(text)
+        return
+    write_text(output, text, InputError)
+    say(f"written to {output}\nnext: {shlex.join(['rwjax', 'check', str(output), *map(str, log_files)])}")
+
+
+def _check(given: dict[str, float | None], kind: Kind | None, from_mjcf: Path | None, joint: str | None) -> None:
+    """Raises `InputError` for options that do not go together, or a number that none of them can have."""
+    if (given["mass"] is None) != (given["length"] is None):
         raise InputError("--mass and --length go together: both are of one rod")
     if joint is not None and from_mjcf is None:
         raise InputError("--joint names a hinge of the model that --from-mjcf gives")
@@ -84,29 +101,8 @@ def init(
     )
     if from_mjcf is not None and other:
         raise InputError(f"--{other[0]} does not go with --from-mjcf: the model says it")
-    if supply is None and (stall_torque is not None or no_load_speed is not None):
+    at_voltage = [name for name in ("stall-torque", "no-load-speed") if given[name] is not None]
+    if given["supply"] is None and at_voltage:
         raise InputError("--stall-torque and --no-load-speed need --supply, the voltage at which they hold")
     finite(**{name: value for name, value in given.items() if value is not None})
     positive(**{name: value for name, value in given.items() if value is not None})
-    speed = None if no_load_speed is None else no_load_speed * RATE
-    with progress(quiet) as show:
-        show("looking at the logs")
-        datasheet = Datasheet(
-            supply=supply,
-            stall_torque=stall_torque,
-            no_load_speed=speed,
-            resistance=resistance,
-            torque_constant=torque_constant,
-            wheel_inertia=wheel_inertia,
-            axis_inertia=axis_inertia,
-            mass=mass,
-            length=length,
-            counts=counts,
-        )
-        model = mujoco_joint(from_mjcf, joint) if from_mjcf else None
-        text = first_rig(log_files, datasheet, kind.value if kind else None, model)
-    if output is None:
-        document(text)
-        return
-    write_text(output, text, InputError)
-    say(f"written to {output}\nnext: {shlex.join(['rwjax', 'check', str(output), *map(str, log_files)])}")

@@ -50,6 +50,7 @@ def test_every_way_says_the_same(way: str, question: Question, tmp_path: Path) -
     assert all(1.0 / FACTOR <= g <= FACTOR for g in guesses) and (guesses != [1.0] * len(guesses)) == ("guesses" in way)
 
 
+@pytest.mark.slow
 def test_a_way_that_changes_something_is_not_asked_for_nothing(question: Question) -> None:
     assert all(log.values[0, 0] == LATER for log in WAYS["a clock started earlier"](question).logs.values())
     for log in WAYS["other units"](question).logs.values():
