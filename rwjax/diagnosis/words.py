@@ -29,23 +29,19 @@ UNIT = {name: unit_of(name) for name in _SIGNALS}
 """Unit of every output that a log may hold."""
 
 
-_RIG, _IT = ("the rig", "the rig's file"), ("the rig", "its file")
-"""What a rig and its file are called, first and then."""
-
-
 def _listed(names: tuple[str, ...]) -> str:
     """Effects in words with their names."""
     return " and ".join(f"{spoken(name)} ({name})" for name in names)
 
 
-def _missing(names: tuple[str, ...], whose: tuple[str, str]) -> str:
-    """What a set of names says of a rig, which is called so and whose file is called so: what it lacks, and which numbers are wrong."""
+def _missing(names: tuple[str, ...], file: str = "its file") -> str:
+    """What a rig lacks, and in which numbers its file is wrong; `file` is how the file is called where nothing is lacking."""
     numbers = tuple(name for name in names if name.startswith("parameter."))
     lacks = _listed(tuple(name for name in names if name not in numbers))
     wrong = " and ".join(f"{name.removeprefix('parameter.')} ({name})" for name in numbers)
     if not numbers:
-        return f"{whose[0]} lacks {lacks}"
-    return f"{whose[0]} lacks {lacks}, and its file is wrong in {wrong}" if lacks else f"{whose[1]} is wrong in {wrong}"
+        return f"the rig lacks {lacks}"
+    return f"the rig lacks {lacks}, and its file is wrong in {wrong}" if lacks else f"{file} is wrong in {wrong}"
 
 
 def verdict_sentence(
@@ -71,7 +67,7 @@ def verdict_sentence(
     Returns:
         The sentence.
     """
-    either = "; or ".join([_missing(effects, _RIG), *(_missing(names, _IT) for names in alternatives)])
+    either = "; or ".join([_missing(effects, "the rig's file"), *map(_missing, alternatives)])
     closed = f" and closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
     if uninformative:
         return f"Unknown: {uninformative}, so that they do not say whether anything is missing."

@@ -60,13 +60,14 @@ def mjcf(rig: Rig) -> Exported:
 
 
 def _own(body: Xml.Element, actuators: Xml.Element, drive: Drive) -> tuple[str, ...]:
-    """The attributes of hinge and actuators for a model of one's own, a servo that is no more than that as a `position`."""
+    """The attributes of hinge and actuators for a model of one's own; a servo without offset and lag as MuJoCo's `position`."""
     lines = []
     for element in (*body.iter("joint"), *actuators):
-        tag, given = element.tag, {key: v for key, v in element.items() if key not in PLACE}
-        if tag == "general" and drive.servo and not drive.offset and "dyntype" not in given and given["gainprm"] != "0":
-            own = {"kp": given.pop("gainprm"), "kv": _text(-float(given.pop("biasprm").split()[2]))}
-            tag, given = "position", own | {key: v for key, v in given.items() if key != "biastype"}
+        tag, given = element.tag, {key: value for key, value in element.items() if key not in PLACE}
+        if element.get("name") == "drive" and drive.servo and not drive.offset and not drive.lag:
+            gains = {"kp": given.pop("gainprm"), "kv": _text(-float(given.pop("biasprm").split()[2]))}
+            del given["biastype"]
+            tag, given = "position", gains | given
         if given:
             lines.append(f"{tag}: " + " ".join(f'{key}="{value}"' for key, value in given.items()))
     return tuple(lines)
@@ -103,8 +104,8 @@ def _actuator(actuators: Xml.Element, joint: str, drive: Drive) -> None:
             given.set(key, _text(value))
     else:
         given = Xml.SubElement(actuators, "general", name="drive", joint=joint, biastype="affine")
-        given.set("gainprm", _text(gain * drive.kp if drive.servo else gain))
         bias = (gain * drive.offset, -gain * drive.kp, drive.back - gain * drive.kd)
+        given.set("gainprm", _text(gain * drive.kp if drive.servo else gain))
         given.set("biasprm", " ".join(map(_text, bias)))
         if drive.lag:
             given.set("dyntype", "filterexact")
