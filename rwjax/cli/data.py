@@ -1,6 +1,5 @@
 """The command `data`: logs of real rigs that others published."""
 
-import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,7 +7,7 @@ import typer
 
 from rwjax.cli.options import Quiet
 from rwjax.cli.progress import progress
-from rwjax.cli.terminal import say
+from rwjax.cli.terminal import next_command, say
 from rwjax.errors import InputError
 
 Action = Annotated[Literal["fetch"] | None, typer.Argument(metavar="[fetch", help="fetches a set", show_default=False)]
@@ -34,4 +33,4 @@ def data(action: Action = None, name: Name = None, output: Output = None, quiet:
         show(f"fetching {name}")
         rig_file, *logs = fetch(name, output or Path(name))
     say(f"source: {SETS[name].source}\nlicence: {SETS[name].licence}")
-    say(f"written to {rig_file.parent}\nnext: {shlex.join(['rwjax', 'diagnose', str(rig_file), *map(str, logs)])}")
+    say(f"written to {rig_file.parent}\n{next_command('diagnose', rig_file, *logs)}")

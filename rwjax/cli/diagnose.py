@@ -13,7 +13,7 @@ from rwjax.cli.interrupt import STATUS, first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
-from rwjax.cli.terminal import document, note, say
+from rwjax.cli.terminal import document, next_command, note, say
 
 YOUNG = 5000
 """New objects after which Python looks for those that hold each other and can go [1]."""
@@ -46,10 +46,11 @@ def diagnose(
     """
     from rwjax.diagnosis.budget import Budget
     from rwjax.diagnosis.diagnosis import diagnose as run
+    from rwjax.diagnosis.verdict import CLAIMS
     from rwjax.fitting.processes import Team
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
-    from rwjax.report.results import answer_of, clear_results, write_results
+    from rwjax.report.results import CORRECTED, answer_of, clear_results, write_results
     from rwjax.rig.read import read_rig
 
     check_segments(segments)
@@ -70,7 +71,9 @@ def diagnose(
     if as_json:
         document(answer_of(result) + "\n")
     else:
-        say("\n".join([str(result), *(f"  {name}: {output / path}" for name, path in written.items())]))
+        lines = [str(result), *(f"  {name}: {output / path}" for name, path in written.items())]
+        ahead = next_command("fit", output / CORRECTED, *log_files, "-o", "fitted.toml")
+        say("\n".join([*lines, ahead] if result.verdict in CLAIMS else lines))
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)

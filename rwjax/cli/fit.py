@@ -12,7 +12,7 @@ from rwjax.cli.ask_first import GO_ON, Force, ask_first
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
-from rwjax.cli.terminal import document, listed, note, say
+from rwjax.cli.terminal import document, listed, next_command, note, say
 from rwjax.errors import InputError
 from rwjax.report.answer import json_text
 
@@ -92,7 +92,8 @@ def fit(
         document(text)
     else:
         fitted = [log.name for log in logs if not log.validate]
-        say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}"]))
+        ahead = next_command("predict", output, *log_files)
+        say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}", ahead]))
     note(*dict.fromkeys([*asked, *result.notes]))
     if asked and output is not None:
         note(f"{output} is written even so; its numbers are those of the logs as they are")

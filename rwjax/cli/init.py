@@ -1,6 +1,5 @@
 """The command `init`: a first rig file for logs."""
 
-import shlex
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +8,7 @@ import typer
 
 from rwjax.cli.options import RATE, LogFiles, Quiet, check_file, finite, positive
 from rwjax.cli.progress import progress
-from rwjax.cli.terminal import document, say
+from rwjax.cli.terminal import document, next_command, say
 from rwjax.errors import InputError
 
 
@@ -37,8 +36,8 @@ Joint = Annotated[
     str | None, typer.Option("--joint", metavar="NAME", help="that hinge; the one with an actuator without it")
 ]
 TorqueConstant = Annotated[float | None, typer.Option(help="of the motor, behind the gear [N m/A]")]
-WheelInertia = Annotated[float | None, typer.Option(help="of wheel and rotor, about [kg m2]")]
-AxisInertia = Annotated[float | None, typer.Option(help="of what the axis carries, about [kg m2]")]
+WheelInertia = Annotated[float | None, typer.Option(help="of wheel and rotor [kg m2]; free where it is not given")]
+AxisInertia = Annotated[float | None, typer.Option(help="of what the axis carries [kg m2]; free where it is not given")]
 Counts = Annotated[float | None, typer.Option(help="counted edges per turn of the encoder")]
 
 
@@ -87,7 +86,7 @@ def init(
         document(text)
         return
     write_text(output, text, InputError)
-    say(f"written to {output}\nnext: {shlex.join(['rwjax', 'check', str(output), *map(str, log_files)])}")
+    say(f"written to {output}\n{next_command('check', output, *log_files)}")
 
 
 def _check(given: dict[str, float | None], kind: Kind | None, from_mjcf: Path | None, joint: str | None) -> None:

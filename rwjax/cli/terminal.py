@@ -1,6 +1,7 @@
 """What the commands print: lines without control characters, whatever a name holds, and documents as the bytes of a file."""
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -31,6 +32,18 @@ def say(text: str) -> None:
     """
     with _to_stdout():
         print(printable_lines(text), file=sys.stdout)
+
+
+def next_command(*words: object) -> str:
+    """The line that suggests the next command.
+
+    Args:
+        words: what comes after `rwjax`: a command, files and options.
+
+    Returns:
+        The line, as a shell takes it.
+    """
+    return f"next: {shlex.join(['rwjax', *map(str, words)])}"
 
 
 def document(text: str) -> None:

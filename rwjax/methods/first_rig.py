@@ -44,8 +44,8 @@ class Datasheet(NamedTuple):
         length: Its length from the axis [m].
         counts: Counted edges per turn of the encoder [1].
         torque_constant: Torque constant of the motor [N m/A], behind the gear.
-        wheel_inertia: Moment of inertia of wheel and rotor, about [kg m²].
-        axis_inertia: Moment of inertia of what the axis carries, about [kg m²].
+        wheel_inertia: Moment of inertia of wheel and rotor [kg m²].
+        axis_inertia: Moment of inertia of what the axis carries [kg m²].
     """
 
     supply: float | None = None
@@ -65,7 +65,7 @@ class Datasheet(NamedTuple):
         return bool(self.torque_constant or self.resistance)
 
 
-GUESS, ABOUT, REGRESSION = "a guess", "given, about", "by a regression; `rwjax fit` estimates it anew"
+GUESS, GIVEN, REGRESSION = "a guess", "given", "by a regression; `rwjax fit` estimates it anew"
 
 
 def first_rig(
@@ -99,7 +99,7 @@ def first_rig(
         section = ""
     name = Path(paths[0]).resolve().parent.name
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
-        raise LogError(f"{sheet.where(None)}: no column is taken for counts; leave --counts out")
+        raise LogError(f"{sheet.where(None)}: no column holds counts, and an angle needs no --counts: leave it out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
     for what, number in OWN_NUMBERS.items():
         if getattr(datasheet, what) is not None and not model and number not in numbers:
@@ -186,15 +186,15 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
         )
     if kind in WHEELED:
         J = d.wheel_inertia
-        found["wheel.inertia"] = Known(J, ABOUT, free=True) if J else Known(1e-4, GUESS, free=True)
-        told = "current_A" in columns or not found["motor.torque_constant"].free
+        found["wheel.inertia"] = Known(J, GIVEN) if J else Known(1e-4, GUESS, free=True)
+        told = "current_A" in columns or J is not None or not found["motor.torque_constant"].free
         found["motor.friction"] = Known(0.0, f"{GUESS}; without the current it is one with the back-EMF", free=told)
     if "duty" in columns:
-        found["drive.supply"] = Known(d.supply, "given") if d.supply else Known(12.0, GUESS)
+        found["drive.supply"] = Known(d.supply, GIVEN) if d.supply else Known(12.0, GUESS)
     if kind in TURNING:
         rod = d.mass * d.length**2 / 3.0 if d.mass and d.length else None
         inertia = Known(_rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, free=True)
-        found["axis.inertia"] = Known(d.axis_inertia, ABOUT, free=True) if d.axis_inertia else inertia
+        found["axis.inertia"] = Known(d.axis_inertia, GIVEN) if d.axis_inertia else inertia
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)
         if kind == "joint" and d.mass and d.length:
             torque = _rounded(0.5 * d.mass * GRAVITY * d.length)
@@ -212,7 +212,7 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
         return {}
     current = "current_A" in columns
     if d.torque_constant:
-        K = Known(d.torque_constant, "given")
+        K = Known(d.torque_constant, GIVEN)
     elif d.supply and d.no_load_speed:
         K = Known(_rounded(d.supply / d.no_load_speed), "voltage over the speed without a load")
     elif d.supply and d.stall_torque and d.resistance:
@@ -220,7 +220,7 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     else:
         K = Known(0.02, f"{GUESS}, or --torque-constant", free=current or kind == "wheel" or "wheel_rad_s" in columns)
     if d.resistance:
-        R = Known(d.resistance, "given")
+        R = Known(d.resistance, GIVEN)
     elif d.supply and d.stall_torque:
         R = Known(_rounded(K.value * d.supply / d.stall_torque), "torque constant times voltage over the stall torque")
     else:
