@@ -13,6 +13,26 @@ from rwjax.plant.structure import Structure
 from rwjax.rig.half_rig import half_rig
 from rwjax.rig.model import Rig
 
+SIZE_OF = {
+    "coulomb": "torque",
+    "static": "torque",
+    "torque": "torque",
+    "viscous": "torque_per_rate",
+    "b3": "torque",
+    "b2": "torque_per_rate",
+    "b1": "torque_per_rate2",
+    "b0": "torque_per_rate3",
+    "angle": "one",
+    "friction": "damping",
+    "inductance": "henry",
+    "motor.inertia": "rotor",
+    "difference": "inertial",
+    "product_xy": "inertial",
+    "product_xz": "inertial",
+    "product_yz": "inertial",
+}
+"""Which scale is typical of a number of the rig, by its name or the end of that; of those that may be 0."""
+
 
 def _fastest(log: Log) -> float | None:
     """Fastest yaw rate of a log [rad/s], from the rate or from differences of the angle; None where neither is logged."""
@@ -44,21 +64,26 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
     angles = np.concatenate([log.outputs["yaw_rad"] for log in logs if "yaw_rad" in log.outputs] or [np.zeros(1)])
     peak = max(float(np.max(np.abs(log.at_drive), initial=0.0)) for log in logs)
     currents = [float(np.nanmax(np.abs(log.outputs["current_A"]))) for log in logs if "current_A" in log.outputs]
-    ampere = command / n.get("motor.resistance", 1.0)
-    spin = command / n.get("motor.torque_constant", 1.0)
+    ohm, K = n.get("motor.resistance", 1.0), n.get("motor.torque_constant", 1.0)
+    ampere, spin = command / ohm, command / K
+    step = float(np.median(np.concatenate([np.diff(log.time) for log in logs])))
     return {
         "one": 1.0,
         "command": command,
         "peak": max(peak, 1e-9),
-        "peak_ampere": max([*currents, 0.0 if currents else peak / n.get("motor.resistance", 1.0), 1e-9]),
+        "peak_ampere": max([*currents, 0.0 if currents else peak / ohm, 1e-9]),
         "torque": gain * command,
         "rate": rate,
         "torque_per_rate": gain * command / rate,
         "torque_per_rate2": gain * command / rate**2,
+        "torque_per_rate3": gain * command / rate**3,
+        "damping": 0.1 * K**2 / ohm,  # a tenth of what the back-EMF does
+        "henry": 0.1 * ohm * step,
         "spin": spin,
         "torque_per_spin2": gain * command / spin**2,
         "sensed_rate": rate if rig.kind != "wheel" else spin,
         "inertial": n.get("axis.inertia", 1.0),
+        "rotor": n.get("axis.inertia", 1.0) / n.get("gear.ratio", 1.0) ** 2,
         "ampere": ampere,
         "per_ampere2": ampere**-2,
         "per_command": 1.0 / command,
@@ -130,9 +155,7 @@ def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[L
     for k, name in enumerate(structure.names):
         typical = sizes(name)
         if k < len(structure.numbers):
-            least = typical["torque"] if name.endswith(("coulomb", "static", "b3", "torque")) else 0.0
-            least = typical["torque_per_rate"] if name.endswith(".friction.viscous") else least
-            least = typical["inertial"] if name.startswith("gimbal.") else least
+            least = typical.get(SIZE_OF.get(name) or SIZE_OF.get(name.rpartition(".")[2], ""), 0.0)
             least = _size_in_servo(rig, name) if name.startswith(f"{SERVO}.") else least
         else:
             effect, _, parameter = name.rpartition(".")

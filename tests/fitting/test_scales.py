@@ -1,11 +1,14 @@
 """Typical sizes of a log whose sizes are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rwjax.fitting.scales import scales, scales_for, sizes_of
+from rwjax.fitting.scales import SIZE_OF, scales, scales_for, sizes_of
+from rwjax.kinds import NUMBERS, SERVO
 from rwjax.plant.from_rig import structure_of, theta_of
-from tests.systems import platform, record
+from tests.systems import platform, record, wheel
 
 TIME = np.arange(1001) * 0.01
 LOG = record(TIME, np.where(np.arange(1001) % 2 == 0, 2.0, -2.0), {"yaw_rad": 3.0 * TIME - 1.0})
@@ -32,6 +35,23 @@ def test_a_number_has_its_own_size_or_a_tenth_of_its_kind() -> None:
     assert size["axis.inertia"] == 0.1
     assert size["axis.friction.coulomb"] == pytest.approx(0.08)
     assert size["axis.friction.viscous"] == pytest.approx(0.1 * 0.8 / 3.0)
+
+
+def test_numbers_that_are_zero_have_the_size_of_their_kind() -> None:
+    rig = wheel(inductance=1e-6)
+    rig = replace(rig, numbers=rig.numbers | {"motor.friction": 0.0})
+    log = record(TIME, LOG.command, {"wheel_rad": TIME})
+    structure = structure_of(rig)
+    size = dict(zip(structure.names, sizes_of(rig, structure, theta_of(rig, structure), [log]), strict=True))
+    assert size["motor.friction"] == pytest.approx(0.01 * 0.0182**2 / 0.83)  # a hundredth of what the back-EMF does
+    assert size["motor.inductance"] == pytest.approx(0.01 * 0.83 * 0.01)  # a hundredth of R times the step
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, number in NUMBERS.items() if number.sign in ("any", "zero or positive")]
+)
+def test_whatever_may_be_zero_has_a_scale(name: str) -> None:
+    assert name.startswith(SERVO) or {name, name.rpartition(".")[2]} & {*SIZE_OF}
 
 
 def test_a_rig_with_one_axis_has_one_set_of_scales() -> None:
