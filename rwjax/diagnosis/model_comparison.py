@@ -216,10 +216,7 @@ class ModelComparison:
             The leader.
         """
         effective = self.effective(min(hypotheses, key=lambda e: self.fits.known(e).cost))
-        least = min(hypotheses, key=self.excess)
-        best = max(
-            (e for e in hypotheses if not self.leaves_more(e, least)), key=lambda e: self.criterion(e, effective)
-        )
+        best = self.first_of(hypotheses, effective)
         simpler = [e for e in hypotheses if best.contains(e) and not self.needs(best, e)]
         return max(simpler, key=lambda e: self.criterion(e, effective), default=best)
 
