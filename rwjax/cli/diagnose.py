@@ -72,7 +72,8 @@ def diagnose(
         document(answer_of(result) + "\n")
     else:
         lines = [str(result), *(f"  {name}: {output / path}" for name, path in written.items())]
-        ahead = next_command("fit", output / CORRECTED, *log_files, "-o", "fitted.toml")
+        fit = "fit", output / CORRECTED, *log_files, "-o", output / "fitted.toml"
+        ahead = next_command(*fit, segments=segments, force=force)
         say("\n".join([*lines, ahead] if result.verdict in CLAIMS else lines))
     note(*asked)
     if limit.stopped:

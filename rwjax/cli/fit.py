@@ -92,7 +92,8 @@ def fit(
         document(text)
     else:
         fitted = [log.name for log in logs if not log.validate]
-        ahead = next_command("predict", output, *log_files)
+        into = ["-o", output.with_name("predicted.csv")] if len(log_files) == 1 else []
+        ahead = next_command("predict", output, *log_files, *into, segments=segments)
         say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}", ahead]))
     note(*dict.fromkeys([*asked, *result.notes]))
     if asked and output is not None:

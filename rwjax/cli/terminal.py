@@ -34,16 +34,19 @@ def say(text: str) -> None:
         print(printable_lines(text), file=sys.stdout)
 
 
-def next_command(*words: object) -> str:
+def next_command(*words: object, segments: float | None = None, force: bool = False) -> str:
     """The line that suggests the next command.
 
     Args:
         words: what comes after `rwjax`: a command, files and options.
+        segments: `--segments` that was given and holds for the next command, too [s].
+        force: whether `--force` was.
 
     Returns:
         The line, as a shell takes it.
     """
-    return f"next: {shlex.join(['rwjax', *map(str, words)])}"
+    options = [*([] if segments is None else ["--segments", f"{segments:g}"]), *(["--force"] if force else [])]
+    return f"next: {shlex.join(['rwjax', *map(str, words), *options])}"
 
 
 def document(text: str) -> None:

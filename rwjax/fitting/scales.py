@@ -155,7 +155,8 @@ def sizes_of(rig: Rig, structure: Structure, theta: np.ndarray, logs: Sequence[L
     for k, name in enumerate(structure.names):
         typical = sizes(name)
         if k < len(structure.numbers):
-            least = typical.get(SIZE_OF.get(name) or SIZE_OF.get(name.rpartition(".")[2], ""), 0.0)
+            scale = SIZE_OF.get(name) or SIZE_OF.get(name.rpartition(".")[2])
+            least = typical[scale] if scale else 0.0
             least = _size_in_servo(rig, name) if name.startswith(f"{SERVO}.") else least
         else:
             effect, _, parameter = name.rpartition(".")

@@ -179,16 +179,14 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     """Every number of the first rig file, by its name."""
     found = _motor(kind, d, columns) if kind in MOTORED else {}
     if kind == "platform":
-        found["drive.gain"] = (
-            Known(_rounded(d.stall_torque / d.supply), "stall torque over the voltage")
-            if d.stall_torque and d.supply
-            else Known(1.0, "unknown: with 1, torques and inertias are in units of the drive's gain")
-        )
+        found["drive.gain"] = _gain(d)
     if kind in WHEELED:
         J = d.wheel_inertia
         found["wheel.inertia"] = Known(J, GIVEN) if J else Known(1e-4, GUESS, free=True)
         told = "current_A" in columns or J is not None or not found["motor.torque_constant"].free
-        found["motor.friction"] = Known(0.0, f"{GUESS}; without the current it is one with the back-EMF", free=told)
+        found["motor.friction"] = Known(
+            0.0, GUESS if told else f"{GUESS}: without the current it is one with the back-EMF", free=told
+        )
     if "duty" in columns:
         found["drive.supply"] = Known(d.supply, GIVEN) if d.supply else Known(12.0, GUESS)
     if kind in TURNING:
@@ -206,6 +204,15 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     return found
 
 
+def _gain(d: Datasheet) -> Known:
+    """Gain of a platform's drive."""
+    if d.stall_torque and d.supply:
+        return Known(_rounded(d.stall_torque / d.supply), "stall torque over the voltage")
+    if d.axis_inertia:
+        return Known(1.0, f"{GUESS}: the inertia that is given tells it", free=True)
+    return Known(1.0, "unknown: with 1, torques and inertias are in units of the drive's gain")
+
+
 def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     """Torque constant and resistance, seen behind the gear."""
     if "command_Nm" in columns:
@@ -218,15 +225,22 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     elif d.supply and d.stall_torque and d.resistance:
         K = Known(_rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
     else:
-        K = Known(0.02, f"{GUESS}, or --torque-constant", free=current or kind == "wheel" or "wheel_rad_s" in columns)
+        inertia = d.wheel_inertia or d.axis_inertia
+        told = bool(current or inertia or kind == "wheel" or "wheel_rad_s" in columns)
+        K = Known(0.02, f"{GUESS}, or --torque-constant", free=told)
     if d.resistance:
         R = Known(d.resistance, GIVEN)
     elif d.supply and d.stall_torque:
         R = Known(_rounded(K.value * d.supply / d.stall_torque), "torque constant times voltage over the stall torque")
     else:
         given = f"{GUESS}, or --resistance"
-        why = given if current else f"{given}: without the current, torques and inertias are as wrong as this is"
-        R = Known(1.0, why, free=current)
+        by_voltage = current and "command_A" not in columns
+        why = (
+            given
+            if current or d.wheel_inertia or d.axis_inertia
+            else f"{given}: torques and inertias are as wrong as this is"
+        )
+        R = Known(1.0, why, free=by_voltage)
     return {"motor.torque_constant": K, "motor.resistance": R}
 
 

@@ -88,7 +88,7 @@ def test_a_diagnosis_replaces_the_earlier_one_and_nothing_else(quick: Shell) -> 
     code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
     assert (code, err) == (0, "") and out.endswith(
         "  plan of the next experiment: out/next/plan.toml\n  report: out/report.html\n"
-        "next: rwjax fit out/corrected.toml run.csv -o fitted.toml\n"
+        "next: rwjax fit out/corrected.toml run.csv -o out/fitted.toml\n"
     )
     assert files(quick.folder / "out") == ALWAYS | {"ranking.png", "next/plan.toml", "next/square.csv"}
     for name in ("notes.txt", "next/notes.txt"):

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import rwjax.cli
-from rwjax.cli.terminal import document, forget, listed, note, say, tell
+from rwjax.cli.terminal import document, forget, listed, next_command, note, say, tell
 from tests.cli.shell import ROOT
 
 NAME = os.fsdecode(b"\x1b[31mrun\x07 \xe2\x80\xae\xff \xc2\xb5.csv")
@@ -103,3 +104,10 @@ def test_every_command_prints_by_this_module() -> None:
 def test_many_names_are_counted() -> None:
     names = [f"{k:03d}.csv" for k in range(200)]
     assert listed(names[:2]) == "000.csv, 001.csv" and listed(names) == "200 logs, 000.csv to 199.csv"
+
+
+def test_the_next_command_is_one_that_a_shell_takes_and_keeps_what_was_asked_for() -> None:
+    words = shlex.split(
+        next_command("fit", Path("my rig.toml"), "a.csv", segments=2.5, force=True).removeprefix("next: ")
+    )
+    assert words == ["rwjax", "fit", "my rig.toml", "a.csv", "--segments", "2.5", "--force"]

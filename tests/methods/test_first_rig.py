@@ -51,6 +51,8 @@ def test_free_numbers_come_near_those_that_made_the_log(tmp_path: Path) -> None:
     assert found.numbers["axis.friction.viscous"] == pytest.approx(0.02, rel=0.1)
     scaled = parse_rig(first_rig(paths, NOTHING))  # in units of the gain
     assert scaled.numbers["axis.inertia"] == pytest.approx(0.1 / 0.4, rel=0.05)
+    weighed = parse_rig(first_rig(paths, Datasheet(axis_inertia=0.1)))  # which tells the gain
+    assert weighed.numbers["drive.gain"] == pytest.approx(0.4, rel=0.05)
 
 
 def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
@@ -93,7 +95,9 @@ def test_what_is_known_of_a_motor_tells_the_kind_where_the_columns_do_not(
     numbers = {"torque_constant": "motor.torque_constant", "resistance": "motor.resistance"}
     numbers |= {"wheel_inertia": "wheel.inertia", "axis_inertia": "axis.inertia"}
     known = {numbers[name]: value for name, value in given.items() if name in numbers}
-    assert known.items() <= found.numbers.items() and not {*known} & {*found.free} and found.free
+    assert known.items() <= found.numbers.items() and not {*known} & {*found.free}
+    scale = {"drive.gain", "motor.torque_constant", "axis.inertia", "wheel.inertia"} & {*found.numbers}
+    assert scale & {*found.free} or scale <= {*known} | {"drive.gain"}  # what torques and inertias are in proportion to
 
 
 def test_a_number_that_the_kind_does_not_have_is_refused(tmp_path: Path) -> None:
