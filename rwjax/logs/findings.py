@@ -171,7 +171,10 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
         many = int(last - first) + 1
         if many < max(FROZEN, 5.0 * usual):
             return None
-        if not _rests(y, int(last)):
+        off = log.enabled is not None and not np.any(
+            log.enabled[first : last + 1]
+        )  # an arm that is let go comes to rest
+        if not off and not _rests(y, int(last)):
             return int(first), many
     return None
 

@@ -115,6 +115,14 @@ def steps_of(angle: np.ndarray) -> Log:
     return replace(GOOD, outputs={"yaw_rad": STEP * np.round(angle / STEP)}, resolution={"yaw_rad": 0.0})
 
 
+def test_an_arm_that_rests_with_its_torque_off_is_no_dropout() -> None:
+    comes_to_rest = np.where(T < 12.0, np.sin(T), np.sin(12.0))
+    log = steps_of(comes_to_rest)
+    for on, many in ((T < 11.0, 0), (T < 15.0, 1)):
+        found = findings(replace(log, enabled=on.astype(float)))
+        assert sum("stays the same" in str(f) for f in found) == many
+
+
 def test_a_rest_between_two_motions_is_no_dropout_and_a_leap_after_equal_readings_is_one() -> None:
     rest = np.where(T < 5.0, np.sin(T), np.where(T < 8.0, np.sin(5.0), np.sin(T - 3.0)))
     assert not [f for f in findings(steps_of(rest)) if "stays the same" in str(f)]
