@@ -11,6 +11,7 @@ from tests.fleet.small import write_small
 pytest.importorskip("distributed", reason="a fleet needs the extra `fleet`")
 
 
+@pytest.mark.slow
 def test_a_fleet_is_fitted_and_its_page_written(tmp_path: Path) -> None:
     write_small(tmp_path)
     done = program("fleet", "fleet.toml", "-o", "out", "--workers", "1", "--json", "--quiet", cwd=tmp_path)

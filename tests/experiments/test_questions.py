@@ -22,6 +22,7 @@ def test_each_mislabelled_input_says_other_than_the_right_one() -> None:
         assert one.change(rigs[one.kind]) != rigs[one.kind], what
 
 
+@pytest.mark.slow
 def test_mislabelled_inputs_are_asked_about_refused_or_read_rightly() -> None:
     files = given("platform")
     right = right_numbers(files)
