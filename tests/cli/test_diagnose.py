@@ -95,7 +95,8 @@ def test_a_diagnosis_replaces_the_earlier_one_and_nothing_else(quick: Shell) -> 
         (quick.folder / "out" / name).write_text("mine")
     quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: diagnosed(verdict="none"))
     quick.patch.setattr("rwjax.report.html.figures_of", lambda d: {"runs": (plot_runs, (3.0, 1.0))})
-    assert quick("diagnose", "rig.toml", "run.csv", "-o", "out", "--json")[0] == 0
+    code, out, _ = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    assert code == 0 and "next: " not in out  # nothing is claimed
     assert files(quick.folder / "out") == ALWAYS | {"runs.png", "notes.txt", "next/notes.txt"}
 
 

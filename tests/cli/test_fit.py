@@ -99,6 +99,7 @@ def test_limit_speeds_write_a_fitted_rig_file(shell: Shell) -> None:
     options = ("--method", "limit-speeds", "-o", "fitted.toml")
     code, out, err = shell("fit", "motor.toml", "stairs.csv", *options)
     assert code == 0 and out.startswith("motor.friction = 4.0") and "rests on motor.torque_constant" in err, err
+    assert out.endswith("next: rwjax predict fitted.toml stairs.csv -o predicted.csv\n")
     fitted = read_rig(shell.folder / "fitted.toml")
     b, error = fitted.values["motor.friction"], fitted.standard_error["motor.friction"]
     assert abs(b - (0.0182 / 54.39 - 0.0182**2) / 0.83) < 4.0 * error < 1e-7

@@ -108,6 +108,15 @@ def test_a_number_that_the_kind_does_not_have_is_refused(tmp_path: Path) -> None
         first_rig(paths, Datasheet(wheel_inertia=1e-3), "platform")
 
 
+def test_a_resistance_is_free_where_a_current_is_read_under_a_voltage_alone(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(400)
+    for command, free in (("voltage_V", True), ("command_A", False)):
+        columns = {"time_s": t, command: np.sin(3.0 * t), "current_A": 0.4 * np.sin(3.0 * t), "wheel_rad_s": np.sin(t)}
+        write_log(tmp_path / "run.csv", columns, {})
+        found = parse_rig(first_rig([tmp_path / "run.csv"], NOTHING))
+        assert ("motor.resistance" in found.free) == free
+
+
 def test_columns_of_another_layout_are_proposed_and_guesses_are_said(tmp_path: Path) -> None:
     rows = "\n".join(f"{10 * k},{100 * math.sin(0.05 * k):.0f},{k}" for k in range(300))
     (tmp_path / "run.csv").write_text(f"millis,pwm,encoder_counts\n{rows}\n")
