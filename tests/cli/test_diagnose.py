@@ -1,8 +1,8 @@
 """`rwjax diagnose`, as a user calls it."""
 
 import json
-import re
 import os
+import re
 import resource
 import shutil
 import signal
