@@ -30,7 +30,7 @@ from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import WITHOUT_LOG_AXIS
-from rwjax.simulation.commands import commands
+from rwjax.simulation.commands import commands, whole_log
 from tests.systems import record
 from tests.two_axes import GIMBAL, GRAVITY, TILTING, motion, two_axis
 
@@ -62,11 +62,11 @@ def test_each_drive_delays_its_own_command() -> None:
     problem = pose(structure_of(rig), [record(T, u)])
     run = problem.batch.__class__(*(v if k in WITHOUT_LOG_AXIS else v[0] for k, v in problem.batch._asdict().items()))
     theta = jnp.asarray(theta_of(rig, problem.structure))
-    steps, readings = jax.jit(lambda theta: commands(plant_of(problem.structure, theta), run))(theta)
+    steps, readings = jax.jit(lambda theta: commands(plant_of(problem.structure, theta), run)(whole_log(run)))(theta)
     per = round(0.01 / float(run.h))
     np.testing.assert_allclose(steps[: 50 * per : per, 0], u[:50, 0] + 0.5, atol=1e-9)
     np.testing.assert_allclose(steps[15 * per : 50 * per : per, 1], u[5:40, 1], atol=1e-9)
-    assert readings.shape == (*run.slot_step.shape, 2)
+    assert readings.shape == (run.slot_step.size, 2)
 
 
 def test_the_yaw_encoder_may_read_a_part_of_pitch_and_both_may_be_late() -> None:

@@ -43,7 +43,7 @@ from rwjax.effects.ports import (
 )
 from rwjax.effects.rig_terms import of_rig_numbers
 from rwjax.plant.dry_friction import friction_level, smooth_friction
-from rwjax.plant.plant import BodyTorque, ByChannel, FrictionRates, Plant, SmoothStep
+from rwjax.plant.plant import BodyTorque, Drive, FrictionRates, Plant, SmoothStep
 from rwjax.plant.stick import stopped
 from rwjax.plant.structure import OUTPUTS, Numbers, State, Structure
 from rwjax.types import Scalar
@@ -234,9 +234,9 @@ class OneAxis(Plant):
         """Whether the voltage follows the command over time."""
         return bool(self.on(CommandFilter))
 
-    def by_channel(self, function: ByChannel, command: Float[Array, " k"]) -> tuple[Array, Array]:
-        """What a function makes of the drive and its command."""
-        return function(self, command)
+    def channels(self, command: Float[Array, " k"]) -> list[tuple[Drive, Float[Array, " k"]]]:
+        """The drive with its command."""
+        return [(self, command)]
 
     def pace(self) -> Scalar | float:
         """Seconds that pass in one second of the log [1]."""

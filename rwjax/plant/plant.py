@@ -1,7 +1,6 @@
 """The interface of every plant: all that the simulation asks of a rig, whatever its kind."""
 
 from abc import abstractmethod
-from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import equinox as eqx
@@ -101,10 +100,6 @@ class Drive(Protocol):
             The time [s], or None where no effect delays them.
         """
         ...
-
-
-ByChannel = Callable[[Drive, Array], tuple[Array, Array]]
-"""What is worked out for one drive and its command, as two arrays."""
 
 
 class Plant(eqx.Module):
@@ -214,15 +209,14 @@ class Plant(eqx.Module):
         """
 
     @abstractmethod
-    def by_channel(self, function: ByChannel, command: Float[Array, "k *channels"]) -> tuple[Array, Array]:
-        """What a function makes of each drive and its command.
+    def channels(self, command: Float[Array, "k *channels"]) -> list[tuple[Drive, Float[Array, " k"]]]:
+        """Each drive with its command.
 
         Args:
-            function: Called with a drive and the samples of its command `(k,)` [V].
             command: Samples of the command [V], `(k,)` or `(k, 2)`.
 
         Returns:
-            The function's two arrays [V]; of a plant with two drives with a last axis of channels.
+            A drive and the samples of its command `(k,)` [V], for each motor.
         """
 
     @abstractmethod

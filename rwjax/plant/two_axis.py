@@ -41,7 +41,7 @@ from rwjax.kinds import half_column, on_half
 from rwjax.plant.coupled_friction import friction_of_resting, mobility_with_held, solve_within
 from rwjax.plant.dry_friction import friction_level, smooth_friction
 from rwjax.plant.one_axis import OneAxis, one_axis
-from rwjax.plant.plant import BodyTorque, ByChannel, FrictionRates, Plant, SmoothStep
+from rwjax.plant.plant import BodyTorque, Drive, FrictionRates, Plant, SmoothStep
 from rwjax.plant.stick import stopped
 from rwjax.plant.structure import Numbers, State, Structure
 from rwjax.types import Scalar
@@ -285,11 +285,9 @@ class TwoAxis(Plant):
         """Voltages that act for both commands, before any delay."""
         return jnp.stack([half.act(command[k]) for k, half in enumerate(self.halves)])
 
-    def by_channel(self, function: ByChannel, command: Float[Array, "k 2"]) -> tuple[Array, Array]:
-        """What a function makes of each half's drive and its command."""
-        found = [function(half, command[:, k]) for k, half in enumerate(self.halves)]
-        first, second = (jnp.stack(each, axis=-1) for each in zip(*found, strict=True))
-        return first, second
+    def channels(self, command: Float[Array, "k 2"]) -> list[tuple[Drive, Float[Array, " k"]]]:
+        """Each half's drive with its command."""
+        return [(half, command[:, k]) for k, half in enumerate(self.halves)]
 
     def pace(self) -> Scalar | float:
         """Seconds that pass in one second of the log [1]."""

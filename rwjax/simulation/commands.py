@@ -1,11 +1,12 @@
 """What acts on a plant in time: the logged command after the drive, over every time step and at every reading."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from rwjax.kinds import SERVO
 from rwjax.plant.one_axis import OneAxis
@@ -30,24 +31,83 @@ class Switched(NamedTuple):
     powered: Float[Array, " s"]
 
 
-def given(plant: Plant, run: Batch) -> tuple[Any, Float[Array, "w q *channels"]]:
+class Stretch(NamedTuple):
+    """A part of a log's time grid, with the readings in it.
+
+    Attributes:
+        points: Numbers of its grid points in the log, one after the other, its end included `(s + 1,)`.
+        slot_step: Step of the part in which each reading lies `(q,)`.
+        slot_part: Part of that step that has passed at the reading `(q,)` [1].
+    """
+
+    points: Int[Array, " s1"]
+    slot_step: Int[Array, " q"]
+    slot_part: Float[Array, " q"]
+
+
+Acting = Callable[[Stretch], tuple[Any, Float[Array, "q *channels"]]]
+"""What acts in a part of a log: over every step arrays with a first axis of steps, and the voltage [V] at every reading."""
+
+
+def whole_log(run: Batch) -> Stretch:
+    """One log from its beginning to the end of its last window's overlap, with all its readings.
+
+    Args:
+        run: One log of a batch.
+
+    Returns:
+        The part of the grid that is the whole of it; its readings `(w q,)` window after window.
+    """
+    slot_step = jnp.asarray(run.slot_step)
+    W, m = slot_step.shape[0], run.step_index.shape[0]
+    step = (m * jnp.arange(W)[:, None] + slot_step).ravel()
+    return Stretch(jnp.arange(W * m + len(run.overlap_index) + 1), step, jnp.asarray(run.slot_part).ravel())
+
+
+def windows_of(run: Batch) -> Stretch:
+    """The windows of one log, each with its overlap with the next one.
+
+    Args:
+        run: One log of a batch.
+
+    Returns:
+        Parts of the grid, with a first axis of windows.
+    """
+    slot_step = jnp.asarray(run.slot_step)
+    W, m = slot_step.shape[0], run.step_index.shape[0]
+    points = m * jnp.arange(W)[:, None] + jnp.arange(m + len(run.overlap_index) + 1)[None]
+    return Stretch(points, slot_step, jnp.asarray(run.slot_part))
+
+
+def given(plant: Plant, run: Batch) -> Acting:
     """What moves a plant besides its state: the command, or a servo's goal, and whether torque is on.
+
+    It is worked out for the part of the log that is asked for, so that a run of its beginning takes no more than that.
 
     Args:
         plant: The plant of the log.
         run: One log of a batch.
 
     Returns:
-        Over every grid step of the log and of its last window's overlap, arrays with a first axis of steps: `commands`, `Switched`
-        or `Tick`; and the voltage [V] at every reading, of no meaning where a servo gives it.
+        What acts in a part of the log: over every step `commands`, `Switched` or `Tick`; and the voltage [V] at every reading, of no
+        meaning where a servo gives it.
     """
     if isinstance(plant, OneAxis) and plant.structure.servo is not None:
-        return _ticks(plant, run), jnp.zeros(run.slot_step.shape)
-    steps, at_reading = commands(plant, run)
-    return (Switched(steps, _powered(run)), at_reading) if plant.structure.switched else (steps, at_reading)
+        ticks = _ticks(plant, run)
+        return lambda part: (ticks(part), jnp.zeros(part.slot_step.shape))
+    acting = commands(plant, run)
+    if not plant.structure.switched:
+        return acting
+    powered = _powered(run)
+
+    def switched(part: Stretch) -> tuple[Switched, Array]:
+        steps, at_reading = acting(part)
+        return Switched(steps, powered(part)), at_reading
+
+    return switched
 
 
-def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "s *channels"], Float[Array, "w q *channels"]]:
+def commands(plant: Plant, run: Batch) -> Acting:
     """Voltage that acts over the steps of one log, and at its readings.
 
     A delay shifts the command in time, continuously. A reading sees the mean from its own time to the next sample, or over one
@@ -58,18 +118,20 @@ def commands(plant: Plant, run: Batch) -> tuple[Float[Array, "s *channels"], Flo
         run: One log of a batch.
 
     Returns:
-        Mean voltage over every grid step of the log and of its last window's overlap `(s,)` or `(s, 2)` [V], and the voltage at
-        every reading `(w, q)` or `(w, q, 2)` [V].
+        What acts in a part of the log: mean voltage over every step `(s,)` or `(s, 2)` [V], and the voltage at every reading `(q,)` or
+        `(q, 2)` [V].
     """
-    return plant.by_channel(
-        lambda drive, command: _of_channel(drive, command, run, plant.pace()),
-        jnp.asarray(run.u_command),
-    )
+    command = jnp.asarray(run.u_command)
+    channels = [_of_channel(drive, u, run, plant.pace()) for drive, u in plant.channels(command)]
 
+    def acting(part: Stretch) -> tuple[Array, Array]:
+        found = [channel(part) for channel in channels]
+        if command.ndim == 1:
+            return found[0]
+        steps, at_reading = (jnp.stack(each, axis=-1) for each in zip(*found, strict=True))
+        return steps, at_reading
 
-def _grid(run: Batch) -> Int[Array, " s"]:
-    """Numbers of the grid points of one log, those of its last window's overlap and the end included."""
-    return jnp.arange(run.slot_step.shape[0] * run.step_index.shape[0] + len(run.overlap_index) + 1)
+    return acting
 
 
 def _early(run: Batch) -> int:
@@ -119,50 +181,59 @@ def _held_command(run: Batch, u: Float[Array, " k"]) -> _Held:
     return _Held(run, u, jnp.concatenate([jnp.zeros(1), jnp.cumsum(u * jnp.diff(jnp.asarray(run.t_command)))]))
 
 
-def _of_channel(
-    drive: Drive, command: Float[Array, " k"], run: Batch, pace: Scalar | float
-) -> tuple[Float[Array, " s"], Float[Array, "w q"]]:
+def _of_channel(drive: Drive, command: Float[Array, " k"], run: Batch, pace: Scalar | float) -> Acting:
     """`commands` of one channel."""
-    t, h, slot_step = jnp.asarray(run.t_command), jnp.asarray(run.h), jnp.asarray(run.slot_step)
-    W, m = slot_step.shape[0], run.step_index.shape[0]
+    h = jnp.asarray(run.h)
+    width = jnp.minimum(h, jnp.min(jnp.diff(jnp.asarray(run.t_command))))
     held = _held_command(run, jax.vmap(drive.act)(jnp.asarray(command)))
     delay = drive.delay()
 
-    def acting(time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
+    def area(time: Float[Array, " s"], point: Int[Array, " s"], between: bool) -> Float[Array, " s"]:
         """Area of the delayed command."""
         return held.until(time, point, between) if delay is None else held.any_until(time - delay)
 
-    grid = _grid(run)
-    steps = drive.follow(jnp.diff(acting(h * grid.astype(float), grid, False)) / h, h * pace)
-    point = (m * jnp.arange(W)[:, None] + slot_step).ravel()
-    sample = h * (point.astype(float) + jnp.asarray(run.slot_part).ravel())
-    width = jnp.minimum(h, jnp.min(jnp.diff(t)))
-    end = jnp.floor((sample + width) / h).astype(int)
-    readings = (acting(sample + width, end, True) - acting(sample, point, True)) / width
-    if drive.filters:  # a voltage that lags does not jump between steps
-        readings = steps[point]
-    return steps, readings.reshape(W, -1)
+    def mean(points: Int[Array, " s1"]) -> Float[Array, " s"]:
+        """Mean over the steps between grid points."""
+        return jnp.diff(area(h * points.astype(float), points, False)) / h
+
+    def at_once(part: Stretch) -> tuple[Array, Array]:
+        point = part.points[0] + part.slot_step
+        sample = h * (point.astype(float) + part.slot_part)
+        end = jnp.floor((sample + width) / h).astype(int)
+        return mean(part.points), (area(sample + width, end, True) - area(sample, point, True)) / width
+
+    if not drive.filters:
+        return at_once
+    followed = drive.follow(mean(whole_log(run).points), h * pace)
+
+    def later(part: Stretch) -> tuple[Array, Array]:
+        steps = followed[part.points[:-1]]
+        return steps, steps[part.slot_step]  # a voltage that lags does not jump between steps
+
+    return later
 
 
-def _on(run: Batch) -> Bool[Array, " s"]:
-    """Whether torque is on when a grid step of one log begins."""
-    held = jnp.asarray(run.held)[_early(run) : -1]
-    return jnp.asarray(run.enabled)[held] > 0.0 if run.enabled.size else jnp.ones(held.shape, bool)
+def _held_at(values: Any, part: Stretch, run: Batch) -> Array:
+    """Values of the samples whose command is held when the steps of a part begin."""
+    return jnp.asarray(values)[jnp.asarray(run.held)[part.points[:-1] + _early(run)]]
 
 
-def _powered(run: Batch) -> Float[Array, " s"]:
-    """Share of every grid step of one log in which current can flow [1]."""
-    h, grid = jnp.asarray(run.h), _grid(run)
+def _powered(run: Batch) -> Callable[[Stretch], Float[Array, " s"]]:
+    """Share of every grid step of a part of one log in which current can flow [1]."""
     if not run.enabled.size:
-        return jnp.ones(len(grid) - 1)
-    held = _held_command(run, jnp.asarray(run.enabled))
-    share = jnp.diff(held.until(h * grid.astype(float), grid, False)) / h
-    whole = jnp.round(share)
-    return jnp.where(jnp.abs(share - whole) < ON_TIME, whole, share)
+        return lambda part: jnp.ones(len(part.points) - 1)
+    h, held = jnp.asarray(run.h), _held_command(run, jnp.asarray(run.enabled))
+
+    def powered(part: Stretch) -> Float[Array, " s"]:
+        share = jnp.diff(held.until(h * part.points.astype(float), part.points, False)) / h
+        whole = jnp.round(share)
+        return jnp.where(jnp.abs(share - whole) < ON_TIME, whole, share)
+
+    return powered
 
 
-def _ticks(plant: OneAxis, run: Batch) -> Tick:
-    """What a servo is told in every grid step of one log.
+def _ticks(plant: OneAxis, run: Batch) -> Callable[[Stretch], Tick]:
+    """What a servo is told in every grid step of a part of one log.
 
     A goal counts by its mean over the period that begins at the tick, so that a delay of it moves the motion continuously. It is
     exact where samples of the log fall on ticks.
@@ -170,25 +241,29 @@ def _ticks(plant: OneAxis, run: Batch) -> Tick:
     h, pace, n = jnp.asarray(run.h), plant.pace(), plant.numbers
     T = n[f"{SERVO}.period"] / pace
     since = jnp.asarray(run.clock) - n.get(f"{SERVO}.phase", jnp.zeros(()))
-    q = _snapped((since + h * _grid(run).astype(float)) / T)  # ticks that a grid point has behind it
-    last = jnp.ceil(q) - 1.0
-    begin, end, tick = q[:-1], q[1:], last[1:]
     step = h / T
     delay = plant.delay()
     late = 0.0 if delay is None else delay / pace / T
     outputs = outputs_at_once(plant)
-    goal, at = _held_command(run, jnp.asarray(run.u_command)), tick * T - since
-    wait = goal_delay(plant) / pace
-    held = jnp.asarray(run.held)[_early(run) : -1]
-    return Tick(
-        ticks=tick > last[:-1],
-        part=jnp.clip((tick - begin) / step, 0.0, 1.0),
-        goal=(goal.any_until(at + T - wait) - goal.any_until(at - wait)) / T,
-        supply=jnp.asarray(run.supply)[held] if run.supply.size else jnp.ones(held.shape),
-        share=_shares(tick, begin - late, end - late, outputs) / step,
-        on=_on(run),
-        powered=_powered(run),
-    )
+    goal, wait = _held_command(run, jnp.asarray(run.u_command)), goal_delay(plant) / pace
+    powered = _powered(run)
+
+    def ticks(part: Stretch) -> Tick:
+        q = _snapped((since + h * part.points.astype(float)) / T)  # ticks that a grid point has behind it
+        last = jnp.ceil(q) - 1.0
+        begin, end, tick = q[:-1], q[1:], last[1:]
+        at = tick * T - since
+        return Tick(
+            ticks=tick > last[:-1],
+            part=jnp.clip((tick - begin) / step, 0.0, 1.0),
+            goal=(goal.any_until(at + T - wait) - goal.any_until(at - wait)) / T,
+            supply=_held_at(run.supply, part, run) if run.supply.size else jnp.ones(begin.shape),
+            share=_shares(tick, begin - late, end - late, outputs) / step,
+            on=_held_at(run.enabled, part, run) > 0.0 if run.enabled.size else jnp.ones(begin.shape, bool),
+            powered=powered(part),
+        )
+
+    return ticks
 
 
 def _shares(

@@ -11,12 +11,12 @@ from rwjax.logs.log import Log
 from rwjax.plant.plant import Plant
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.commands import given
+from rwjax.simulation.commands import Stretch, given, whole_log, windows_of
 from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from rwjax.simulation.reading import Slots, readings
 from rwjax.simulation.solver import Solver, ThroughWindow
 from rwjax.simulation.stepper import Stepper
-from rwjax.simulation.windows import by_window, prepare, time_grid
+from rwjax.simulation.windows import prepare, time_grid
 
 
 class Exact(Solver):
@@ -45,20 +45,17 @@ class Exact(Solver):
     def through_windows(self, plant: Plant, run: Batch) -> tuple[ThroughWindow, Any]:
         """Equal steps through a window, and its readings between them."""
         h, t0 = time_grid(plant, run)
-        moved = prepare(plant, self.stepper, h)
-        steps, at_reading = given(plant, run)
-        W, m = run.slot_step.shape[0], run.step_index.shape[0]
+        moved, acting = prepare(plant, self.stepper, h), given(plant, run)
+        m = run.step_index.shape[0]
 
-        def window(x: Float[Array, " n"], inputs: tuple) -> tuple[Float[Array, " n"], Float[Array, "q y"]]:
-            w, acting, slots = inputs
-            begin = t0 + w * m * h
-            states = moved.states(begin, x, acting)
-            return jnp.stack([s[m] for s in states]), readings(
-                plant, h, begin, states, slots.beside(plant, states, acting)
-            )
+        def window(x: Float[Array, " n"], part: Stretch) -> tuple[Float[Array, " n"], Float[Array, "q y"]]:
+            begin = t0 + h * part.points[0].astype(float)
+            steps, at_reading = acting(part)
+            states = moved.states(begin, x, steps)
+            slots = Slots(at_reading, part.slot_step, part.slot_part).beside(plant, states, steps)
+            return jnp.stack([s[m] for s in states]), readings(plant, h, begin, states, slots)
 
-        slots = Slots(at_reading, jnp.asarray(run.slot_step), jnp.asarray(run.slot_part))
-        return window, (jnp.arange(W, dtype=float), by_window(steps, run), slots)
+        return window, windows_of(run)
 
     def whole(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"]
@@ -82,13 +79,12 @@ class Exact(Solver):
         The steps of a window's overlap with the next one are so taken once, not twice.
         """
         h, t0 = time_grid(plant, run)
-        steps, at_reading = given(plant, run)
-        slot_step, slot_part = jnp.asarray(run.slot_step), jnp.asarray(run.slot_part)
-        W, m = slot_step.shape[0], run.step_index.shape[0]
+        part = whole_log(run)
+        steps, at_reading = given(plant, run)(part)
+        W, m = run.slot_step.shape[0], run.step_index.shape[0]
         states = prepare(plant, self.stepper, h).states(t0, x0, steps)
-        at = (m * jnp.arange(W)[:, None] + slot_step).ravel()
-        slots = Slots(at_reading.reshape(at.size, *at_reading.shape[2:]), at, slot_part.ravel())
-        y = readings(plant, h, t0, states, slots.beside(plant, states, steps))
+        slots = Slots(at_reading, part.slot_step, part.slot_part).beside(plant, states, steps)
+        y = readings(plant, h, t0, states, slots)
         return y.reshape(W, -1, y.shape[-1]), jnp.stack([s[: W * m : m] for s in states], axis=-1)
 
 

@@ -28,11 +28,11 @@ from rwjax.plant.structure import State, Structure
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.commands import commands
+from rwjax.simulation.commands import Stretch, commands, windows_of
 from rwjax.simulation.forward_mode import with_jacobian
 from rwjax.simulation.layout import LONGEST_STEP
 from rwjax.simulation.solver import Solver, ThroughWindow
-from rwjax.simulation.windows import by_window, log_by_log, side_by_side, time_grid
+from rwjax.simulation.windows import log_by_log, side_by_side, time_grid
 from rwjax.types import Scalar
 
 SLOWEST_SEEN = 10.0
@@ -147,12 +147,15 @@ class Smooth(Solver):
     def through_windows(self, plant: Plant, run: Batch) -> tuple[ThroughWindow, Any]:
         """Adaptive steps through a window, and its readings by the method's own interpolation."""
         h, t0 = time_grid(plant, run)
-        steps, at_reading = commands(plant, run)
-        W, m = run.slot_step.shape[0], run.step_index.shape[0]
-        begin = t0 + m * h * jnp.arange(W, dtype=float)
-        t = begin[:, None] + h * (jnp.asarray(run.slot_step).astype(float) + jnp.asarray(run.slot_part))
-        held = _Held(begin, jnp.broadcast_to(h, W), by_window(steps, run))
-        return lambda x, inputs: self._window(plant, x, *inputs), (held, begin + m * h, t, at_reading)
+        acting, m = commands(plant, run), run.step_index.shape[0]
+
+        def window(x: Float[Array, " n"], part: Stretch) -> tuple[Float[Array, " n"], Float[Array, "q y"]]:
+            begin = t0 + h * part.points[0].astype(float)
+            steps, at_reading = acting(part)
+            t = begin + h * (part.slot_step.astype(float) + part.slot_part)
+            return self._window(plant, x, _Held(begin, h, steps), begin + m * h, t, at_reading)
+
+        return window, windows_of(run)
 
     def _window(
         self, plant: Plant, x0: Float[Array, " n"], held: "_Held", end: Scalar, t: Float[Array, " q"], u: Array

@@ -88,21 +88,6 @@ def time_grid(plant: Plant, run: Batch) -> tuple[Scalar, Scalar]:
     return jnp.asarray(run.h) * plant.pace(), jnp.asarray(run.t0) * plant.pace()
 
 
-def by_window(steps: Any, run: Batch) -> Any:
-    """What acts over the steps of every window of a log, and over its overlap with the next one.
-
-    Args:
-        steps: What acts over every step of the log and of its last window's overlap, arrays `(s, …)`.
-        run: One log of a batch.
-
-    Returns:
-        The same arrays `(w, m, …)`.
-    """
-    W, m = run.slot_step.shape[0], run.step_index.shape[0]
-    index = m * jnp.arange(W)[:, None] + jnp.arange(m + len(run.overlap_index))[None]
-    return jax.tree.map(lambda values: values[index], steps)
-
-
 class PreparedPlant(NamedTuple):
     """A plant ready to be moved in equal steps.
 

@@ -6,7 +6,7 @@ import pytest
 
 from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.plant.plant import Drive, Plant, SmoothStep
+from rwjax.plant.plant import Plant, SmoothStep
 from rwjax.rig.model import Rig
 from tests.systems import platform, reaction, wheel
 from tests.two_axes import GIMBAL, two_axis
@@ -39,13 +39,8 @@ def test_every_channel_of_the_command_has_its_drive(rig: Rig) -> None:
     plant = of(rig)
     u = jnp.arange(6.0).reshape(3, 2) if rig.kind == "two_axis" else jnp.arange(3.0)
     assert plant.no_command().shape == u.shape[1:]
-    drives = []
-
-    def twice(drive: Drive, command: jnp.ndarray) -> tuple[jnp.ndarray, jnp.ndarray]:
-        drives.append(drive)
-        return 2.0 * command, command[:2]
-
-    both, first = plant.by_channel(twice, u)
+    drives, commands = zip(*plant.channels(u), strict=True)
     assert len(drives) == (2 if rig.kind == "two_axis" else 1)
-    assert np.array_equal(both, 2.0 * u) and np.array_equal(first, u[:2])
+    assert np.array_equal(np.stack(commands, axis=-1).reshape(u.shape), u)
+    assert [float(one.act(jnp.asarray(2.0))) for one in drives] == [2.0] * len(drives)
     assert plant.pace() == 1.0 and plant.age() is None

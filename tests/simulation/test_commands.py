@@ -5,12 +5,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
-from rwjax.simulation.batch import Batch, by_sample
-from rwjax.simulation.commands import commands
+from rwjax.simulation.batch import WITHOUT_LOG_AXIS, Batch, by_sample
+from rwjax.simulation.commands import commands, given, whole_log, windows_of
 from rwjax.simulation.layout import lay_out
 from rwjax.simulation.windows import plant_of_run, side_by_side
+from tests.joints import GAINS, joint, servo
 from tests.systems import platform, record, run
 from tests.two_axes import two_axis
 
@@ -21,17 +23,18 @@ def acting(rig, log: Log, effects: dict[str, dict[str, float]]) -> tuple[Batch, 
     """The log laid out, the voltage over every step `(s, …)` and at every sample `(n, …)` [V]."""
     structure = structure_of(rig).with_effects(*effects)
     theta = theta_of(rig, structure)
-    for effect, given in effects.items():
-        for name, value in given.items():
+    for effect, numbers in effects.items():
+        for name, value in numbers.items():
             theta[structure.names.index(f"{effect}.{name}")] = value
     batch = lay_out(structure, [log], [dict.fromkeys(log.outputs, 1.0)])
 
     @jax.jit
     def all_logs(theta):
-        return side_by_side(lambda run: commands(plant_of_run(structure, theta, run), run), batch)
+        return side_by_side(lambda run: commands(plant_of_run(structure, theta, run), run)(whole_log(run)), batch)
 
-    steps, seen = all_logs(jnp.asarray(theta))
-    return batch, np.asarray(steps)[0], by_sample(batch, 0, np.asarray(seen)[0], len(log.time))
+    steps, seen = (np.asarray(one)[0] for one in all_logs(jnp.asarray(theta)))
+    of_window = seen.reshape(*batch.slot_step.shape[1:], *seen.shape[1:])
+    return batch, steps, by_sample(batch, 0, of_window, len(log.time))
 
 
 def mean(t: np.ndarray, u: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -114,3 +117,41 @@ def test_a_delayed_command_from_before_a_cut_still_arrives() -> None:
     part = whole.cut(cut, len(t))
     start = {"psi": float(y["yaw_rad"][cut]), "w": float(y["yaw_rad_s"][cut])}
     assert run(rig, part, start, effects=effects)["yaw_rad"] == pytest.approx(y["yaw_rad"][cut:], abs=1e-9)
+
+
+SERVO = servo(joint(), **GAINS)
+COMMANDED = {
+    "a command": (platform(), {}, {}),
+    "a late one": (platform(), {"drive.delay": {"tau": 0.0437}}, {}),
+    "one that lags": (platform(), {"drive.lag": {"T": 0.04, "q": 0.0}}, {}),
+    "readings late": (platform(), {"sensor.delay": {"tau": 0.1}}, {}),
+    "two commands": (two_axis(), {}, {}),
+    "torque off at times": (joint(), {}, {"enabled": np.sin(9.0 * TIME) > -0.3}),
+    "a goal": (SERVO, {}, {"input": "goal_rad"}),
+    "a late goal": (
+        SERVO,
+        {"drive.delay": {"tau": 0.0123}},
+        {"input": "goal_rad", "enabled": np.sin(9.0 * TIME) > -0.3},
+    ),
+}
+
+
+@pytest.mark.parametrize("case", COMMANDED)
+def test_each_window_is_told_what_the_whole_log_has_there(case: str) -> None:
+    rig, effects, more = COMMANDED[case]
+    u = np.random.default_rng(5).normal(size=(len(TIME), 2) if rig.kind == "two_axis" else len(TIME))
+    rig, (log,) = driven(rig, [record(TIME, u, **more)])
+    structure = structure_of(rig).with_effects(*effects)
+    theta = dict(zip(structure.names, theta_of(rig, structure), strict=True))
+    theta |= {f"{effect}.{name}": value for effect, own in effects.items() for name, value in own.items()}
+    batch = lay_out(structure, [log], [{"yaw_rad": 1.0}])
+    run = Batch(*(v if k in WITHOUT_LOG_AXIS else v[0] for k, v in batch._asdict().items()))
+    acting = given(plant_of_run(structure, jnp.asarray([*theta.values()]), run), run)
+    whole, at_reading = acting(whole_log(run))
+    windows = windows_of(run)
+    for w in range(batch.windows):
+        part = jax.tree.map(lambda a, w=w: a[w], windows)
+        steps, seen = acting(part)
+        there = jax.tree.map(lambda a, at=part.points[:-1]: np.asarray(a)[at], whole)
+        jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-9), steps, there)
+        np.testing.assert_allclose(seen, np.split(np.asarray(at_reading), batch.windows)[w], rtol=0.0, atol=1e-9)
