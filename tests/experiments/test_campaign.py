@@ -87,6 +87,7 @@ def test_a_line_names_the_commit_also_where_a_diagnosis_fails(monkeypatch: pytes
     assert found["commit"] == "abc1234" and "rig.toml" in found["error"]
 
 
+@pytest.mark.slow
 def test_who_is_told_the_truth_compares_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[str]] = []
     monkeypatch.setattr(campaign, "diagnose", lambda *_, only, **__: asked.append(only))

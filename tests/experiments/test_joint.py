@@ -67,6 +67,7 @@ def test_a_geared_joint_coasts_down_in_closed_form() -> None:
     assert np.all(x[stop < TIME, W] == 0.0)
 
 
+@pytest.mark.slow
 def test_a_held_link_lets_go_when_the_current_has_risen() -> None:
     joint = replace(JOINT, gravity=0.0, L=2.0)
     fine = np.arange(0.0, 0.2, 1e-4)

@@ -146,12 +146,13 @@ def test_each_window_is_told_what_the_whole_log_has_there(case: str) -> None:
     theta |= {f"{effect}.{name}": value for effect, own in effects.items() for name, value in own.items()}
     batch = lay_out(structure, [log], [{"yaw_rad": 1.0}])
     run = Batch(*(v if k in WITHOUT_LOG_AXIS else v[0] for k, v in batch._asdict().items()))
-    acting = given(plant_of_run(structure, jnp.asarray([*theta.values()]), run), run)
-    whole, at_reading = acting(whole_log(run))
-    windows = windows_of(run)
-    for w in range(batch.windows):
-        part = jax.tree.map(lambda a, w=w: a[w], windows)
-        steps, seen = acting(part)
-        there = jax.tree.map(lambda a, at=part.points[:-1]: np.asarray(a)[at], whole)
-        jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-9), steps, there)
-        np.testing.assert_allclose(seen, np.split(np.asarray(at_reading), batch.windows)[w], rtol=0.0, atol=1e-9)
+
+    @jax.jit
+    def told(numbers: jnp.ndarray) -> tuple:
+        acting = given(plant_of_run(structure, numbers, run), run)
+        return acting(whole_log(run)), jax.vmap(acting)(windows_of(run))
+
+    (whole, at_reading), (steps, seen) = told(jnp.asarray([*theta.values()]))
+    there = windows_of(run).points[:, :-1]
+    jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b[there], rtol=0.0, atol=1e-9), steps, whole)
+    np.testing.assert_allclose(seen, at_reading.reshape(seen.shape), rtol=0.0, atol=1e-9)
