@@ -104,7 +104,11 @@ BACK = replace(FORTH, name="back", angle_range=(-0.02, 0.3))
 
 @pytest.mark.parametrize(
     ("second", "plays"),
-    [(AGAIN, False), pytest.param(BACK, True, marks=pytest.mark.slow), pytest.param(replace(AGAIN, angle_range=None), False, marks=pytest.mark.slow)],
+    [
+        (AGAIN, False),
+        pytest.param(BACK, True, marks=pytest.mark.slow),
+        pytest.param(replace(AGAIN, angle_range=None), False, marks=pytest.mark.slow),
+    ],
 )
 def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], second: Run, plays: bool
