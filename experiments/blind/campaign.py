@@ -1,9 +1,10 @@
 """Diagnoses every case of a set through the library's own readers, one JSON line each.
 
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2 | --scheduler ADDRESS] [--limit N] [--group single …]
-[--index 17 …] [--of RESULTS.jsonl] [--told]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
+[--index 17 …] [--of RESULTS.jsonl] [--told large|all]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
 the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares. With `--told` the true names are the only
-candidates, of a messy case the large ones. What is not named even then is refused by the tests of a claim, not missed by the search.
+candidates: of a messy case the large ones, or all that the library has, of which the search may then take five. What is not named even then
+is refused by the tests of a claim, not missed by the search.
 """
 
 import argparse
@@ -11,6 +12,7 @@ import tempfile
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from json import dumps
 from pathlib import Path
 from time import perf_counter
@@ -22,17 +24,38 @@ from experiments.commit import commit
 from experiments.workers import Workers, done
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
+from rwjax.diagnosis.hypothesis import candidates
+from rwjax.diagnosis.settings import Settings
 from rwjax.fitting.processes import ALONE, Team
 
 LISTED = 5  # names of the ranking that are kept
 NO_LIMIT = nullcontext()
+_USUAL = Settings()
+UP_TO_FIVE = replace(
+    _USUAL,
+    partial=replace(_USUAL.partial, further_removes=0.15),
+    search=replace(
+        _USUAL.search,
+        most_names_further=5,
+        removed_so_far=(*_USUAL.search.removed_so_far, 0.5, 0.6),
+        from_all_places=(*_USUAL.search.from_all_places, 1, 1),
+        exactly=(*_USUAL.search.exactly, 2, 2),
+    ),
+)
+"""Limits of a search that takes up to five names, each of which removes 15 % of what the others leave."""
 COPIED = (
     *("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable"),
     *("sizes", "small", "mess"),
 )
 
 
-def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = ALONE, only: Sequence[str] = ()) -> dict:
+def answer(
+    row: dict,
+    within: AbstractContextManager = NO_LIMIT,
+    team: Team = ALONE,
+    only: Sequence[str] = (),
+    settings: Settings | None = None,
+) -> dict:
     """One case's line: what it is, and what the diagnosis, inside a context and by a team, says of it or how it failed."""
     case = case_of(row)
     line = {key: row[key] for key in COPIED if key in row} | {"same_as": case.truth["same_as"], "commit": commit()}
@@ -42,7 +65,10 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
         try:
             with within:
                 rig = read_rig(Path(folder) / "rig.toml")
-                diagnosis = diagnose(rig, read_logs(sorted(Path(folder).glob("*.csv")), rig), team=team, only=only)
+                logs = read_logs(sorted(Path(folder).glob("*.csv")), rig)
+                diagnosis = diagnose(
+                    rig, logs, team=team, only=[n for n in only if n in candidates(rig)], settings=settings
+                )
                 found = diagnosis.json()
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
@@ -63,9 +89,17 @@ def answer(row: dict, within: AbstractContextManager = NO_LIMIT, team: Team = AL
     }
 
 
-def answer_told(row: dict) -> dict:
-    """The line of a case whose true names are the only candidates."""
-    return answer(row, only=split(row["effect"])) | {"told": True}
+def told_large(row: dict) -> dict:
+    """The line of a case whose true names are the only candidates, of a messy case the large ones."""
+    return answer(row, only=split(row["effect"])) | {"told": "large"}
+
+
+def told_all(row: dict) -> dict:
+    """The line of a case whose true names, large and small, are the only candidates."""
+    return answer(row, only=[*split(row["effect"]), *row.get("small", ())], settings=UP_TO_FIVE) | {"told": "all"}
+
+
+TOLD = {"large": told_large, "all": told_all}
 
 
 def spread(rows: Sequence[dict], limit: int | None) -> list[dict]:
@@ -95,13 +129,13 @@ def main() -> None:
     parser.add_argument("--group", nargs="+", choices=GROUPS, default=GROUPS)
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
     parser.add_argument("--of", type=Path, help="the cases of these results alone")
-    parser.add_argument("--told", action="store_true", help="the true names are the only candidates")
+    parser.add_argument("--told", choices=TOLD, help="the true names are the only candidates")
     a = parser.parse_args()
     wanted = [row for row in cases(a.name) if row["group"] in a.group]
     for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
         wanted = [row for row in wanted if alone is None or row["index"] in alone]
     wanted = [row for row in wanted if split(row["effect"]) or not a.told]
-    run(spread(wanted, a.limit), a.path, Workers.of(a), answer_told if a.told else answer)
+    run(spread(wanted, a.limit), a.path, Workers.of(a), TOLD[a.told] if a.told else answer)
 
 
 if __name__ == "__main__":

@@ -91,9 +91,13 @@ def test_a_line_names_the_commit_also_where_a_diagnosis_fails(monkeypatch: pytes
 def test_who_is_told_the_truth_compares_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[str]] = []
     monkeypatch.setattr(campaign, "diagnose", lambda *_, only, **__: asked.append(only))
-    row = next(row for row in drawn("messy") if "+" in row["effect"])
-    line = campaign.answer_told(row)
-    assert asked == [row["effect"].split("+")] and line["told"] is True and "error" in line
+    row = next(
+        row for row in drawn("messy") if "+" in row["effect"] and any(n.startswith("outside") for n in row["small"])
+    )
+    large, known = row["effect"].split("+"), [name for name in row["small"] if not name.startswith("outside")]
+    lines = [campaign.TOLD[what](row) for what in ("large", "all")]
+    assert asked == [large, [*large, *known]] and all("error" in line for line in lines)
+    assert [line["told"] for line in lines] == ["large", "all"]
 
 
 def sleeping(row: dict) -> dict:
