@@ -1,12 +1,13 @@
-"""How long a diagnosis takes: `python -m experiments.speed.diagnosis [--xla] [CASE …]`, four logs of 30 s, all effects, the whole process.
+"""How long a diagnosis takes: `python -m experiments.speed.diagnosis [--xla] [CASE …]`, four logs, all effects, the whole process.
 
-Each case is a rig of the separate simulator (`experiments/blind`) that lacks one effect. `rwjax diagnose` runs twice in processes of
+Each case is a rig of the separate simulator (`experiments/blind`) that lacks one effect. Logs are 30 s long, those of the servo 6 s. `rwjax diagnose` runs twice in processes of
 their own with a cache of their own: the first compiles everything, the second finds it on disk.
 """
 
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -17,9 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from experiments.blind.cases import write_case
 from experiments.blind.commands import TICK, command
 from experiments.blind.simulator import simulate
 from experiments.blind.truth import OMEGA, PSI, THETA, Truth
+from experiments.joints.draw import make_case
 from experiments.speed.lowering import XLA, by_xla
 from experiments.speed.table import machine, show, timed
 from rwjax import write_log
@@ -39,6 +42,14 @@ RIGS = {
     + AXIS.format(viscous=0.004)
     + 'free = ["axis.inertia", "axis.friction.viscous"]\n',
 }
+
+
+class Servo(NamedTuple):
+    """A servo joint of `experiments.joints.draw`, whose rig file lacks its load."""
+
+    seed: int
+
+
 PLATFORM, REACTION, WHEEL = Truth(kind=1, viscous=0.06), Truth(kind=2, I=0.0495, viscous=0.0026), Truth(kind=0)
 CASES = {
     "platform, Stribeck friction": replace(PLATFORM, coulomb=0.45, excess=0.3, v_s=0.35),
@@ -47,11 +58,17 @@ CASES = {
     "reaction, a dead zone": replace(REACTION, deadzone=0.8),
     "reaction, nothing": REACTION,
     "wheel, Coulomb friction": replace(WHEEL, wheel_coulomb=0.004),
+    "servo, its load": Servo(10),
 }
 
 
-def write(truth: Truth, folder: Path) -> list[str]:
+def write(truth: Truth | Servo, folder: Path) -> list[str]:
     """The rig file and the logs of a case; the logs' names."""
+    if isinstance(truth, Servo):
+        case = make_case("goal", truth.seed)
+        load = re.compile(r"\[axis\.gravity\]\n(?:.+\n)*")
+        write_case(replace(case, rig=load.sub("", case.rig)), folder)
+        return sorted(case.logs)
     rng = np.random.default_rng(11)
     (folder / "rig.toml").write_text(RIGS[truth.kind])
     for name, role in RUNS.items():
@@ -120,7 +137,7 @@ def main() -> None:
         rows.append([name, answers, *(f"{seconds:.1f}" for way in ways for seconds in found[way].seconds)])
         print(rows[-1], file=sys.stderr, flush=True)
     show(
-        f"`rwjax diagnose`, four logs of {SECONDS:g} s; {machine()}",
+        f"`rwjax diagnose`, four logs; {machine()}",
         ("rig and what it lacks", "answer", *(f"{way}, {kind} [s]" for way in ways for kind in ("cold", "warm"))),
         rows,
     )
