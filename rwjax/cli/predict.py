@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from rwjax.fitting.questions.likeness import Run
-    from rwjax.logs.log import Log
 
 Output = Annotated[Path | None, typer.Option("-o", metavar="PRED.csv", help="stdout without it")]
 
@@ -32,7 +31,7 @@ def predict(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0. Of several logs the errors alone are told.
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0. Of several logs the errors alone are told, of each and of all together.
 
     Example: `rwjax predict fitted.toml logs/triangle.csv -o predicted.csv`
     """
@@ -63,7 +62,8 @@ def predict(
     if len(runs) > 1:
         alike = len({run.log.name for run in runs}) < len(runs)
         labels = [str(file) if alike else run.log.name for file, run in zip(log_files, runs, strict=True)]
-        document("".join(f"{name}: {line}\n" for name, run in zip(labels, runs, strict=True) for line in _errors(*run)))
+        told = [f"{name}: {line}" for name, run in zip(labels, runs, strict=True) for line in _errors(run)]
+        document("\n".join([*told, *(f"all {len(runs)} logs: {line}" for line in _errors(*runs)), ""]))
     else:
         _tell(runs[0], output, as_json=as_json)
     note(*by.notes(rig, logs), *said(logs), *about_readings(runs))
@@ -74,7 +74,7 @@ def _tell(run: "Run", output: Path | None, *, as_json: bool) -> None:
     from rwjax.text_files import write_text
 
     columns = run.simulated
-    text, errors = _csv(columns), _errors(*run)
+    text, errors = _csv(columns), _errors(run)
     if output is not None:
         write_text(output, text, InputError)
     if as_json:
@@ -94,16 +94,18 @@ def _csv(columns: "Mapping[str, np.ndarray]") -> str:
     return "\n".join([",".join(columns), *lines, ""])
 
 
-def _errors(log: "Log", columns: "Mapping[str, np.ndarray]") -> list[str]:
-    """A line on the error of each output. Raises `InputError` where that leaves the range of numbers."""
+def _errors(*runs: "Run") -> list[str]:
+    """A line on the error of each output over all readings. Raises `InputError` where that leaves the range of numbers."""
     import numpy as np
 
     from rwjax.rig.columns import unit_of
 
     lines = []
-    for name, measured in log.outputs.items():
+    for name in dict.fromkeys(name for run in runs for name in run.log.outputs):
+        read = [(run.log.outputs[name], run.simulated[name]) for run in runs if name in run.log.outputs]
+        measured, found = (np.concatenate(one) for one in zip(*read, strict=True))
         with np.errstate(over="ignore"):
-            error = float(np.sqrt(np.nanmean((measured - columns[name]) ** 2)))
+            error = float(np.sqrt(np.nanmean((measured - found) ** 2)))
             size, unit = float(np.sqrt(np.nanmean(measured**2))), unit_of(name)
         check_finite({f"RMS error of {name}": error, f"RMS of {name}": size})
         lines.append(f"{name}: RMS error {error:.4g} {unit} of a signal of RMS {size:.4g} {unit}")

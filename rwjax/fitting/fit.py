@@ -33,6 +33,9 @@ from rwjax.rig.parse import PERIOD
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver
 
+UNSETTLED = (
+    "the fit did not settle within its step limit: fit once more from the rig file that it wrote, or free fewer numbers"
+)
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
 OF_JOINT, OF_JOINT_S = 8, 960.0
@@ -132,7 +135,7 @@ def fit(
         *(said(runs) + (split_of(rig, logs).said() if len(runs) < len(logs) else [])),
     ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
-    notes += [] if best.converged else ["the fit did not settle within its step limit"]
+    notes += [] if best.converged else [UNSETTLED]
     smooth = problem.solver.acts_on(rig)
     notes += [*_bent(problem.solver, smooth), *_misfit(best, smooth), *_far_from_prior(rig, best)]
     interval, of_intervals = intervals(best, found, bootstrap)

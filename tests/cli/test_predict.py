@@ -1,6 +1,10 @@
 """`rwjax predict`, as a user calls it."""
 
+import re
 from pathlib import Path
+
+import numpy as np
+import pytest
 
 from tests.cli.shell import DEMO, program
 
@@ -22,9 +26,15 @@ def test_of_several_logs_the_errors_are_told_and_no_file_is_written(tmp_path: Pa
     done = program("predict", str(DEMO / "rig.toml"), *logs, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     errors = [next(line for line in text.splitlines() if "RMS error" in line).removeprefix("note: ") for text in alone]
-    assert done.stdout.splitlines() == [
-        f"{name}.csv: {e}" for name, e in zip(("square", "triangle"), errors, strict=True)
-    ]
+    *told, over_all = done.stdout.splitlines()
+    assert told == [f"{name}.csv: {e}" for name, e in zip(("square", "triangle"), errors, strict=True)]
+    number = re.compile(r"RMS error (\S+) rad of a signal of RMS (\S+) rad")
+    each = np.array([number.search(line).groups() for line in told], float)
+    rows = np.array([len(Path(log).read_text().splitlines()) for log in logs])
+    assert len({*rows}) == 1 and over_all.startswith("all 2 logs: yaw_rad: ")
+    assert np.array(number.search(over_all).groups(), float) == pytest.approx(
+        np.sqrt(np.mean(each**2, axis=0)), rel=1e-3
+    )
     refused = program("predict", str(DEMO / "rig.toml"), *logs, "-o", "both.csv", cwd=tmp_path)
     assert refused.returncode == 2 and "-o and --json are for one log" in refused.stderr
     assert not (tmp_path / "both.csv").exists()
