@@ -3,8 +3,8 @@
 `python -m experiments.blind.campaign calibrate -o build/calibrate.jsonl [--processes 2 | --scheduler ADDRESS] [--limit N] [--group single …]
 [--index 17 …] [--of RESULTS.jsonl] [--told large|all]` skips what the file holds already. With a limit the cases are drawn at random from the set, or from
 the groups asked for. `--of` takes the cases of earlier results, which `experiments.blind.changed` then compares. With `--told` the true names are the only
-candidates: of a messy case the large ones, or all that the library has, of which the search may then take five. What is not named even then
-is refused by the tests of a claim, not missed by the search.
+candidates: of a messy case the large ones, or all that the library has, and then up to five of them in a set. What is not named even then
+is refused by the tests of a claim, not missed by the search. A file holds the lines of one way of telling.
 """
 
 import argparse
@@ -24,7 +24,6 @@ from experiments.commit import commit
 from experiments.workers import Workers, done
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
-from rwjax.diagnosis.hypothesis import candidates
 from rwjax.diagnosis.settings import Settings
 from rwjax.fitting.processes import ALONE, Team
 
@@ -42,7 +41,7 @@ UP_TO_FIVE = replace(
         exactly=(*_USUAL.search.exactly, 2, 2),
     ),
 )
-"""Limits of a search that takes up to five names, each of which removes 15 % of what the others leave."""
+"""Limits of a search that goes on to up to five names, each of which removes 15 % of what the others leave."""
 COPIED = (
     *("set", "index", "group", "kind", "effect", "seed", "amplitude", "size", "left", "repeatable"),
     *("sizes", "small", "mess"),
@@ -66,9 +65,7 @@ def answer(
             with within:
                 rig = read_rig(Path(folder) / "rig.toml")
                 logs = read_logs(sorted(Path(folder).glob("*.csv")), rig)
-                diagnosis = diagnose(
-                    rig, logs, team=team, only=[n for n in only if n in candidates(rig)], settings=settings
-                )
+                diagnosis = diagnose(rig, logs, team=team, only=only, settings=settings)
                 found = diagnosis.json()
         except Exception as error:  # whatever it is, it belongs to this case and not to the campaign
             place = traceback.extract_tb(error.__traceback__)[-1]
@@ -89,14 +86,20 @@ def answer(
     }
 
 
+def true_names(row: dict, told: str) -> list[str]:
+    """The true names of a case that the library has, "large" ones or "all"."""
+    names = split(row["effect"]) + [*row.get("small", ())] * (told == "all")
+    return [name for name in names if not name.startswith("outside.")]
+
+
 def told_large(row: dict) -> dict:
     """The line of a case whose true names are the only candidates, of a messy case the large ones."""
-    return answer(row, only=split(row["effect"])) | {"told": "large"}
+    return answer(row, only=true_names(row, "large")) | {"told": "large"}
 
 
 def told_all(row: dict) -> dict:
-    """The line of a case whose true names, large and small, are the only candidates."""
-    return answer(row, only=[*split(row["effect"]), *row.get("small", ())], settings=UP_TO_FIVE) | {"told": "all"}
+    """The line of a case whose true names, large and small, are the only candidates, of which a set may hold five."""
+    return answer(row, only=true_names(row, "all"), settings=UP_TO_FIVE) | {"told": "all"}
 
 
 TOLD = {"large": told_large, "all": told_all}
@@ -134,7 +137,7 @@ def main() -> None:
     wanted = [row for row in cases(a.name) if row["group"] in a.group]
     for alone in (a.index, a.of and [line["index"] for line in read(a.of)]):
         wanted = [row for row in wanted if alone is None or row["index"] in alone]
-    wanted = [row for row in wanted if split(row["effect"]) or not a.told]
+    wanted = [row for row in wanted if not a.told or true_names(row, a.told)]
     run(spread(wanted, a.limit), a.path, Workers.of(a), TOLD[a.told] if a.told else answer)
 
 

@@ -44,7 +44,7 @@ RIGS = {
 }
 
 
-class Servo(NamedTuple):
+class ServoCase(NamedTuple):
     """A servo joint of `experiments.joints.draw`, whose rig file lacks its load."""
 
     seed: int
@@ -58,16 +58,17 @@ CASES = {
     "reaction, a dead zone": replace(REACTION, deadzone=0.8),
     "reaction, nothing": REACTION,
     "wheel, Coulomb friction": replace(WHEEL, wheel_coulomb=0.004),
-    "servo, its load": Servo(10),
+    "servo, its load": ServoCase(10),
 }
 
 
-def write(truth: Truth | Servo, folder: Path) -> list[str]:
+def write(truth: Truth | ServoCase, folder: Path) -> list[str]:
     """The rig file and the logs of a case; the logs' names."""
-    if isinstance(truth, Servo):
+    if isinstance(truth, ServoCase):
         case = make_case("goal", truth.seed)
-        load = re.compile(r"\[axis\.gravity\]\n(?:.+\n)*")
-        write_case(replace(case, rig=load.sub("", case.rig)), folder)
+        rig, sections = re.subn(r"\[axis\.gravity\]\n(?:.+\n)*", "", case.rig)
+        assert sections == 1, "this joint has a load"
+        write_case(replace(case, rig=rig), folder)
         return sorted(case.logs)
     rng = np.random.default_rng(11)
     (folder / "rig.toml").write_text(RIGS[truth.kind])

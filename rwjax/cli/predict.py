@@ -63,7 +63,7 @@ def predict(
         alike = len({run.log.name for run in runs}) < len(runs)
         labels = [str(file) if alike else run.log.name for file, run in zip(log_files, runs, strict=True)]
         told = [f"{name}: {line}" for name, run in zip(labels, runs, strict=True) for line in _errors(run)]
-        document("\n".join([*told, *(f"all {len(runs)} logs: {line}" for line in _errors(*runs)), ""]))
+        document("\n".join([*told, *(f"together: {line}" for line in _errors(*runs)), ""]))
     else:
         _tell(runs[0], output, as_json=as_json)
     note(*by.notes(rig, logs), *said(logs), *about_readings(runs))
@@ -95,7 +95,7 @@ def _csv(columns: "Mapping[str, np.ndarray]") -> str:
 
 
 def _errors(*runs: "Run") -> list[str]:
-    """A line on the error of each output over all readings. Raises `InputError` where that leaves the range of numbers."""
+    """A line on the error of each output over all readings of all runs. Raises `InputError` where that leaves the range of numbers."""
     import numpy as np
 
     from rwjax.rig.columns import unit_of

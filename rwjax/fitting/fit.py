@@ -33,9 +33,7 @@ from rwjax.rig.parse import PERIOD
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.solver import Solver
 
-UNSETTLED = (
-    "the fit did not settle within its step limit: fit once more from the rig file that it wrote, or free fewer numbers"
-)
+UNSETTLED = "the fit did not settle within its step limit: fit once more from its estimates, or free fewer numbers"
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
 OF_JOINT, OF_JOINT_S = 8, 960.0

@@ -216,7 +216,7 @@ class Plant(eqx.Module):
             command: Samples of the command [V], `(k,)` or `(k, 2)`.
 
         Returns:
-            A drive and the samples of its command `(k,)` [V], for each motor.
+            Each drive, in the order of the commands, and the samples of its command `(k,)` [V].
         """
 
     @abstractmethod

@@ -64,7 +64,7 @@ def whole_log(run: Batch) -> Stretch:
     return Stretch(jnp.arange(W * m + len(run.overlap_index) + 1), step, jnp.asarray(run.slot_part).ravel())
 
 
-def windows_of(run: Batch) -> Stretch:
+def each_window(run: Batch) -> Stretch:
     """The windows of one log, each with its overlap with the next one.
 
     Args:
@@ -82,7 +82,8 @@ def windows_of(run: Batch) -> Stretch:
 def given(plant: Plant, run: Batch) -> Acting:
     """What moves a plant besides its state: the command, or a servo's goal, and whether torque is on.
 
-    It is worked out for the part of the log that is asked for, so that a run of its beginning takes no more than that.
+    It is worked out for the part of the log that is asked for, so that a run of its beginning takes little more than that. A drive that lags
+    is an exception: its voltage is filtered over the whole log.
 
     Args:
         plant: The plant of the log.
@@ -126,7 +127,7 @@ def commands(plant: Plant, run: Batch) -> Acting:
 
     def acting(part: Stretch) -> tuple[Array, Array]:
         found = [channel(part) for channel in channels]
-        if command.ndim == 1:
+        if len(found) == 1:
             return found[0]
         steps, at_reading = (jnp.stack(each, axis=-1) for each in zip(*found, strict=True))
         return steps, at_reading
@@ -206,11 +207,11 @@ def _of_channel(drive: Drive, command: Float[Array, " k"], run: Batch, pace: Sca
         return at_once
     followed = drive.follow(mean(whole_log(run).points), h * pace)
 
-    def later(part: Stretch) -> tuple[Array, Array]:
+    def lagging(part: Stretch) -> tuple[Array, Array]:
         steps = followed[part.points[:-1]]
         return steps, steps[part.slot_step]  # a voltage that lags does not jump between steps
 
-    return later
+    return lagging
 
 
 def _held_at(values: Any, part: Stretch, run: Batch) -> Array:

@@ -11,7 +11,7 @@ from rwjax.logs.log import Log
 from rwjax.plant.plant import Plant
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.commands import Stretch, given, whole_log, windows_of
+from rwjax.simulation.commands import Stretch, each_window, given, whole_log
 from rwjax.simulation.exponential_step import EXPONENTIAL_STEP
 from rwjax.simulation.reading import Slots, readings
 from rwjax.simulation.solver import Solver, ThroughWindow
@@ -55,7 +55,7 @@ class Exact(Solver):
             slots = Slots(at_reading, part.slot_step, part.slot_part).beside(plant, states, steps)
             return jnp.stack([s[m] for s in states]), readings(plant, h, begin, states, slots)
 
-        return window, windows_of(run)
+        return window, each_window(run)
 
     def whole(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"]

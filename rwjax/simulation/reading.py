@@ -34,7 +34,7 @@ class Slots(NamedTuple):
         Args:
             plant: The plant of the run.
             states: For each state its values at the grid points `(m + 1,)`.
-            given: What moved the plant over every step, as `commands.given` has it `(m, …)`.
+            given: What moved the plant over every step, arrays with a first axis of steps `(m, …)`.
 
         Returns:
             The slots.

@@ -28,7 +28,7 @@ from rwjax.plant.structure import State, Structure
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.commands import Stretch, commands, windows_of
+from rwjax.simulation.commands import Stretch, commands, each_window
 from rwjax.simulation.forward_mode import with_jacobian
 from rwjax.simulation.layout import LONGEST_STEP
 from rwjax.simulation.solver import Solver, ThroughWindow
@@ -155,7 +155,7 @@ class Smooth(Solver):
             t = begin + h * (part.slot_step.astype(float) + part.slot_part)
             return self._window(plant, x, _Held(begin, h, steps), begin + m * h, t, at_reading)
 
-        return window, windows_of(run)
+        return window, each_window(run)
 
     def _window(
         self, plant: Plant, x0: Float[Array, " n"], held: "_Held", end: Scalar, t: Float[Array, " q"], u: Array

@@ -111,7 +111,7 @@ class PreparedPlant(NamedTuple):
         Args:
             begin: Time at which the window begins [s].
             x0: First state `(n,)` [SI].
-            given: What moves the plant over every step, as `commands.given` has it `(m, …)`.
+            given: What moves the plant over every step, arrays with a first axis of steps `(m, …)`: `commands.given` of the window.
 
         Returns:
             For each state its values `(m + 1,)`.

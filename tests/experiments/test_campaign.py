@@ -24,7 +24,7 @@ from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE, WITHIN, OutOfReach, sized
 from experiments.speed.table import Table
 from experiments.workers import Workers
-from rwjax.diagnosis.settings import Limits
+from rwjax.diagnosis.settings import Limits, Settings
 
 
 @pytest.mark.slow
@@ -90,14 +90,22 @@ def test_a_line_names_the_commit_also_where_a_diagnosis_fails(monkeypatch: pytes
 @pytest.mark.slow
 def test_who_is_told_the_truth_compares_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[str]] = []
-    monkeypatch.setattr(campaign, "diagnose", lambda *_, only, **__: asked.append(only))
+    most: list[int] = []
+
+    def diagnose(*_: object, only: list[str], settings: Settings | None, **__: object) -> None:
+        asked.append(only)
+        most.append((settings or Settings()).search.most_names_further)
+
+    monkeypatch.setattr(campaign, "diagnose", diagnose)
     row = next(
         row for row in drawn("messy") if "+" in row["effect"] and any(n.startswith("outside") for n in row["small"])
     )
     large, known = row["effect"].split("+"), [name for name in row["small"] if not name.startswith("outside")]
     lines = [campaign.TOLD[what](row) for what in ("large", "all")]
-    assert asked == [large, [*large, *known]] and all("error" in line for line in lines)
+    assert asked == [large, [*large, *known]] and most == [2, 5]
     assert [line["told"] for line in lines] == ["large", "all"]
+    small = next(row for row in drawn("messy") if row["effect"] == "none")
+    assert campaign.true_names(small, "large") == [] != campaign.true_names(small, "all")
 
 
 def sleeping(row: dict) -> dict:

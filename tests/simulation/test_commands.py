@@ -9,7 +9,7 @@ from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.simulation.batch import WITHOUT_LOG_AXIS, Batch, by_sample
-from rwjax.simulation.commands import commands, given, whole_log, windows_of
+from rwjax.simulation.commands import commands, each_window, given, whole_log
 from rwjax.simulation.layout import lay_out
 from rwjax.simulation.windows import plant_of_run, side_by_side
 from tests.joints import GAINS, joint, servo
@@ -119,20 +119,19 @@ def test_a_delayed_command_from_before_a_cut_still_arrives() -> None:
     assert run(rig, part, start, effects=effects)["yaw_rad"] == pytest.approx(y["yaw_rad"][cut:], abs=1e-9)
 
 
-SERVO = servo(joint(), **GAINS)
+OFF = {"enabled": np.sin(9.0 * TIME) > -0.3}
+GOAL = {"input": "goal_rad", "origin": -0.0013}
+BY_DUTY = servo(joint(), acts_on="duty", **GAINS)
+LATE, READ_LATE, SLOW = {"drive.delay": {"tau": 0.0123}}, {"sensor.delay": {"tau": 0.1}}, {"sensor.clock": {"e": 0.02}}
 COMMANDED = {
     "a command": (platform(), {}, {}),
-    "a late one": (platform(), {"drive.delay": {"tau": 0.0437}}, {}),
-    "one that lags": (platform(), {"drive.lag": {"T": 0.04, "q": 0.0}}, {}),
-    "readings late": (platform(), {"sensor.delay": {"tau": 0.1}}, {}),
-    "two commands": (two_axis(), {}, {}),
-    "torque off at times": (joint(), {}, {"enabled": np.sin(9.0 * TIME) > -0.3}),
-    "a goal": (SERVO, {}, {"input": "goal_rad"}),
-    "a late goal": (
-        SERVO,
-        {"drive.delay": {"tau": 0.0123}},
-        {"input": "goal_rad", "enabled": np.sin(9.0 * TIME) > -0.3},
-    ),
+    "a late one": (platform(), LATE | READ_LATE | SLOW, {}),
+    "one that lags": (platform(), {"drive.lag": {"T": 0.04, "q": 0.0}} | READ_LATE, {}),
+    "two commands": (two_axis(), READ_LATE, {}),
+    "torque off at times": (joint(), READ_LATE, OFF),
+    "a goal": (servo(joint(), **GAINS), {}, GOAL),
+    "a late goal": (servo(joint(), **GAINS), LATE | SLOW, GOAL | OFF),
+    "a goal and the supply": (BY_DUTY, {}, GOAL | {"supply": 7.0 + np.sin(TIME)}),
 }
 
 
@@ -145,14 +144,14 @@ def test_each_window_is_told_what_the_whole_log_has_there(case: str) -> None:
     theta = dict(zip(structure.names, theta_of(rig, structure), strict=True))
     theta |= {f"{effect}.{name}": value for effect, own in effects.items() for name, value in own.items()}
     batch = lay_out(structure, [log], [{"yaw_rad": 1.0}])
-    run = Batch(*(v if k in WITHOUT_LOG_AXIS else v[0] for k, v in batch._asdict().items()))
+    one = Batch(*(v if k in WITHOUT_LOG_AXIS else v[0] for k, v in batch._asdict().items()))
 
     @jax.jit
     def told(numbers: jnp.ndarray) -> tuple:
-        acting = given(plant_of_run(structure, numbers, run), run)
-        return acting(whole_log(run)), jax.vmap(acting)(windows_of(run))
+        acts = given(plant_of_run(structure, numbers, one), one)
+        return acts(whole_log(one)), jax.vmap(acts)(each_window(one))
 
     (whole, at_reading), (steps, seen) = told(jnp.asarray([*theta.values()]))
-    there = windows_of(run).points[:, :-1]
+    there = each_window(one).points[:, :-1]
     jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b[there], rtol=0.0, atol=1e-9), steps, whole)
     np.testing.assert_allclose(seen, at_reading.reshape(seen.shape), rtol=0.0, atol=1e-9)
