@@ -27,6 +27,7 @@ class Imbalance(AxisTorque):
     at_angle: ClassVar[bool] = True
     meaning: ClassVar[str] = "gravity torque of an off-centre mass"
     equation: ClassVar[str] = "s sin ψ + c cos ψ"
+    covers: ClassVar[tuple[str, ...]] = ("axis.gravity.torque", "axis.gravity.angle")
     shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0}
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.05, 0.0), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.05), scale="torque", tex="c")

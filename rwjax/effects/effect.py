@@ -92,6 +92,8 @@ class Effect(eqx.Module):
     limits: ClassVar[tuple[str, ...]] = ()
     """Names of other effects that are a special case or a limit of it. A number that both have under one name means the same
     thing: a fit of one begins with the other's estimate."""
+    covers: ClassVar[tuple[str, ...]] = ()
+    """Numbers of the rig file of which any error is a special case of it."""
     includes: ClassVar[str] = ""
     """Name of the effect that it includes and that is a special case of it, or "". A number that both have is estimated
     only where neither the rig file nor another effect models the included one; else it is 0."""

@@ -99,7 +99,7 @@ def included_in(name: str) -> str:
 
 
 def special_cases(name: str) -> set[str]:
-    """Names of the effects that are a special case or a limit of another one, the included one among them.
+    """Names that are a special case or a limit of an effect: other effects, the included one among them, and wrong numbers of the rig file.
 
     Args:
         name: Name of an effect.
@@ -108,7 +108,8 @@ def special_cases(name: str) -> set[str]:
         The names.
     """
     effect = BY_NAME[name]
-    return {*effect.limits, *([effect.includes] if effect.includes else [])}
+    wrong = {f"parameter.{number}" for number in effect.covers}
+    return {*effect.limits, *([effect.includes] if effect.includes else [])} | wrong
 
 
 def models(numbers: Iterable[str], effect: str) -> bool:

@@ -112,6 +112,10 @@ def test_what_ticks_is_no_wrong_number() -> None:
 def test_containment() -> None:
     coulomb, stribeck = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
     assert stribeck.contains(coulomb) and not coulomb.contains(stribeck) and not coulomb.contains(coulomb)
+    load, imbalance = (
+        Hypothesis((name, "axis.spring")) for name in ("parameter.axis.gravity.torque", "axis.imbalance")
+    )
+    assert imbalance.contains(load) and not load.contains(imbalance)
 
 
 def test_names_are_effects_or_numbers() -> None:

@@ -26,7 +26,7 @@ def test_it_names_only_what_there_is(effect: type[Effect]) -> None:
     on_a_half = effect.linear_as == "axis.flexible_coupling"  # which no half has, nor what it stands for
     assert {*said} <= {*BY_NAME} and (not on_a_half or effect in EFFECTS)
     assert effect.name not in said
-    assert effect not in EFFECTS or {*effect.modelled_by, *effect.like_larger} <= {*NUMBERS}
+    assert effect not in EFFECTS or {*effect.modelled_by, *effect.like_larger, *effect.covers} <= {*NUMBERS}
     assert {*effect.shown_by} <= {*RUNS} and effect.coordinate in COORDINATES
     own = {*parameters(effect)}
     assert {*effect.linear_numbers, *([effect.threshold] if effect.threshold else [])} <= own

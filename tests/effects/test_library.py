@@ -85,6 +85,7 @@ def test_what_effects_include_and_what_their_limits_are() -> None:
     assert included_in("parameter.axis.inertia") == "" == included_in("axis.coulomb")
     assert special_cases("axis.backlash") == {"axis.flexible_coupling"}
     assert special_cases("axis.presliding") == {"axis.coulomb"} and special_cases("axis.viscous") == set()
+    assert special_cases("axis.imbalance") == {"parameter.axis.gravity.torque", "parameter.axis.gravity.angle"}
     assert models(["axis.inertia", "axis.friction.b3"], "axis.coulomb") and models(["axis.friction.b2"], "axis.viscous")
     assert not models(["axis.inertia", "axis.friction.static"], "axis.coulomb")
     assert not models(["pitch.friction.coulomb"], "yaw.coulomb") and models(["yaw.friction.coulomb"], "yaw.coulomb")

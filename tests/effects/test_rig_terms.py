@@ -4,7 +4,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rwjax.effects.ports import AxisDry
+from rwjax.effects.axis import Imbalance
+from rwjax.effects.ports import AxisDry, AxisTorque
 from rwjax.effects.rig_terms import of_rig_numbers
 from rwjax.plant.dry_friction import friction_level
 from tests.effects.rigs import motion
@@ -35,10 +36,27 @@ def test_friction_is_that_of_the_rig_file(w: float) -> None:
 
 
 def test_a_load_turns_towards_its_rest() -> None:
-    numbers = {"axis.gravity.torque": jnp.asarray(0.3), "axis.gravity.angle": jnp.asarray(0.1)}
-    (gravity,) = of_rig_numbers(numbers)
     at = motion()._replace(psi=jnp.asarray(0.5))
-    assert float(gravity.torque(at)) == pytest.approx(-0.3 * np.sin(0.6), rel=1e-15)
+    assert float(load(0.3, 0.1).torque(at)) == pytest.approx(-0.3 * np.sin(0.6), rel=1e-15)
+
+
+@pytest.mark.parametrize(("torque", "angle"), [(0.3, 0.1), (0.42, 0.1), (0.3, -0.7), (0.1, 2.5)])
+def test_any_error_of_a_known_load_is_an_imbalance(torque: float, angle: float) -> None:
+    known, true = (load(*numbers) for numbers in ((0.3, 0.1), (torque, angle)))
+    s = torque * np.cos(angle) - 0.3 * np.cos(0.1)
+    c = torque * np.sin(angle) - 0.3 * np.sin(0.1)
+    imbalance = Imbalance(s=jnp.asarray(s), c=jnp.asarray(c))
+    for psi in np.linspace(-4.0, 4.0, 9):
+        at = motion()._replace(psi=jnp.asarray(psi))
+        both = float(known.torque(at) + imbalance.torque(at))
+        assert both == pytest.approx(float(true.torque(at)), abs=1e-15)
+
+
+def load(torque: float, angle: float) -> AxisTorque:
+    """The load of a rig file."""
+    numbers = {"axis.gravity.torque": jnp.asarray(torque), "axis.gravity.angle": jnp.asarray(angle)}
+    (gravity,) = of_rig_numbers(numbers)
+    return gravity
 
 
 def test_a_rig_without_such_numbers_has_no_such_terms() -> None:
