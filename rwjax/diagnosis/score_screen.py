@@ -248,7 +248,8 @@ class ScoreScreen:
         whole = float(np.linalg.norm(self._without(residual)))
         starts = []
         for start, r in zip(candidate.starts, others, strict=True):
-            change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
+            with np.errstate(over="ignore"):  # a run that nearly leaves the range of numbers
+                change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
             share = (
                 float(np.clip(self.limits.part * whole / change, *self.limits.probed))
                 if change > 0.0 and np.isfinite(whole)
