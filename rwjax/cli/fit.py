@@ -64,6 +64,7 @@ def fit(
     Example: `rwjax fit rig.toml logs/*.csv -o fitted.toml`
     """
     from rwjax.errors import RigError
+    from rwjax.fitting.rig_fit import RigFit
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.rig.write import write_rig
@@ -92,8 +93,10 @@ def fit(
         document(text)
     else:
         fitted = [log.name for log in logs if not log.validate]
-        into = ["-o", output.with_name("predicted.csv")] if len(log_files) == 1 else []
-        ahead = next_command("predict", output, *log_files, *into, segments=segments)
+        if isinstance(result, RigFit) and result.lacks_something:
+            ahead = next_command("diagnose", output, *log_files, segments=segments, force=force)
+        else:
+            ahead = next_command("predict", output, *log_files, *_into(output, log_files), segments=segments)
         say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}", ahead]))
     note(*dict.fromkeys([*asked, *result.notes]))
     if asked and output is not None:
@@ -136,6 +139,11 @@ def _chosen(
     if 0 < bootstrap < FEWEST_DRAWS:
         raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
     return read_rig, partial(estimate, bootstrap=bootstrap, solver=solver_of(solver, smooth))
+
+
+def _into(output: Path, log_files: "Sequence[Path]") -> list[object]:
+    """Where `predict` writes: of one log beside the fitted rig file."""
+    return ["-o", output.with_name("predicted.csv")] if len(log_files) == 1 else []
 
 
 def _estimates(result: "RigFit | Identified") -> list[str]:

@@ -63,7 +63,7 @@ def predict(
         alike = len({run.log.name for run in runs}) < len(runs)
         labels = [str(file) if alike else run.log.name for file, run in zip(log_files, runs, strict=True)]
         told = [f"{name}: {line}" for name, run in zip(labels, runs, strict=True) for line in _errors(run)]
-        document("\n".join([*told, *(f"together: {line}" for line in _errors(*runs)), ""]))
+        document("\n".join([*told, *(f"all samples together: {line}" for line in _errors(*runs)), ""]))
     else:
         _tell(runs[0], output, as_json=as_json)
     note(*by.notes(rig, logs), *said(logs), *about_readings(runs))

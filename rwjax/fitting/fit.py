@@ -12,7 +12,7 @@ from rwjax.fitting.intervals import intervals
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.ask import ask
-from rwjax.fitting.rig_fit import RigFit
+from rwjax.fitting.rig_fit import RigFit, misfit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.segments import said, with_segments
 from rwjax.fitting.shooting_nodes import measured_nodes
@@ -254,9 +254,8 @@ def _bent(solver: Solver, smooth: bool) -> list[str]:
 
 def _misfit(fitted: Fit, smooth: bool) -> list[str]:
     """A sentence where the logs say that the model is wrong."""
-    problem = fitted.problem
-    square = 2.0 * (fitted.cost - problem.prior_cost(fitted.theta)[0]) / problem.batch.readings
-    if square <= COMPLETE:
+    problem, times = fitted.problem, misfit(fitted)
+    if times**2 <= COMPLETE:
         return []
     logged = np.any(problem.batch.weight > 0.0, axis=(1, 2))
     each = np.where(logged, np.sum(fitted.evaluation.residual**2, axis=(1, 2)), -1.0)
@@ -265,7 +264,7 @@ def _misfit(fitted: Fit, smooth: bool) -> list[str]:
     wide = " or the smooth sign of its friction is too wide" if smooth else ""
     miss = f"{name} of {problem.logs[log].name}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
     return [
-        f"the free run misses the readings by {np.sqrt(square):.3g} times their noise, most {miss}: the model lacks something{wide}, "
+        f"the free run misses the readings by {times:.3g} times their noise, most {miss}: the model lacks something{wide}, "
         "and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
     ]
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rwjax.fitting.initial_state_from_start import COMPLETE
 from rwjax.fitting.intervals import Intervals, interval_words
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.segments import segment_s
@@ -38,6 +39,11 @@ class RigFit:
     interval: Intervals
     rms: dict[str, float]
     notes: tuple[str, ...]
+
+    @property
+    def lacks_something(self) -> bool:
+        """Whether the logs say that the model is wrong: it misses them by much more than their noise."""
+        return misfit(self.fit) ** 2 > COMPLETE
 
     def __str__(self) -> str:
         rows = [
@@ -111,6 +117,19 @@ class RigFit:
             "converged": self.fit.converged,
             "notes": list(self.notes),
         }
+
+
+def misfit(fitted: Fit) -> float:
+    """How far a fit misses its readings.
+
+    Args:
+        fitted: The fit.
+
+    Returns:
+        Root of the mean square of its residual, in units of the noise [1].
+    """
+    problem = fitted.problem
+    return float(np.sqrt(2.0 * (fitted.cost - problem.prior_cost(fitted.theta)[0]) / problem.batch.readings))
 
 
 def _finite(value: float) -> float | None:

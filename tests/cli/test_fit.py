@@ -108,3 +108,10 @@ def test_limit_speeds_write_a_fitted_rig_file(shell: Shell) -> None:
     assert (
         code == 2 and err.startswith("rwjax: motor.toml: ") and "tells R b/K + K alone" in err and err.count("\n") == 1
     )
+
+
+def test_a_fit_that_misses_its_logs_leads_to_the_diagnosis(tmp_path: Path) -> None:
+    square = str(DEMO / "square.csv")
+    done = program("fit", str(DEMO / "rig.toml"), square, "-o", "fitted.toml", "--force", cwd=tmp_path)
+    assert done.returncode == 0 and "the model lacks something" in done.stderr, done.stderr
+    assert done.stdout.splitlines()[-1] == f"next: rwjax diagnose fitted.toml {square} --force"

@@ -34,7 +34,7 @@ def test_of_several_logs_the_errors_are_told_and_no_file_is_written(tmp_path: Pa
     each = np.array([number.search(line).groups() for line in told], float)
     texts = [(tmp_path / log).read_text() for log in logs]
     samples = [sum(line[0].isdigit() for line in text.splitlines()) for text in texts]
-    assert samples[0] > 2 * samples[1] and over_all.startswith("together: yaw_rad: ")
+    assert samples[0] > 2 * samples[1] and over_all.startswith("all samples together: yaw_rad: ")
     together = np.sqrt(np.average(each**2, axis=0, weights=samples))
     assert np.array(number.search(over_all).groups(), float) == pytest.approx(together, rel=1e-3)
     refused = program("predict", str(DEMO / "rig.toml"), *logs, "-o", "both.csv", cwd=tmp_path)
