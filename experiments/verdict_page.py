@@ -45,6 +45,8 @@ SET = "second"
 """File of the set that the page is about."""
 FINAL, LATER, THIRD, FOURTH, FIFTH = "final", "final_later", "final_third", "final_fourth", "final_fifth"
 """Files of five parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of three still later."""
+TOLD = "final_told_all"
+"""File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
 
 
@@ -166,6 +168,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "later": of(reached, name=LATER),
     "third-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=THIRD),
     "fourth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FOURTH),
+    "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
     "later-small": of(lambda among, _: messy("Small causes alone", among), "small", name=LATER),
     "partial-second": before_and_after("second_later", "second_again", "second"),
