@@ -245,10 +245,11 @@ class ScoreScreen:
     def _scaled(self, candidate: Candidate, probed: np.ndarray) -> Candidate:
         """The candidate with amplitudes of its starts that change a part of what is left."""
         residual, *others = probed.reshape(len(probed), -1)[:, self._observed]
-        whole = float(np.linalg.norm(self._without(residual)))
+        with np.errstate(over="ignore"):  # a run that nearly leaves the range of numbers
+            whole = float(np.linalg.norm(self._without(residual)))
         starts = []
         for start, r in zip(candidate.starts, others, strict=True):
-            with np.errstate(over="ignore"):  # a run that nearly leaves the range of numbers
+            with np.errstate(over="ignore"):
                 change = float(np.linalg.norm(self._without(r - residual))) if np.all(np.isfinite(r)) else np.inf
             share = (
                 float(np.clip(self.limits.part * whole / change, *self.limits.probed))

@@ -155,3 +155,8 @@ def test_each_window_is_told_what_the_whole_log_has_there(case: str) -> None:
     there = each_window(one).points[:, :-1]
     jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b[there], rtol=0.0, atol=1e-9), steps, whole)
     np.testing.assert_allclose(seen, at_reading.reshape(seen.shape), rtol=0.0, atol=1e-9)
+    if structure.servo is not None:  # what is logged holds from its sample on
+        begin = float(one.h) * np.arange(len(whole.supply)) + 1e-9
+        sample = np.minimum(np.searchsorted(TIME, begin, side="right") - 1, len(TIME) - 1)
+        assert np.array_equal(whole.supply, np.ones_like(TIME)[sample] if log.supply is None else log.supply[sample])
+        assert np.array_equal(whole.on, np.ones(len(begin), bool) if log.enabled is None else log.enabled[sample])
