@@ -1,9 +1,9 @@
 """The folder of compiled programs: where it lies, who can change it, how large it grows.
 
-JAX's compiled programs and the traced ones of `simulation/program_cache.py` lie in it. They are executed. Whoever can write the folder,
-or put another in its place, can run code as the user who reads it. So a folder that others can change is not used. If the user named
-it, that is an error: the user meant it and can put it right. The default folder is left out with a note: nobody asked for it, and
-without it a command takes longer and gives the same.
+JAX's compiled programs, the traced ones of `simulation/program_cache.py` and the machine code of `lowering/kept.py` lie in it. They are
+executed. Whoever can write the folder, or put another in its place, can run code as the user who reads it. So a folder that others can
+change is not used. If the user named it, that is an error: the user meant it and can put it right. The default folder is left out with a
+note: nobody asked for it, and without it a command takes longer and gives the same.
 """
 
 import os
@@ -11,6 +11,7 @@ import re
 import shutil
 import stat
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,10 +23,15 @@ VARIABLE = "JAX_COMPILATION_CACHE_DIR"
 """Names the folder; empty, no program is kept. It is JAX's own variable."""
 MOST_BYTES = 1_000_000_000
 """Of the folder's programs. Of more, the least recently used are removed: those of an older version of the library go that way too."""
+WRITES_BETWEEN_TRIMS = 100
+"""Programs that a process writes until it looks again at the size of their folder; it looks first when it writes the first."""
 LEAST_FREE_BYTES = 100_000_000
 """Left on the disk: with less, JAX writes no program, since one that is cut off would never be written again."""
-PROGRAM = re.compile(r"(traced-\w+-[0-9a-f]{64}(\.\w+)?|\w+-[0-9a-f]{64}-(cache|atime))", re.ASCII)
+PROGRAM = re.compile(r"((traced|lowered)-\w+-[0-9a-f]{64}(\.\w+)?|\w+-[0-9a-f]{64}-(cache|atime))", re.ASCII)
 """Names of the files that the library and JAX write. No other file of the folder is ever touched."""
+
+
+_written = count()
 
 
 class Program(NamedTuple):
@@ -182,6 +188,16 @@ def trim(folder: Path, most: int = MOST_BYTES) -> None:
                 break
             program.path.unlink(missing_ok=True)
             size -= program.size
+
+
+def trim_now_and_then(folder: Path) -> None:
+    """Trims a folder when this process writes its first program, and every so many later.
+
+    Args:
+        folder: Where the program goes.
+    """
+    if next(_written) % WRITES_BETWEEN_TRIMS == 0:
+        trim(folder)
 
 
 def clear(folder: Path) -> list[Program]:

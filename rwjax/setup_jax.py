@@ -4,17 +4,13 @@ import logging
 import os
 import sys
 import warnings
-from itertools import count
 from pathlib import Path
 
 import jax
 import jax.monitoring
 
-from rwjax.cache_folder import VARIABLE, has_room, opened, place, trim
+from rwjax.cache_folder import VARIABLE, has_room, opened, place, trim_now_and_then
 from rwjax.errors import InputError
-
-WRITES_BETWEEN_TRIMS = 100
-"""Programs that a process writes until it looks again at the size of their folder; it looks first when it writes the first."""
 
 
 def _current_folder() -> str | None:
@@ -35,14 +31,11 @@ def _keep_programs(folder: Path | None) -> None:
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", sys.maxsize)
 
 
-_written = count()
-
-
-def _trim_now_and_then(event: str, **_: str | int) -> None:
+def _trim(event: str, **_: str | int) -> None:
     """Follows what JAX does; a miss is what it says of a program that it is about to write."""
     folder = _current_folder()
-    if folder and event == "/jax/compilation_cache/cache_misses" and next(_written) % WRITES_BETWEEN_TRIMS == 0:
-        trim(Path(folder))
+    if folder and event == "/jax/compilation_cache/cache_misses":
+        trim_now_and_then(Path(folder))
 
 
 jax.config.update("jax_enable_x64", True)
@@ -50,6 +43,6 @@ jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 if _current_folder() in (None, os.environ.get(VARIABLE)):  # else the program that uses the library has set its own
     _keep_programs(place())
-jax.monitoring.register_event_listener(_trim_now_and_then)
+jax.monitoring.register_event_listener(_trim)
 # A program that cannot be read or written costs time and nothing else.
 warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache entry")

@@ -7,13 +7,25 @@ from pathlib import Path
 import pytest
 
 from rwjax import cache_folder
-from rwjax.cache_folder import VARIABLE, clear, has_room, opened, place, programs, trim, weak_point
+from rwjax.cache_folder import (
+    VARIABLE,
+    WRITES_BETWEEN_TRIMS,
+    clear,
+    has_room,
+    opened,
+    place,
+    programs,
+    trim,
+    weak_point,
+)
 from rwjax.errors import InputError
+from rwjax.lowering.program_files import write
 
 
 def program(folder: Path, number: int, size: int = 10, used: float = 0.0) -> Path:
     """A program's file, last used at a time [s since 1970]."""
-    path = folder / f"{('traced-free_run', 'jit_call')[number % 2]}-{number:064x}{('', '-cache')[number % 2]}"
+    begin, end = (("traced-free_run", ""), ("jit_call", "-cache"), ("lowered-runs", ""))[number % 3]
+    path = folder / f"{begin}-{number:064x}{end}"
     path.write_bytes(bytes(size))
     os.utime(path, (used, used))
     return path
@@ -122,6 +134,18 @@ def test_the_least_recently_used_go_first_and_nothing_else_goes(tmp_path: Path) 
     assert {*tmp_path.iterdir()} == {*kept, *others}
     assert [p.path for p in clear(tmp_path)] == kept[::-1]
     assert {*tmp_path.iterdir()} == {*others}
+
+
+def test_what_the_library_writes_itself_is_counted_and_trimmed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    every = [tmp_path / f"{kind}-runs-{k:064x}" for kind in ("traced", "lowered") for k in range(60)]
+    for path in every:
+        write(path, b"program")
+    assert {p.path for p in programs(tmp_path)} == {*every}
+    trims = []
+    monkeypatch.setattr(cache_folder, "trim", trims.append)
+    for k in range(2 * WRITES_BETWEEN_TRIMS):
+        write(tmp_path / f"lowered-run-{k:064x}", b"program")
+    assert trims == [tmp_path] * 2
 
 
 def test_a_program_that_another_process_removes_meanwhile_is_no_harm(

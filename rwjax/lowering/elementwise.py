@@ -228,6 +228,12 @@ def _square(e: Emitter, of: Operation, terms: list[Term]) -> Term:
     return _arithmetic(e, Operation("mul", of.kinds * 2, of.result, {}), [terms[0], terms[0]])
 
 
+def _one_minus_square(e: Emitter, of: Operation, terms: list[Term]) -> Term:
+    (a,) = e.alike(of.kinds, *terms)
+    one = e.vector(1.0, "f") if e.is_vector(a) else e.constant(1.0, "f")
+    return e.builder.fmul(e.builder.fadd(one, a), e.builder.fsub(one, a))
+
+
 def _converted(e: Emitter, of: Operation, terms: list[Term]) -> Term:
     term: Any = terms[0]
     given, wanted = of.kinds, of.result
@@ -288,6 +294,7 @@ RULES: dict[str, Callable[[Emitter, Operation, list[Term]], Term]] = {
     "integer_pow": _whole_power,
     "pow": _power,
     "square": _square,
+    "one_minus_square": _one_minus_square,
     "convert_element_type": _converted,
     "is_finite": _finite,
 }

@@ -100,8 +100,16 @@ def _written_out(jaxpr: Jaxpr, constants: Sequence, names: dict[Var, Any], equat
             continue
         outputs = [object() for _ in eqn.outvars]
         names |= dict(zip(eqn.outvars, outputs, strict=True))
-        equations.append(Equation(name, eqn.params, inputs, outputs, [v.aval for v in eqn.outvars]))
+        equations.append(Equation(name, _counted(eqn.params), inputs, outputs, [v.aval for v in eqn.outvars]))
     return [read(v) for v in jaxpr.outvars]
+
+
+def _counted(params: dict[str, Any]) -> dict[str, Any]:
+    """Parameters of a primitive; of a scan with how many operands stay and are handed on, which JAX 0.11 keeps as trees."""
+    if "ft_in" not in params:
+        return params
+    stays, handed_on, _ = params["ft_in"].unpack()
+    return params | {"num_consts": len(stays), "num_carry": len(handed_on)}
 
 
 def _without_repeats(program: Program) -> Program:

@@ -212,6 +212,17 @@ def _split(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     return found
 
 
+def _unstacked(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
+    a, axis, found = inputs[0], q.params["axis"], []
+    for k, aval in enumerate(q.avals):
+
+        def of(e: Emitter, index: Index, k: int = k) -> Term:
+            return a.at(e, (*index[:axis], k, *index[axis:]))
+
+        found.append(Lazy(aval.shape, a.kind, a.spread, of))
+    return found
+
+
 def _counted(e: Emitter, q: Equation, inputs: list[Array]) -> list[Array]:
     axis, kind = q.params["dimension"], kind_of(q.avals[0].dtype)
 
@@ -330,6 +341,7 @@ RULES: dict[str, Rule] = {
     "concatenate": _joined,
     "stack": _stacked,
     "split": _split,
+    "unstack": _unstacked,
     "iota": _counted,
     "dynamic_slice": _window,
     "dynamic_update_slice": _updated,

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import jax
 
+from rwjax.cache_folder import trim_now_and_then
+
 TRACED = ("jax", "equinox", "diffrax", "optimistix", "lineax", "llvmlite")
 """Distributions whose code becomes part of a program."""
 DIGEST = 32
@@ -70,6 +72,7 @@ def write(path: Path | None, data: bytes | bytearray) -> None:
     if path is None:
         return
     new = path.with_suffix(f".{os.getpid()}")
+    trim_now_and_then(path.parent)
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:

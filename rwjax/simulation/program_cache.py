@@ -23,16 +23,15 @@ MOST_PROGRAMS = 100
 """Programs that a process holds. Of more, those not called for longest are dropped and read again when they are needed. Each takes up
 to 350 memory maps, of which Linux gives a process 65 530, and up to 50 MB."""
 
-OPTIONS = {
-    "xla_disable_hlo_passes": "while-loop-invariant-code-motion",
-    "xla_cpu_use_fusion_emitters": False,
-}
+OPTIONS = {"xla_disable_hlo_passes": "while-loop-invariant-code-motion"}
 """Options of the compiler. What a step's expressions share, the compiler finds only where it has not moved their parts out of the loop
-before: a step with several kinds of friction otherwise works out the same power twelve times. Without the newer way to emit fused
-expressions a program compiles in half the time and runs as fast or faster."""
+before: a step with several kinds of friction otherwise works out the same power twelve times."""
 ON_PROCESSOR = {"xla_backend_optimization_level": 1}
 """Further options on a processor: at the first level of optimisation a loop that is one function compiles in 0.8 instead of 1.1 s
 and runs as fast."""
+if jax.__version_info__ < (0, 11):
+    ON_PROCESSOR["xla_cpu_use_fusion_emitters"] = False
+    """Without the newer way to emit fused expressions a program compiles in half the time and runs as fast; JAX 0.11 has no other."""
 
 
 class _Once:

@@ -26,6 +26,13 @@ def test_what_it_is_and_how_to_go_on(tmp_path: Path) -> None:
     assert all(f"[{unit}]" in units for unit in ("°", "s", "mm", "V", "A", "1/min"))
 
 
+def test_commands_run_on_the_processor_unless_the_user_names_another_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("JAX_PLATFORMS", "cuda")  # for the command to find, and restored after it
+    assert within(monkeypatch, "--version") == 0 and os.environ["JAX_PLATFORMS"] == "cuda"
+    monkeypatch.delenv("JAX_PLATFORMS")
+    assert within(monkeypatch, "--version") == 0 and os.environ["JAX_PLATFORMS"] == "cpu"
+
+
 def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

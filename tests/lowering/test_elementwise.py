@@ -4,8 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.extend.core import Primitive
+from jax.interpreters import mlir
 
+from rwjax.lowering.arrays import Spread
 from rwjax.lowering.elementwise import is_elementwise
+from rwjax.lowering.program import Lowered, build
 from tests.lowering.lowered import agrees
 
 X = np.random.default_rng(1).normal(size=(11, 2)) * 3.0
@@ -38,6 +42,17 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_a_number_is_that_of_jax(name: str) -> None:
     assert agrees(CASES[name], X)
+
+
+def test_one_less_a_square_as_newer_versions_of_jax_have_it_in_slopes() -> None:
+    newer = Primitive("one_minus_square")
+    newer.def_abstract_eval(lambda x: x)
+    mlir.register_lowering(newer, mlir.lower_fun(lambda x: 1.0 - x * x, multiple_results=False))
+    jax.interpreters.batching.defvectorized(newer)
+    assert agrees(jax.jit(newer.bind), X[:, 0])
+    near = 1.0 - np.array([[2.0**-40], [2.0**-45]])
+    (found,) = Lowered(build(newer.bind, [near[0]], [Spread(lanes=True)], 8))([near], rows=2)
+    assert np.allclose(found, (1.0 - near) * (1.0 + near), rtol=1e-15, atol=0.0)
 
 
 def test_division_by_what_stays_the_same_in_a_loop_is_a_product_within_a_rounding() -> None:

@@ -13,6 +13,7 @@ CASES = {
     "turned": lambda x: (x[::-1], x.reshape(2, 3).T, x.reshape(3, 2)[::-1, 1], x[1:5:2], jnp.squeeze(x[None], 0)),
     "joined": lambda x: (jnp.concatenate([x[3:], x, x[:1]]), jnp.stack([x, 2.0 * x], axis=1), jnp.pad(x, (2, 1))),
     "split": lambda x: tuple(jnp.split(x, 3)),
+    "unstacked": lambda x: tuple(jax.lax.unstack(x.reshape(2, 3), axis=1)),
     "repeated": lambda x: (jnp.broadcast_to(x[:, None], (6, 4)), jnp.outer(x, jnp.arange(3.0))),
     "window": lambda x: (
         jax.lax.dynamic_slice(x, (jnp.argmax(x),), (3,)),

@@ -42,7 +42,7 @@ def test_a_second_process_traces_nothing_and_finds_the_same(tmp_path: Path, monk
     first, second = fit(), fit()
     assert int(first[0]) > 0 and int(second[0]) == 0
     assert first[1] == second[1]
-    for path in tmp_path.glob("traced-*"):
+    for path in tmp_path.glob("lowered-*"):
         path.write_bytes(path.read_bytes()[:100])
     spoilt = fit()
     assert int(spoilt[0]) > 0 and spoilt[1] == first[1]
