@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from rwjax.errors import InputError
+from rwjax.errors import InputError, alike, nearest
 
 LONGEST_STEM = 40
 """Characters of a file's name that the name of its temporary one repeats, so that this is no longer than a name may be."""
@@ -41,8 +41,28 @@ def read_text(path: str | os.PathLike[str], error: type[InputError]) -> str:
         line = bad.object.count(b"\n", 0, bad.start) + 1
         raise error(f"{path}:{line}: byte {bad.object[bad.start]:#04x} is not UTF-8; save the file as UTF-8") from None
     except OSError as bad:
-        raise error(f"{path}: cannot be read: {bad.strerror}; give the path of a readable file") from None
+        raise error(cannot_be_read(path, bad)) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def cannot_be_read(path: str | os.PathLike[str], bad: OSError) -> str:
+    """Why a file cannot be read, and what to give in its place.
+
+    Args:
+        path: The file.
+        bad: What the system says.
+
+    Returns:
+        One line; it names the file beside it that is spelled like one that is missing.
+    """
+    said, advice = f"{path}: cannot be read: {bad.strerror}", "give the path of a readable file"
+    if isinstance(bad, FileNotFoundError):
+        beside = Path(path).parent
+        with suppress(OSError):
+            files = [entry.name for entry in beside.iterdir()]
+            if alike(Path(path).name, files):
+                advice = f"beside it lies {beside / nearest(Path(path).name, files)}"
+    return f"{said}; {advice}"
 
 
 def parse_toml(text: str) -> dict[str, Any]:

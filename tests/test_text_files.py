@@ -56,6 +56,8 @@ def test_what_cannot_be_read_is_the_callers_error(tmp_path: Path) -> None:
         RigError, match="none: cannot be read: No such file or directory; give the path of a readable file"
     ):
         read_text(tmp_path / "none", RigError)
+    with pytest.raises(RigError, match=f"latine: cannot be read: No such .*; beside it lies {tmp_path / 'latin'}$"):
+        read_text(tmp_path / "latine", RigError)
 
 
 def test_a_file_is_replaced_whole_also_through_a_link(tmp_path: Path) -> None:

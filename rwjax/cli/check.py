@@ -6,7 +6,7 @@ import typer
 
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
-from rwjax.cli.terminal import document, say
+from rwjax.cli.terminal import document, next_command, say
 from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
@@ -35,8 +35,9 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         document(json_text(_json(usable, logs, found), indent=1) + "\n")
     else:
         stop = ["`rwjax fit` would stop here and ask; `--force` goes on even so"]
-        lines = [f"- {finding.about}: {finding}" for finding in found] or ["nothing odd was found"]
-        say("\n".join([*map(str, logs), "", *lines, *(stop if not usable else [])]))
+        lines = [f"- {finding.about}: {finding}" for finding in found] or ["nothing odd was found; how far the model is from these logs is another question"]
+        ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)]
+        say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
         raise typer.Exit(2)
 

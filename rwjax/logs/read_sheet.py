@@ -13,6 +13,7 @@ from rwjax.errors import LogError
 from rwjax.logs.array_sheet import array_sheet
 from rwjax.logs.sheet import Sheet
 from rwjax.logs.text_sheet import text_sheet
+from rwjax.text_files import cannot_be_read
 
 MOST_BYTES = 2_000_000_000
 """Size of a file, unpacked, above which it is no log of one run."""
@@ -33,7 +34,7 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     try:
         content = Path(path).read_bytes()
     except OSError as bad:
-        raise LogError(f"{path}: cannot be read: {bad.strerror}; give the path of a readable file") from None
+        raise LogError(cannot_be_read(path, bad)) from None
     return _sheet(path, _unpacked(path, content))
 
 

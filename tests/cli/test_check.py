@@ -25,7 +25,9 @@ def test_logs_in_other_units_end_with_status_2(
     files = tmp_path / "rig.toml", [tmp_path / "run.csv"]
     if factor == 1.0:
         check(*files, as_json=False, quiet=True)
-        assert "nothing odd was found" in capsys.readouterr().out
+        said = capsys.readouterr().out.splitlines()
+        assert said[-2].startswith("nothing odd was found")
+        assert said[-1] == f"next: rwjax fit {tmp_path / 'rig.toml'} {tmp_path / 'run.csv'}"
         return
     with pytest.raises(typer.Exit) as end:
         check(*files, as_json=True, quiet=True)
