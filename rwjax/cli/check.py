@@ -35,7 +35,9 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         document(json_text(_json(usable, logs, found), indent=1) + "\n")
     else:
         stop = ["`rwjax fit` would stop here and ask; `--force` goes on even so"]
-        lines = [f"- {finding.about}: {finding}" for finding in found] or ["nothing odd was found; how far the model is from these logs is another question"]
+        lines = [f"- {finding.about}: {finding}" for finding in found] or [
+            "nothing odd was found; how far the model is from these logs is another question"
+        ]
         ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)]
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
