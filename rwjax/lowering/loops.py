@@ -114,6 +114,9 @@ class _Handed:
 def _scan(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     p, e, body = q.params, self.e, flattened(q.params["jaxpr"])
     n, m = p["num_consts"], p["num_carry"]
+    if p["length"] == 0:
+        nothing = (Entries(np.empty(aval.shape, object), kind_of(aval.dtype)) for aval in q.avals[m:])
+        return [*inputs[n : n + m], *nothing]
     outer, self.again_and_again = self.again_and_again, self.again_and_again or p["length"] > UNROLLED
     inputs = _ready(self, inputs[:n], body, body.inputs[:n]) + inputs[n:]
     consts, first, xs = inputs[:n], inputs[n : n + m], inputs[n + m :]

@@ -52,6 +52,7 @@ def _a_line_of_twenty_until(x):
 CASES = {
     "loop": _loop,
     "loop within a loop": _loop_within_a_loop,
+    "no turn at all": lambda x: jax.lax.scan(lambda c, v: (c * v, c + v), jnp.sin(x[:3]), x[:0]),
     "until": _until,
     "rows written": _rows_written,
     "a line of twenty in a scan": _a_line_of_twenty_in_a_scan,
