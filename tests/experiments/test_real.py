@@ -4,9 +4,10 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from experiments.real.fair import can_be_named, is_fair, put_right
+from experiments.real.fair import can_be_named, is_fair, left, left_of_others, put_right
 from experiments.real.pairs import Pair, given, own, pairs
 from experiments.real.published import PUBLISHED, Published
 from experiments.real.run import outcome
@@ -14,6 +15,9 @@ from experiments.real.setups import SETS
 from rwjax.diagnosis.hypothesis import candidates
 from rwjax.effects.library import BY_NAME
 from rwjax.logs.driven import driven_by
+from rwjax.logs.log import Log
+from rwjax.rig.model import Rig
+from tests.systems import platform, record, run
 
 LOAD = ("parameter.axis.inertia", "parameter.axis.gravity.torque")
 
@@ -163,3 +167,17 @@ def test_what_was_changed_is_what_the_authors_list(pair: Pair, realdata: Path) -
     differs = {name for key, names in NUMBERS_OF.items() if rows[0].get(key) != rows[1].get(key) for name in names}
     said = {*pair.told, *(name.removeprefix("parameter.") for name in pair.changed)}
     assert differs == ({*()} if pair.given_data else said)
+
+
+def test_a_number_that_was_changed_is_put_right_from_the_other_runs() -> None:
+    t, right = np.arange(300) * 0.01, platform(free="")
+
+    def follows(rig: Rig, rate: float) -> Log:
+        log = record(t, np.sign(np.sin(rate * t)))
+        return record(t, log.command, run(rig, log, {}))
+
+    runs, wrong = [follows(right, rate) for rate in (2.0, 3.0)], right.with_values({"axis.inertia": 0.2})
+    assert left_of_others(wrong, runs, ["axis.inertia"]) < 1e-3 * left(wrong, runs)
+    odd = follows(right.with_values({"axis.inertia": 0.15}), 4.0)  # the others do not tell of it
+    missed = np.sqrt(np.mean(np.square([left(right, [odd]), *2 * [0.0]])))
+    assert left_of_others(wrong, [*runs, odd], ["axis.inertia"]) > missed
