@@ -36,6 +36,7 @@ from experiments.blind.score import (
     worth,
 )
 from experiments.speed.table import Table, markdown
+from rwjax.diagnosis.settings import Limits, PartialSettings
 from rwjax.diagnosis.verdict import CLAIMS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -43,7 +44,7 @@ PAGE = ROOT / "docs" / "verdict.md"
 RESULTS = ROOT / "experiments" / "blind" / "results"
 SET = "second"
 """File of the set that the page is about."""
-FINAL, LATER, THIRD, FOURTH, FIFTH = "final", "final_later", "final_third", "final_fourth", "final_fifth"
+FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH = "final", "final_later", "final_third", "final_fourth", "final_fifth"
 """Files of five parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of three still later."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
@@ -161,6 +162,30 @@ def reached(among: Sequence[Line], alike: Judged) -> Table:
     return Table("Outcomes by what the rig lacks", ["", "cases", *OUTCOMES], rows)
 
 
+LEAST = PartialSettings().closes, Limits().barely
+"""Shares of the gap that names have to close under `partial`: where the fitted runs show a visible part too, and where they do not [1]."""
+
+
+def closed_by_the_truth(among: Sequence[Line]) -> Table:
+    """In how many cases the large causes alone close enough of the gap, in the simulator's own equations."""
+    groups = {
+        kind: [line for line in among if line["kind"] == kind] for kind in sorted({line["kind"] for line in among})
+    }
+    rows = []
+    for kind, group in (groups | {"all": among}).items():
+        closes = [1.0 - line["left"] / line["size"] for line in group]
+        by_much = (share(sum(c >= least for c in closes), len(group)) for least in LEAST)
+        rows.append([kind, str(len(group)), *by_much])
+    head = ["", "cases", *(f"at least {100 * least:.0f} %" for least in LEAST)]
+    return Table("What the large causes alone close, by the simulator's own equations", head, rows)
+
+
+def every_messy() -> Block:
+    """`closed_by_the_truth` of all messy cases that were asked."""
+    among = [line for name in FINAL_PARTS for line in lines(name) if line["group"] == "messy"]
+    return Block(FINAL_PARTS, closed_by_the_truth(among))
+
+
 BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
@@ -170,6 +195,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "fourth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FOURTH),
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
+    "messy-closed": every_messy,
     "later-small": of(lambda among, _: messy("Small causes alone", among), "small", name=LATER),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
