@@ -50,23 +50,40 @@ def predict(
         check_file(output, rig_file, *log_files)
     check_segments(segments)
     by = solver_of(solver, smooth)
-    rig, runs = read_rig(rig_file), []
+    rig, runs, lost = read_rig(rig_file), dict[Path, Run](), list[str]()
     logs = [read_log(file, rig, outputs_required=len(log_files) > 1) for file in log_files]
     with progress(quiet) as show:
         show("looking at the logs")
         logs = [with_segments(rig, (log,), segments)[0] for log in logs]
-        for k, log in enumerate(logs, 1):
+        for k, (file, log) in enumerate(zip(log_files, logs, strict=True), 1):
             show(f"simulating {log.name}, {k} of {len(logs)}")
-            with of_file(rig_file):
-                runs.append(Run(log, free_run(rig, log, solver=by).columns))
-    if len(runs) > 1:
-        alike = len({run.log.name for run in runs}) < len(runs)
-        labels = [str(file) if alike else run.log.name for file, run in zip(log_files, runs, strict=True)]
-        told = [f"{name}: {line}" for name, run in zip(labels, runs, strict=True) for line in _errors(run)]
-        document("\n".join([*told, *(f"all samples together: {line}" for line in _errors(*runs)), ""]))
-    else:
-        _tell(runs[0], output, as_json=as_json)
-    note(*by.notes(rig, logs), *said(logs), *about_readings(runs))
+            try:
+                with of_file(rig_file):
+                    runs[file] = Run(log, free_run(rig, log, solver=by).columns)
+            except InputError as error:
+                if len(logs) == 1:
+                    raise
+                lost.append(str(error))
+    if len(logs) == 1:
+        _tell(runs[log_files[0]], output, as_json=as_json)
+    elif runs:
+        _tell_several(runs)
+    note(*by.notes(rig, logs), *said(logs), *about_readings([*runs.values()]))
+    if lost:
+        raise InputError("; ".join(lost))
+
+
+def _tell_several(runs: "Mapping[Path, Run]") -> None:
+    """Tells the errors of several logs: of each, of all together, and of those together that no fit takes where the others are fitted."""
+    alike = len({run.log.name for run in runs.values()}) < len(runs)
+    lines, kept = [], [run for run in runs.values() if run.log.validate]
+    for file, run in runs.items():
+        name = f"{file if alike else run.log.name}{' (kept for validation)' if run.log.validate else ''}"
+        lines += [f"{name}: {line}" for line in _errors(run)]
+    lines += [f"all samples together: {line}" for line in _errors(*runs.values())]
+    if 0 < len(kept) < len(runs):
+        lines += [f"those kept for validation together: {line}" for line in _errors(*kept)]
+    document("\n".join([*lines, ""]))
 
 
 def _tell(run: "Run", output: Path | None, *, as_json: bool) -> None:

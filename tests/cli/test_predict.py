@@ -37,6 +37,24 @@ def test_of_several_logs_the_errors_are_told_and_no_file_is_written(tmp_path: Pa
     assert samples[0] > 2 * samples[1] and over_all.startswith("all samples together: yaw_rad: ")
     together = np.sqrt(np.average(each**2, axis=0, weights=samples))
     assert np.array(number.search(over_all).groups(), float) == pytest.approx(together, rel=1e-3)
+    kept = program("predict", str(DEMO / "rig.toml"), *logs, str(DEMO / "mixed.csv"), cwd=tmp_path).stdout.splitlines()
+    assert kept[:2] == told and kept[2].startswith("mixed.csv (kept for validation): yaw_rad: ")
+    assert kept[4] == kept[2].replace("mixed.csv (kept for validation)", "those kept for validation together")
     refused = program("predict", str(DEMO / "rig.toml"), *logs, "-o", "both.csv", cwd=tmp_path)
     assert refused.returncode == 2 and "-o and --json are for one log" in refused.stderr
     assert not (tmp_path / "both.csv").exists()
+
+
+def test_a_log_whose_run_goes_beyond_any_rig_takes_nothing_from_the_others(tmp_path: Path) -> None:
+    rows = "\n".join(f"{0.01 * k:.2f},0,0" for k in range(100))
+    (tmp_path / "rest.csv").write_text(f"time_s,voltage_V,yaw_rad\n{rows}\n")
+    text = (DEMO / "rig.toml").read_text()
+    (tmp_path / "rig.toml").write_text(re.sub("viscous = .*", "viscous = -2.2", text))
+    done = program("predict", "rig.toml", str(DEMO / "square.csv"), "rest.csv", cwd=tmp_path)
+    assert done.stdout.splitlines()[0] == "rest.csv: yaw_rad: RMS error 0 rad of a signal of RMS 0 rad"
+    *_, said = done.stderr.splitlines()
+    assert (
+        done.returncode == 2
+        and said.startswith("rwjax: rig.toml: ")
+        and "its free run on square.csv goes beyond" in said
+    )
