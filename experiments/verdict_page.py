@@ -1,4 +1,4 @@
-"""Writes the tables of docs/verdict.md from stored results: `python -m experiments.verdict_page`.
+"""Writes the tables of docs/verdict.md and docs/measured.md from stored results: `python -m experiments.verdict_page`.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`, under a line that says which files it is of, and of which commit where
 these say so. All else on the page is written by hand. To show a new campaign, change `SET` or an entry of `BLOCKS`.
@@ -38,10 +38,13 @@ from experiments.blind.score import (
 from experiments.speed.table import Table, markdown
 from rwjax.diagnosis.settings import Limits, PartialSettings
 from rwjax.diagnosis.verdict import CLAIMS
+from rwjax.rig.columns import unit_of
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "verdict.md"
-RESULTS = ROOT / "experiments" / "blind" / "results"
+PAGES = ROOT / "docs" / "verdict.md", ROOT / "docs" / "measured.md"
+SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
+SETS, PAIRS = "sets", "frozen"
+"""Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld."""
 SET = "second"
 """File of the set that the page is about."""
 FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH = "final", "final_later", "final_third", "final_fourth", "final_fifth"
@@ -60,7 +63,7 @@ class Block(NamedTuple):
 
 def path(name: str) -> Path:
     """A file of results."""
-    return RESULTS / f"{name}.jsonl"
+    return (MEASURED if name in (SETS, PAIRS) else SIMULATED) / f"{name}.jsonl"
 
 
 @cache
@@ -186,6 +189,57 @@ def every_messy() -> Block:
     return Block(FINAL_PARTS, closed_by_the_truth(among))
 
 
+def measured_sets() -> Block:
+    """What is said of each set of published logs, beside difference equations."""
+    rows = []
+    for one in lines(SETS):
+        if "reason" in one:
+            rows.append([f"`{one['data']}`", f"not asked: {one['reason']}", *["-"] * 4])
+            continue
+        said = " or ".join(" + ".join(names) for names in (one["effects"], *one["alternatives"]) if names)
+        ended = "" if one["complete"] else ", unfinished"
+        unit = unit_of(one["signal"])
+        rows.append(
+            [
+                f"`{one['data']}`",
+                f"`{one['verdict']}`{ended}{f': {said}' if said else ''}",
+                one["beside_published"] if one["verdict"] in CLAIMS else "-",
+                f"{', '.join(f'{one[key]:.3g}' for key in ('before', 'after', 'floor'))} {unit}",
+                f"{one['baseline']:.3g}",
+                f"{one['seconds']:.0f}",
+            ]
+        )
+    head = ["set", "answer", "beside what is published", "before, after, floor", "difference equations", "time [s]"]
+    return Block((SETS,), Table("Every set of published logs", head, rows))
+
+
+def what_was_changed(line: Line) -> str:
+    """Which kind of pair a line is."""
+    if not line["changed"]:
+        return "nothing"
+    if line.get("given_data"):
+        return "motor"
+    return "gain of the servo" if all("kp" in name for name in line["changed"]) else "payload or arm"
+
+
+def measured_pairs() -> Block:
+    """What is said of pairs of measured set-ups, by what was changed."""
+    among, rows = lines(PAIRS), []
+    groups = {what: [line for line in among if what_was_changed(line) == what] for what in (*CHANGED, "nothing")}
+    for what, group in (groups | {"all that changed": [line for line in among if line["changed"]]}).items():
+        count = Counter(line["outcome"] for line in group)
+        rest = len(group) - sum(count[one] for one in OF_PAIRS)
+        told = [share(count[one], len(group)) for one in OF_PAIRS]
+        rows.append([what, str(len(group)), *told, share(rest, len(group))])
+    head = ["changed", "pairs", "named alone", "in a set with another", "in part", "a false name", "nothing said"]
+    return Block((PAIRS,), Table("Pairs of measured set-ups", head, rows))
+
+
+CHANGED = "gain of the servo", "payload or arm", "motor"
+OF_PAIRS = "named", "named with others", "in part", "wrong"
+"""Outcomes of `experiments.real.run` that name something."""
+
+
 BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
@@ -196,6 +250,8 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
     "messy-closed": every_messy,
+    "measured-sets": measured_sets,
+    "measured-pairs": measured_pairs,
     "later-small": of(lambda among, _: messy("Small causes alone", among), "small", name=LATER),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
@@ -228,10 +284,11 @@ def written(page: str) -> str:
 
 def main() -> None:
     """Command line."""
-    page = PAGE.read_text()
-    new = written(page)
-    PAGE.write_text(new)
-    print(f"{PAGE.relative_to(ROOT)}: {'as it was' if new == page else 'rewritten'}")
+    for path in PAGES:
+        page = path.read_text()
+        new = written(page)
+        path.write_text(new)
+        print(f"{path.relative_to(ROOT)}: {'as it was' if new == page else 'rewritten'}")
 
 
 if __name__ == "__main__":

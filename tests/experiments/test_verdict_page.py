@@ -1,4 +1,4 @@
-"""The tables of docs/verdict.md are those of the stored results."""
+"""The tables of docs/verdict.md and docs/measured.md are those of the stored results."""
 
 import json
 from pathlib import Path
@@ -8,18 +8,19 @@ import pytest
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
 from experiments import verdict_page
-from experiments.verdict_page import BLOCKS, PAGE, written
+from experiments.verdict_page import BLOCKS, PAGES, written
 
 
-def test_the_page_is_what_the_command_writes() -> None:
-    page = PAGE.read_text()
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_the_page_is_what_the_command_writes(path: Path) -> None:
+    page = path.read_text()
     assert written(page) == page, "run python -m experiments.verdict_page"
 
 
-def test_every_table_stands_on_the_page_once_and_no_other() -> None:
-    page = PAGE.read_text()
-    assert all(page.count(f"<!-- table: {name} -->\n") == 1 for name in BLOCKS)
-    assert page.count("<!-- table: ") == len(BLOCKS)
+def test_every_table_stands_on_a_page_once_and_no_other() -> None:
+    pages = "".join(path.read_text() for path in PAGES)
+    assert all(pages.count(f"<!-- table: {name} -->\n") == 1 for name in BLOCKS)
+    assert pages.count("<!-- table: ") == len(BLOCKS)
 
 
 def test_what_is_written_by_hand_stays() -> None:
@@ -44,7 +45,7 @@ def test_a_marker_that_leads_nowhere_is_refused(page: str, message: str) -> None
 def test_the_line_above_a_table_names_the_commits_that_a_file_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict_page, "RESULTS", tmp_path)
+    monkeypatch.setattr(verdict_page, "SIMULATED", tmp_path)
     one = {"group": "none", "kind": "wheel", "verdict": "none", "seconds": 1.0}
     for name, commits in (("of_commits", ("abc1234", "abc1234", "def5678-dirty")), ("of_old", (None,))):
         text = "".join(json.dumps(one | ({"commit": c} if c else {})) + "\n" for c in commits)
