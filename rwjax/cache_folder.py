@@ -13,6 +13,7 @@ import stat
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
+from random import randrange
 from typing import NamedTuple
 
 from platformdirs import user_cache_dir
@@ -24,14 +25,15 @@ VARIABLE = "JAX_COMPILATION_CACHE_DIR"
 MOST_BYTES = 1_000_000_000
 """Of the folder's programs. Of more, the least recently used are removed: those of an older version of the library go that way too."""
 WRITES_BETWEEN_TRIMS = 100
-"""Programs that a process writes until it looks again at the size of their folder; it looks first when it writes the first."""
+"""Programs that a process writes until it looks again at the size of their folder. To list a full one takes a second, so that a process
+looks first after a number of writes drawn at random: most that write little never look."""
 LEAST_FREE_BYTES = 100_000_000
 """Left on the disk: with less, JAX writes no program, since one that is cut off would never be written again."""
 PROGRAM = re.compile(r"((traced|lowered)-\w+-[0-9a-f]{64}(\.\w+)?|\w+-[0-9a-f]{64}-(cache|atime))", re.ASCII)
 """Names of the files that the library and JAX write. No other file of the folder is ever touched."""
 
 
-_written = count()
+_written = count(randrange(WRITES_BETWEEN_TRIMS))
 
 
 class Program(NamedTuple):
@@ -191,7 +193,7 @@ def trim(folder: Path, most: int = MOST_BYTES) -> None:
 
 
 def trim_now_and_then(folder: Path) -> None:
-    """Trims a folder when this process writes its first program, and every so many later.
+    """Trims a folder at one of this process's first writes, drawn at random, and every so many later.
 
     Args:
         folder: Where the program goes.

@@ -7,6 +7,7 @@ import time
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ LONGEST_STEM = 40
 DEAD_AFTER = 3600.0
 """How long nothing has changed in a temporary file or folder that is taken for one of a killed process [s]. That its process is not
 seen does not do: it may run in another container, or on another machine that shares the folder."""
+MOST_BESIDE = 2000
+"""Files of a folder among which one is sought that is spelled like a missing one."""
 MOST_TOML, LONGEST_TOML_LINE = 250_000, 4_000
 """Characters of a TOML file and of one of its lines: files made by hand or by rwjax are far shorter, and a key of thousands of parts
 takes minutes to read. Python reads no whole number of more than 4300 digits."""
@@ -57,11 +60,11 @@ def cannot_be_read(path: str | os.PathLike[str], bad: OSError) -> str:
     """
     said, advice = f"{path}: cannot be read: {bad.strerror}", "give the path of a readable file"
     if isinstance(bad, FileNotFoundError):
-        beside = Path(path).parent
+        beside, files = Path(path).parent, list[str]()
         with suppress(OSError):
-            files = [entry.name for entry in beside.iterdir()]
-            if alike(Path(path).name, files):
-                advice = f"beside it lies {beside / nearest(Path(path).name, files)}"
+            files = [entry.name for entry in islice(beside.iterdir(), MOST_BESIDE) if entry.is_file()]
+        if files and alike(Path(path).name, [name := nearest(Path(path).name, files)]):
+            advice = f"beside it lies {beside / name}"
     return f"{said}; {advice}"
 
 

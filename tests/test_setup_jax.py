@@ -13,6 +13,7 @@ def test_the_environment_stays_the_user_s() -> None:
 
 FOLDERS = """
 import importlib, os, pwd, sys
+from rwjax import cache_folder
 import jax
 named, shared, home = sys.argv[1:]
 def set_up(**variables):
@@ -33,6 +34,7 @@ set_up(XDG_CACHE_HOME=home)
 set_up(XDG_CACHE_HOME=shared)
 set_up(JAX_COMPILATION_CACHE_DIR=shared)
 set_up(JAX_COMPILATION_CACHE_DIR=named)
+cache_folder.WRITES_BETWEEN_TRIMS = 1
 jax.jit(lambda x: x + 1.0)(2.0)
 """
 

@@ -58,6 +58,11 @@ def test_what_cannot_be_read_is_the_callers_error(tmp_path: Path) -> None:
         read_text(tmp_path / "none", RigError)
     with pytest.raises(RigError, match=f"latine: cannot be read: No such .*; beside it lies {tmp_path / 'latin'}$"):
         read_text(tmp_path / "latine", RigError)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "dangling").symlink_to("nowhere")
+    for name in ("folders", "dangling"):  # neither a folder nor the link itself is a file to give in its place
+        with pytest.raises(RigError, match="give the path of a readable file$"):
+            read_text(tmp_path / name, RigError)
 
 
 def test_a_file_is_replaced_whole_also_through_a_link(tmp_path: Path) -> None:

@@ -5,9 +5,9 @@ logs: where something was changed, it leaves of them at most a third of what it 
 the given ones at most three times what it leaves of its own: then no more is there to be found than in the logs that it was fitted to.
 
 Besides it says what is left of the given logs once the changed numbers are put right, and whether they can be named: whether that is at
-most half of what is left with them wrong, as every claim of a diagnosis has to reach. Where it is more, something changes besides, as friction that grows with the load does, and
-`unknown` is the best answer. The last column is what a diagnosis can reach that is told the right names: what is left of each run where the
-changed numbers are estimated from the others.
+most half of what is left with them wrong, as every claim of a diagnosis has to reach. Where it is more, something changes besides, as
+friction that grows with the load does, and `unknown` is the best answer. Last it says what a diagnosis can reach that is told the right
+names: what is left of each run where the changed numbers are estimated from the others.
 """
 
 from collections.abc import Sequence

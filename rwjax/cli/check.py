@@ -38,7 +38,8 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         lines = [f"- {finding.about}: {finding}" for finding in found] or [
             "nothing odd was found; how far the model is from these logs is another question"
         ]
-        ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)]
+        fitted = any(not log.validate for log in logs)
+        ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)] if fitted else []
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
         raise typer.Exit(2)

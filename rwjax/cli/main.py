@@ -78,8 +78,9 @@ def main() -> None:
     # equinox checks values by calling back to Python, and a program that does so cannot be kept on disk. Here nothing needs its
     # checks: a run that fails is seen by its readings. A user who wants them sets the variable.
     os.environ.setdefault("EQX_ON_ERROR", "off")
-    # A GPU makes none of the commands faster (docs/performance.md), and to begin it takes a second and its memory.
-    os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    if "JAX_PLATFORM_NAME" not in os.environ:  # JAX's older variable, which names a device among those there are
+        # Nothing that was timed is faster on a GPU (docs/performance.md), and to begin it takes a second and its memory.
+        os.environ.setdefault("JAX_PLATFORMS", "cpu")
     try:
         status = app(one_name_each(sys.argv[1:]) or ["--help"], standalone_mode=False)
         if status == interrupt.STATUS:  # typer makes an exit of Ctrl-C

@@ -1,6 +1,6 @@
 """The command `predict`: the free run of a rig under a log's input."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -31,7 +31,7 @@ def predict(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0. Of several logs the errors alone are told, of each and of all together.
+    """Free run of RIG under the log's input, from the first 0.5 s of the log; writes a CSV at the log's times. A log without readings, only `time_s` and the command, starts at rest at 0. Of several logs the errors alone are told, of each, of all together and of those kept for validation.
 
     Example: `rwjax predict fitted.toml logs/triangle.csv -o predicted.csv`
     """
@@ -39,7 +39,7 @@ def predict(
     from rwjax.fitting.questions.likeness import Run
     from rwjax.fitting.questions.readings import about_readings
     from rwjax.fitting.segments import said, with_segments
-    from rwjax.logs.read import read_log
+    from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
 
     if len(log_files) > 1 and (output is not None or as_json):
@@ -50,37 +50,40 @@ def predict(
         check_file(output, rig_file, *log_files)
     check_segments(segments)
     by = solver_of(solver, smooth)
-    rig, runs, lost = read_rig(rig_file), dict[Path, Run](), list[str]()
-    logs = [read_log(file, rig, outputs_required=len(log_files) > 1) for file in log_files]
+    rig, runs, lost = read_rig(rig_file), list[Run](), list[str]()
+    logs = read_logs(log_files, rig, outputs_required=len(log_files) > 1)
     with progress(quiet) as show:
         show("looking at the logs")
         logs = [with_segments(rig, (log,), segments)[0] for log in logs]
-        for k, (file, log) in enumerate(zip(log_files, logs, strict=True), 1):
+        for k, log in enumerate(logs, 1):
             show(f"simulating {log.name}, {k} of {len(logs)}")
             try:
                 with of_file(rig_file):
-                    runs[file] = Run(log, free_run(rig, log, solver=by).columns)
+                    runs.append(Run(log, free_run(rig, log, solver=by).columns))
             except InputError as error:
                 if len(logs) == 1:
                     raise
                 lost.append(str(error))
     if len(logs) == 1:
-        _tell(runs[log_files[0]], output, as_json=as_json)
+        _tell(runs[0], output, as_json=as_json)
     elif runs:
         _tell_several(runs)
-    note(*by.notes(rig, logs), *said(logs), *about_readings([*runs.values()]))
+    note(*by.notes(rig, logs), *said(logs), *about_readings(runs), *lost)
     if lost:
-        raise InputError("; ".join(lost))
+        raise InputError(
+            f"{len(lost)} of {len(logs)} logs have no prediction, and count in no error; the notes say why"
+        )
 
 
-def _tell_several(runs: "Mapping[Path, Run]") -> None:
+def _tell_several(runs: "Sequence[Run]") -> None:
     """Tells the errors of several logs: of each, of all together, and of those together that no fit takes where the others are fitted."""
-    alike = len({run.log.name for run in runs.values()}) < len(runs)
-    lines, kept = [], [run for run in runs.values() if run.log.validate]
-    for file, run in runs.items():
-        name = f"{file if alike else run.log.name}{' (kept for validation)' if run.log.validate else ''}"
-        lines += [f"{name}: {line}" for line in _errors(run)]
-    lines += [f"all samples together: {line}" for line in _errors(*runs.values())]
+    kept = [run for run in runs if run.log.validate]
+    lines = [
+        f"{run.log.name}{' (kept for validation)' if run.log.validate else ''}: {line}"
+        for run in runs
+        for line in _errors(run)
+    ]
+    lines += [f"all samples together: {line}" for line in _errors(*runs)]
     if 0 < len(kept) < len(runs):
         lines += [f"those kept for validation together: {line}" for line in _errors(*kept)]
     document("\n".join([*lines, ""]))

@@ -188,7 +188,7 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
     if leaves <= after:
         return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
     if after == 0.0:
-        return f"It leaves {leaves:.3g} {unit} on held-out runs, and {best} nothing."
+        return f"It leaves {leaves:.3g} {unit} on held-out runs, and {best} leaves nothing."
     times = f"{float(f'{leaves / after:.2g}'):g}"
     beside = f"about as much as {best}" if times == "1" else f"{times} times what {best} leaves"
     return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."

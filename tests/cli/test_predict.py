@@ -52,9 +52,8 @@ def test_a_log_whose_run_goes_beyond_any_rig_takes_nothing_from_the_others(tmp_p
     (tmp_path / "rig.toml").write_text(re.sub("viscous = .*", "viscous = -2.2", text))
     done = program("predict", "rig.toml", str(DEMO / "square.csv"), "rest.csv", cwd=tmp_path)
     assert done.stdout.splitlines()[0] == "rest.csv: yaw_rad: RMS error 0 rad of a signal of RMS 0 rad"
-    *_, said = done.stderr.splitlines()
-    assert (
-        done.returncode == 2
-        and said.startswith("rwjax: rig.toml: ")
-        and "its free run on square.csv goes beyond" in said
-    )
+    *_, why, said = done.stderr.splitlines()
+    assert done.returncode == 2 and said.startswith("rwjax: 1 of 2 logs have no prediction")
+    assert why.startswith("note: rig.toml: ") and "its free run on square.csv goes beyond" in why
+    twice = program("predict", "rig.toml", "rest.csv", "./rest.csv", cwd=tmp_path)
+    assert twice.returncode == 2 and "named 2 times" in twice.stderr
