@@ -213,6 +213,11 @@ def measured_sets() -> Block:
     return Block((SETS,), Table("Every set of published logs", head, rows))
 
 
+CHANGED = "gain of the servo", "payload or arm", "motor"
+OF_PAIRS = "named", "named with others", "in part", "wrong"
+"""Outcomes of `experiments.real.run` that name something."""
+
+
 def what_was_changed(line: Line) -> str:
     """Which kind of pair a line is."""
     if not line["changed"]:
@@ -233,11 +238,6 @@ def measured_pairs() -> Block:
         rows.append([what, str(len(group)), *told, share(rest, len(group))])
     head = ["changed", "pairs", "named alone", "in a set with another", "in part", "a false name", "nothing said"]
     return Block((PAIRS,), Table("Pairs of measured set-ups", head, rows))
-
-
-CHANGED = "gain of the servo", "payload or arm", "motor"
-OF_PAIRS = "named", "named with others", "in part", "wrong"
-"""Outcomes of `experiments.real.run` that name something."""
 
 
 BLOCKS: dict[str, Callable[[], Block]] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jax
 
-from rwjax.cache_folder import trim_now_and_then
+from rwjax.cache_folder import has_room, trim_now_and_then
 
 TRACED = ("jax", "equinox", "diffrax", "optimistix", "lineax", "llvmlite")
 """Distributions whose code becomes part of a program."""
@@ -75,6 +75,8 @@ def write(path: Path | None, data: bytes | bytearray) -> None:
     trim_now_and_then(path.parent)
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
+        if not has_room(path.parent):
+            return
         try:
             new.write_bytes(hashlib.sha256(data).digest() + data)
             new.replace(path)

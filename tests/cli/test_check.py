@@ -1,6 +1,7 @@
 """The command `check`: what it prints, and its status."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,3 +35,18 @@ def test_logs_in_other_units_end_with_status_2(
     said = json.loads(capsys.readouterr().out)
     assert end.value.exit_code == 2 and said["schema"] == "rwjax.check/1" and not said["usable"]
     assert said["findings"][0]["about"] == "units" and np.isclose(said["logs"][0]["seconds"], 5.99)
+
+
+@pytest.mark.parametrize(
+    ("free", "role", "suggested"), [(("axis.inertia",), "", "fit"), ((), "", "diagnose"), ((), "validate", "")]
+)
+def test_the_next_command_is_one_that_the_files_allow(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], free: tuple[str, ...], role: str, suggested: str
+) -> None:
+    run = log(U)
+    (tmp_path / "rig.toml").write_text(write_rig(replace(RIG, free=free)))
+    columns = {"time_s": run.time, "voltage_V": run.command, "yaw_rad": run.outputs["yaw_rad"]}
+    write_log(tmp_path / "run.csv", columns, {"role": role} if role else None)
+    check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith(f"next: rwjax {suggested} ") if suggested else not last.startswith("next: ")

@@ -30,6 +30,9 @@ def test_commands_run_on_the_processor_unless_the_user_names_another_device(monk
     monkeypatch.setenv("JAX_PLATFORMS", "cuda")  # for the command to find, and restored after it
     assert within(monkeypatch, "--version") == 0 and os.environ["JAX_PLATFORMS"] == "cuda"
     monkeypatch.delenv("JAX_PLATFORMS")
+    monkeypatch.setenv("JAX_PLATFORM_NAME", "gpu")
+    assert within(monkeypatch, "--version") == 0 and "JAX_PLATFORMS" not in os.environ
+    monkeypatch.delenv("JAX_PLATFORM_NAME")
     assert within(monkeypatch, "--version") == 0 and os.environ["JAX_PLATFORMS"] == "cpu"
 
 

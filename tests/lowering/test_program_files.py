@@ -45,3 +45,9 @@ def test_a_folder_that_cannot_be_written_costs_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     program_files.write(tmp_path / "file" / "program", b"code")
     assert program_files.read(tmp_path / "file" / "program") is None
+
+
+def test_on_a_disk_that_is_nearly_full_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rwjax.cache_folder.LEAST_FREE_BYTES", 10**18)
+    program_files.write(tmp_path / "program", b"code")
+    assert not [*tmp_path.iterdir()]
