@@ -1,9 +1,10 @@
-# make demo | test | test-all | firmware-test | wheel | lint | bench | docs | rivals | peers | lock | clean; each sets up .venv first (about a minute, once)
+# make demo | test | test-all | firmware-test | wheel | lint | bench | docs | rivals | peers | lock | clean; each sets up .venv first (half a minute, once)
 
 PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python3)
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
+INSTALL := $(BIN)/uv pip install --quiet --no-config --python $(BIN)/python
 
 .PHONY: demo test test-all firmware-test wheel lint bench docs pages rivals peers lock clean python
 .DELETE_ON_ERROR:
@@ -42,7 +43,7 @@ bench: .venv/.bench
 	@$(BIN)/python -m experiments.speed.run $(PARTS)
 
 .venv/.bench: $(READY)
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[bench]"
+	@$(INSTALL) --no-build-isolation -e ".[bench]"
 	@touch $@
 
 # The pages of docs/ as a site in build/docs: notebooks are executed, and a warning ends it. `make pages` leaves the gallery of effects out.
@@ -55,7 +56,7 @@ pages: .venv/.docs
 	@echo "build/docs/index.html"
 
 .venv/.docs: $(READY) docs/requirements.lock
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes --no-deps -r docs/requirements.lock
+	@$(INSTALL) --require-hashes --no-deps -r docs/requirements.lock
 	@touch $@
 
 # Rivals of the diagnosis on labelled cases of the separate simulator (half a minute a case), then their scores.
@@ -64,7 +65,7 @@ rivals: .venv/.rivals
 	@$(BIN)/python -m experiments.rivals.score build/rivals.jsonl --coverage 0.95
 
 .venv/.rivals: $(READY)
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[rivals]"
+	@$(INSTALL) --no-build-isolation -e ".[rivals]"
 	@touch $@
 
 # Other tools on the same measured logs (minutes). jax-sysid wants a JAX of its own.
@@ -76,15 +77,17 @@ build/peers/jax-sysid:
 	@$@/bin/python -m pip install -q --disable-pip-version-check "jax-sysid>=1.1"
 
 .venv/.peers: $(READY)
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -e ".[peers]"
+	@$(INSTALL) --no-build-isolation -e ".[peers]"
 	@touch $@
 
-# The locked files, by their hashes, then the package itself as it lies here, with nothing else resolved or fetched.
+# The locked files, by their hashes: first uv, which fetches the others; then the package itself as it lies here, with nothing else resolved.
 $(READY): requirements.lock pyproject.toml | python
-	@echo "setting up .venv (1.3 GB; a minute or a few the first time)"
+	@echo "setting up .venv (1.3 GB; half a minute or a few minutes the first time)"
 	@$(PYTHON) -m venv .venv
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile --require-hashes -r requirements.lock
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@sed -n '/^uv==/,/[^\\]$$/p' requirements.lock >.venv/uv.lock
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r .venv/uv.lock
+	@$(INSTALL) --require-hashes -r requirements.lock
+	@$(INSTALL) --no-deps --no-build-isolation -e .
 	@touch $@
 
 python:
@@ -93,13 +96,11 @@ python:
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "rwjax needs Python's venv module: apt-get install python3-venv" >&2; exit 1; }
 
 # For maintainers: newest versions that pyproject.toml allows, for Python 3.11 on 64-bit Linux; they have wheels up to 3.14.
-lock: | python
-	@$(PYTHON) -m venv build/lock
-	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco --extra fleet \
+lock: $(READY)
+	@$(BIN)/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco --extra fleet \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
-	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra docs --constraint requirements.lock \
+	@$(BIN)/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra docs --constraint requirements.lock \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o docs/requirements.lock pyproject.toml
 
