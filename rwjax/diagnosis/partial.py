@@ -169,10 +169,10 @@ def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed:
     fitted(fits, smaller)
     if _gain(fits, best, smaller) <= limits.needed:
         return "it is not needed beside a remainder that is coloured noise"
-    parts = [a for a in amplitudes(fits, best, smaller) if a.weight >= limits.weighs]
-    if _disagree(parts, limits):
+    parts = amplitudes(fits, best, smaller)
+    if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
-    telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs]
+    telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
     if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
     without = left_out(fits, smaller)
@@ -237,9 +237,9 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
     return {unit: np.array(values) for unit, values in found.items()}
 
 
-def _disagree(parts: Sequence[Amplitude], limits: PartialSettings) -> bool:
-    """Whether some part asks for another amplitude."""
-    return any(abs(a.value - 1.0) > max(limits.differs, limits.sigmas * a.error) for a in parts)
+def _differs(part: Amplitude, limits: PartialSettings) -> bool:
+    """Whether a part asks for another amplitude."""
+    return abs(part.value - 1.0) > max(limits.differs, limits.sigmas * part.error)
 
 
 def _akin(one: str, other: str) -> bool:
@@ -343,7 +343,7 @@ def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
     fitted(fits, smaller)
     if _gain(fits, hypothesis, smaller) <= limits.needed:
         return False
-    return not _disagree([a for a in amplitudes(fits, hypothesis, smaller) if a.weight >= limits.weighs], limits)
+    return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
 
 
 def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:

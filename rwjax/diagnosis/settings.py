@@ -76,8 +76,14 @@ class PartialSettings:
         "difference in amplitude, as a share of the fitted one, that what else is missing may feign in a run: what leaves half of the "
         "error at most correlates with the effect by as much; and the standard error up to which a run tells the amplitude",
     )
-    weighs: float = _limit(0.05, "share of a name's change that a run, or a size of command, must hold to be asked")
-    runs: int = _limit(2, "training runs that have to tell the amplitude: one run alone tells nothing of another")
+    weighs: float = _limit(
+        0.05, "share of a name's change that a run, or a size of command, must hold where its disagreement speaks against the name"
+    )
+    runs: int = _limit(
+        2,
+        "training runs that have to tell the amplitude, and to agree: one run alone tells nothing of another. The share of the change does not "
+        "count here: a stiff loop moves by a tenth of what a free arm does, and tells a weight no worse",
+    )
     harms: float = _limit(
         1.1,
         "squares of a run that is left out, with the name against without it: a true effect makes no run that tells its amplitude "
