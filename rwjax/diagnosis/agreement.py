@@ -10,7 +10,6 @@ times the amplitude that was fitted, with the residual $r_i = r - (1 - a_i)\,d$ 
 of the products $r_i\,d$ [samples]. What else is missing is part of $r_i$, and so of the errors; that the parts disagree is not.
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,9 +17,6 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.information_criterion import correlation_time, residuals
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.diagnosis.refits import refitted
-from rwjax.fitting.prediction import Prediction, errors, predicted
-from rwjax.fitting.processes import Task
 from rwjax.logs.segments import runs_of
 
 
@@ -75,36 +71,3 @@ def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list
             spread = sum(correlation_time(p) * float(np.sum(p[at] ** 2)) for p, at in zip(products, part, strict=True))
             found.append(Amplitude(1.0 - short, float(np.sqrt(spread)) / square, square / whole, number))
     return found
-
-
-def left_out(fits: ModelFits, hypothesis: Hypothesis) -> dict[int, float]:
-    """How a hypothesis follows each training run when it is fitted to the other ones.
-
-    Args:
-        fits: fits, that of the hypothesis at its end.
-        hypothesis: the one to judge.
-
-    Returns:
-        Sum of squared errors [noise²] by the run's number; none where there is one run alone.
-    """
-    train, run = np.array(fits.train), runs_of(fits.problem.logs)[list(fits.train)]
-    runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
-    if len(runs) < 2:
-        return {}
-    fitted = refitted(fits, [(hypothesis, [k for k in fits.train if k not in test]) for test in runs.values()])
-    problem = fits.problem_of(hypothesis)
-    judged = [
-        Task(problem, partial(predicted, problem, theta, test, with_floor=False))
-        for test, theta in zip(runs.values(), fitted, strict=True)
-    ]
-    return {n: _square(fits, one) for n, one in zip(runs, fits.together(judged), strict=True)}
-
-
-def _square(fits: ModelFits, predictions: list[Prediction]) -> float:
-    """Sum of squared errors of predictions [noise²]; what left the range of numbers counts as far off."""
-    square, far = 0.0, fits.settings.gap.diverged
-    for p, by_output in zip(predictions, errors(fits.problem, predictions), strict=True):
-        for name, e in by_output.items():
-            seen = np.isfinite(fits.problem.logs[p.log].outputs[name])
-            square += float(np.sum(np.where(np.isfinite(e), e / fits.problem.noise[name], far)[seen] ** 2))
-    return square

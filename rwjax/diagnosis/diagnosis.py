@@ -25,7 +25,8 @@ from rwjax.diagnosis.partial import Claim, claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.search.forward_backward import ForwardBackward, Search
+from rwjax.diagnosis.search.forward_backward import ForwardBackward
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.so_far import so_far
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
@@ -268,7 +269,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
-            search = Search(fits, names, fits.settings.partial.further_removes)
+            search = FurtherSearch(fits, names)
             further = search.go_on(choice.best) if compare.above_the_noise(choice.best) else choice
             if further.best.names:
                 polish(fits, further.best)

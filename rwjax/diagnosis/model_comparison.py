@@ -26,6 +26,11 @@ class ModelComparison:
         self._count: dict[str, float] = {}
 
     @property
+    def in_sample(self) -> "ModelComparison":
+        """The comparison by the runs that hypotheses were fitted to alone: this one."""
+        return self
+
+    @property
     def compared(self) -> tuple[Hypothesis, ...]:
         """Every hypothesis that was looked at, the first one first."""
         return tuple(self._squares)

@@ -21,15 +21,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.diagnosis.agreement import Amplitude, amplitudes, left_out
+from rwjax.diagnosis.agreement import Amplitude, amplitudes
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
 from rwjax.diagnosis.innovations import mean_log_likelihood
+from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.equivalents import equivalents
-from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.neighbours import exchanges, extensions
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import PartialSettings
@@ -68,7 +69,7 @@ class Holding(NamedTuple):
     refused: dict[str, str]
 
 
-def claimed(search: Search, choice: Choice) -> Holding:
+def claimed(search: FurtherSearch, choice: Choice) -> Holding:
     """The part of an explanation that holds.
 
     Each name is judged beside the others. Those that do not hold are not claimed, but they stay beside the rest while this is judged: they
@@ -93,25 +94,24 @@ def claimed(search: Search, choice: Choice) -> Holding:
     return Holding(None, refused)
 
 
-def _judged(search: Search, best: Hypothesis) -> dict[str, str]:
+def _judged(search: FurtherSearch, best: Hypothesis) -> dict[str, str]:
     """The names of a set that do not hold beside the others, and why; where it comes near the noise, no further name is fitted."""
     fits = search.fits
     fitted(fits, best)
-    followed = left_out(fits, best)
-    refused = _failing({name: why_not_in_every_run(fits, best, name, followed) for name in best.names})
+    refused = _failing({name: why_not_in_every_run(search.left_out, best, name) for name in best.names})
     rest = [name for name in best.names if name not in refused]
     if not _near_the_noise(search, best):
         akin = [name for name in search.candidates if any(_akin(name, one) for one in rest)]
         search.halving.fit([e for e in extensions(akin, best) if not fits.stepped(e)], best)
-    return refused | _failing({name: why_not_of_its_form(fits, best, name) for name in rest})
+    return refused | _failing({name: why_not_of_its_form(search.left_out, best, name) for name in rest})
 
 
-def _near_the_noise(search: Search, best: Hypothesis) -> bool:
+def _near_the_noise(search: FurtherSearch, best: Hypothesis) -> bool:
     """Whether a set leaves no more of the training runs than a right one may."""
     return bool(np.sqrt(search.comparison.excess(best)) < search.fits.settings.verdict.doubt)
 
 
-def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, str]) -> Holding:
+def _claim(search: FurtherSearch, choice: Choice, best: Hypothesis, refused: dict[str, str]) -> Holding:
     """What is claimed of a set, some names of which hold, beside its rivals."""
     if best == choice.best and not refused and _near_the_noise(search, best):
         return Holding(Claim(best, choice.alternatives, choice.equivalents), refused)
@@ -132,7 +132,7 @@ def _claim(search: Search, choice: Choice, best: Hypothesis, refused: dict[str, 
     return Holding(None, refused)
 
 
-def _shared(search: Search, named: Hypothesis, near: Sequence[Hypothesis]) -> Hypothesis:
+def _shared(search: FurtherSearch, named: Hypothesis, near: Sequence[Hypothesis]) -> Hypothesis:
     """Those of some names that every explanation holds which leaves about as much; all of them where these remove too little."""
     shared = _apart(named, [name for name in named.names if any(name not in e.names for e in near)])
     if not shared.names or shared == named:
@@ -153,18 +153,18 @@ def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
     return {name: why for name, why in reasons.items() if why is not None}
 
 
-def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed: Mapping[int, float]) -> str | None:
+def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
     """Why a name is not needed, or not in the same amount by every run.
 
     Args:
-        fits: a fit of the set at its end.
+        left_out: how sets follow each run that is left out; a fit of the set is at its end.
         best: the set.
         name: one of its names.
-        followed: how the set follows each run that is left out, as `left_out` has it.
 
     Returns:
         The first test that it fails, in words; None where it holds.
     """
+    fits = left_out.fits
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     if _gain(fits, best, smaller) <= limits.needed:
@@ -175,26 +175,27 @@ def why_not_in_every_run(fits: ModelFits, best: Hypothesis, name: str, followed:
     telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
     if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
-    without = left_out(fits, smaller)
-    if any(followed[run] > limits.harms * without[run] for run in telling):
+    with_it, without = left_out(best), left_out(smaller)
+    if any(with_it[run] > limits.harms * without[run] for run in telling):
         return "a run that is left out is followed worse with it"
     return None
 
 
-def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
+def why_not_of_its_form(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
     """Why what is missing has another form than a name.
 
     A name that leaves little of what is left without it has about the right form. What it leaves may be a small cause of its coordinate,
-    so that only a further law that removes most of it speaks against the name.
+    so that only a further law that removes most of it speaks against the name. One with which the left-out runs are followed no better says nothing.
 
     Args:
-        fits: a fit of the set at its end, and fits of what extends it.
+        left_out: how sets follow each run that is left out; a fit of the set is at its end, and there are fits of what extends it.
         best: the set.
         name: one of its names.
 
     Returns:
         The first test that it fails, in words; None where it holds.
     """
+    fits = left_out.fits
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
@@ -204,7 +205,8 @@ def why_not_of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | N
         return "a free-form law of its coordinate explains more"
     most = limits.further_law_of_little if little else limits.further_law
     for other, (share, e) in _further(fits, best).items():
-        if share > most and _akin(other, name) and not _stays(fits, best, e, name):
+        explains = share > most and _akin(other, name) and left_out.excess(e) < left_out.excess(best)
+        if explains and not _stays(fits, best, e, name):
             return "a further law of its coordinate removes part of what it leaves, and changes it"
     return None
 
@@ -300,7 +302,7 @@ def _apart(hypothesis: Hypothesis, names: Collection[str]) -> Hypothesis:
     return Hypothesis(tuple(name for name in hypothesis.names if name not in names))
 
 
-def _rivals(search: Search, best: Hypothesis) -> list[Hypothesis] | None:
+def _rivals(search: FurtherSearch, best: Hypothesis) -> list[Hypothesis] | None:
     """Every other set of no more names that was tried, but its own parts, those near to it at their end; None where it removes too little."""
     if not search.rivals(best) and exchanges(search.candidates, best):
         return None
@@ -312,7 +314,7 @@ def _rivals(search: Search, best: Hypothesis) -> list[Hypothesis] | None:
     return rivals
 
 
-def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The rivals that may stand in the place of a set, those that leave least first, without what is the same thing as it.
 
     They leave about as much, and all their runs ask for as much of what they have of their own.
@@ -320,6 +322,8 @@ def _near(search: Search, best: Hypothesis, rivals: Sequence[Hypothesis]) -> lis
     excess, same = search.comparison.excess, _same(search, best)
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
+    followed = search.left_out.excess
+    near = [e for e in near if followed(e) <= search.fits.settings.partial.as_much * followed(best)]
     return [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
 
 
@@ -346,7 +350,9 @@ def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
     return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
 
 
-def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]) -> Claim:
+def _beside(
+    search: FurtherSearch, named: Hypothesis, near: Sequence[Hypothesis], rivals: Sequence[Hypothesis]
+) -> Claim:
     """The claim of names that hold, with what may stand in their place; first what was fitted.
 
     Beside it the best name of each coordinate is fitted: that which removes most says where what is left lies.
@@ -360,7 +366,7 @@ def _beside(search: Search, named: Hypothesis, near: Sequence[Hypothesis], rival
     return Claim(named, tuple(e for e in beside if e != named and not e.contains(named)), tuple(same), tuple(rivals))
 
 
-def _best_of_each_coordinate(search: Search) -> list[str]:
+def _best_of_each_coordinate(search: FurtherSearch) -> list[str]:
     """The name of every coordinate that leaves least beside the rig as it is."""
     singles = [e for e in extensions(search.candidates, NOTHING) if search.fits.stepped(e)]
     best: dict[str, str] = {}
@@ -369,7 +375,7 @@ def _best_of_each_coordinate(search: Search) -> list[str]:
     return list(best.values())
 
 
-def _same(search: Search, hypothesis: Hypothesis) -> list[Hypothesis]:
+def _same(search: FurtherSearch, hypothesis: Hypothesis) -> list[Hypothesis]:
     """What is the same thing as a set for this kind of rig, with any of its names exchanged."""
     found = [hypothesis]
     for one in found:

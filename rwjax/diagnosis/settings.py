@@ -77,7 +77,8 @@ class PartialSettings:
         "error at most correlates with the effect by as much; and the standard error up to which a run tells the amplitude",
     )
     weighs: float = _limit(
-        0.05, "share of a name's change that a run, or a size of command, must hold where its disagreement speaks against the name"
+        0.05,
+        "share of a name's change that a run, or a size of command, must hold where its disagreement speaks against the name",
     )
     runs: int = _limit(
         2,
@@ -159,6 +160,10 @@ class SearchSettings:
         0.5,
         "share of the remaining excess that a further name must remove: less than half is no second cause but the exact form of "
         "the first",
+    )
+    by_runs: int = _limit(
+        8,
+        "hypotheses that leave least, which are judged by the runs that they were not fitted to where a search goes on",
     )
     most_names: int = _limit(3, "names of a hypothesis at most")
     most_names_further: int = _limit(

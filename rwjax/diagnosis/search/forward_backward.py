@@ -42,7 +42,7 @@ class Search:
     Args:
         fits: where the fits are kept.
         candidates: names that might be missing.
-        further_removes: share of the remaining excess that a further name must remove [1], that of the settings where none is given.
+        comparison: how hypotheses are compared, by the evidence where none is given.
 
     Attributes:
         fits: where the fits are kept.
@@ -52,11 +52,11 @@ class Search:
         limits: limits of the search.
     """
 
-    def __init__(self, fits: ModelFits, candidates: Sequence[str], further_removes: float | None = None) -> None:
+    def __init__(self, fits: ModelFits, candidates: Sequence[str], comparison: ModelComparison | None = None) -> None:
         self.fits = fits
         self.candidates = tuple(candidates)
         self.halving = SuccessiveHalving(fits)
-        self.comparison = ModelComparison(fits, further_removes)
+        self.comparison = comparison or ModelComparison(fits)
         self.limits = fits.settings.search
         self._pairs: list[Hypothesis] | None = None
 
@@ -68,24 +68,6 @@ class Search:
         """
         self.fits(NOTHING)
         return self.chosen(*self.exchanged(self.forward(NOTHING, self.limits.most_names)))
-
-    def go_on(self, begin: Hypothesis) -> Choice:
-        """Goes on from what was chosen, and looks for two names at once where a visible part is left.
-
-        What is negligible is measured by what the hypothesis leaves that is begun from. So this looks for what the search before it
-        took for the exact form of its names.
-
-        Args:
-            begin: what was chosen, with a fit at its end.
-
-        Returns:
-            The choice, with what was tried.
-        """
-        most = self.limits.most_names_further
-        best, rivals = self.exchanged(self.forward(begin, most) if begin.names else begin)
-        if (pair := self.pair(best)) is not None:
-            best, rivals = self.exchanged(pair)
-        return self.chosen(best, rivals)
 
     def exchanged(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
         """A hypothesis without the names that are not needed, or what surpasses it.
@@ -104,22 +86,6 @@ class Search:
             best = self.backward(better)
             rivals = self.rivals(best)
         return best, rivals
-
-    def pair(self, best: Hypothesis) -> Hypothesis | None:
-        """Two names that explain together what one name after the other does not.
-
-        Args:
-            best: what the search has come to that adds one name after the other.
-
-        Returns:
-            The pair, or None where that leaves no visible part or no pair explains enough of it.
-        """
-        compare = self.comparison
-        if not compare.leaves_visible(best) or not (pairs := self.pairs()):
-            return None
-        fit_exactly(self.fits, self._by_cost(pairs)[: self.limits.exactly_at_once])
-        leader = compare.leader(pairs)
-        return leader if compare.needs(leader, best) else None
 
     def pairs(self) -> list[Hypothesis]:
         """Two names at a time, those that are predicted to leave least, with fits that have begun.
@@ -149,11 +115,10 @@ class Search:
         reference = compare.criterion(best, effective)
 
         def is_close(e: Hypothesis) -> bool:
-            if compare.leaves_more(e, best):
-                return False
             within = limits.close_containing if e.contains(best) else limits.close
             near = compare.criterion(e, effective) > reference - within
-            return near or (compare.ties(best, e) and not e.contains(best))
+            near = near or (compare.ties(best, e) and not e.contains(best))
+            return near and not compare.leaves_more(e, best)
 
         close = [e for e in rivals if is_close(e)]
         alternatives = [e for e in close if not any(e.contains(other) for other in close)]
@@ -329,7 +294,7 @@ class Search:
 
     def _suffices(self, hypotheses: list[Hypothesis], enough: float) -> bool:
         """Whether the leading hypothesis leaves at most so much excess."""
-        return not self.comparison.excess(self.comparison.leader(hypotheses)) > enough
+        return not self.comparison.excess(self.comparison.in_sample.leader(hypotheses)) > enough
 
     def _far_behind(self, hypothesis: Hypothesis, best: Hypothesis) -> bool:
         """Whether a hypothesis leaves so much more than one that reaches the noise that no further start is tried."""

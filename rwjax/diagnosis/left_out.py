@@ -1,0 +1,94 @@
+r"""Left-out runs: how a hypothesis follows each training run when it is fitted to the other ones.
+
+An effect with several numbers can follow a run that holds nearly all of the error, as a free swing among runs of a stiff loop does, and say
+nothing of the others. What it leaves of that run where it was fitted to the others shows it.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.refits import refitted
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.prediction import Prediction, errors, predicted
+from rwjax.fitting.processes import Task
+from rwjax.logs.segments import runs_of
+
+
+class LeftOut:
+    """Errors of hypotheses on training runs that they were not fitted to, each worked out once for a fit.
+
+    Args:
+        fits: where the fits are kept.
+
+    Attributes:
+        fits: where the fits are kept.
+        runs: numbers of each training run's logs, by the run's number; none where there is one run alone.
+    """
+
+    def __init__(self, fits: ModelFits) -> None:
+        self.fits = fits
+        train, run = np.array(fits.train), runs_of(fits.problem.logs)[list(fits.train)]
+        runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
+        self.runs = runs if len(runs) > 1 else {}
+        self._known: dict[Hypothesis, tuple[Fit, dict[int, float]]] = {}
+
+    def __call__(self, hypothesis: Hypothesis) -> dict[int, float]:
+        """Squares of each run that a hypothesis was not fitted to.
+
+        Args:
+            hypothesis: the rig as it is, or a hypothesis with a fit that a search has begun.
+
+        Returns:
+            Sum of squared errors [noise²] by the run's number; none where there is one run alone.
+        """
+        self.prepare([hypothesis])
+        return self._known[hypothesis][1]
+
+    def prepare(self, hypotheses: Sequence[Hypothesis]) -> None:
+        """Works out the errors of several hypotheses side by side.
+
+        Args:
+            hypotheses: the hypotheses.
+        """
+        fits = self.fits
+        fits.end([e for e in hypotheses if e.names])
+        new = [e for e in dict.fromkeys(hypotheses) if e not in self._known or self._known[e][0] is not fits(e)]
+        cases = [(e, [k for k in fits.train if k not in logs]) for e in new for logs in self.runs.values()]
+        judged = [
+            Task(problem, partial(predicted, problem, theta, logs, with_floor=False))
+            for (e, _), logs, theta in zip(cases, [*self.runs.values()] * len(new), refitted(fits, cases), strict=True)
+            for problem in [fits.problem_of(e)]
+        ]
+        found = iter(fits.together(judged))
+        for e in new:
+            self._known[e] = fits(e), {n: self._squares(next(found)) for n in self.runs}
+
+    def excess(self, hypothesis: Hypothesis) -> float:
+        """Mean square of the left-out runs above the noise [1], over all of their readings.
+
+        Args:
+            hypothesis: the rig as it is, or a hypothesis with a fit that a search has begun.
+
+        Returns:
+            The excess [1], in units of the noise's mean square; 0 where the noise is reached, or where no run can be left out.
+        """
+        readings = sum(
+            int(np.isfinite(y).sum())
+            for logs in self.runs.values()
+            for k in logs
+            for y in self.fits.problem.logs[k].outputs.values()
+        )
+        return max(sum(self(hypothesis).values()) / readings - 1.0, 0.0) if readings else 0.0
+
+    def _squares(self, predictions: list[Prediction]) -> float:
+        """Sum of squared errors of predictions [noise²]; what left the range of numbers counts as far off."""
+        problem, far, square = self.fits.problem, self.fits.settings.gap.diverged, 0.0
+        for p, by_output in zip(predictions, errors(problem, predictions), strict=True):
+            for name, e in by_output.items():
+                seen = np.isfinite(problem.logs[p.log].outputs[name])
+                square += float(np.sum(np.where(np.isfinite(e), e / problem.noise[name], far)[seen] ** 2))
+        return square
