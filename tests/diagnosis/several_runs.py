@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.logs.log import Log
 from tests.systems import platform, record, run
 
@@ -28,10 +28,10 @@ def run_of(number: int, truth: Truth, noise: float = 2e-4, disturbed: float = 0.
     return replace(record(TIME, command, {"yaw_rad": y}), name=f"{number}.csv")
 
 
-def searched(logs: Sequence[Log], *hypotheses: Hypothesis) -> Search:
-    """A search among the names of some hypotheses, which are fitted."""
+def searched(logs: Sequence[Log], *hypotheses: Hypothesis) -> FurtherSearch:
+    """A search that goes on among the names of some hypotheses, which are fitted."""
     fits = ModelFits.of(RIG, logs, range(len(logs)))
-    search = Search(fits, tuple(dict.fromkeys(name for e in hypotheses for name in e.names)))
+    search = FurtherSearch(fits, tuple(dict.fromkeys(name for e in hypotheses for name in e.names)))
     fits(NOTHING)
     fits.start_from_first_readings()
     search.halving.fit(hypotheses, NOTHING)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rwjax.diagnosis.agreement import amplitudes, left_out
+from rwjax.diagnosis.agreement import amplitudes
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from tests.diagnosis.several_runs import run_of, searched
 
@@ -24,17 +24,3 @@ def test_an_effect_of_one_run_alone_has_another_amplitude_there() -> None:
     logs = [run_of(0, PUSHED), run_of(1, PUSHED), run_of(2, {"axis.bias_torque": {"T": 0.08}})]
     found = amplitudes(searched(logs, BIAS).fits, BIAS, NOTHING)
     assert found[0].value < 0.6 and found[2].value > 1.1
-
-
-def test_a_run_that_is_left_out_is_followed_by_what_the_others_say() -> None:
-    same = searched([run_of(k, PUSHED) for k in range(3)], BIAS)
-    without, with_it = left_out(same.fits, NOTHING), left_out(same.fits, BIAS)
-    assert len(without) == 3 and all(with_it[run] < 0.01 * without[run] for run in without)
-    opposite = [run_of(0, PUSHED), run_of(1, PUSHED), run_of(2, {"axis.bias_torque": {"T": -0.02}})]
-    fits = searched(opposite, BIAS).fits
-    assert left_out(fits, BIAS)[2] > left_out(fits, NOTHING)[2]
-
-
-def test_a_single_run_cannot_be_left_out() -> None:
-    fits = searched([run_of(0, PUSHED)], BIAS).fits
-    assert left_out(fits, BIAS) == {}

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.agreement import amplitudes, left_out
+from rwjax.diagnosis.agreement import amplitudes
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
-from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.partial import claimed, further_laws, why_not_in_every_run, why_not_of_its_form
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.settings import PartialSettings, Settings
 from tests.diagnosis.several_runs import RIG, run_of, searched
 
@@ -22,9 +22,9 @@ FRICTION = {"axis.coulomb": {"M_c": 0.06}}
 PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
 
-def why_not(search: Search, best: Hypothesis, name: str) -> str | None:
-    fits = search.fits
-    return why_not_in_every_run(fits, best, name, left_out(fits, best)) or why_not_of_its_form(fits, best, name)
+def why_not(search: FurtherSearch, best: Hypothesis, name: str) -> str | None:
+    left_out = search.left_out
+    return why_not_in_every_run(left_out, best, name) or why_not_of_its_form(left_out, best, name)
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_a_name_that_fails_stays_beside_the_others_while_these_are_judged(monkey
     both, seen = DRY.plus("axis.bias_torque"), []
     search = searched([run_of(k, FRICTION | PUSHED) for k in range(3)], DRY, both)
 
-    def of_its_form(fits: ModelFits, best: Hypothesis, name: str) -> str | None:
+    def of_its_form(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
         seen.append((best, name))
         return "another form" if name == "axis.bias_torque" else None
 
@@ -134,20 +134,20 @@ def test_a_smaller_law_of_its_coordinate_says_nothing_against_a_name_that_stays_
     assert coordinate_of("drive.saturation") == coordinate_of("drive.bias")
     assert further_laws(search.fits, bends)["voltage"] > 0.9
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
-    assert why_not_of_its_form(search.fits, bends, "drive.saturation") is None
+    assert why_not_of_its_form(search.left_out, bends, "drive.saturation") is None
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf, differs=0.0))
-    assert why_not_of_its_form(search.fits, bends, "drive.saturation") is not None
+    assert why_not_of_its_form(search.left_out, bends, "drive.saturation") is not None
 
 
 def test_a_search_that_goes_on_asks_a_further_name_for_less(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[float] = []
 
-    class Watched(Search):
+    class Watched(FurtherSearch):
         def go_on(self, begin: Hypothesis) -> Choice:
             asked.append(self.comparison.further_removes)
             return super().go_on(begin)
 
-    monkeypatch.setattr("rwjax.diagnosis.diagnosis.Search", Watched)
+    monkeypatch.setattr("rwjax.diagnosis.diagnosis.FurtherSearch", Watched)
     diagnose(RIG, [run_of(k, FRICTION, disturbed=0.3) for k in range(3)], only=DRY.names)
     assert asked == [PartialSettings().further_removes]
 
@@ -159,7 +159,7 @@ def test_a_further_law_of_another_part_of_the_rig_says_nothing_against_a_name() 
     search = searched([run_of(k, truth) for k in range(3)], late, late.plus("axis.periodic_torque"))
     assert coordinate_of("sensor.delay") == coordinate_of("axis.periodic_torque")
     assert further_laws(search.fits, late)["time"] > PartialSettings().further_law
-    assert why_not_of_its_form(search.fits, late, "sensor.delay") is None
+    assert why_not_of_its_form(search.left_out, late, "sensor.delay") is None
 
 
 def test_where_a_set_reaches_the_noise_the_evidence_says_what_stands_beside_it() -> None:

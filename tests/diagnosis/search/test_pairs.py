@@ -16,6 +16,7 @@ from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names
 from rwjax.diagnosis.score_screen import Candidate, Probe
 from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.pairs import foremost, joint_gains, promising_pairs
 from rwjax.diagnosis.settings import PairSettings
 from rwjax.diagnosis.starting_points import candidate_of
@@ -122,9 +123,8 @@ def test_another_payload_is_among_the_promising_pairs_and_begins_near_it() -> No
 @pytest.mark.parametrize("times", [1.5, 2.2])
 def test_another_payload_is_found_and_what_scales_the_same_beside_it(times: float) -> None:
     fits = with_another_payload(times)
-    search = Search(fits, NAMES)
-    first = search.run().best
-    choice = search.go_on(first)
+    first = Search(fits, NAMES).run().best
+    choice = FurtherSearch(fits, NAMES).go_on(first)
     # a payload of half as much again is a drive and a friction of two thirds: the motion is the same
     scaled = Hypothesis(("parameter.drive.gain", "parameter.axis.friction.viscous"))
     assert len(first.names) == 1
@@ -147,9 +147,8 @@ def test_no_pair_is_looked_for_where_one_name_explains_the_logs() -> None:
     fits(NOTHING)
     fits.start_from_first_readings()
     names = ("axis.bias_torque", "drive.deadzone", "axis.spring")
-    search = Search(fits, names)
-    best = search.run().best
-    assert best.names == ("axis.bias_torque",) and search.pair(best) is None
+    best = Search(fits, names).run().best
+    assert best.names == ("axis.bias_torque",) and FurtherSearch(fits, names).pair(best) is None
     assert all(len(e.names) < 2 for e in fits)
 
 

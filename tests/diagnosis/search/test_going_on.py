@@ -1,0 +1,23 @@
+"""Going on: what a search that goes on begins from."""
+
+import pytest
+
+from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.left_out import LeftOut
+from tests.diagnosis.several_runs import run_of, searched
+
+DRY, BIAS = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.bias_torque",))
+BOTH = {"axis.coulomb": {"M_c": 0.06}, "axis.bias_torque": {"T": 0.02}}
+
+
+def test_a_second_name_is_found_beside_the_first() -> None:
+    search = searched([run_of(k, BOTH) for k in range(3)], DRY, BIAS)
+    assert search.go_on(DRY).best == DRY.plus(*BIAS.names)
+
+
+def test_it_begins_from_what_follows_left_out_runs_where_the_choice_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    search, begun = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS), []
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: 1000.0 if e == DRY else 100.0 / (1 + len(e.names)))
+    monkeypatch.setattr(search, "forward", lambda hypothesis, most: begun.append(hypothesis) or hypothesis)
+    search.go_on(DRY)
+    assert begun == [BIAS]
