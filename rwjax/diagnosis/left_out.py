@@ -57,6 +57,8 @@ class LeftOut:
         fits = self.fits
         fits.end([e for e in hypotheses if e.names])
         new = [e for e in dict.fromkeys(hypotheses) if e not in self._known or self._known[e][0] is not fits(e)]
+        if new and self.runs:
+            fits.headway.say(f"runs left out in turn, explanations: {len(new)}")
         cases = [(e, [k for k in fits.train if k not in logs]) for e in new for logs in self.runs.values()]
         judged = [
             Task(problem, partial(predicted, problem, theta, logs, with_floor=False))

@@ -323,6 +323,7 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
     followed = search.left_out.excess
+    search.left_out.prepare(near)
     near = [e for e in near if followed(e) <= search.fits.settings.partial.as_much * followed(best)]
     return [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
 

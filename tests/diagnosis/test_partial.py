@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.agreement import amplitudes
+from rwjax.diagnosis.agreement import Amplitude, amplitudes
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
 from rwjax.diagnosis.left_out import LeftOut
@@ -47,6 +47,17 @@ def test_a_name_of_which_every_run_asks_for_another_amount_does_not_hold() -> No
 def test_one_run_is_too_few_to_say_that_every_run_agrees() -> None:
     search = searched([run_of(0, PUSHED)], BIAS, SPRING)
     assert why_not(search, BIAS, "axis.bias_torque") == "too few runs tell how much of it they ask for"
+
+
+@pytest.mark.parametrize(("asks", "why"), [(1.1, None), (2.0, "too few runs tell how much of it they ask for")])
+def test_a_run_that_holds_little_of_a_change_tells_it_where_it_knows_it_and_cannot_speak_against_it(
+    monkeypatch: pytest.MonkeyPatch, asks: float, why: str | None
+) -> None:
+    """A stiff loop moves by a tenth of what a free arm does."""
+    search = searched([run_of(k, PUSHED) for k in range(2)], BIAS)
+    parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(asks, 0.05, 0.01, 1)]
+    monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
+    assert why_not_in_every_run(search.left_out, BIAS, "axis.bias_torque") == why
 
 
 @pytest.mark.slow
