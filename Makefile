@@ -4,7 +4,7 @@ PYTHON ?= $(shell python3.11 -c '' 2>/dev/null && echo python3.11 || echo python
 WORKERS ?= auto
 BIN := .venv/bin
 READY := .venv/.ready
-INSTALL := $(BIN)/uv pip install --quiet --no-config --python $(BIN)/python
+INSTALL := $(BIN)/uv pip install --quiet --python $(BIN)/python
 
 .PHONY: demo test test-all firmware-test wheel lint bench docs pages rivals peers lock clean python
 .DELETE_ON_ERROR:
@@ -96,11 +96,13 @@ python:
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "rwjax needs Python's venv module: apt-get install python3-venv" >&2; exit 1; }
 
 # For maintainers: newest versions that pyproject.toml allows, for Python 3.11 on 64-bit Linux; they have wheels up to 3.14.
-lock: $(READY)
-	@$(BIN)/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco --extra fleet \
+lock: | python
+	@$(PYTHON) -m venv build/lock
+	@build/lock/bin/python -m pip install -q --disable-pip-version-check uv
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra dev --extra experiments --extra data --extra link --extra mujoco --extra fleet \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o requirements.lock pyproject.toml
-	@$(BIN)/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra docs --constraint requirements.lock \
+	@build/lock/bin/uv pip compile --quiet --no-config --upgrade --generate-hashes --extra docs --constraint requirements.lock \
 		--python-version 3.11 --python-platform x86_64-manylinux_2_28 \
 		--custom-compile-command "make lock" -o docs/requirements.lock pyproject.toml
 

@@ -6,8 +6,9 @@ the given ones at most three times what it leaves of its own: then no more is th
 
 Besides it says what is left of the given logs once the changed numbers are put right, and whether they can be named: whether that is at
 most half of what is left with them wrong, as every claim of a diagnosis has to reach. Where it is more, something changes besides, as
-friction that grows with the load does, and `unknown` is the best answer. Last it says what a diagnosis can reach that is told the right
-names: what is left of each run where the changed numbers are estimated from the others.
+friction that grows with the load does, and `unknown` is the best answer. Beside it stands what is left once the axis's friction is estimated as
+well. Last it says what a diagnosis can reach that is told the right names: what is left of each run where the changed numbers are estimated
+from the others.
 """
 
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ TIMES = 3.0
 """How many times more a rig leaves of a set-up that differs than of its own, at least [1]."""
 MOST_LEFT = 0.5
 """Share of the given logs' error that the right numbers leave at most where they can be named [1]."""
+FRICTION = "axis.friction.viscous", "axis.friction.coulomb"
 WORDS = {True: "yes", False: "no", None: "-"}
 
 
@@ -91,12 +93,13 @@ def put_right(pair: Pair) -> Pair | None:
 
 
 class Left(NamedTuple):
-    """What a pair's rig leaves of its own logs, of the given ones, and of these with the changed numbers put right, or estimated from the
-    other runs [rad]."""
+    """What a pair's rig leaves of its own logs, of the given ones, and of these with the changed numbers put right, with these and the
+    friction estimated, or with the changed numbers estimated from the other runs [rad]."""
 
     own: float
     given: float
     right: float | None
+    friction: float | None
     estimated: float | None
 
 
@@ -118,9 +121,11 @@ def errors(pair: Pair) -> Left:
     rig, right = fixed(pair), put_right(pair)
     (wrong, logs), of_own = given(pair, rig), left(rig, own(pair, rig))
     if right is None:
-        return Left(of_own, left(wrong, logs), None, None)
+        return Left(of_own, left(wrong, logs), None, None, None)
     free = [name.removeprefix("parameter.") for name in pair.changed]
-    return Left(of_own, left(wrong, logs), left(*given(right, rig)), left_of_others(wrong, logs, free))
+    told, _ = given(right, rig)
+    rubbed = fit(replace(told, free=tuple(name for name in FRICTION if name in told.values)), logs).rig
+    return Left(of_own, left(wrong, logs), left(told, logs), left(rubbed, logs), left_of_others(wrong, logs, free))
 
 
 def report(pairs: Sequence[Pair]) -> None:
@@ -134,6 +139,6 @@ def report(pairs: Sequence[Pair]) -> None:
             [pair.name, pair.set, " + ".join(pair.changed) or "nothing", *numbers, *(WORDS[one] for one in said)]
         )
         print(" ".join(rows[-1]), flush=True)
-    errors_of = [f"{what} [10⁻³ SI]" for what in ("own", "given", "put right", "estimated from others")]
+    errors_of = [f"{what} [10⁻³ SI]" for what in ("own", "given", "put right", "and friction", "estimated from others")]
     head = ["pair", "set", "changed", *errors_of, "fair", "can be named"]
     show("What fitted rigs leave", head, rows)

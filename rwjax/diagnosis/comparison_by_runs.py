@@ -1,4 +1,4 @@
-"""ComparisonByRuns: the model comparison of a search that goes on, far above the noise, where the evidence takes all that is left for noise."""
+"""ComparisonByRuns: hypotheses compared also by the runs that they were not fitted to, where a search goes on far above the noise."""
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
@@ -7,7 +7,7 @@ from rwjax.diagnosis.model_fits import ModelFits
 
 
 class ComparisonByRuns(ModelComparison):
-    """Compares hypotheses also by the runs that they were not fitted to.
+    """Compares hypotheses by left-out runs first where these decide clearly, else by the fitted ones. It carries their fits to the end.
 
     Args:
         fits: the fits that are compared.
@@ -19,15 +19,10 @@ class ComparisonByRuns(ModelComparison):
     def __init__(self, fits: ModelFits) -> None:
         super().__init__(fits, fits.settings.partial.further_removes)
         self.left_out = LeftOut(fits)
-        self._in_sample = ModelComparison(fits, self.further_removes)
-
-    @property
-    def in_sample(self) -> ModelComparison:
-        """The comparison by the runs that hypotheses were fitted to alone."""
-        return self._in_sample
+        self.in_sample = ModelComparison(fits, self.further_removes)
 
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
-        """Whether the logs need the larger hypothesis in place of the smaller one, and follow left-out runs better with it.
+        """Whether the logs need the larger hypothesis in place of the smaller one, and left-out runs are followed better with it.
 
         Args:
             larger: the hypothesis with more names, or others.
@@ -36,24 +31,51 @@ class ComparisonByRuns(ModelComparison):
         Returns:
             True where they do.
         """
-        return super().needs(larger, smaller) and (
-            not self.left_out.runs or self.left_out.excess(larger) < self.left_out.excess(smaller)
-        )
+        self.left_out.prepare([larger, smaller])
+        return super().needs(larger, smaller) and self.follows_better(larger, smaller)
 
-    def leaves_more(self, one: Hypothesis, other: Hypothesis) -> bool:
-        """Whether a hypothesis leaves so much more than another one, of the runs that both are fitted to or of left-out ones.
+    def follows_better(self, one: Hypothesis, other: Hypothesis) -> bool:
+        """Whether a hypothesis follows left-out runs better than another one, or down to their noise.
 
         Args:
             one: a hypothesis.
             other: another one.
 
         Returns:
-            True where the other one removes as much of what it leaves as a further name has to.
+            True where it does, or where no run can be left out.
         """
-        return super().leaves_more(one, other) or self._follows_worse(one, other)
+        left = self.left_out.excess(one)
+        return left <= self.limits.nothing_left or left < self.left_out.excess(other)
+
+    def follows_worse(self, one: Hypothesis, other: Hypothesis) -> bool:
+        """Whether a hypothesis leaves so much more of left-out runs than another one that the other's names are missing besides.
+
+        Args:
+            one: a hypothesis.
+            other: another one.
+
+        Returns:
+            True where the other one removes as much of it as a further name has to.
+        """
+        least = (1.0 - self.limits.further_removes) * self.left_out.excess(one)
+        return max(self.left_out.excess(other), self.limits.nothing_left) < least
+
+    def leaves_more(self, one: Hypothesis, other: Hypothesis) -> bool:
+        """Whether a hypothesis leaves so much more than another one that the other's names are missing besides, whatever the evidence says.
+
+        Args:
+            one: a hypothesis.
+            other: another one.
+
+        Returns:
+            True where it does by left-out runs; where these do not decide either way, by the fitted ones.
+        """
+        if self.follows_worse(one, other) or self.follows_worse(other, one):
+            return self.follows_worse(one, other)
+        return super().leaves_more(one, other)
 
     def first_of(self, hypotheses: list[Hypothesis], effective: dict[str, float]) -> Hypothesis:
-        """The hypothesis with the best criterion of those that lead and leave no more than another one of them of the left-out runs.
+        """The hypothesis with the best criterion of those that follow left-out runs about as well as any that leaves little.
 
         Args:
             hypotheses: those to choose from, at least one.
@@ -62,14 +84,7 @@ class ComparisonByRuns(ModelComparison):
         Returns:
             The first.
         """
-        if not self.left_out.runs:
-            return super().first_of(hypotheses, effective)
-        ahead = sorted(hypotheses, key=self.excess)[: self.limits.by_runs]
+        ahead = sorted(hypotheses, key=self.excess)[: self.fits.settings.partial.by_runs]
         self.left_out.prepare(ahead)
         least = min(ahead, key=self.left_out.excess)
-        return max((e for e in ahead if not self._follows_worse(e, least)), key=lambda e: self.criterion(e, effective))
-
-    def _follows_worse(self, one: Hypothesis, other: Hypothesis) -> bool:
-        """Whether a hypothesis leaves more than twice as much as another one of the runs that they were not fitted to."""
-        least = (1.0 - self.limits.further_removes) * self.left_out.excess(one)
-        return max(self.left_out.excess(other), self.limits.nothing_left) < least
+        return super().first_of([e for e in ahead if not self.follows_worse(e, least)], effective)

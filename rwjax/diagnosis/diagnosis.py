@@ -274,14 +274,15 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
             if further.best.names:
                 polish(fits, further.best)
             claim, refused = claimed(search, further)
+            if claim is not None and claim.named != further.best:
+                rivals = [e for e in claim.rivals if len(e.names) <= len(claim.named.names)]
+                further = search.chosen(claim.named, rivals)
     except Stopped:
         return _Further(judged.anew(), choice, ended=True)
     judged = judged.anew()
     if claim is None:
         return _Further(judged, choice, refused=refused)
-    rivals = [e for e in claim.rivals if len(e.names) <= len(claim.named.names)]
-    chosen = further if claim.named == further.best else search.chosen(claim.named, rivals)
-    return _Further(judged, chosen, claim, refused, followed=not visible)
+    return _Further(judged, further, claim, refused, followed=not visible)
 
 
 def _how_far(further: _Further) -> _Outcome:

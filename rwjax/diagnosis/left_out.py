@@ -1,4 +1,4 @@
-r"""Left-out runs: how a hypothesis follows each training run when it is fitted to the other ones.
+"""Left-out runs: how a hypothesis follows each training run when it is fitted to the other ones.
 
 An effect with several numbers can follow a run that holds nearly all of the error, as a free swing among runs of a stiff loop does, and say
 nothing of the others. What it leaves of that run where it was fitted to the others shows it.
@@ -34,7 +34,12 @@ class LeftOut:
         train, run = np.array(fits.train), runs_of(fits.problem.logs)[list(fits.train)]
         runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
         self.runs = runs if len(runs) > 1 else {}
-        self._known: dict[Hypothesis, tuple[Fit, dict[int, float]]] = {}
+        self._readings = dict[str, int]()
+        for logs in self.runs.values():
+            for k in logs:
+                for name, y in fits.problem.logs[k].outputs.items():
+                    self._readings[name] = self._readings.get(name, 0) + int(np.isfinite(y).sum())
+        self._known: dict[Hypothesis, tuple[Fit, dict[int, dict[str, float]]]] = {}
 
     def __call__(self, hypothesis: Hypothesis) -> dict[int, float]:
         """Squares of each run that a hypothesis was not fitted to.
@@ -45,14 +50,13 @@ class LeftOut:
         Returns:
             Sum of squared errors [noise²] by the run's number; none where there is one run alone.
         """
-        self.prepare([hypothesis])
-        return self._known[hypothesis][1]
+        return {run: sum(squares.values()) for run, squares in self._squares_of(hypothesis).items()}
 
     def prepare(self, hypotheses: Sequence[Hypothesis]) -> None:
-        """Works out the errors of several hypotheses side by side.
+        """Works out the errors of several hypotheses side by side, which carries their fits to the end.
 
         Args:
-            hypotheses: the hypotheses.
+            hypotheses: each the rig as it is or a hypothesis with a fit that a search has begun.
         """
         fits = self.fits
         fits.end([e for e in hypotheses if e.names])
@@ -70,27 +74,29 @@ class LeftOut:
             self._known[e] = fits(e), {n: self._squares(next(found)) for n in self.runs}
 
     def excess(self, hypothesis: Hypothesis) -> float:
-        """Mean square of the left-out runs above the noise [1], over all of their readings.
+        """Mean square of the left-out runs above the noise [1], in units of the noise, summed over outputs.
 
         Args:
             hypothesis: the rig as it is, or a hypothesis with a fit that a search has begun.
 
         Returns:
-            The excess [1], in units of the noise's mean square; 0 where the noise is reached, or where no run can be left out.
+            The excess [1], 0 where the noise is reached, or where no run can be left out.
         """
-        readings = sum(
-            int(np.isfinite(y).sum())
-            for logs in self.runs.values()
-            for k in logs
-            for y in self.fits.problem.logs[k].outputs.values()
-        )
-        return max(sum(self(hypothesis).values()) / readings - 1.0, 0.0) if readings else 0.0
+        runs = self._squares_of(hypothesis).values()
+        total = {name: sum(squares.get(name, 0.0) for squares in runs) for name in self._readings}
+        return sum((max(total[name] / max(count, 1) - 1.0, 0.0) for name, count in self._readings.items()), 0.0)
 
-    def _squares(self, predictions: list[Prediction]) -> float:
-        """Sum of squared errors of predictions [noise²]; what left the range of numbers counts as far off."""
-        problem, far, square = self.fits.problem, self.fits.settings.gap.diverged, 0.0
+    def _squares_of(self, hypothesis: Hypothesis) -> dict[int, dict[str, float]]:
+        """Sum of squared errors [noise²] by run and output."""
+        self.prepare([hypothesis])
+        return self._known[hypothesis][1]
+
+    def _squares(self, predictions: list[Prediction]) -> dict[str, float]:
+        """Sum of squared errors of predictions [noise²] by output; what left the range of numbers counts as far off."""
+        problem, far, found = self.fits.problem, self.fits.settings.gap.diverged, dict[str, float]()
         for p, by_output in zip(predictions, errors(problem, predictions), strict=True):
             for name, e in by_output.items():
                 seen = np.isfinite(problem.logs[p.log].outputs[name])
-                square += float(np.sum(np.where(np.isfinite(e), e / problem.noise[name], far)[seen] ** 2))
-        return square
+                square = float(np.sum(np.where(np.isfinite(e), e / problem.noise[name], far)[seen] ** 2))
+                found[name] = found.get(name, 0.0) + square
+        return found

@@ -16,19 +16,16 @@ class ModelComparison:
         fits: the fits that are compared.
         limits: limits of the search.
         further_removes: share of the remaining excess that a further name must remove [1].
+        in_sample: the comparison by the fitted runs alone.
     """
 
     def __init__(self, fits: ModelFits, further_removes: float | None = None) -> None:
         self.fits = fits
         self.limits = fits.settings.search
+        self.in_sample: ModelComparison = self
         self.further_removes = self.limits.further_removes if further_removes is None else further_removes
         self._squares: dict[Hypothesis, tuple[Fit, dict[str, float]]] = {}
         self._count: dict[str, float] = {}
-
-    @property
-    def in_sample(self) -> "ModelComparison":
-        """The comparison by the runs that hypotheses were fitted to alone: this one."""
-        return self
 
     @property
     def compared(self) -> tuple[Hypothesis, ...]:

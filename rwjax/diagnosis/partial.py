@@ -7,8 +7,8 @@ Everything is decided on training runs. A name holds where
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
   better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
-  in which the library's other laws of the coordinate stand for it;
-* its rivals leave clearly more in proportion to what it leaves, or are far less likely beside a remainder that is an autoregression. Others
+  in which the library's other laws of the coordinate stand for it, those with which left-out runs are followed better;
+* its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
   that leave about as much stand beside it as alternatives, where what they have of their own is needed and all runs ask for as much of it.
   A name that many of them do without is not claimed. Of several names only those are claimed that all of these explanations share, where
   they close enough by themselves.
@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes
+from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
 from rwjax.diagnosis.innovations import mean_log_likelihood
 from rwjax.diagnosis.left_out import LeftOut
@@ -98,12 +99,12 @@ def _judged(search: FurtherSearch, best: Hypothesis) -> dict[str, str]:
     """The names of a set that do not hold beside the others, and why; where it comes near the noise, no further name is fitted."""
     fits = search.fits
     fitted(fits, best)
-    refused = _failing({name: why_not_in_every_run(search.left_out, best, name) for name in best.names})
+    refused = _failing({name: why_not_in_every_run(search.by_runs.left_out, best, name) for name in best.names})
     rest = [name for name in best.names if name not in refused]
     if not _near_the_noise(search, best):
         akin = [name for name in search.candidates if any(_akin(name, one) for one in rest)]
         search.halving.fit([e for e in extensions(akin, best) if not fits.stepped(e)], best)
-    return refused | _failing({name: why_not_of_its_form(search.left_out, best, name) for name in rest})
+    return refused | _failing({name: why_not_of_its_form(search.by_runs, best, name) for name in rest})
 
 
 def _near_the_noise(search: FurtherSearch, best: Hypothesis) -> bool:
@@ -181,21 +182,21 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     return None
 
 
-def why_not_of_its_form(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
+def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:
     """Why what is missing has another form than a name.
 
     A name that leaves little of what is left without it has about the right form. What it leaves may be a small cause of its coordinate,
     so that only a further law that removes most of it speaks against the name. One with which the left-out runs are followed no better says nothing.
 
     Args:
-        left_out: how sets follow each run that is left out; a fit of the set is at its end, and there are fits of what extends it.
+        by_runs: compares sets by left-out runs, too; a fit of the set is at its end, and there are fits of what extends it.
         best: the set.
         name: one of its names.
 
     Returns:
         The first test that it fails, in words; None where it holds.
     """
-    fits = left_out.fits
+    fits = by_runs.fits
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
@@ -205,7 +206,7 @@ def why_not_of_its_form(left_out: LeftOut, best: Hypothesis, name: str) -> str |
         return "a free-form law of its coordinate explains more"
     most = limits.further_law_of_little if little else limits.further_law
     for other, (share, e) in _further(fits, best).items():
-        explains = share > most and _akin(other, name) and left_out.excess(e) < left_out.excess(best)
+        explains = share > most and _akin(other, name) and by_runs.follows_better(e, best)
         if explains and not _stays(fits, best, e, name):
             return "a further law of its coordinate removes part of what it leaves, and changes it"
     return None
@@ -317,14 +318,15 @@ def _rivals(search: FurtherSearch, best: Hypothesis) -> list[Hypothesis] | None:
 def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The rivals that may stand in the place of a set, those that leave least first, without what is the same thing as it.
 
-    They leave about as much, and all their runs ask for as much of what they have of their own.
+    They leave about as much, of the fitted runs and of left-out ones, and all their runs ask for as much of what they have of their own.
     """
     excess, same = search.comparison.excess, _same(search, best)
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
-    followed = search.left_out.excess
-    search.left_out.prepare(near)
-    near = [e for e in near if followed(e) <= search.fits.settings.partial.as_much * followed(best)]
+    followed = search.by_runs.left_out.excess
+    search.by_runs.left_out.prepare(near)
+    most = search.fits.settings.partial.as_much * max(followed(best), search.limits.nothing_left)
+    near = [e for e in near if followed(e) < most]
     return [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
 
 

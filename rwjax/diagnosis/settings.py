@@ -63,6 +63,9 @@ class PartialSettings:
         "share of the remaining excess that a further name must remove where the search goes on: of two causes the first leaves the second "
         "and all that is small besides, and what removes so little has to pass every test below",
     )
+    by_runs: int = _limit(
+        8, "hypotheses that leave least, of which those lead that follow the runs well to which they were not fitted"
+    )
     needed: float = _limit(
         10.0,
         "gain of the information criterion that each name must bring: twice `search.needed`, since the best of some forty names is "
@@ -160,10 +163,6 @@ class SearchSettings:
         0.5,
         "share of the remaining excess that a further name must remove: less than half is no second cause but the exact form of "
         "the first",
-    )
-    by_runs: int = _limit(
-        8,
-        "hypotheses that leave least, which are judged by the runs that they were not fitted to where a search goes on",
     )
     most_names: int = _limit(3, "names of a hypothesis at most")
     most_names_further: int = _limit(

@@ -1,10 +1,13 @@
 """Comparison by runs: what does not follow the runs that were left out does not lead, whatever the evidence says."""
 
+from dataclasses import replace
+
 import pytest
 
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
+from rwjax.diagnosis.settings import PartialSettings, Settings
 from tests.diagnosis.several_runs import run_of, searched
 
 BIAS, PERIODIC = Hypothesis(("axis.bias_torque",)), Hypothesis(("axis.periodic_torque",))
@@ -29,7 +32,15 @@ def test_what_does_not_follow_left_out_runs_does_not_lead_and_is_not_needed(monk
     assert by_runs.leader([BIAS, PERIODIC]) == BIAS and by_runs.in_sample.leader([BIAS, PERIODIC]) == PERIODIC
     assert not by_runs.needs(PERIODIC, NOTHING) and by_runs.in_sample.needs(PERIODIC, NOTHING)
     assert by_runs.leaves_more(PERIODIC, BIAS) and not by_runs.in_sample.leaves_more(PERIODIC, BIAS)
+    assert not by_runs.leaves_more(BIAS, PERIODIC) and by_runs.in_sample.leaves_more(BIAS, PERIODIC)
     left[PERIODIC] = 50.0  # less than twice as much: the evidence decides
+    assert by_runs.leader([BIAS, PERIODIC]) == PERIODIC
+
+
+def test_only_those_that_leave_least_of_the_fitted_runs_may_lead(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_runs, left = comparison(2), {BIAS: 1.0, PERIODIC: 120.0}
+    by_runs.fits.settings = replace(Settings(), partial=PartialSettings(by_runs=1))
+    monkeypatch.setattr(LeftOut, "excess", lambda _, hypothesis: left[hypothesis])
     assert by_runs.leader([BIAS, PERIODIC]) == PERIODIC
 
 

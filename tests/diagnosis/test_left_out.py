@@ -3,9 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
+from rwjax.diagnosis.refits import refitted
+from rwjax.fitting.prediction import predict_logs
 from tests.diagnosis.several_runs import run_of, searched
 
 BIAS = Hypothesis(("axis.bias_torque",))
@@ -13,29 +16,35 @@ PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
 
 def test_a_run_that_is_left_out_is_followed_by_what_the_others_say() -> None:
-    left_out = searched([run_of(k, PUSHED) for k in range(3)], BIAS).left_out
+    left_out = searched([run_of(k, PUSHED) for k in range(3)], BIAS).by_runs.left_out
     without, with_it = left_out(NOTHING), left_out(BIAS)
     assert len(without) == 3 and all(with_it[run] < 0.01 * without[run] for run in without)
     assert 100.0 * left_out.excess(BIAS) < left_out.excess(NOTHING)
     opposite = [run_of(0, PUSHED), run_of(1, PUSHED), run_of(2, {"axis.bias_torque": {"T": -0.02}})]
-    left_out = searched(opposite, BIAS).left_out
+    left_out = searched(opposite, BIAS).by_runs.left_out
     assert left_out(BIAS)[2] > left_out(NOTHING)[2]
 
 
-def test_the_rig_as_it_is_leaves_of_a_run_what_its_prediction_misses() -> None:
+def test_what_is_left_of_a_run_is_what_the_numbers_of_the_other_one_miss() -> None:
     logs = [run_of(k, PUSHED) for k in range(2)]
-    left_out = searched(logs, BIAS).left_out  # no number of the rig is free: nothing is fitted anew
-    readings = sum(len(log.time) for log in logs)
-    assert np.isclose(left_out.excess(NOTHING), sum(left_out(NOTHING).values()) / readings - 1.0)
-    assert min(left_out(NOTHING).values()) > readings
+    left_out = searched(logs, BIAS).by_runs.left_out
+    fits = left_out.fits
+    (noise,) = fits.problem.noise.values()
+    for k, theta in enumerate(refitted(fits, [(NOTHING, [1]), (NOTHING, [0])])):
+        missed = logs[k].outputs["yaw_rad"] - predict_logs(fits.problem, theta)[k].outputs["yaw_rad"]
+        assert np.isclose(left_out(NOTHING)[k], np.sum((missed / noise) ** 2))
 
 
-def test_another_fit_is_judged_anew() -> None:
-    search = searched([run_of(k, PUSHED) for k in range(2)], BIAS)
-    first = search.left_out(BIAS)
-    assert search.left_out(BIAS) is first
+def test_another_fit_is_judged_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    search, asked = searched([run_of(k, PUSHED) for k in range(2)], BIAS), []
+    monkeypatch.setattr(
+        "rwjax.diagnosis.left_out.refitted", lambda fits, cases: asked.append(cases) or refitted(fits, cases)
+    )
+    left_out = search.by_runs.left_out
+    first = left_out(BIAS)
+    assert left_out(BIAS) == first and len([cases for cases in asked if cases]) == 1
     search.fits.put(BIAS, replace(search.fits(BIAS)), ended=True)
-    assert search.left_out(BIAS) is not first
+    assert left_out(BIAS) == first and len([cases for cases in asked if cases]) == 2
 
 
 def test_a_single_run_cannot_be_left_out() -> None:

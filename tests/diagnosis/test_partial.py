@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes
+from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
 from rwjax.diagnosis.left_out import LeftOut
@@ -23,8 +24,8 @@ PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
 
 def why_not(search: FurtherSearch, best: Hypothesis, name: str) -> str | None:
-    left_out = search.left_out
-    return why_not_in_every_run(left_out, best, name) or why_not_of_its_form(left_out, best, name)
+    by_runs = search.by_runs
+    return why_not_in_every_run(by_runs.left_out, best, name) or why_not_of_its_form(by_runs, best, name)
 
 
 @pytest.mark.slow
@@ -50,14 +51,14 @@ def test_one_run_is_too_few_to_say_that_every_run_agrees() -> None:
 
 
 @pytest.mark.parametrize(("asks", "why"), [(1.1, None), (2.0, "too few runs tell how much of it they ask for")])
-def test_a_run_that_holds_little_of_a_change_tells_it_where_it_knows_it_and_cannot_speak_against_it(
+def test_a_run_that_holds_little_of_a_change_tells_its_amplitude_all_the_same(
     monkeypatch: pytest.MonkeyPatch, asks: float, why: str | None
 ) -> None:
     """A stiff loop moves by a tenth of what a free arm does."""
     search = searched([run_of(k, PUSHED) for k in range(2)], BIAS)
     parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(asks, 0.05, 0.01, 1)]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
-    assert why_not_in_every_run(search.left_out, BIAS, "axis.bias_torque") == why
+    assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
 
 
 @pytest.mark.slow
@@ -99,7 +100,7 @@ def test_a_name_that_fails_stays_beside_the_others_while_these_are_judged(monkey
     both, seen = DRY.plus("axis.bias_torque"), []
     search = searched([run_of(k, FRICTION | PUSHED) for k in range(3)], DRY, both)
 
-    def of_its_form(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
+    def of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:
         seen.append((best, name))
         return "another form" if name == "axis.bias_torque" else None
 
@@ -137,6 +138,29 @@ def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_fo
     assert further_laws(search.fits, drag) == {}  # which leaves nothing
 
 
+def test_a_further_law_says_nothing_where_left_out_runs_are_followed_no_better(monkeypatch: pytest.MonkeyPatch) -> None:
+    linear, both = Hypothesis(("parameter.axis.friction.viscous",)), ("axis.quadratic_drag",)
+    search = searched([run_of(k, {"axis.quadratic_drag": {"c": 0.04}}) for k in range(2)], linear, linear.plus(*both))
+    search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
+    assert why_not_of_its_form(search.by_runs, linear, linear.names[0]) is not None
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: 100.0 * len(e.names))
+    assert why_not_of_its_form(search.by_runs, linear, linear.names[0]) is None
+
+
+def test_a_rival_that_does_not_follow_left_out_runs_does_not_stand_beside_a_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    search = searched([run_of(k, PUSHED, disturbed=0.03) for k in range(2)], BIAS, OFFSET, DRY)
+    search.fits.settings = replace(
+        Settings(), partial=PartialSettings(needed=-1e9, sigmas=1e9, as_much=1e9, less_likely=1e9)
+    )
+    claim, _ = claimed(search, Choice(BIAS))
+    assert claim is not None and DRY in claim.alternatives
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: 1e12 if e == DRY else 10.0)
+    claim, _ = claimed(search, Choice(BIAS))
+    assert claim is not None and DRY not in claim.alternatives
+
+
 @pytest.mark.slow
 def test_a_smaller_law_of_its_coordinate_says_nothing_against_a_name_that_stays_what_it_is_beside_it() -> None:
     truth = {"drive.saturation": {"u_m": 0.6, "n": 5000.0}, "drive.bias": {"u_b": 0.02}}
@@ -145,9 +169,9 @@ def test_a_smaller_law_of_its_coordinate_says_nothing_against_a_name_that_stays_
     assert coordinate_of("drive.saturation") == coordinate_of("drive.bias")
     assert further_laws(search.fits, bends)["voltage"] > 0.9
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf))
-    assert why_not_of_its_form(search.left_out, bends, "drive.saturation") is None
+    assert why_not_of_its_form(search.by_runs, bends, "drive.saturation") is None
     search.fits.settings = replace(Settings(), partial=PartialSettings(law_left=np.inf, differs=0.0))
-    assert why_not_of_its_form(search.left_out, bends, "drive.saturation") is not None
+    assert why_not_of_its_form(search.by_runs, bends, "drive.saturation") is not None
 
 
 def test_a_search_that_goes_on_asks_a_further_name_for_less(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,7 +194,7 @@ def test_a_further_law_of_another_part_of_the_rig_says_nothing_against_a_name() 
     search = searched([run_of(k, truth) for k in range(3)], late, late.plus("axis.periodic_torque"))
     assert coordinate_of("sensor.delay") == coordinate_of("axis.periodic_torque")
     assert further_laws(search.fits, late)["time"] > PartialSettings().further_law
-    assert why_not_of_its_form(search.left_out, late, "sensor.delay") is None
+    assert why_not_of_its_form(search.by_runs, late, "sensor.delay") is None
 
 
 def test_where_a_set_reaches_the_noise_the_evidence_says_what_stands_beside_it() -> None:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
-from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import Search
@@ -20,13 +19,12 @@ class FurtherSearch(Search):
         candidates: names that might be missing.
 
     Attributes:
-        left_out: how hypotheses follow the runs that they were not fitted to.
+        by_runs: the comparison, which knows left-out runs.
     """
 
     def __init__(self, fits: ModelFits, candidates: Sequence[str]) -> None:
-        comparison = ComparisonByRuns(fits)
-        super().__init__(fits, candidates, comparison)
-        self.left_out: LeftOut = comparison.left_out
+        self.by_runs = ComparisonByRuns(fits)
+        super().__init__(fits, candidates, self.by_runs)
 
     def go_on(self, begin: Hypothesis) -> Choice:
         """Goes on from what was chosen, and looks for two names at once where a visible part is left.
@@ -64,8 +62,9 @@ class FurtherSearch(Search):
         return leader if compare.needs(leader, best) else None
 
     def _followed(self, begin: Hypothesis) -> Hypothesis:
-        """What was chosen, or the single name in its place that follows the left-out runs clearly better."""
+        """What was chosen, or the leading single name in its place where that follows left-out runs clearly better."""
         singles = [e for e in extensions(self.candidates, NOTHING) if e != begin and self.fits.stepped(e)]
         if not begin.names or not singles:
             return begin
-        return self.comparison.first_of([begin, *singles], self.comparison.effective(begin))
+        leader = self.comparison.leader(singles)
+        return leader if self.by_runs.follows_worse(begin, leader) else begin

@@ -10,6 +10,7 @@ from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.forward_backward import ForwardBackward, Search
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.neighbours import exchanges
 from rwjax.diagnosis.settings import Settings
 from tests.diagnosis.simulated import fits_of, moved_to, true_log
@@ -100,7 +101,7 @@ def test_no_name_is_added_to_as_many_as_there_may_be() -> None:
 
 def test_a_search_for_pairs_among_one_name_finds_none() -> None:
     rig = platform("viscous = 0.02")
-    search = Search(fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.05}})), ("drive.deadzone",))
+    search = FurtherSearch(fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.05}})), ("drive.deadzone",))
     assert search.pairs() == [] and search.pair(NOTHING) is None
     assert search.go_on(NOTHING).best == NOTHING
 
