@@ -7,7 +7,7 @@ these say so. All else on the page is written by hand. To show a new campaign, c
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,12 +43,15 @@ from rwjax.rig.columns import unit_of
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs" / "verdict.md", ROOT / "docs" / "measured.md"
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
-SETS, PAIRS = "sets", "frozen"
-"""Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld."""
+MEASURED_FILES = SETS, PAIRS, LATER_PAIRS = "sets", "frozen", "frozen_later"
+"""Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld, by two searches."""
 SET = "second"
 """File of the set that the page is about."""
-FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH = "final", "final_later", "final_third", "final_fourth", "final_fifth"
-"""Files of five parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of three still later."""
+FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH, SIXTH = (
+    "final",
+    *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth")),
+)
+"""Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
@@ -63,7 +66,7 @@ class Block(NamedTuple):
 
 def path(name: str) -> Path:
     """A file of results."""
-    return (MEASURED if name in (SETS, PAIRS) else SIMULATED) / f"{name}.jsonl"
+    return (MEASURED if name in MEASURED_FILES else SIMULATED) / f"{name}.jsonl"
 
 
 @cache
@@ -227,17 +230,20 @@ def what_was_changed(line: Line) -> str:
     return "gain of the servo" if all("kp" in name for name in line["changed"]) else "payload or arm"
 
 
-def measured_pairs() -> Block:
-    """What is said of pairs of measured set-ups, by what was changed."""
-    among, rows = lines(PAIRS), []
+def measured_pairs(name: str) -> Block:
+    """What is said of pairs of measured set-ups in a file of results, by what was changed."""
+    among, rows = lines(name), []
     groups = {what: [line for line in among if what_was_changed(line) == what] for what in (*CHANGED, "nothing")}
-    for what, group in (groups | {"all that changed": [line for line in among if line["changed"]]}).items():
+    groups["all that changed"] = [line for line in among if line["changed"]]
+    for what, group in groups.items():
+        if not group:
+            continue
         count = Counter(line["outcome"] for line in group)
         rest = len(group) - sum(count[one] for one in OF_PAIRS)
         told = [share(count[one], len(group)) for one in OF_PAIRS]
         rows.append([what, str(len(group)), *told, share(rest, len(group))])
     head = ["changed", "pairs", "named alone", "in a set with another", "in part", "a false name", "nothing said"]
-    return Block((PAIRS,), Table("Pairs of measured set-ups", head, rows))
+    return Block((name,), Table("Pairs of measured set-ups", head, rows))
 
 
 BLOCKS: dict[str, Callable[[], Block]] = {
@@ -249,9 +255,11 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "fourth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FOURTH),
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
+    "sixth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=SIXTH),
     "messy-closed": every_messy,
     "measured-sets": measured_sets,
-    "measured-pairs": measured_pairs,
+    "measured-pairs": partial(measured_pairs, PAIRS),
+    "measured-pairs-later": partial(measured_pairs, LATER_PAIRS),
     "later-small": of(lambda among, _: messy("Small causes alone", among), "small", name=LATER),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),

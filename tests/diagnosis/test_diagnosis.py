@@ -14,7 +14,7 @@ from rwjax.diagnosis.budget import Budget
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import Hypothesis, candidates
 from rwjax.diagnosis.search.choice import Choice
-from rwjax.diagnosis.search.forward_backward import Search
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
 from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.fitting.fit import fit
@@ -99,12 +99,12 @@ def test_the_search_goes_on_where_held_out_runs_show_a_small_share_of_what_is_fa
 ) -> None:
     begun: list[tuple[str, ...]] = []
 
-    class Watched(Search):
+    class Watched(FurtherSearch):
         def go_on(self, begin: Hypothesis) -> Choice:
             begun.append(begin.names)
             return super().go_on(begin)
 
-    monkeypatch.setattr("rwjax.diagnosis.diagnosis.Search", Watched)
+    monkeypatch.setattr("rwjax.diagnosis.diagnosis.FurtherSearch", Watched)
     monkeypatch.setattr("rwjax.diagnosis.model_comparison.ModelComparison.leaves_visible", lambda self, e: False)
     logs = [run_of(k, {"axis.coulomb": {"M_c": 0.06}}, disturbed=0.3) for k in range(3)]
     diagnose(RIG, logs, only=["axis.coulomb"])
