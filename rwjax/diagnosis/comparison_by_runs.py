@@ -74,17 +74,16 @@ class ComparisonByRuns(ModelComparison):
             return self.follows_worse(one, other)
         return super().leaves_more(one, other)
 
-    def first_of(self, hypotheses: list[Hypothesis], effective: dict[str, float]) -> Hypothesis:
-        """The hypothesis with the best criterion of those that follow left-out runs about as well as any that leaves little.
+    def abreast(self, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
+        """Of the hypotheses that leave least of the fitted runs those that follow left-out runs about as well as the best of them.
 
         Args:
-            hypotheses: those to choose from, at least one.
-            effective: independent samples by output [1].
+            hypotheses: at least one.
 
         Returns:
-            The first.
+            Those of which one may lead, at least one.
         """
         ahead = sorted(hypotheses, key=self.excess)[: self.fits.settings.partial.by_runs]
         self.left_out.prepare(ahead)
         least = min(ahead, key=self.left_out.excess)
-        return super().first_of([e for e in ahead if not self.follows_worse(e, least)], effective)
+        return [e for e in ahead if not self.follows_worse(e, least)]

@@ -192,6 +192,17 @@ class ModelComparison:
         least = (1.0 - self.limits.further_removes) * self.excess(one)
         return bool(max(self.excess(other), self.limits.nothing_left) < least)
 
+    def abreast(self, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
+        """Hypotheses of which one may lead, as far as something besides the fitted runs speaks against others.
+
+        Args:
+            hypotheses: at least one.
+
+        Returns:
+            All of them.
+        """
+        return hypotheses
+
     def first_of(self, hypotheses: list[Hypothesis], effective: dict[str, float]) -> Hypothesis:
         """The hypothesis with the best criterion of those that do not leave more than another one (`leaves_more`).
 
@@ -202,8 +213,9 @@ class ModelComparison:
         Returns:
             The first.
         """
-        least = min(hypotheses, key=self.excess)
-        ahead = (e for e in hypotheses if not self.leaves_more(e, least))
+        able = self.abreast(hypotheses)
+        least = min(able, key=self.excess)
+        ahead = (e for e in able if not self.leaves_more(e, least))
         return max(ahead, key=lambda e: self.criterion(e, effective))
 
     def leader(self, hypotheses: list[Hypothesis]) -> Hypothesis:
