@@ -6,9 +6,9 @@ the given ones at most three times what it leaves of its own: then no more is th
 
 Besides it says what is left of the given logs once the changed numbers are put right, and whether they can be named: whether that is at
 most half of what is left with them wrong, as every claim of a diagnosis has to reach. Where it is more, something changes besides, as
-friction that grows with the load does, and `unknown` is the best answer. Beside it stands what is left once the axis's friction is estimated as
-well. Last it says what a diagnosis can reach that is told the right names: what is left of each run where the changed numbers are estimated
-from the others.
+friction that grows with the load does, and `unknown` is the best answer. Last it says what a diagnosis can reach that is told the right names:
+what is left of each run where the changed numbers are estimated from the others. Numbers that the rig file leaves free, as with `--friction`,
+are estimated from the given logs throughout.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,6 @@ TIMES = 3.0
 """How many times more a rig leaves of a set-up that differs than of its own, at least [1]."""
 MOST_LEFT = 0.5
 """Share of the given logs' error that the right numbers leave at most where they can be named [1]."""
-FRICTION = "axis.friction.viscous", "axis.friction.coulomb"
 WORDS = {True: "yes", False: "no", None: "-"}
 
 
@@ -54,9 +53,9 @@ def left_of_others(rig: Rig, logs: Sequence[Log], free: Sequence[str]) -> float:
     """Free-run RMS error of all logs [rad, or rad/s of a wheel], each with numbers that were estimated from the others.
 
     Args:
-        rig: The rig, with no number free.
+        rig: The rig.
         logs: Its logs, two at least.
-        free: The numbers.
+        free: The numbers, beside those that the rig leaves free.
 
     Returns:
         The error.
@@ -64,8 +63,13 @@ def left_of_others(rig: Rig, logs: Sequence[Log], free: Sequence[str]) -> float:
     square = []
     for log in logs:
         others = [other for other in logs if other is not log]
-        square.append(_square(fit(replace(rig, free=tuple(free)), others).rig, log))
+        square.append(_square(fit(replace(rig, free=(*rig.free, *free)), others).rig, log))
     return _rms(square)
+
+
+def left_of_fitted(rig: Rig, logs: Sequence[Log]) -> float:
+    """Free-run RMS error of all logs together, once what the rig leaves free is estimated from them [rad, or rad/s of a wheel]."""
+    return left(fit(rig, logs).rig if rig.free else rig, logs)
 
 
 def is_fair(changed: bool, of_own: float, of_given: float) -> bool:
@@ -93,13 +97,12 @@ def put_right(pair: Pair) -> Pair | None:
 
 
 class Left(NamedTuple):
-    """What a pair's rig leaves of its own logs, of the given ones, and of these with the changed numbers put right, with these and the
-    friction estimated, or with the changed numbers estimated from the other runs [rad]."""
+    """What a pair's rig leaves of its own logs, of the given ones, and of these with the changed numbers put right, or estimated from the other
+    runs [rad]."""
 
     own: float
     given: float
     right: float | None
-    friction: float | None
     estimated: float | None
 
 
@@ -120,12 +123,11 @@ def errors(pair: Pair) -> Left:
     """What a pair's rig leaves."""
     rig, right = fixed(pair), put_right(pair)
     (wrong, logs), of_own = given(pair, rig), left(rig, own(pair, rig))
+    of_given = left_of_fitted(wrong, logs)
     if right is None:
-        return Left(of_own, left(wrong, logs), None, None, None)
+        return Left(of_own, of_given, None, None)
     free = [name.removeprefix("parameter.") for name in pair.changed]
-    told, _ = given(right, rig)
-    rubbed = fit(replace(told, free=tuple(name for name in FRICTION if name in told.values)), logs).rig
-    return Left(of_own, left(wrong, logs), left(told, logs), left(rubbed, logs), left_of_others(wrong, logs, free))
+    return Left(of_own, of_given, left_of_fitted(given(right, rig)[0], logs), left_of_others(wrong, logs, free))
 
 
 def report(pairs: Sequence[Pair]) -> None:
@@ -139,6 +141,6 @@ def report(pairs: Sequence[Pair]) -> None:
             [pair.name, pair.set, " + ".join(pair.changed) or "nothing", *numbers, *(WORDS[one] for one in said)]
         )
         print(" ".join(rows[-1]), flush=True)
-    errors_of = [f"{what} [10⁻³ SI]" for what in ("own", "given", "put right", "and friction", "estimated from others")]
+    errors_of = [f"{what} [10⁻³ SI]" for what in ("own", "given", "put right", "estimated from others")]
     head = ["pair", "set", "changed", *errors_of, "fair", "can be named"]
     show("What fitted rigs leave", head, rows)

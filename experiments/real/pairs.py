@@ -13,6 +13,8 @@ from rwjax.logs.log import Log
 from rwjax.rig.model import Driven, Rig
 
 MANIFEST = Path(__file__).with_name("manifest.toml")
+FRICTION = "axis.friction.viscous", "axis.friction.coulomb"
+"""Numbers that change with load, wear and temperature."""
 
 
 class Pair(NamedTuple):
@@ -29,6 +31,7 @@ class Pair(NamedTuple):
         given_runs: Runs that are diagnosed, likewise.
         withheld: Columns that the given logs lose, though they were logged.
         told: Numbers that the rig file has right for the given set-up, though they differ.
+        free: Numbers that the rig file leaves free.
     """
 
     set: str
@@ -41,16 +44,15 @@ class Pair(NamedTuple):
     given_runs: tuple[str, ...] = ()
     withheld: tuple[str, ...] = ()
     told: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
         """What it is called in the results."""
         first = f"{self.data}: {' '.join([self.fitted, *self.fitted_runs])}"
         second = " ".join([*([self.given_data] if self.given_data else []), self.given, *self.given_runs])
-        known = [
-            f" {word} {', '.join(names)}" for word, names in (("without", self.withheld), ("told", self.told)) if names
-        ]
-        return f"{first} to {second}" + "".join(known)
+        known = ("without", self.withheld), ("told", self.told), ("free", self.free)
+        return f"{first} to {second}" + "".join(f" {word} {', '.join(names)}" for word, names in known if names)
 
 
 def pairs() -> list[Pair]:
@@ -60,9 +62,18 @@ def pairs() -> list[Pair]:
     return [Pair(**line | {name: tuple(line[name]) for name in several if name in line}) for line in lines]
 
 
+def with_friction_free(pair: Pair) -> Pair:
+    """The pair with a rig file that leaves the axis's friction free, as whoever knows that friction changes would write it.
+
+    What is to be named stays fixed.
+    """
+    known = {*SETS[pair.data].rig(pair.fitted).values} - {name.removeprefix("parameter.") for name in pair.changed}
+    return pair._replace(free=tuple(name for name in FRICTION if name in known))
+
+
 def fixed(pair: Pair) -> Rig:
-    """The rig as fitted to the first set-up's logs, with every number fixed."""
-    return fitted(pair.data, pair.fitted, pair.fitted_runs)
+    """The rig as fitted to the first set-up's logs, with every number fixed that the pair does not leave free."""
+    return replace(fitted(pair.data, pair.fitted, pair.fitted_runs), free=pair.free)
 
 
 @cache

@@ -1,10 +1,10 @@
 """Is what was changed on a measured rig named? `python -m experiments.real.run [--set develop] [--limit N] [--most SECONDS] [-o build/real.jsonl]`
 
 Each pair of `manifest.toml` takes two set-ups of one rig: another payload, arm, gain or motor, or the same with other runs. The rig is
-fitted to the logs of the first one. With all its numbers fixed, it is then given to `rwjax diagnose` with the logs of the second one. The
-diagnosis sees the rig file and the logs alone. A line is appended for each pair, with the commit; pairs that the file holds are skipped.
-The table counts what is claimed: all that was changed, a part of it, or a name that is wrong. `--fair` prints instead what the fitted rig
-leaves of its own logs and of the given ones (`fair.py`).
+fitted to the logs of the first one. With all its numbers fixed, it is then given to `rwjax diagnose` with the logs of the second one. With
+`--friction` the rig file leaves the axis's friction free. The diagnosis sees the rig file and the logs alone. A line is appended for each
+pair, with the commit; pairs that the file holds are skipped. The table counts what is claimed: all that was changed, a part of it, or a name
+that is wrong. `--fair` prints instead what the fitted rig leaves of its own logs and of the given ones (`fair.py`).
 """
 
 import argparse
@@ -16,7 +16,7 @@ from time import perf_counter
 from experiments.blind.draw import some
 from experiments.commit import commit
 from experiments.real import fair
-from experiments.real.pairs import Pair, fixed, given, pairs
+from experiments.real.pairs import Pair, fixed, given, pairs, with_friction_free
 from experiments.real.published import PUBLISHED
 from experiments.realdata import ROOT
 from experiments.speed.table import machine, show
@@ -115,11 +115,14 @@ def main() -> None:
     parser.add_argument(
         "--fair", action="store_true", help="print what fitted rigs leave of all pairs, and diagnose nothing"
     )
+    parser.add_argument("--friction", action="store_true", help="leave the axis's friction free in the rig files")
     parser.add_argument("--only", default="", metavar="WORDS", help="pairs whose name holds this")
     parser.add_argument("--limit", type=int, help="pairs at most, drawn at random, always the same")
     a = parser.parse_args()
     asked = [pair for pair in pairs() if a.only in pair.name]
     asked = asked if a.limit is None else some([pair for pair in asked if pair.set == a.name], a.limit)
+    if a.friction:
+        asked = [with_friction_free(pair) for pair in asked]
     if a.fair:
         return fair.report(asked)
     a.path.parent.mkdir(parents=True, exist_ok=True)

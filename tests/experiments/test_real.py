@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.real.fair import can_be_named, is_fair, left, left_of_others, put_right
-from experiments.real.pairs import Pair, given, own, pairs
+from experiments.real.fair import can_be_named, is_fair, left, left_of_fitted, left_of_others, put_right
+from experiments.real.pairs import Pair, given, own, pairs, with_friction_free
 from experiments.real.published import PUBLISHED, Published
 from experiments.real.run import outcome
 from experiments.real.setups import SETS
@@ -167,6 +167,22 @@ def test_what_was_changed_is_what_the_authors_list(pair: Pair, realdata: Path) -
     differs = {name for key, names in NUMBERS_OF.items() if rows[0].get(key) != rows[1].get(key) for name in names}
     said = {*pair.told, *(name.removeprefix("parameter.") for name in pair.changed)}
     assert differs == ({*()} if pair.given_data else said)
+
+
+@pytest.mark.parametrize("pair", pairs(), ids=lambda pair: pair.name)
+def test_a_friction_that_is_left_free_is_no_candidate_and_was_not_changed_itself(pair: Pair) -> None:
+    freed = with_friction_free(pair)
+    rig = replace(SETS[pair.data].rig(pair.fitted), free=freed.free)
+    assert freed.free or pair.given_data
+    assert not {f"parameter.{name}" for name in freed.free} & {*candidates(rig), *pair.changed}
+
+
+def test_what_a_rig_file_leaves_free_is_estimated_before_it_is_said_what_is_left() -> None:
+    t, right = np.arange(300) * 0.01, platform(free="")
+    log = record(t, np.sign(np.sin(2.0 * t)))
+    log = record(t, log.command, run(right, log, {}))
+    wrong = right.with_values({"axis.friction.viscous": 3.0 * right.values["axis.friction.viscous"]})
+    assert left_of_fitted(replace(wrong, free=("axis.friction.viscous",)), [log]) < 1e-3 * left_of_fitted(wrong, [log])
 
 
 def test_a_number_that_was_changed_is_put_right_from_the_other_runs() -> None:
