@@ -3,6 +3,7 @@
 Nothing of `rwjax` is imported here: the option `--jaxtyping-packages` checks only what is imported after it.
 """
 
+import gc
 import os
 import signal
 from collections.abc import Iterator
@@ -23,9 +24,17 @@ if not os.environ.get("RWJAX_EVERY_CALL"):
     jax.config.update("jax_disable_most_optimizations", True)  # a tenth of the quick tests' time; all runs are short
 hypothesis.settings.register_profile("rwjax", deadline=None, max_examples=EXAMPLES)  # the first call compiles
 hypothesis.settings.load_profile("rwjax")
+OBJECTS = 50_000  # before Python looks for circles among them, which costs a tenth of the tests' time
 
 MAPS, MOST_MAPS = Path("/proc/self/maps"), 10_000  # programs of more of them take gigabytes
 SHARED = Path(__file__).parents[2] / "shared"  # beside the repository, unless a variable says otherwise
+
+
+def pytest_collection_finish() -> None:
+    """What has been imported and collected stays, and is not looked through again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(OBJECTS)
 
 
 @pytest.fixture(scope="module", autouse=True)

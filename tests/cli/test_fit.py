@@ -72,13 +72,13 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["the rig file", "a log"])
-def test_a_fit_spares_its_inputs(which: int, tmp_path: Path) -> None:
-    given = [tmp_path / "rig.toml", tmp_path / "log.csv"]
+def test_a_fit_spares_its_inputs(which: int, shell: Shell) -> None:
+    given = [shell.folder / "rig.toml", shell.folder / "log.csv"]
     given[0].write_bytes((DEMO / "rig.toml").read_bytes())
     given[1].write_bytes(Path(LOGS[0]).read_bytes())
     before = given[which].read_bytes()
-    done = program("fit", "rig.toml", "log.csv", "-o", given[which].name, cwd=tmp_path)
-    assert done.returncode == 2 and "is the input; give another path with -o" in done.stderr
+    code, _, err = shell("fit", "rig.toml", "log.csv", "-o", given[which].name)
+    assert code == 2 and "is the input; give another path with -o" in err
     assert given[which].read_bytes() == before
 
 
@@ -111,8 +111,7 @@ def test_limit_speeds_write_a_fitted_rig_file(shell: Shell) -> None:
     )
 
 
-def test_a_fit_that_misses_its_logs_leads_to_the_diagnosis(tmp_path: Path) -> None:
-    square = str(DEMO / "square.csv")
-    done = program("fit", str(DEMO / "rig.toml"), square, "-o", "fitted.toml", "--force", cwd=tmp_path)
-    assert done.returncode == 0 and "the model lacks something" in done.stderr, done.stderr
-    assert done.stdout.splitlines()[-1] == f"next: rwjax diagnose fitted.toml {square} --force"
+def test_a_fit_that_misses_its_logs_leads_to_the_diagnosis(shell: Shell) -> None:
+    code, out, err = shell("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", "--force")
+    assert code == 0 and "the model lacks something" in err, err
+    assert out.splitlines()[-1] == f"next: rwjax diagnose fitted.toml {LOGS[0]} --force"

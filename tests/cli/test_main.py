@@ -14,7 +14,7 @@ from typer.main import get_command
 from rwjax import __version__
 from rwjax.cli.main import COMMANDS, app
 from rwjax.cli.options import one_name_each
-from tests.cli.shell import DEMO, LOGS, program
+from tests.cli.shell import DEMO, LOGS, Shell, program
 from tests.command import rwjax as within
 
 
@@ -105,14 +105,10 @@ main.main()
         (["predict", "rig.toml", "log.csv"], "log.csv"),
     ],
 )
-def test_unusable_input_ends_with_one_line_and_status_2(tmp_path: Path, arguments: list[str], words: str) -> None:
-    (tmp_path / "rig.toml").write_text((DEMO / "rig.toml").read_text())
-    (tmp_path / "log.csv").write_text("time_s,voltage_V,yaw_count\n0,0,0\n")
-    done = program(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert len(done.stderr.splitlines()) == 1
-    assert words in done.stderr
+def test_unusable_input_ends_with_one_line_and_status_2(shell: Shell, arguments: list[str], words: str) -> None:
+    (shell.folder / "log.csv").write_text("time_s,voltage_V,yaw_count\n0,0,0\n")
+    code, out, err = shell(*arguments)
+    assert code == 2 and out == "" and words in err and len(err.splitlines()) == 1
 
 
 def test_a_user_without_a_home_and_a_name_gets_the_result_and_no_warning(tmp_path: Path) -> None:

@@ -1,29 +1,28 @@
 """`rwjax region`, as a user calls it."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.cli.shell import DELAYED, FIT, Shell, program, table
+from tests.cli.shell import DELAYED, FIT, Shell, table
 from tests.cli.shell import RIG as RIG_TEXT
 
 
-def test_region_writes_gains_and_a_figure_and_says_what_it_leaves_out(tmp_path: Path) -> None:
+def test_region_writes_gains_and_a_figure_and_says_what_it_leaves_out(shell: Shell) -> None:
     rig = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02\n'
-    (tmp_path / "rig.toml").write_text(rig + '[effects."drive.delay"]\ntau = 0.02\n')
+    (shell.folder / "rig.toml").write_text(rig + '[effects."drive.delay"]\ntau = 0.02\n')
     grid = ("--kp", "0:10:3", "--kd", "0:2:2")
-    done = program("region", "rig.toml", *grid, "-o", "region.csv", "--json", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    answer = json.loads(done.stdout)  # s^2 + (0.2 + 4 kd) s + 4 kp
+    code, out, err = shell("region", "rig.toml", *grid, "-o", "region.csv", "--json")
+    assert code == 0, err
+    answer = json.loads(out)  # s^2 + (0.2 + 4 kd) s + 4 kp
     assert answer["schema"] == "rwjax.region/1" and answer["stable"] == [[0, 0], [0, 1], [0, 1]]
-    assert "drive.delay" in done.stderr
-    lines = (tmp_path / "region.csv").read_text().splitlines()
+    assert "drive.delay" in err
+    lines = (shell.folder / "region.csv").read_text().splitlines()
     assert lines[0] == "kp,kd,stable" and lines[4] == "5,2,1" and len(lines) == 7
-    assert (tmp_path / "region.png").read_bytes().startswith(b"\x89PNG")
-    plain = program("region", "rig.toml", *grid, "--quiet", cwd=tmp_path)
-    assert plain.stdout.splitlines() == lines and plain.stderr == ""
+    assert (shell.folder / "region.png").read_bytes().startswith(b"\x89PNG")
+    _, out, err = shell("region", "rig.toml", *grid, "--quiet")
+    assert out.splitlines() == lines and err == ""
 
 
 @pytest.mark.parametrize(

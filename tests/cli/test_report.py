@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rwjax.diagnosis.record import RECORD, record
 from rwjax.report.html import FIGURES, REPORT, write_report
-from tests.cli.shell import program
+from tests.cli.shell import Shell, program
 from tests.report.diagnosed import diagnosed
 
 
@@ -22,6 +22,6 @@ def test_the_page_comes_back_as_the_diagnosis_has_drawn_it(tmp_path: Path) -> No
     assert {REPORT, "motion.png"} <= {*drawn} <= {REPORT, RECORD, *(f"{name}.png" for name in FIGURES)}
 
 
-def test_a_folder_that_holds_no_diagnosis_is_refused_in_one_line(tmp_path: Path) -> None:
-    done = program("report", "out", cwd=tmp_path)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "give the folder of a diagnosis" in done.stderr
+def test_a_folder_that_holds_no_diagnosis_is_refused_in_one_line(shell: Shell) -> None:
+    code, _, err = shell("report", "out")
+    assert code == 2 and err.count("\n") == 1 and "give the folder of a diagnosis" in err

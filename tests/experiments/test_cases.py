@@ -100,6 +100,7 @@ def test_a_case_is_reproducible_and_has_runs_to_fit_and_to_judge(kind: str) -> N
     assert max(marks) > 0
 
 
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
@@ -108,15 +109,13 @@ def test_a_case_is_reproducible_and_has_runs_to_fit_and_to_judge(kind: str) -> N
         *(("reaction", e) for e in ("axis.coulomb", "parameter.axis.gravity.angle", "motor.heating")),
     ],
 )
-def test_the_files_are_what_the_library_reads(kind: str, name: str | None, tmp_path: Path) -> None:
-    for seed in range(3):
-        folder = tmp_path / str(seed)
-        case = make_case(kind, name, seed)
-        write_case(case, folder)
-        rig = read_rig(folder / "rig.toml")
-        logs = read_logs(sorted(folder.glob("*.csv")), rig)
-        assert set(case.truth["true_numbers"]) == set(rig.free)
-        assert len(logs) == len(case.logs)
+def test_the_files_are_what_the_library_reads(kind: str, name: str | None, seed: int, tmp_path: Path) -> None:
+    case = make_case(kind, name, seed)
+    write_case(case, tmp_path)
+    rig = read_rig(tmp_path / "rig.toml")
+    logs = read_logs(sorted(tmp_path.glob("*.csv")), rig)
+    assert set(case.truth["true_numbers"]) == set(rig.free)
+    assert len(logs) == len(case.logs)
 
 
 def test_labels_say_what_the_answer_is() -> None:

@@ -8,7 +8,7 @@ import pytest
 from rwjax import read_rig
 from rwjax.report.html import FIGURES
 from rwjax.report.results import clear_results, write_results
-from tests.report.diagnosed import diagnosed
+from tests.report.diagnosed import diagnosed, draws_one_figure
 
 
 def test_everything_is_written_and_goes_away_again(tmp_path: Path) -> None:
@@ -30,7 +30,10 @@ def test_everything_is_written_and_goes_away_again(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
-def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(tmp_path: Path) -> None:
+def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draws_one_figure(monkeypatch)
     write_results(diagnosed(verdict="unknown"), tmp_path)
     assert (tmp_path / "corrected.toml").read_text().startswith("# Not claimed: Unknown:")
     assert read_rig(tmp_path / "corrected.toml").kind == "platform"
@@ -38,8 +41,9 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(tmp_path: P
 
 @pytest.mark.parametrize(("verdict", "part"), [("ambiguous", ""), ("partial", " of a part")])
 def test_a_corrected_rig_that_is_one_explanation_of_several_names_the_others(
-    verdict: str, part: str, tmp_path: Path
+    verdict: str, part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    draws_one_figure(monkeypatch)
     several = diagnosed(verdict=verdict, alternatives=(("drive.bias",), ("axis.spring", "drive.delay")))
     write_results(several, tmp_path)
     named = " + ".join(several.effects)
