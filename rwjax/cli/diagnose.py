@@ -1,8 +1,5 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -14,9 +11,8 @@ from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_se
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, next_command, note, say
+from rwjax.fitting.garbage import seldom_collected
 
-YOUNG = 5000
-"""New objects after which Python looks for those that hold each other and can go [1]."""
 BUDGET_S = 120.0
 """Time that a search may take [s]."""
 Names = list[str] | None
@@ -60,7 +56,7 @@ def diagnose(
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, clear_results, (rig_file, *log_files))
     target.check()
-    with Team() as team, first(limit.stop), _seldom_collected(), progress(quiet, lines=True) as show:
+    with Team() as team, first(limit.stop), seldom_collected(), progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
@@ -78,19 +74,3 @@ def diagnose(
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)
-
-
-@contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Inside, Python seldom looks for objects that hold each other and can go: it takes a tenth of a first diagnosis otherwise.
-
-    What is imported stays, and programs are made of many small parts.
-    """
-    before = gc.get_threshold()
-    gc.freeze()
-    gc.set_threshold(YOUNG)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
-        gc.unfreeze()

@@ -116,7 +116,7 @@ def _errors(fits: ModelFits, by_fold: Sequence[list[Prediction]], *, with_floor:
             error[k] = {}
             for name, raw in found.items():
                 seen = np.isfinite(log.outputs[name])
-                e = np.where(np.isfinite(raw), raw, limits.diverged)
+                e = finite(raw, limits)
                 error[k][name] = np.where(seen, e, np.nan)
                 square.setdefault(name, []).append(e[seen] ** 2)
                 stretch = k * 100_000 + np.floor((log.time - log.time[0]) / limits.block)
@@ -125,6 +125,19 @@ def _errors(fits: ModelFits, by_fold: Sequence[list[Prediction]], *, with_floor:
                 if with_floor:
                     floor.setdefault(name, []).append(floors[name][seen])
     return HeldOut(_joined(square), _joined(floor), _joined(run), _joined(second), error)
+
+
+def finite(error: np.ndarray, limits: GapSettings) -> np.ndarray:
+    """Errors of which the squares can be summed.
+
+    Args:
+        error: errors of a free run [SI], which may have left the range of numbers.
+        limits: limits of the gap.
+
+    Returns:
+        The errors, none further off than `limits.diverged` [SI].
+    """
+    return np.clip(np.nan_to_num(error, nan=limits.diverged), -limits.diverged, limits.diverged)
 
 
 def _joined(parts: dict[str, list[np.ndarray]]) -> dict[str, np.ndarray]:

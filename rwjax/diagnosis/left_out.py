@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from rwjax.diagnosis.gap import finite
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.refits import refitted
@@ -93,10 +94,10 @@ class LeftOut:
 
     def _squares(self, predictions: list[Prediction]) -> dict[str, float]:
         """Sum of squared errors of predictions [noise²] by output; what left the range of numbers counts as far off."""
-        problem, far, found = self.fits.problem, self.fits.settings.gap.diverged, dict[str, float]()
+        problem, limits, found = self.fits.problem, self.fits.settings.gap, dict[str, float]()
         for p, by_output in zip(predictions, errors(problem, predictions), strict=True):
             for name, e in by_output.items():
                 seen = np.isfinite(problem.logs[p.log].outputs[name])
-                square = float(np.sum(np.where(np.isfinite(e), e / problem.noise[name], far)[seen] ** 2))
+                square = float(np.sum((finite(e[seen], limits) / problem.noise[name]) ** 2))
                 found[name] = found.get(name, 0.0) + square
         return found

@@ -27,6 +27,7 @@ import jax
 import numpy as np
 
 from rwjax.fitting.batched_runs import Simulating, together
+from rwjax.fitting.garbage import seldom_collected
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import THREADS
 
@@ -292,6 +293,7 @@ class _Shared:
                 return
 
 
+@seldom_collected()
 def help_out() -> None:
     """What a helper does: it carries out what comes on its standard input, and ends with that at once."""
     source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")

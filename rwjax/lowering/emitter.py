@@ -56,6 +56,7 @@ class Emitter:
         self._depths: dict[int, int] = {}
         self._loops: list[Any] = []
         self._inverses: dict[int, Any] = {}
+        self._constants: dict[tuple[str, str, int], Any] = {}
 
     def once(self, key: object, make: Callable[[], Term]) -> Term:
         """What was emitted before under a key in this block or one around it, or else now.
@@ -94,8 +95,7 @@ class Emitter:
         Returns:
             The value.
         """
-        of = {"f": float, "i": int, "b": bool}[kind]
-        return ir.Constant(TYPES[kind], of(value))
+        return self._same(value, kind)
 
     def value(self, term: Term, kind: str) -> Value:
         """A term as a value of LLVM.
@@ -132,11 +132,11 @@ class Emitter:
         """
         if self.is_vector(term):
             return term
-        wide: Any = ir.VectorType(TYPES[kind], self.lanes)
         if not isinstance(term, ir.Value):
-            return self._repeated(wide, self.constant(term, kind))
+            return self._same(term, kind, self.lanes)
         if isinstance(term, ir.Constant):
-            return self._repeated(wide, term)
+            return self._same(term.constant, kind, self.lanes)
+        wide: Any = ir.VectorType(TYPES[kind], self.lanes)
 
         def emit() -> Term:
             first = self.builder.insert_element(ir.Constant(wide, ir.Undefined), term, ir.Constant(ir.IntType(32), 0))
@@ -145,9 +145,14 @@ class Emitter:
 
         return self.once(("vector", id(term), term), emit)
 
-    def _repeated(self, wide: Any, number: Any) -> Value:
-        """A constant with the same number in every lane."""
-        return ir.Constant(wide, [number.constant] * self.lanes)
+    def _same(self, value: bool | int | float, kind: str, lanes: int = 0) -> ir.Constant:
+        """A constant, or a vector with it in every lane; the same one wherever it stands, since to make and to write one takes long."""
+        number = {"f": float, "i": int, "b": bool}[kind](value)
+        key = kind, repr(number), lanes  # which tells -0.0 from 0.0
+        if key not in self._constants:
+            wide: Any = ir.VectorType(TYPES[kind], lanes) if lanes else TYPES[kind]
+            self._constants[key] = ir.Constant(wide, [number] * lanes if lanes else number)
+        return self._constants[key]
 
     def alike(self, kinds: str, *terms: Term) -> list[Value]:
         """Terms as values that are all shared by the lanes, or all vectors.

@@ -59,7 +59,7 @@ def doubles_in_a_vector() -> int:
 def _machine(features: str) -> llvm.TargetMachine:
     name, own = processor()
     joined = ",".join(part for part in (own, features) if part)
-    return _target().create_target_machine(cpu=name, features=joined, opt=2, reloc="pic", codemodel="jitdefault")
+    return _target().create_target_machine(cpu=name, features=joined, opt=1, reloc="pic", codemodel="jitdefault")
 
 
 def compiled(text: str, features: str = "") -> bytes:

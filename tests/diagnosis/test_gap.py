@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.gap import Gap, HeldOut, closure, gap, headline, held_out
+from rwjax.diagnosis.gap import Gap, HeldOut, closure, finite, gap, headline, held_out
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
@@ -52,6 +52,13 @@ def test_the_interval_for_new_runs_holds_what_very_many_of_them_close(runs: int,
         assert found.ci95 is not None and true is not None
         holds += found.ci95[0] <= true <= found.ci95[1]
     assert 0.9 <= holds / tries <= 0.99
+
+
+def test_errors_beyond_the_range_of_numbers_are_far_off_and_their_squares_can_be_summed() -> None:
+    limits = GapSettings()
+    found = finite(np.array([np.nan, np.inf, -np.inf, 1e300, -1e200, 2.0, -0.5]), limits)
+    far = limits.diverged
+    assert found.tolist() == [far, far, -far, far, -far, 2.0, -0.5] and np.isfinite(np.sum((found / 1e-6) ** 2))
 
 
 def test_two_runs_tell_of_no_other_ones() -> None:
