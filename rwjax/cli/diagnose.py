@@ -11,7 +11,6 @@ from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_se
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, next_command, note, say
-from rwjax.fitting.garbage import seldom_collected
 
 BUDGET_S = 120.0
 """Time that a search may take [s]."""
@@ -43,7 +42,7 @@ def diagnose(
     from rwjax.diagnosis.budget import Budget
     from rwjax.diagnosis.diagnosis import diagnose as run
     from rwjax.diagnosis.verdict import CLAIMS
-    from rwjax.fitting.processes import Team
+    from rwjax.fitting import garbage, processes
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.report.results import CORRECTED, answer_of, clear_results, write_results
@@ -56,7 +55,7 @@ def diagnose(
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, clear_results, (rig_file, *log_files))
     target.check()
-    with Team() as team, first(limit.stop), seldom_collected(), progress(quiet, lines=True) as show:
+    with processes.Team() as team, first(limit.stop), garbage.seldom_collected(), progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)

@@ -26,6 +26,12 @@ def test_what_it_is_and_how_to_go_on(tmp_path: Path) -> None:
     assert all(f"[{unit}]" in units for unit in ("°", "s", "mm", "V", "A", "1/min"))
 
 
+def test_help_waits_for_no_library_that_only_a_command_needs() -> None:
+    code = "import sys, rwjax.cli.main; print(*{'jax', 'scipy', 'polars', 'matplotlib', 'llvmlite'} & {*sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=DEMO.parents[1])
+    assert (done.stdout, done.returncode) == ("\n", 0), done.stderr
+
+
 def test_commands_run_on_the_processor_unless_the_user_names_another_device(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("JAX_PLATFORMS", "cuda")  # for the command to find, and restored after it
     assert within(monkeypatch, "--version") == 0 and os.environ["JAX_PLATFORMS"] == "cuda"
