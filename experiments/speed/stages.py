@@ -35,7 +35,7 @@ STAGES = {
         (forward_backward, "fit_exactly"),
         (successive_halving, "fit_exactly"),
     ),
-    "searches from all places": ((SuccessiveHalving, "fit_from_all_places"),),
+    "searches from all places": ((SuccessiveHalving, "from_all_places"),),
     "information criterion": ((ModelComparison, "_seen"),),
     "to the last digit": ((diagnosis, "polish"),),
     "held-out runs": ((diagnosis, "held_out"),),

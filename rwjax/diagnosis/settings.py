@@ -185,6 +185,10 @@ class SearchSettings:
         (3, 1, 1),
         "leading hypotheses, beside so many names, that are fitted from all their places where none suffices",
     )
+    from_all_places_at_once: int = _limit(
+        4,
+        "of these, those fitted side by side, whatever the machine; what comes after one that suffices does not count",
+    )
     many_places: int = _limit(5, "places from which a hypothesis may begin that count as many")
     exactly: tuple[int, ...] = _limit(
         (6, 3, 3),

@@ -265,9 +265,7 @@ class Search:
         """Carries the leading hypotheses on, from all of their places and by exact derivatives, until one suffices."""
         limits, beside = self.limits, len(parent.names)
         searched = self._by_cost(tried)[: limits.from_all_places[beside]]
-        for e in searched:
-            if not self._suffices(tried, enough):
-                self.halving.fit_from_all_places(e, parent)
+        self._fit_from_all_places(searched, parent, tried, enough)
         ahead = self._by_cost(tried)[: limits.exactly[beside]]
         for k in range(0, len(ahead), limits.exactly_at_once):
             if not self._suffices(tried, enough):
@@ -286,11 +284,21 @@ class Search:
             enough: excess up to which a hypothesis suffices [1].
         """
         many = [e for e in self._by_cost(hypotheses) if len(self.fits.space(e)[1]) >= self.limits.many_places]
-        for e in many:
-            if not self._suffices(tried, enough):
-                self.halving.fit_from_all_places(e, NOTHING)
+        self._fit_from_all_places(many, NOTHING, tried, enough)
         if many and not self._suffices(tried, enough):
             fit_exactly(self.fits, self._by_cost(tried)[: self.limits.exactly_at_once])
+
+    def _fit_from_all_places(
+        self, hypotheses: list[Hypothesis], parent: Hypothesis, tried: list[Hypothesis], enough: float
+    ) -> None:
+        """Fits hypotheses from all of their places, a few side by side, until one suffices; what comes after that one does not count."""
+        at_once = self.limits.from_all_places_at_once
+        for k in range(0, len(hypotheses), at_once):
+            if self._suffices(tried, enough):
+                return
+            for e, fitted in self.halving.from_all_places(hypotheses[k : k + at_once], parent).items():
+                if not self._suffices(tried, enough):
+                    self.fits.keep({e: fitted})
 
     def _suffices(self, hypotheses: list[Hypothesis], enough: float) -> bool:
         """Whether the leading hypothesis leaves at most so much excess."""

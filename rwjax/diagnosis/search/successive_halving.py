@@ -40,6 +40,10 @@ def extrapolated_cost(cost: float, before: float, parent: float, at_parent: floa
     return cost * min(cost / begun, 1.0) ** 2 if 0.0 < begun < np.inf else cost
 
 
+def _cost(fitted: Fit) -> float:
+    return fitted.cost
+
+
 class SuccessiveHalving:
     """Fits hypotheses side by side by successive halving.
 
@@ -113,18 +117,24 @@ class SuccessiveHalving:
         finally:
             self.fits.close_again(ended)
 
-    def fit_from_all_places(self, hypothesis: Hypothesis, parent: Hypothesis) -> None:
-        """Fits one hypothesis from all places where it may begin, the best of which the rounds may have left behind.
+    def from_all_places(self, hypotheses: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, Fit]:
+        """Fits of hypotheses from all places where they may begin, the best of which the rounds may have left behind.
 
         Args:
-            hypothesis: the hypothesis to fit.
-            parent: the hypothesis from whose estimates it begins.
+            hypotheses: those to fit, side by side.
+            parent: the hypothesis from whose estimates they begin.
+
+        Returns:
+            The best fit of each that begins anywhere; nothing is taken down.
         """
-        fits, limits = self.fits, self.limits
-        places = begin(fits, [hypothesis], parent)[hypothesis].places
-        found = self._stepped(places, limits.thorough_steps)
-        best = sorted(found, key=lambda f: f.cost)[: limits.places]
-        fits.keep({hypothesis: min(fits.ends_of(best), key=lambda f: f.cost)})
+        limits, found = self.limits, dict[Hypothesis, list[Fit]]()
+        begun = [(e, f) for e, one in begin(self.fits, hypotheses, parent).items() for f in one.places]
+        stepped = self._stepped([f for _, f in begun], limits.thorough_steps)
+        for (e, _), f in zip(begun, stepped, strict=True):
+            found.setdefault(e, []).append(f)
+        furthest = [(e, f) for e, every in found.items() for f in sorted(every, key=_cost)[: limits.places]]
+        ends = self.fits.ends_of([f for _, f in furthest])
+        return {e: min((f for (o, _), f in zip(furthest, ends, strict=True) if o == e), key=_cost) for e in found}
 
     def fit_at(self, places: Mapping[Hypothesis, Sequence[Fit]], limits: PairSettings) -> list[Hypothesis]:
         """Fits hypotheses from given points, and carries those to their end that come close to the best.

@@ -35,6 +35,29 @@ def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     assert search.comparison.excess(many) < 0.1 and fits.known(few) is fitted  # of which there are two places alone
 
 
+def test_of_what_is_fitted_side_by_side_nothing_counts_after_the_first_that_suffices() -> None:
+    rig, names = platform("viscous = 0.02"), ("axis.coulomb", "axis.bias_torque", "axis.spring")
+    usual = Settings()
+    fits = fits_of(
+        rig,
+        true_log(rig, **{"axis.coulomb": {"M_c": 0.03}}),
+        replace(usual, search=replace(usual.search, many_places=0, from_all_places_at_once=2)),
+    )
+    search, singles = Search(fits, names), [Hypothesis((name,)) for name in names]
+    search.halving.fit(singles, NOTHING)
+    for single, number, value in zip(singles, ("M_c", "T", "k"), (0.02, 0.01, 0.01), strict=True):
+        moved_to(fits, single, {f"{single.names[0]}.{number}": value})
+    first, second, third = sorted(singles, key=lambda e: fits.known(e).cost)
+    assert first.names == ("axis.coulomb",)
+    before = {e: fits.known(e) for e in singles}
+    together = search.halving.from_all_places([first, second], NOTHING)
+    assert all(search.halving.from_all_places([e], NOTHING)[e].cost == found.cost for e, found in together.items())
+    assert together[second].cost < before[second].cost  # it would be better, too
+    search.fit_from_many_places(singles, singles, enough=0.1)
+    assert search.comparison.excess(first) < 0.1
+    assert fits.known(second) is before[second] and fits.known(third) is before[third]
+
+
 @pytest.mark.slow
 def test_a_choice_gives_way_to_a_better_rival_and_not_the_other_way_round() -> None:
     rig = platform("viscous = 0.02")
