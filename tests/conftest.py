@@ -45,6 +45,15 @@ def _programs_are_dropped() -> Iterator[None]:
         jax.clear_caches()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _programs_are_made_fast() -> None:
+    """A tenth of the quick tests' time; what is made so has files of its own."""
+    if not os.environ.get("RWJAX_EVERY_CALL"):
+        from rwjax.lowering import machine
+
+        machine.EFFORT = 0
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _signatures_are_checked() -> None:
     begin_anew()

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from experiments.real.pairs import Pair, fixed, given, own
+from experiments.real.pairs import Pair, given, own, rig_of
 from experiments.speed.table import show
 from rwjax import fit, predict
 from rwjax.errors import InputError
@@ -121,7 +121,7 @@ def can_be_named(given: float, right: float | None) -> bool | None:
 
 def errors(pair: Pair) -> Left:
     """What a pair's rig leaves."""
-    rig, right = fixed(pair), put_right(pair)
+    rig, right = rig_of(pair), put_right(pair)
     (wrong, logs), of_own = given(pair, rig), left(rig, own(pair, rig))
     of_given = left_of_fitted(wrong, logs)
     if right is None:

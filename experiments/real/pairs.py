@@ -71,7 +71,7 @@ def with_friction_free(pair: Pair) -> Pair:
     return pair._replace(free=tuple(name for name in FRICTION if name in known))
 
 
-def fixed(pair: Pair) -> Rig:
+def rig_of(pair: Pair) -> Rig:
     """The rig as fitted to the first set-up's logs, with every number fixed that the pair does not leave free."""
     return replace(fitted(pair.data, pair.fitted, pair.fitted_runs), free=pair.free)
 

@@ -16,7 +16,7 @@ from time import perf_counter
 from experiments.blind.draw import some
 from experiments.commit import commit
 from experiments.real import fair
-from experiments.real.pairs import Pair, fixed, given, pairs, with_friction_free
+from experiments.real.pairs import Pair, given, pairs, rig_of, with_friction_free
 from experiments.real.published import PUBLISHED
 from experiments.realdata import ROOT
 from experiments.speed.table import machine, show
@@ -32,7 +32,7 @@ SAME = {
 
 def diagnosed(pair: Pair, most: float) -> Diagnosis:
     """What the second set-up's logs are said to lack."""
-    rig, logs = given(pair, fixed(pair))
+    rig, logs = given(pair, rig_of(pair))
     with Team() as team:
         return diagnose(rig, logs, budget=most, team=team)
 
@@ -115,14 +115,16 @@ def main() -> None:
     parser.add_argument(
         "--fair", action="store_true", help="print what fitted rigs leave of all pairs, and diagnose nothing"
     )
-    parser.add_argument("--friction", action="store_true", help="leave the axis's friction free in the rig files")
+    parser.add_argument(
+        "--friction", action="store_true", help="pairs whose friction was not changed, their rig files leaving it free"
+    )
     parser.add_argument("--only", default="", metavar="WORDS", help="pairs whose name holds this")
     parser.add_argument("--limit", type=int, help="pairs at most, drawn at random, always the same")
     a = parser.parse_args()
     asked = [pair for pair in pairs() if a.only in pair.name]
     asked = asked if a.limit is None else some([pair for pair in asked if pair.set == a.name], a.limit)
     if a.friction:
-        asked = [with_friction_free(pair) for pair in asked]
+        asked = [freed for pair in asked if (freed := with_friction_free(pair)).free]
     if a.fair:
         return fair.report(asked)
     a.path.parent.mkdir(parents=True, exist_ok=True)

@@ -116,7 +116,7 @@ def _errors(fits: ModelFits, by_fold: Sequence[list[Prediction]], *, with_floor:
             error[k] = {}
             for name, raw in found.items():
                 seen = np.isfinite(log.outputs[name])
-                e = finite(raw, limits)
+                e = limited(raw, limits)
                 error[k][name] = np.where(seen, e, np.nan)
                 square.setdefault(name, []).append(e[seen] ** 2)
                 stretch = k * 100_000 + np.floor((log.time - log.time[0]) / limits.block)
@@ -127,7 +127,7 @@ def _errors(fits: ModelFits, by_fold: Sequence[list[Prediction]], *, with_floor:
     return HeldOut(_joined(square), _joined(floor), _joined(run), _joined(second), error)
 
 
-def finite(error: np.ndarray, limits: GapSettings) -> np.ndarray:
+def limited(error: np.ndarray, limits: GapSettings) -> np.ndarray:
     """Errors of which the squares can be summed.
 
     Args:
@@ -137,7 +137,8 @@ def finite(error: np.ndarray, limits: GapSettings) -> np.ndarray:
     Returns:
         The errors, none further off than `limits.diverged` [SI].
     """
-    return np.clip(np.nan_to_num(error, nan=limits.diverged), -limits.diverged, limits.diverged)
+    most = limits.diverged
+    return np.nan_to_num(np.clip(error, -most, most), nan=most)
 
 
 def _joined(parts: dict[str, list[np.ndarray]]) -> dict[str, np.ndarray]:

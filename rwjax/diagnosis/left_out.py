@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from rwjax.diagnosis.gap import finite
+from rwjax.diagnosis.gap import limited
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.refits import refitted
@@ -98,6 +98,6 @@ class LeftOut:
         for p, by_output in zip(predictions, errors(problem, predictions), strict=True):
             for name, e in by_output.items():
                 seen = np.isfinite(problem.logs[p.log].outputs[name])
-                square = float(np.sum((finite(e[seen], limits) / problem.noise[name]) ** 2))
+                square = float(np.sum((limited(e[seen], limits) / problem.noise[name]) ** 2))
                 found[name] = found.get(name, 0.0) + square
         return found

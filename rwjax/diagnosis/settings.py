@@ -186,7 +186,7 @@ class SearchSettings:
         "leading hypotheses, beside so many names, that are fitted from all their places where none suffices",
     )
     from_all_places_at_once: int = _limit(
-        4,
+        2,
         "of these, those fitted side by side, whatever the machine; what comes after one that suffices does not count",
     )
     many_places: int = _limit(5, "places from which a hypothesis may begin that count as many")
@@ -318,7 +318,9 @@ class GapSettings:
     fewest_runs: int = _limit(3, "held-out runs below which nothing is said of new ones")
     block: float = _limit(1.0, "time [s] within which errors of these runs are resampled together")
     resamples: int = _limit(2000, "resamples of these blocks")
-    diverged: float = _limit(1e6, "error [SI] that stands for that of a run that left the range of numbers")
+    diverged: float = _limit(
+        1e6, "largest error that counts [SI]; stands also for that of a run that left the range of numbers"
+    )
 
 
 @dataclass(frozen=True)

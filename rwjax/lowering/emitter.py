@@ -56,7 +56,8 @@ class Emitter:
         self._depths: dict[int, int] = {}
         self._loops: list[Any] = []
         self._inverses: dict[int, Any] = {}
-        self._constants: dict[tuple[str, str, int], Any] = {}
+        self._constants: dict[tuple[str, str], Any] = {}
+        self._repeats: dict[tuple[str, str], Any] = {}
 
     def once(self, key: object, make: Callable[[], Term]) -> Term:
         """What was emitted before under a key in this block or one around it, or else now.
@@ -86,7 +87,7 @@ class Emitter:
         self._known.pop()
 
     def constant(self, value: bool | int | float, kind: str) -> ir.Constant:
-        """A number as a value that all lanes share.
+        """A number as a value that all lanes share, the same one wherever it stands: to make and to write one takes long.
 
         Args:
             value: The number [1].
@@ -95,7 +96,11 @@ class Emitter:
         Returns:
             The value.
         """
-        return self._same(value, kind)
+        number = {"f": float, "i": int, "b": bool}[kind](value)
+        key = kind, repr(number)  # which tells -0.0 from 0.0
+        if key not in self._constants:
+            self._constants[key] = ir.Constant(TYPES[kind], number)
+        return self._constants[key]
 
     def value(self, term: Term, kind: str) -> Value:
         """A term as a value of LLVM.
@@ -133,9 +138,9 @@ class Emitter:
         if self.is_vector(term):
             return term
         if not isinstance(term, ir.Value):
-            return self._same(term, kind, self.lanes)
+            return self._repeated(self.constant(term, kind), kind)
         if isinstance(term, ir.Constant):
-            return self._same(term.constant, kind, self.lanes)
+            return self._repeated(term, kind)
         wide: Any = ir.VectorType(TYPES[kind], self.lanes)
 
         def emit() -> Term:
@@ -145,14 +150,13 @@ class Emitter:
 
         return self.once(("vector", id(term), term), emit)
 
-    def _same(self, value: bool | int | float, kind: str, lanes: int = 0) -> ir.Constant:
-        """A constant, or a vector with it in every lane; the same one wherever it stands, since to make and to write one takes long."""
-        number = {"f": float, "i": int, "b": bool}[kind](value)
-        key = kind, repr(number), lanes  # which tells -0.0 from 0.0
-        if key not in self._constants:
-            wide: Any = ir.VectorType(TYPES[kind], lanes) if lanes else TYPES[kind]
-            self._constants[key] = ir.Constant(wide, [number] * lanes if lanes else number)
-        return self._constants[key]
+    def _repeated(self, number: Any, kind: str) -> Value:
+        """A constant with the same number in every lane, the same one wherever it stands."""
+        key = kind, repr(number.constant)
+        if key not in self._repeats:
+            wide: Any = ir.VectorType(TYPES[kind], self.lanes)
+            self._repeats[key] = ir.Constant(wide, [number.constant] * self.lanes)
+        return self._repeats[key]
 
     def alike(self, kinds: str, *terms: Term) -> list[Value]:
         """Terms as values that are all shared by the lanes, or all vectors.

@@ -9,7 +9,7 @@ from threading import Lock
 import llvmlite
 import numpy as np
 
-from rwjax.lowering import program_files
+from rwjax.lowering import machine, program_files
 from rwjax.lowering.arrays import Spread
 from rwjax.lowering.emitter import Unsupported
 from rwjax.lowering.machine import processor
@@ -70,7 +70,7 @@ def _found(
     keep: bool,
     lanes: int,
 ) -> Lowered | None:
-    key = (whole, processor(), llvmlite.__version__)
+    key = (whole, processor(), machine.EFFORT, llvmlite.__version__)
     path = program_files.file_of("lowered", name, key) if keep else None
     if (data := program_files.read(path)) is not None:
         return Lowered(_unpacked(data))

@@ -22,6 +22,10 @@ OPTIONS = ("-disable-lsr",)
 """LLVM's options of all code that this process makes. Of the addresses in loops nothing else would be made: it takes a third of the time
 of a program with derivatives, and these run as fast without it."""
 
+EFFORT = 1
+"""How hard LLVM tries for fast code, 0 to 3 [1]. More takes a tenth of the time longer and makes the same code but for a few bytes, and the
+same numbers; with 0 programs are made fastest and run up to twice as long, also with the same numbers."""
+
 _lock = Lock()  # LLVM's contexts are not for several threads at once
 _engines: list = []  # what was loaded stays while the process lives
 
@@ -59,7 +63,7 @@ def doubles_in_a_vector() -> int:
 def _machine(features: str) -> llvm.TargetMachine:
     name, own = processor()
     joined = ",".join(part for part in (own, features) if part)
-    return _target().create_target_machine(cpu=name, features=joined, opt=1, reloc="pic", codemodel="jitdefault")
+    return _target().create_target_machine(cpu=name, features=joined, opt=EFFORT, reloc="pic", codemodel="jitdefault")
 
 
 def compiled(text: str, features: str = "") -> bytes:

@@ -102,13 +102,20 @@ main.main()
     assert (out.stdout, out.stderr, out.returncode) == ("run.csv\n", "rwjax: interrupted\n", 130)
 
 
+def test_nothing_but_one_line_comes_out_of_a_process_with_unusable_input(tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text((DEMO / "rig.toml").read_text())
+    (tmp_path / "log.csv").write_text("time_s,voltage_V,yaw_count\n0,0,0\n")
+    done = program("diagnose", "rig.toml", "log.csv", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1) and "yaw_count" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["fit", "absent.toml", "log.csv"], "absent.toml"),
         (["fit", "rig.toml", "absent.csv"], "absent.csv"),
-        (["diagnose", "rig.toml", "log.csv"], "log.csv"),
-        (["predict", "rig.toml", "log.csv"], "log.csv"),
+        (["diagnose", "rig.toml", "log.csv"], "yaw_count"),
+        (["predict", "rig.toml", "log.csv"], "yaw_count"),
     ],
 )
 def test_unusable_input_ends_with_one_line_and_status_2(shell: Shell, arguments: list[str], words: str) -> None:

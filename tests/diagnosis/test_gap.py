@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.gap import Gap, HeldOut, closure, finite, gap, headline, held_out
+from rwjax.diagnosis.gap import Gap, HeldOut, closure, gap, headline, held_out, limited
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
@@ -56,7 +56,7 @@ def test_the_interval_for_new_runs_holds_what_very_many_of_them_close(runs: int,
 
 def test_errors_beyond_the_range_of_numbers_are_far_off_and_their_squares_can_be_summed() -> None:
     limits = GapSettings()
-    found = finite(np.array([np.nan, np.inf, -np.inf, 1e300, -1e200, 2.0, -0.5]), limits)
+    found = limited(np.array([np.nan, np.inf, -np.inf, 1e300, -1e200, 2.0, -0.5]), limits)
     far = limits.diverged
     assert found.tolist() == [far, far, -far, far, -far, 2.0, -0.5] and np.isfinite(np.sum((found / 1e-6) ** 2))
 

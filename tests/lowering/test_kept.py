@@ -131,13 +131,15 @@ def test_a_torn_file_is_made_anew(builds: list[int], tmp_path: Path, monkeypatch
     assert len(builds) == 2
 
 
-@pytest.mark.parametrize("of", ["processor", "version"])
-def test_another_processor_and_another_llvm_have_files_of_their_own(
+@pytest.mark.parametrize("of", ["processor", "effort", "version"])
+def test_another_processor_effort_or_llvm_has_files_of_its_own(
     of: str, builds: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     find(double, "c", monkeypatch)
     if of == "processor":
         monkeypatch.setattr(kept, "processor", lambda: ("another", "-avx"))
+    elif of == "effort":
+        monkeypatch.setattr(kept.machine, "EFFORT", 3)
     else:
         monkeypatch.setattr(kept.llvmlite, "__version__", "0.0")
     find(double, "c", monkeypatch)

@@ -291,7 +291,11 @@ class Search:
     def _fit_from_all_places(
         self, hypotheses: list[Hypothesis], parent: Hypothesis, tried: list[Hypothesis], enough: float
     ) -> None:
-        """Fits hypotheses from all of their places, a few side by side, until one suffices; what comes after that one does not count."""
+        """Fits hypotheses from all of their places, a few side by side, until one suffices.
+
+        What comes after that one does not count, so that the answer is that of one after the other. Where the budget ends, those that are
+        on their way are lost.
+        """
         at_once = self.limits.from_all_places_at_once
         for k in range(0, len(hypotheses), at_once):
             if self._suffices(tried, enough):

@@ -40,8 +40,8 @@ def extrapolated_cost(cost: float, before: float, parent: float, at_parent: floa
     return cost * min(cost / begun, 1.0) ** 2 if 0.0 < begun < np.inf else cost
 
 
-def _cost(fitted: Fit) -> float:
-    return fitted.cost
+def _cost(one: Fit) -> float:
+    return one.cost
 
 
 class SuccessiveHalving:
@@ -125,16 +125,13 @@ class SuccessiveHalving:
             parent: the hypothesis from whose estimates they begin.
 
         Returns:
-            The best fit of each that begins anywhere; nothing is taken down.
+            The best fit of each; the store is left as it was.
         """
-        limits, found = self.limits, dict[Hypothesis, list[Fit]]()
-        begun = [(e, f) for e, one in begin(self.fits, hypotheses, parent).items() for f in one.places]
-        stepped = self._stepped([f for _, f in begun], limits.thorough_steps)
-        for (e, _), f in zip(begun, stepped, strict=True):
-            found.setdefault(e, []).append(f)
-        furthest = [(e, f) for e, every in found.items() for f in sorted(every, key=_cost)[: limits.places]]
-        ends = self.fits.ends_of([f for _, f in furthest])
-        return {e: min((f for (o, _), f in zip(furthest, ends, strict=True) if o == e), key=_cost) for e in found}
+        limits, begun = self.limits, begin(self.fits, hypotheses, parent)
+        stepped = iter(self._stepped([f for e in hypotheses for f in begun[e].places], limits.thorough_steps))
+        furthest = {e: sorted((next(stepped) for _ in begun[e].places), key=_cost)[: limits.places] for e in hypotheses}
+        ends = iter(self.fits.ends_of([f for several in furthest.values() for f in several]))
+        return {e: min((next(ends) for _ in several), key=_cost) for e, several in furthest.items()}
 
     def fit_at(self, places: Mapping[Hypothesis, Sequence[Fit]], limits: PairSettings) -> list[Hypothesis]:
         """Fits hypotheses from given points, and carries those to their end that come close to the best.
