@@ -23,8 +23,8 @@ OPTIONS = ("-disable-lsr",)
 of a program with derivatives, and these run as fast without it."""
 
 EFFORT = 1
-"""How hard LLVM tries for fast code, 0 to 3 [1]. More takes a tenth of the time longer and makes the same code but for a few bytes, and the
-same numbers; with 0 programs are made fastest and run up to twice as long, also with the same numbers."""
+"""How hard LLVM tries for fast code, 0 to 3 [1]. With 2 it takes longer and makes the same code but for a few bytes. With 0 it is done
+soonest, and programs run slower. The numbers were the same in all programs that were tried."""
 
 _lock = Lock()  # LLVM's contexts are not for several threads at once
 _engines: list = []  # what was loaded stays while the process lives
