@@ -47,6 +47,22 @@ def test_another_fit_is_judged_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     assert left_out(BIAS) == first and len([cases for cases in asked if cases]) == 2
 
 
+@pytest.mark.parametrize("error", [np.nan, -np.inf, 1e300])
+def test_a_left_out_run_that_runs_away_counts_as_far_off_and_can_still_be_summed(
+    error: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left_out = searched([run_of(k, PUSHED) for k in range(2)], BIAS).by_runs.left_out
+    (noise,) = left_out.fits.problem.noise.values()
+    monkeypatch.setattr(
+        "rwjax.diagnosis.left_out.errors",
+        lambda problem, predictions: [
+            {name: np.full(len(y), error) for name, y in problem.logs[p.log].outputs.items()} for p in predictions
+        ],
+    )
+    far = left_out.fits.settings.gap.diverged / noise
+    assert left_out.excess(NOTHING) == pytest.approx(far**2)
+
+
 def test_a_single_run_cannot_be_left_out() -> None:
     left_out = LeftOut(searched([run_of(0, PUSHED)], BIAS).fits)
     assert left_out.runs == {} and left_out(BIAS) == {} and left_out.excess(BIAS) == 0.0

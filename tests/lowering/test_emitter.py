@@ -26,6 +26,15 @@ def test_numbers_of_python_are_worked_out_at_once() -> None:
     assert not e.builder.block.instructions
 
 
+@pytest.mark.parametrize("of", ["constant", "vector"])
+def test_a_constant_is_made_once_and_told_from_others_that_are_equal(of: str) -> None:
+    e = emitter()
+    make = getattr(e, of)
+    made = [make(value, kind) for value, kind in ((0.0, "f"), (-0.0, "f"), (1.0, "f"), (1, "i"), (True, "b"))]
+    assert make(0.0, "f") is made[0] and make(-0.0, "f") is made[1]
+    assert len({str(one) for one in made}) == 5 and "-" in str(made[1])
+
+
 def test_a_term_is_emitted_once_in_a_block_and_again_behind_a_loop() -> None:
     e = emitter()
     argument = e.builder.function.args[0]
