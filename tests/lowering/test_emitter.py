@@ -32,7 +32,7 @@ def test_a_constant_is_made_once_and_told_from_others_that_are_equal(of: str) ->
     make = getattr(e, of)
     made = [make(value, kind) for value, kind in ((0.0, "f"), (-0.0, "f"), (1.0, "f"), (1, "i"), (True, "b"))]
     assert make(0.0, "f") is made[0] and make(-0.0, "f") is made[1]
-    assert len({str(one) for one in made}) == 5 and "-" in str(made[1])
+    assert len({str(one) for one in made}) == 5
 
 
 def test_a_term_is_emitted_once_in_a_block_and_again_behind_a_loop() -> None:
