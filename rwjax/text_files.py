@@ -212,7 +212,9 @@ def _runs(process: int) -> bool:
 
 
 def _file(path: str | os.PathLike[str], error: type[InputError]) -> Path:
-    """Where a path leads. Raises `InputError` for a folder."""
+    """Where a path leads, itself where that is no plain file. Raises `InputError` for a folder."""
+    if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
+        return Path(path)  # what it leads to may have no path, as a pipe behind `/dev/stdout`
     target = Path(os.path.realpath(path))
     if target.is_dir():
         raise error(f"{path}: is a folder; give the path of a file")

@@ -180,3 +180,12 @@ def test_whether_a_file_can_be_written_is_told_before(tmp_path: Path) -> None:
     for path, said in (("", "is a folder"), ("a/b", "there is no folder .*/a; make it first")):
         with pytest.raises(InputError, match=said):
             check_writable(tmp_path / path, InputError)
+
+
+def test_a_pipe_is_written_to_by_its_descriptor(tmp_path: Path) -> None:
+    read, write = os.pipe()
+    write_text(f"/dev/fd/{write}", "a\n", InputError)
+    check_writable(f"/dev/fd/{write}", InputError)
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        assert pipe.read() == "a\n"

@@ -2,11 +2,10 @@
 
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, next_command, say
+from rwjax.errors import InputError
 from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)] if fitted else []
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
-        raise typer.Exit(2)
+        raise InputError(f"{rig_file}: {next(finding for finding in found if finding.about == 'units')}")
 
 
 def _json(usable: bool, logs: "tuple[Log, ...]", found: "list[Finding]") -> dict[str, Any]:

@@ -50,7 +50,7 @@ def fleet(
     from rwjax.fleet.run import run
     from rwjax.fleet.told import told, write_plan_of_changed, write_told
 
-    positive(false_alarms=false)
+    positive(**{"false-alarms": false})
     if false >= 1.0:
         raise InputError(f"--false-alarms {false:g}: is a share; give one below 1, as 0.01")
     if scheduler is not None and (workers is not None or memory is not None):
@@ -74,7 +74,7 @@ def fleet(
         ask = [f"  why they changed: rwjax fleet {following} -o {output / 'changed'}"] if following else []
         say("\n".join([f"{found}\n  page: {page}", *ask]))
     if found.rows.filter(status="done").is_empty():
-        raise typer.Exit(2)
+        raise InputError(f"{plan_file}: no job was done; {page} says why each failed")
 
 
 def _json(found: "Fleet", output: Path) -> dict[str, Any]:

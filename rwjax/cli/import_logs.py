@@ -27,7 +27,9 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> No
     from rwjax.rig.read import read_rig
 
     rig = read_rig(rig_file) if rig_file is not None else None
-    if rig is None or not (rig.sources or rig.columns):
+    if output is not None and rig is None:
+        raise InputError(f"-o {output}: logs are written by a rig file; give it with --rig")
+    if rig is None or (output is None and not (rig.sources or rig.columns)):
         say("\n\n".join(_proposed(path, rig.kind if rig is not None else "platform") for path in files))
         return
     from rwjax.logs.convert import converted

@@ -102,7 +102,7 @@ def results(path: Path) -> Iterator[Path]:
         raise InputError(f"{path}: {what}; give another with -o") from None
     try:
         yield path
-    except (InputError, KeyboardInterrupt):
+    except BaseException:
         if new and not any(path.iterdir()):
             path.rmdir()
         raise

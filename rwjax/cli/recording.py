@@ -67,7 +67,9 @@ def role_note(role: str) -> dict[str, str]:
     Raises:
         InputError: the role is none that a log may have.
     """
-    if role not in ("train", "validate"):
+    from rwjax.logs.sheet import ROLES
+
+    if role not in ROLES:
         raise InputError(f"--role {role}: is unknown; it is `train` or `validate`")
     return {"role": role}
 

@@ -29,4 +29,5 @@ def converted(path: str | os.PathLike[str], rig: Rig) -> tuple[dict[str, np.ndar
     sheet = read_sheet(path)
     fields_of(sheet, rig, outputs_required=False)
     _, series = read_columns(sheet, rig)
-    return series, {**sheet.notes, LAYOUT[0]: LAYOUT[1], "from": printable(Path(path).name)}
+    notes = {key: value for key, value in sheet.notes.items() if key != "ignore"}  # what it leaves out is gone
+    return series, {**notes, LAYOUT[0]: LAYOUT[1], "from": printable(Path(path).name)}

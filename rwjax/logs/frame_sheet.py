@@ -19,9 +19,9 @@ def frame_sheet(frame: Any, name: str) -> ArraySheet:
     Raises:
         LogError: For what is no data frame.
     """
-    if getattr(getattr(frame, "index", None), "name", None) is not None:
-        frame = frame.reset_index()
     try:
+        if (index := getattr(getattr(frame, "index", None), "name", None)) is not None:
+            frame = frame.reset_index(drop=index in frame.columns)
         names = list(frame.columns)
         columns = {printable(f"{each}"): frame[each].to_numpy() for each in names}
     except (AttributeError, TypeError, KeyError):

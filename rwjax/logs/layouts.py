@@ -1,5 +1,7 @@
 """The layouts of a log file, rwjax's own, the thesis's and any that `[columns]` describes, as columns of the first."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rwjax.errors import alike, nearest
@@ -35,20 +37,20 @@ def read_columns(sheet: Sheet, rig: Rig) -> tuple[Sheet, dict[str, np.ndarray]]:
     Raises:
         LogError: Where the columns do not fit the rig, or time and command are not usable.
     """
-    if ENABLED in sheet.names and ENABLED not in columns_of(rig.kind):
+    left_out = ignored(sheet)
+    if ENABLED in sheet.names and ENABLED not in (*columns_of(rig.kind), *left_out):
         raise sheet.error(
             None, f"a `{rig.kind}` rig has no `{ENABLED}`; its columns are {', '.join(columns_of(rig.kind))}"
         )
     if rig.sources and sheet.notes.get(LAYOUT[0]) != LAYOUT[1]:
-        sheet = mapped(sheet, rig.sources, columns_of(rig.kind))
+        sheet = mapped(sheet, rig.sources, columns_of(rig.kind), left_out)
     elif [*sheet.names] == [*THESIS_COLUMNS]:
         return sheet, _thesis(sheet, rig)
-    return sheet, _own(sheet, rig)
+    return sheet, _own(sheet, rig, left_out)
 
 
-def _own(sheet: Sheet, rig: Rig) -> dict[str, np.ndarray]:
-    """The columns of a table by rwjax's names, but those that a note says to ignore."""
-    left_out = {*ignored(sheet)}
+def _own(sheet: Sheet, rig: Rig, left_out: Sequence[str]) -> dict[str, np.ndarray]:
+    """The columns of a table by rwjax's names, but those that are left out."""
     used = [name for name in sheet.names if name not in left_out]
     _check_header(sheet, used, rig)
     series = dict(zip(used, sheet.numbers(used), strict=True))

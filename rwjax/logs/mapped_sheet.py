@@ -1,6 +1,6 @@
 """A table by the names of rwjax's columns, as `[columns]` of the rig file says which of the file's they are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,22 +71,33 @@ class MappedSheet(Sheet):
         return f"`{name}`" if source == Source(name) else f"`{name}` (column `{source.column}`)"
 
 
-def mapped(sheet: Sheet, sources: Mapping[str, Source], valid: Sequence[str]) -> MappedSheet:
+def mapped(
+    sheet: Sheet, sources: Mapping[str, Source], valid: Sequence[str], left_out: Collection[str] = ()
+) -> MappedSheet:
     """A table by the names of rwjax's columns.
 
     Args:
         sheet: The table as the file holds it.
         sources: The section `[columns]` of the rig file.
         valid: Columns that a log of this kind of rig may hold.
+        left_out: Columns of the file that are left out.
 
     Returns:
         The table of those columns that `[columns]` names and of those that go by rwjax's names already; all others are passed over.
 
     Raises:
-        LogError: For a column that `[columns]` names and the file lacks, but for a command beside another one.
+        LogError: For a column that `[columns]` names and the file lacks, but for a command beside another one; and for one that the
+            file has twice.
     """
-    held = {name: source for name, source in sources.items() if source.column in sheet.names}
-    own = [name for name in valid if name not in held and name in sheet.names]
+    names = [name for name in sheet.names if name not in left_out]
+    sources = {name: source for name, source in sources.items() if source.column not in left_out}
+    held = {name: source for name, source in sources.items() if source.column in names}
+    own = [name for name in valid if name not in held and name in names]
+    for column in (*(source.column for source in held.values()), *own):
+        if names.count(column) > 1:
+            raise sheet.error(
+                None, f"column `{column}` is there {names.count(column)} times; rename or leave out others"
+            )
     given = {*held, *own}
     commanded = any(name in COMMANDS for name in given)
     for name, source in sources.items():

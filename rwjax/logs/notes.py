@@ -7,6 +7,9 @@ from rwjax.logs.sheet import ROLES, Sheet, is_number
 from rwjax.rig.effect_section import rig_value
 from rwjax.rig.model import Rig
 
+PADDING = ",;\t "
+"""What a spreadsheet puts behind a note, whose row it makes as long as the others."""
+
 
 def is_validation(sheet: Sheet) -> bool:
     """Whether a log is kept out of every fit and every choice, by its note `# role: validate`.
@@ -20,10 +23,10 @@ def is_validation(sheet: Sheet) -> bool:
     Raises:
         LogError: For a role that is neither `train` nor `validate`.
     """
-    role = sheet.notes.get("role", "train")
-    if role not in ROLES:
+    role = sheet.notes.get("role", "train").rstrip(PADDING)
+    if role.lower() not in ROLES:
         raise LogError(f"{sheet.path}: `# role: {role}` is unknown; it is `train` or `validate`")
-    return role == "validate"
+    return role.lower() == "validate"
 
 
 def added(sheet: Sheet, rig: Rig) -> dict[str, float]:
@@ -42,7 +45,8 @@ def added(sheet: Sheet, rig: Rig) -> dict[str, float]:
     found = {}
     held = {name.lower(): name for name in rig.values}  # keys of notes are read in small letters
     last = {name.rpartition(".")[2] for name in held}
-    for key, value in sheet.notes.items():
+    for key, note in sheet.notes.items():
+        value = note.rstrip(PADDING)
         word, _, name = (part.strip() for part in key.partition(" "))
         if word != "add" or " " in name or not ("." in name or name in last):  # any other note
             continue

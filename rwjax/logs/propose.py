@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError
-from rwjax.kinds import encoder_section
+from rwjax.kinds import THESIS_COLUMNS, encoder_section
 from rwjax.logs.sheet import Sheet
-from rwjax.rig.columns import columns_of
+from rwjax.rig.columns import COLUMNS, columns_of
 
 UNITS = (
     (r"rad\s*/\s*s|rad_s|rads|rad_per_s", "rad/s"),
@@ -50,6 +50,10 @@ FULL_POWER = (100, 127, 255, 400, 511, 1000, 1023, 4095, 8191, 32767, 65535)
 """Numbers of full power of a PWM."""
 LIKE_VOLTS = 48.0
 """Largest command that is taken for volts [V]."""
+THESIS_SECTION = """[columns]
+position = "pos1"
+pulse = "pwm_1"   # needs [drive] pwm = { neutral_us = …, volts_per_us = … }"""
+"""The section for a log of the thesis's layout."""
 SEVERAL_TURNS = 7.0
 """Angle beyond which one without a unit is taken for degrees where it moves in steps of 0.01 or more [rad]."""
 
@@ -79,6 +83,8 @@ def proposal(sheet: Sheet, kind: str, without: Collection[str] = ()) -> str:
     Returns:
         Lines for a rig file, what was not recognised in comments.
     """
+    if [*sheet.names] == [*THESIS_COLUMNS]:
+        return THESIS_SECTION
     found = {name: one for name, one in proposed(sheet, kind).items() if name not in without}
     other = [column for column in sheet.names if column not in {one.column for one in found.values()}]
     commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
@@ -97,9 +103,12 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         kind: Kind of the rig.
 
     Returns:
-        By rwjax's column the first column of the file that it may be. Beside a goal a voltage is that of the supply.
+        By rwjax's column the first column of the file that it may be. Beside a goal a voltage is that of the supply; beside an angle
+        its counts are passed over.
     """
     found: dict[str, Proposal] = {}
+    if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
+        return found
     for column in sheet.names:
         values = _values(sheet, column)
         one = _guess(column, values, kind) if values is not None else None
@@ -110,7 +119,12 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         volts = found.pop("voltage_V", None)
         if volts is not None and "pwm" not in volts.column.lower() and "supply_V" in columns_of(kind):
             found.setdefault("supply_V", _line("supply_V", volts.column, "mV" if _unit(volts.column) == "mV" else ""))
-    return found
+    angles = {COLUMNS[name].output for name in found if name in COLUMNS and not COLUMNS[name].encoder}
+    return {
+        name: one
+        for name, one in found.items()
+        if name not in COLUMNS or not COLUMNS[name].encoder or COLUMNS[name].output not in angles
+    }
 
 
 def _values(sheet: Sheet, column: str) -> np.ndarray | None:
@@ -183,13 +197,15 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
 def _command(column: str, values: np.ndarray, unit: str) -> Proposal:
     """A command in volts, or in steps of a PWM."""
     size = float(np.max(np.abs(values)))
-    if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
-        return _line("voltage_V", column, "mV" if unit == "mV" else "")
     if unit == "percent":
         return _line("duty", column, "percent", "needs [drive] supply")
+    if size <= 1.0 and any(part.startswith("duty") for part in _parts(column)):
+        return _line("duty", column, "", "of 1, needs [drive] supply: right?")
+    if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
+        return _line("voltage_V", column, "mV" if unit == "mV" else "")
     full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
     scale = f"12 V / {full}"
-    line = f"voltage_V = {{ column = {json.dumps(column)}, scale = {json.dumps(scale)} }}"
+    line = f"voltage_V = {{ column = {json.dumps(column, ensure_ascii=False)}, scale = {json.dumps(scale)} }}"
     return Proposal("voltage_V", f"{line}   # the supply's voltage over the number of full power: right?", column)
 
 

@@ -28,7 +28,7 @@ def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_require
         LogError: As `read_log`, and where the same file is named twice.
     """
     given = [Path(path) for path in paths]
-    for path, times in Counter(path.resolve() for path in given).items():
+    for path, times in Counter(os.path.realpath(path) for path in given).items():
         if times > 1:
             raise LogError(f"{path}: named {times} times; name each log once")
     logs = [read_log(path, rig, outputs_required) for path in given]

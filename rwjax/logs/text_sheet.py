@@ -3,12 +3,13 @@
 import csv
 import io
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, printable
 from rwjax.kinds import THESIS_COLUMNS
 from rwjax.logs.sheet import FEWEST, FREE_TEXT, ROLES, Sheet, is_number
 
@@ -106,8 +107,11 @@ class TextSheet(Sheet):
         columns = [table.to_series(j).cast(pl.String).fill_null("").str.strip_chars() for j in use]
         found = [cells.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False) for cells in columns]
         missing = [(cells == "") | (cells.str.to_lowercase() == "nan") for cells in columns]
+        pointed = any(
+            cells.str.contains(".", literal=True).any() for cells in columns
+        )  # then no comma is a decimal one
         wrong = [
-            (number.is_null() & ~empty) | self._mixed(cells)
+            (number.is_null() & ~empty) | (cells.str.contains(",", literal=True) & pointed)
             for cells, number, empty in zip(columns, found, missing, strict=True)
         ]
         rows = [int(np.flatnonzero(bad.to_numpy())[0]) if bad.any() else len(self.rows) for bad in wrong]
@@ -115,12 +119,6 @@ class TextSheet(Sheet):
             k = rows.index(row)
             raise self._no_number(row, use[k], columns[k][row])
         return [number.fill_null(np.nan).to_numpy() for number in found]
-
-    def _mixed(self, cells):
-        """Which cells have a comma that cannot be the decimal one: beside a point, or where others have points."""
-        commas = cells.str.contains(",", literal=True)
-        points = cells.str.contains(".", literal=True)
-        return commas & (points | points.any())
 
     def _no_number(self, row: int, j: int, cell: str) -> LogError:
         """What is wrong with a cell."""
@@ -143,7 +141,9 @@ def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:
     Raises:
         LogError: Where the text has no header, or a note or the header is malformed.
     """
-    lines = text.rstrip().split("\n")
+    lines = text.rstrip("\n ").split("\n")  # a tab at the end is a missing reading
+    while lines and not lines[-1].strip():
+        lines.pop()
     notes: dict[str, list[str]] = {}
     given = ""
     for number, line in enumerate(lines, start=1):
@@ -159,14 +159,15 @@ def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:
 
 def _note(where: str, line: str, notes: dict[str, list[str]]) -> None:
     """Puts the note of a line into `notes`; a key given twice keeps both values."""
-    key, colon, value = (part.strip() for part in line[1:].partition(":"))
+    key, colon, value = (part.strip() for part in line.lstrip("# ").partition(":"))
+    key = printable(key)
     if not colon and key.lower().startswith("role"):
         raise LogError(f"{where}: `{line}` is no note; write `# role: validate` or `# role: train`")
     if not colon and key.lower().startswith("add ") and "." in key:
         raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
     if value.lower() in ROLES and key.lower() not in ("role", *FREE_TEXT):
         raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
-    if colon:
+    if key and colon:
         notes.setdefault(key.lower(), []).append(value)
 
 
@@ -176,7 +177,7 @@ def _header(
     """The sheet whose header is `line`, whatever separates its names."""
     delimiter = given or next((sign for sign in SEPARATORS if sign in _outside_quotes(line)), ",")
     try:
-        names = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+        names = [re.sub(r"\s", " ", cell).strip() for cell in next(csv.reader([line], delimiter=delimiter))]
     except csv.Error:
         names = [line]
     sheet = TextSheet(path, notes, names, number, delimiter, rows)

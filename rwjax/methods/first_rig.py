@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
-from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, TURNING, WHEELED, encoder_section
+from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
 from rwjax.logs.propose import proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
@@ -65,6 +65,8 @@ class Datasheet(NamedTuple):
         return bool(self.torque_constant or self.resistance)
 
 
+OF_TWO_AXES = {*columns_of("two_axis")} - {name for kind in ONE_AXIS for name in columns_of(kind)}
+"""Columns that rigs with two axes alone have."""
 GUESS, GIVEN, REGRESSION = "a guess", "given", "by a regression; `rwjax fit` estimates it anew"
 
 
@@ -130,8 +132,13 @@ def first_rig(
 
 def _check_columns(sheet: Sheet) -> None:
     """Raises `LogError` where no column is taken for the time, a command or a reading: by a value that is no number, if there is one."""
-    if any(name.startswith("pitch") or "_1_" in name for name in sheet.names):
+    if {*sheet.names} & OF_TWO_AXES:
         raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command")
+    if [*sheet.names] == [*THESIS_COLUMNS]:
+        needed = 'pulse = "pwm_1"` and [drive] `pwm = { neutral_us = …, volts_per_us = … }`'
+        raise LogError(
+            f'{sheet.where(None)}: the thesis layout; write a rig file by hand with [columns] `position = "pos1"`, `{needed}'
+        )
     found = proposed(sheet, "reaction")
     commands = {"voltage_V", "duty", "goal_rad", "command_A", "command_Nm"} & ({*found} | {*sheet.names})
     wanted = {

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 
 from rwjax.cli.check import check
+from rwjax.errors import InputError
 from rwjax.logs.write import write_log
 from rwjax.rig.write import write_rig
 from tests.fitting.questions.test_numbers import RIG, U, log
@@ -30,10 +30,10 @@ def test_logs_in_other_units_end_with_status_2(
         assert said[-2].startswith("nothing odd was found")
         assert said[-1] == f"next: rwjax fit {tmp_path / 'rig.toml'} {tmp_path / 'run.csv'}"
         return
-    with pytest.raises(typer.Exit) as end:
+    with pytest.raises(InputError, match=r"rig\.toml: .*degrees"):
         check(*files, as_json=True, quiet=True)
     said = json.loads(capsys.readouterr().out)
-    assert end.value.exit_code == 2 and said["schema"] == "rwjax.check/1" and not said["usable"]
+    assert said["schema"] == "rwjax.check/1" and not said["usable"]
     assert said["findings"][0]["about"] == "units" and np.isclose(said["logs"][0]["seconds"], 5.99)
 
 

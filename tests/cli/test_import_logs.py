@@ -50,7 +50,17 @@ def test_what_cannot_be_written_is_said_before_anything_is(tmp_path: Path) -> No
     ):
         with pytest.raises(InputError, match=re.escape(message)):
             import_logs(given, tmp_path / "rig.toml", output)
+    with pytest.raises(InputError, match="logs are written by a rig file; give it with --rig"):
+        import_logs(found, None, tmp_path / "logs")
     (tmp_path / "bad.csv").write_text("ms,pwm\n1,2\n")
     with pytest.raises(InputError, match="bad.csv:1: no column `angle`"):
         import_logs([*found, tmp_path / "bad.csv"], tmp_path / "rig.toml", tmp_path / "logs")
     assert not (tmp_path / "logs").exists()
+
+
+def test_files_with_rwjaxs_own_names_need_no_section(tmp_path: Path) -> None:
+    import_logs([files(tmp_path)[0]], tmp_path / "rig.toml", tmp_path / "logs")
+    (tmp_path / "plain.toml").write_text(PLATFORM)
+    import_logs([tmp_path / "logs" / "semicolons.csv"], tmp_path / "plain.toml", tmp_path / "again")
+    first, again = ((tmp_path / folder / "semicolons.csv").read_text() for folder in ("logs", "again"))
+    assert again.splitlines()[-50:] == first.splitlines()[-50:]

@@ -19,3 +19,9 @@ def test_an_imported_log_is_the_files_own(tmp_path: Path) -> None:
     assert np.array_equal(before.time, after.time) and np.array_equal(before.command, after.command)
     assert all(np.array_equal(before.outputs[name], after.outputs[name]) for name in before.outputs)
     assert after.notes == {"role": "validate", "layout": "rwjax", "from": "run.csv"}
+
+
+def test_what_was_left_out_is_not_left_out_once_more(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_bytes(b"# ignore: state\n" + FORMS["semicolons.csv"])
+    write_log(tmp_path / "imported.csv", *converted(tmp_path / "run.csv", RIG))
+    assert "ignore" not in read_log(tmp_path / "imported.csv", RIG).notes

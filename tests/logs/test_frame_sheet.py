@@ -22,6 +22,8 @@ def test_a_frame_of_pandas_may_have_its_time_as_index(indexed: bool) -> None:
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame(MEASURED)
     log = Log.from_frame(RIG, frame.set_index("ms") if indexed else frame)
+    kept = Log.from_frame(RIG, frame.set_index("ms", drop=False))
+    assert np.array_equal(kept.time, log.time)
     assert np.array_equal(log.time, SI["time_s"]) and np.array_equal(log.outputs["yaw_rad"], SI["yaw_rad"])
 
 

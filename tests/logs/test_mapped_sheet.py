@@ -64,3 +64,17 @@ def test_of_several_commands_that_are_named_a_file_holds_one() -> None:
     assert "goal_rad" not in mapped(text_sheet("x", text()), sources, valid).names
     with pytest.raises(LogError, match="no column `pwm`"):
         mapped(text_sheet("x", text().replace("pwm", "pwn")), sources, valid)
+
+
+def test_a_column_that_is_there_twice_is_refused(tmp_path) -> None:
+    with pytest.raises(LogError, match="column `angle` is there 2 times; rename or leave out others"):
+        log_of(
+            tmp_path,
+            text().replace("rpm", "angle", 1),
+            replace(RIG, sources={**RIG.sources} | {"yaw_rad_s": RIG.sources["yaw_rad"]}),
+        )
+
+
+def test_a_note_leaves_out_columns_by_the_files_own_names(tmp_path) -> None:
+    run = log_of(tmp_path, "# ignore: state, rpm\n" + text())
+    assert [*run.outputs] == ["yaw_rad"]

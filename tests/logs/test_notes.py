@@ -20,7 +20,10 @@ def test_a_note_that_cannot_be_is_refused_in_one_line(refused, lines: list[str],
     refused(lines, message)
 
 
-@pytest.mark.parametrize(("note", "validate"), [("", False), ("# role: train", False), ("# Role: validate", True)])
+@pytest.mark.parametrize(
+    ("note", "validate"),
+    [("", False), ("# role: train", False), ("# Role: validate", True), ("# role: Validate,,", True)],
+)
 def test_the_role_says_whether_a_log_is_held_out(log, note: str, validate: bool) -> None:
     assert log([note, HEADER, *ROWS]).validate == validate
 

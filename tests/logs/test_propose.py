@@ -20,6 +20,8 @@ K = np.arange(100.0)
         ("micros", 1e4 * K, 'time_s = { column = "micros", unit = "us" }'),
         ("Zeit [s]", 0.01 * K, 'time_s = "Zeit [s]"'),
         ("pwm", 255 - K, 'voltage_V = { column = "pwm", scale = "12 V / 255" }'),
+        ("duty_pct", 0.3 * K, 'duty = { column = "duty_pct", unit = "percent" }   # needs [drive] supply'),
+        ("motor_duty", 0.01 * K, 'duty = "motor_duty"   # of 1, needs [drive] supply: right?'),
         ("u", 0.1 * K, 'voltage_V = "u"'),
         ("volts (mV)", 100 * K, 'voltage_V = { column = "volts (mV)", unit = "mV" }'),
         ("angle_deg", K, 'yaw_rad = { column = "angle_deg", unit = "deg" }'),
@@ -83,3 +85,15 @@ def test_beside_a_goal_a_voltage_is_the_supply_and_a_current_that_never_changes_
     assert 'current_A = "current_raw"   # A? Else a unit' in lines and "# passed over: load_raw" in lines
     fewer = proposal(ArraySheet("a.csv", {}, [*columns], columns), "joint", ("current_A", "supply_V"))
     assert "# passed over: input_voltage_V, load_raw, current_raw" in fewer
+
+
+def test_beside_an_angle_its_counts_are_passed_over() -> None:
+    columns = {"t_ms": 10 * K, "pwm": 255 - K, "ticks": K, "angle_deg": 0.1 * K}
+    section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
+    assert "yaw_counts" not in section and section.endswith("# passed over: ticks")
+
+
+def test_the_thesis_s_layout_is_known() -> None:
+    columns = dict.fromkeys(("t", "pos1", "pos2", "speed2", "pwm_1", "pwm_2"), K)
+    section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
+    assert dict(parse_rig(PLATFORM + section).columns) == {"position": "pos1", "pulse": "pwm_1"}

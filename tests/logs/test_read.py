@@ -162,3 +162,9 @@ def test_counts_of_a_second_axis_need_their_own_encoder(tmp_path) -> None:
     write_log(tmp_path / "log.csv", read)
     with pytest.raises(LogError, match=re.escape("`pitch_counts` needs [pitch_encoder] counts_per_rev")):
         read_log(tmp_path / "log.csv", two_axis())
+
+
+def test_a_link_to_itself_is_a_file_that_cannot_be_read(tmp_path) -> None:
+    (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
+    with pytest.raises(LogError, match=r"loop\.csv: cannot be read"):
+        read_logs([tmp_path / "loop.csv"], PLATFORM)

@@ -144,3 +144,27 @@ def test_quotes_and_decimal_commas_are_read_or_named(log, row: str, message: str
     else:
         with pytest.raises(LogError, match=re.escape(message)):
             log(whole)
+
+
+def test_a_comma_of_thousands_is_no_decimal_one_where_another_column_has_points(log) -> None:
+    rows = [f'{k / 100},1,"{k + 990:,}"' for k in range(12)]
+    with pytest.raises(LogError, match=re.escape(":12: `yaw_counts` is '1,000'; it has to be a number, and beside")):
+        log([HEADER, *rows])
+
+
+def test_the_last_row_may_lack_a_reading_between_tabs(log) -> None:
+    rows = [row.replace(",", "\t") for row in ROWS]
+    run = log([HEADER.replace(",", "\t"), *rows[:-1], rows[-1].rpartition("\t")[0] + "\t", "", "\t"])
+    assert len(run.time) == len(ROWS) and np.isnan(run.outputs["yaw_rad"][-1])
+
+
+def test_a_blank_of_another_kind_in_a_columns_name_is_a_blank(tmp_path) -> None:
+    (tmp_path / "run.csv").write_text("Zeit\xa0[s],u\u2009[V]\n" + "\n".join(["0,1"] * 12))
+    assert [*read_sheet(tmp_path / "run.csv").names] == ["Zeit [s]", "u [V]"]
+
+
+@pytest.mark.parametrize(
+    ("note", "notes"), [("## Device: ESP32", {"device": "ESP32"}), ("# : x", {}), ("# a\tb: c", {"a\\tb": "c"})]
+)
+def test_every_note_that_is_read_can_be_written(log, note: str, notes: dict[str, str]) -> None:
+    assert log([note, HEADER, *ROWS]).notes == notes

@@ -1,6 +1,7 @@
 """First rig files: the kind by the columns, numbers by the datasheet, and free ones near what made the logs."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -164,3 +165,27 @@ def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Pat
     assert found.free == ("axis.friction.viscous", "drive.servo.kp")
     with pytest.raises(LogError, match="`elbow` takes command_Nm"):
         first_rig([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known, False, {}, ()))
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("time_s,voltage_1_V,voltage_2_V,yaw_rad,pitch_rad,temp", "a rig with two axes"),
+        (
+            "t,pos1,pos2,speed2,pwm_1,pwm_2",
+            'the thesis layout; write a rig file by hand with [columns] `position = "pos1"`',
+        ),
+    ],
+)
+def test_what_init_does_not_write_is_said(header: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("\n".join([header, *(f"{k / 100},1,1,{k},{k},{k}" for k in range(40))]))
+    with pytest.raises(LogError, match=re.escape(message)):
+        first_rig([tmp_path / "run.csv"], NOTHING)
+
+
+def test_a_number_in_a_name_makes_no_second_axis(tmp_path: Path) -> None:
+    text = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))[0].read_text().splitlines()
+    head = next(k for k, line in enumerate(text) if line.startswith("time_s"))
+    more = [*text[:head], text[head] + ",temp_1_C", *(line + ",20" for line in text[head + 1 :])]
+    (tmp_path / "run.csv").write_text("\n".join(["# ignore: temp_1_C", *more]))
+    assert parse_rig(first_rig([tmp_path / "run.csv"], NOTHING)).kind == "platform"
