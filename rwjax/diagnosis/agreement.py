@@ -10,6 +10,7 @@ times the amplitude that was fitted, with the residual $r_i = r - (1 - a_i)\,d$ 
 of the products $r_i\,d$ [samples]. What else is missing is part of $r_i$, and so of the errors; that the parts disagree is not.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.information_criterion import correlation_time, residuals
 from rwjax.diagnosis.model_fits import ModelFits
+from rwjax.logs.log import Log
 from rwjax.logs.segments import runs_of
 
 
@@ -36,6 +38,12 @@ class Amplitude(NamedTuple):
     run: int | None
 
 
+def _middles(logs: Sequence[Log], run: Sequence[int]) -> dict[int, float]:
+    """The middle of each run [s] by its number, of logs that may be its segments."""
+    times = {n: [log.time for log, of in zip(logs, run, strict=True) if of == n] for n in run}
+    return {n: 0.5 * float(min(t[0] for t in of) + max(t[-1] for t in of)) for n, of in times.items()}
+
+
 def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list[Amplitude]:
     """Amplitude that each training run asks for, then the smaller and the larger commands, then the runs' first and second halves.
 
@@ -49,15 +57,17 @@ def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list
     """
     with_it, without = (residuals(fits.known(e), fits.train) for e in (larger, smaller))
     logs = [fits.problem.logs[k] for k in fits.train]
+    numbers = runs_of(fits.problem.logs)[list(fits.train)].tolist()
+    middles = _middles(logs, numbers)
     r, d, run, size, late = [], [], [], [], []
     for name, series in with_it.items():
         held = [k for k, log in enumerate(logs) if name in log.outputs]
         for k, one, other in zip(held, series, without[name], strict=True):
             r.append(one)
             d.append(one - other)
-            run.append(np.full(len(one), runs_of(fits.problem.logs)[fits.train[k]]))
+            run.append(np.full(len(one), numbers[k]))
             size.append(np.abs(logs[k].at_drive).reshape(len(one), -1).max(axis=1))
-            late.append(2 * np.arange(len(one)) >= len(one))
+            late.append(logs[k].time >= middles[numbers[k]])
     whole = sum(float(np.sum(b**2)) for b in d)
     middle = float(np.median(np.concatenate(size)))
     parts = [(n, [k == n for k in run]) for n in dict.fromkeys(int(k[0]) for k in run)]

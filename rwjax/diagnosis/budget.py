@@ -76,7 +76,16 @@ class Budget:
         Raises:
             Stopped: it has.
         """
-        if self._searching and not self.left:
+        if self._searching:
+            self.end()
+
+    def end(self) -> None:
+        """Ends what works for a search on another thread, also after the search itself has left.
+
+        Raises:
+            Stopped: the budget has ended.
+        """
+        if not self.left:
             raise Stopped
 
     def heeded(self, search: Simulating[T]) -> Simulating[T]:

@@ -296,6 +296,9 @@ def _how_far(further: _Further) -> _Outcome:
         verdict = "unknown"
     elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings, followed=further.followed):
         verdict = "partial"
+    elif verdict == "effect" and further.claim and further.claim.alternatives:
+        verdict = "ambiguous"
+        choice = replace(choice, alternatives=further.claim.alternatives, equivalents=further.claim.equivalents)
     diverged: tuple[str, ...] = ()
     uninformative = None
     if verdict == "none":

@@ -144,6 +144,18 @@ NOTHING = Hypothesis()
 """The rig as it is."""
 
 
+def simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Those hypotheses of which no other is a special case.
+
+    Args:
+        hypotheses: any hypotheses.
+
+    Returns:
+        Those, in the order given; of two that are each other's special case, as a spring and a bias beside it, both.
+    """
+    return [e for e in hypotheses if not any(e.contains(o) and not o.contains(e) for o in hypotheses)]
+
+
 def structure_for(rig: Rig, hypothesis: "Hypothesis") -> Structure:
     """Structure of the rig in which a hypothesis is looked for.
 

@@ -25,6 +25,7 @@ class ModelComparison:
         self.in_sample: ModelComparison = self
         self.further_removes = self.limits.further_removes if further_removes is None else further_removes
         self._squares: dict[Hypothesis, tuple[Fit, dict[str, float]]] = {}
+        self._effective: dict[Hypothesis, tuple[Fit, dict[str, float]]] = {}
         self._count: dict[str, float] = {}
 
     @property
@@ -57,7 +58,10 @@ class ModelComparison:
         Returns:
             Number of independent samples by output [1].
         """
-        return effective_samples(residuals(self.fits.known(hypothesis), self.fits.train))
+        fitted = self.fits.known(hypothesis)
+        if hypothesis not in self._effective or self._effective[hypothesis][0] is not fitted:
+            self._effective[hypothesis] = fitted, effective_samples(residuals(fitted, self.fits.train))
+        return self._effective[hypothesis][1]
 
     def criterion(self, hypothesis: Hypothesis, effective: dict[str, float]) -> float:
         """Information criterion of a hypothesis [1], less what the rig file's priors say against its numbers.

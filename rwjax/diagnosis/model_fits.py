@@ -84,7 +84,7 @@ class ModelFits:
     _training: dict[Structure, Problem] = field(default_factory=dict)
     _spaces: dict[Hypothesis, tuple[Coordinates, list[np.ndarray]]] = field(default_factory=dict)
     _best: dict[Hypothesis, Fit] = field(default_factory=dict)
-    _finished: set[Hypothesis] = field(default_factory=set)
+    _finished: dict[Hypothesis, None] = field(default_factory=dict)
     _fitted_from: dict[Hypothesis, tuple[float, bool, set[Hypothesis]]] = field(default_factory=dict)
 
     @classmethod
@@ -268,7 +268,7 @@ class ModelFits:
         """
         self._best[hypothesis] = fitted
         if ended:
-            self._finished.add(hypothesis)
+            self._finished[hypothesis] = None
 
     def keep(self, found: Mapping[Hypothesis, Fit]) -> None:
         """Takes down fits that are better than what is known, or that replace a point of which no step was taken.
@@ -315,7 +315,7 @@ class ModelFits:
             The fits of those that were at their end; `close_again` takes them.
         """
         ended = {e: self._best[e] for e in hypotheses if e in self._finished}
-        self._finished -= {*ended}
+        self._finished = {e: None for e in self._finished if e not in ended}
         return ended
 
     def close_again(self, ended: Mapping[Hypothesis, Fit]) -> None:
@@ -324,7 +324,7 @@ class ModelFits:
         Args:
             ended: what `reopen` has returned.
         """
-        self._finished |= {e for e, fitted in ended.items() if self._best[e] is fitted}
+        self._finished |= {e: None for e, fitted in ended.items() if self._best[e] is fitted}
 
     def _begin(self) -> Fit:
         """The start of the rig as it is that the first few steps bring furthest."""
@@ -405,7 +405,7 @@ class ModelFits:
         if not hypotheses:
             return
         self._best |= zip(hypotheses, self.ends_of([self._best[e] for e in hypotheses]), strict=True)
-        self._finished |= {*hypotheses}
+        self._finished |= dict.fromkeys(hypotheses)
         self.free_starts()
 
     def end(self, hypotheses: Sequence[Hypothesis]) -> None:
@@ -446,14 +446,14 @@ class ModelFits:
         problem = self._with_free_starts(best.problem.structure)
         if is_complete(self.together([_carried_on_elsewhere(problem, best, limits.fold_steps, limits.tolerance)])[0]):
             maybe = sorted((e for e in self._best if self._best[e].cost <= most), key=lambda e: self._best[e].cost)
-            every = [*(self._finished | {*maybe[: limits.refitted]})]
+            every = [*(self._finished | dict.fromkeys(maybe[: limits.refitted]))]
             self.by_start_rule = False
             try:
                 ends = self.ends_of([self._best[e] for e in every])
             except Stopped:
                 self.by_start_rule = True  # as in all fits that are known
                 raise
-            self._finished |= {*every}
+            self._finished |= dict.fromkeys(every)
             self._best |= zip(every, ends, strict=True)
 
     def settle(self) -> None:

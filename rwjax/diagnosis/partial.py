@@ -23,7 +23,7 @@ import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, simplest
 from rwjax.diagnosis.innovations import mean_log_likelihood
 from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.localise.law import law_left
@@ -127,7 +127,7 @@ def _claim(search: FurtherSearch, choice: Choice, best: Hypothesis, refused: dic
             shared = _shared(search, named, near)
             refused = refused | {name: EXCHANGED for name in named.names if name not in shared.names}
             given_up = {*best.names} & {*refused}
-            beside = _simplest([_apart(e, given_up) for e in near if not {*shared.names} <= {*e.names}])
+            beside = simplest([_apart(e, given_up) for e in near if not {*shared.names} <= {*e.names}])
             return Holding(_beside(search, shared, beside, rivals), refused)
         refused = refused | many
     return Holding(None, refused)
@@ -142,11 +142,6 @@ def _shared(search: FurtherSearch, named: Hypothesis, near: Sequence[Hypothesis]
     excess, closes = search.comparison.excess, search.fits.settings.partial.closes
     enough = np.isfinite(excess(shared)) and excess(shared) <= (1.0 - closes) ** 2 * excess(NOTHING)
     return shared if enough else named
-
-
-def _simplest(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Those of which no other is a special case; of two that are each other's, as a spring and a bias beside it, both."""
-    return [e for e in hypotheses if not any(e.contains(o) and not o.contains(e) for o in hypotheses)]
 
 
 def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
@@ -341,7 +336,7 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
         return mean_log_likelihood(fits.known(e), fits.train, limits.order)
 
     least = likelihood(named) - limits.less_likely
-    return _simplest([e for e in rivals if likelihood(e) > least or not np.isfinite(least)])
+    return simplest([e for e in rivals if likelihood(e) > least or not np.isfinite(least)])
 
 
 def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:

@@ -104,7 +104,7 @@ def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str
         The sentence.
     """
     many = f"{untried} candidate{'s' if untried > 1 else ''}"
-    ended = f"with {many} not compared" if untried else "before what leads was compared with all its rivals"
+    ended = f"with {many} not compared" if untried else "before it was through"
     if not effects:
         return f"Unfinished: a gap above the floor remains, and the search was ended {ended}."
     close = "close" if len(effects) > 1 else "closes"

@@ -338,6 +338,8 @@ class Curvature(CommandMap):
         if fitted.kind != "platform":
             return ()
         if cls.name in fitted.names:
+            if f"{cls.name}.c" not in fitted.numbers:
+                return ()
             c, p, u_1 = (fitted.numbers[f"{cls.name}.{number}"] for number in ("c", "p", "u_1"))
             bend = np.log1p(abs(c) * u_1) - np.log1p(0.5 * abs(c) * u_1)  # from half the largest command to all of it
             if not (c < 0.0 and bend > abs(p) * np.log(2.0)):

@@ -57,7 +57,7 @@ class FittedRig(NamedTuple):
     Attributes:
         kind: Kind of the rig.
         names: Names of the effects that the fit holds: those of the rig file and those of the hypothesis.
-        numbers: Values in SI by name, as fitted.
+        numbers: Values in SI by name, as fitted; none where the rig was not fitted.
     """
 
     kind: str

@@ -1,10 +1,14 @@
 """Agreement: a true effect has one amplitude in every run and at every size of command, an imitation has not."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rwjax.diagnosis.agreement import amplitudes
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
-from tests.diagnosis.several_runs import run_of, searched
+from rwjax.fitting.segments import with_segments
+from rwjax.logs.segments import cut_up
+from tests.diagnosis.several_runs import RIG, TIME, run_of, searched
 
 BIAS = Hypothesis(("axis.bias_torque",))
 PUSHED = {"axis.bias_torque": {"T": 0.02}}
@@ -24,3 +28,13 @@ def test_an_effect_of_one_run_alone_has_another_amplitude_there() -> None:
     logs = [run_of(0, PUSHED), run_of(1, PUSHED), run_of(2, {"axis.bias_torque": {"T": 0.08}})]
     found = amplitudes(searched(logs, BIAS).fits, BIAS, NOTHING)
     assert found[0].value < 0.6 and found[2].value > 1.1
+
+
+def test_halves_are_those_of_whole_runs_where_runs_are_followed_in_segments() -> None:
+    late = Hypothesis(("axis.bias_torque",))
+    pushed, free = run_of(0, PUSHED), run_of(0, {})
+    changed = {"yaw_rad": np.where(TIME < 4.0, free.outputs["yaw_rad"], pushed.outputs["yaw_rad"])}
+    logs = cut_up(with_segments(RIG, [replace(pushed, outputs=changed)], 2.0))
+    assert len(logs) == 4
+    found = amplitudes(searched(logs, late).fits, late, NOTHING)
+    assert found[-2].value < 0.7 < 0.9 < found[-1].value

@@ -28,6 +28,8 @@ def test_the_clock_ends_a_search_and_nothing_else() -> None:
         assert budget.left == 0.0 and not budget.stopped
         with pytest.raises(Stopped):
             budget.check()
+    with pytest.raises(Stopped):  # what another thread works out for the search that has left
+        budget.end()
     budget.check()  # the answer is worked out whatever the time
 
 

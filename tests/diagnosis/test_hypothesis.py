@@ -12,6 +12,7 @@ from rwjax.diagnosis.hypothesis import (
     coordinate_of,
     free_names,
     shown_by,
+    simplest,
     space,
     spoken,
     structure_for,
@@ -137,3 +138,12 @@ def test_a_wrong_number_is_looked_for_within_a_factor() -> None:
 
 def test_names_in_words() -> None:
     assert spoken("parameter.axis.inertia") == "wrong axis.inertia" and spoken("axis.coulomb") == "dry friction"
+
+
+def test_the_simplest_are_no_special_case_s_and_of_two_that_are_each_other_s_both() -> None:
+    one, other = (
+        Hypothesis(("axis.spring", "axis.coulomb")),
+        Hypothesis(("axis.spring", "axis.bias_torque", "axis.coulomb")),
+    )
+    assert one.contains(other) and other.contains(one)
+    assert simplest([one, other, Hypothesis(("axis.spring", "axis.stribeck"))]) == [one, other]

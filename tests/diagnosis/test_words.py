@@ -148,8 +148,7 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
         (
             ("a", "b"),
             0,
-            "so far a (a) and b (b) close 98 % of the gap, but the search was ended before what leads was compared with all its "
-            "rivals.",
+            "so far a (a) and b (b) close 98 % of the gap, but the search was ended before it was through.",
         ),
     ],
 )

@@ -12,17 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, structure_for
+from rwjax.diagnosis.hypothesis import Hypothesis, coordinate_of, structure_for
 from rwjax.diagnosis.localise.body_motion import Own, read_body
 from rwjax.diagnosis.localise.regimes import weights
-from rwjax.diagnosis.localise.where import Missing, missing_torque
+from rwjax.diagnosis.localise.where import Missing, missing_torque, tells_torque
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.effects.library import BY_NAME
-from rwjax.effects.ports import Clock, CommandDelay, CommandFilter, Encoder, EncoderDelay, GoalDelay, Reading
 from rwjax.fitting.prediction import every_output
-
-BESIDE_THE_PLANT = (CommandDelay, CommandFilter, GoalDelay, Encoder, EncoderDelay, Reading, Clock)
-"""Ports before and behind the plant's equations: along a measured motion these show nothing of them."""
 
 
 class Law(NamedTuple):
@@ -46,12 +41,11 @@ def laws(fits: ModelFits, hypothesis: Hypothesis, coordinates: Sequence[str]) ->
         coordinates: coordinates, in the words of `diagnosis.json`.
 
     Returns:
-        By coordinate the law; none where no log tells the coordinate or the motion, and none where the measured motion is not the
-        plant's, or not all of it.
+        By coordinate the law; none where no log tells the coordinate or the motion, and none where the motion does not tell the torque
+        (`tells_torque`).
     """
     structure = structure_for(fits.rig, hypothesis)
-    beside = any(issubclass(BY_NAME[name], BESIDE_THE_PLANT) for name in structure.effects)
-    if beside or structure.halves or structure.states != structure_for(fits.rig, NOTHING).states:
+    if not tells_torque(structure):
         return {}
     fitted, limits = fits.known(hypothesis), fits.settings.localisation
     body = "wheel" if structure.kind == "wheel" else "yaw"

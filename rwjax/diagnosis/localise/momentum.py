@@ -104,7 +104,7 @@ def split(
     logs = [k for k in yaw if k in wheel]
     if structure.kind != "reaction" or not logs or any(":" in state for state in structure.states):
         return None
-    if structure.command != "voltage" or structure.switched or structure.tied:
+    if structure.command != "voltage" or structure.switched or structure.tied or structure.unsigned:
         return None
     if any(not issubclass(BY_NAME[effect], _PORTS) for effect in structure.effects):
         return None

@@ -8,7 +8,6 @@ from rwjax.diagnosis.information_criterion import correlation_time
 from rwjax.diagnosis.localise.own_noise import above
 from rwjax.diagnosis.localise.spectrum import OctavePower
 from rwjax.diagnosis.settings import RegimeSettings
-from rwjax.fitting.initial_guess import NO_COMMAND
 
 REGIMES = ("stuck", "breaking away", "reversing", "saturated", "coasting", "sliding")
 """Every sample is in the first that holds."""
@@ -41,6 +40,7 @@ def regimes(
     still: np.ndarray,
     command: np.ndarray,
     top: float,
+    nothing: float,
     limits: RegimeSettings,
 ) -> np.ndarray:
     """Regime of every sample.
@@ -49,8 +49,9 @@ def regimes(
         time: times (time,) [s].
         speed: speed of the body (time,) [rad/s].
         still: whether the body is at rest (time,) [1].
-        command: the command (time,) [V].
-        top: the largest command of all logs [V].
+        command: the command (time,) [V, or the command's unit].
+        top: the largest command of all logs.
+        nothing: the largest command that counts as none.
         limits: what counts as rest, as breaking away and so on.
 
     Returns:
@@ -68,7 +69,8 @@ def regimes(
         if not rest[max(k - 1, 0) : k + 2].any():
             turn |= np.abs(time - time[k]) <= limits.around_turn
     size = np.abs(command)
-    return np.select([rest, away, turn, size >= limits.saturated * top, size <= NO_COMMAND], range(5), default=5)
+    coasts = size <= nothing
+    return np.select([rest, away, turn, ~coasts & (size >= limits.saturated * top), coasts], range(5), default=5)
 
 
 def weights(deviation: np.ndarray) -> np.ndarray:

@@ -168,7 +168,7 @@ def smoother(y: np.ndarray, dt: np.ndarray, noise: float, order: int, limits: Sm
     """
     length = min(len(y), limits.stretch)
     starts = range(0, len(y) - length + 1, max(1, length // 2))
-    first = max(starts, key=lambda s: np.nanstd(np.diff(y[s : s + length])))
+    first = max(starts, key=lambda s: _moves(y[s : s + length]))
     steps = [round(h, 9) for h in dt.tolist()]
     part, part_steps = y[first : first + length].tolist(), steps[first : first + length - 1]
     typical = noise**2 / np.median(dt[first : first + length - 1]) ** (2 * order - 1)
@@ -189,6 +189,12 @@ def smoother(y: np.ndarray, dt: np.ndarray, noise: float, order: int, limits: Sm
         V[k] += G[k] @ (V[k + 1] - before[k + 1]) @ G[k].T
     deviation = np.sqrt(np.maximum(np.diagonal(V, axis1=1, axis2=2), 0.0))
     return Smoother(F, table[:, :order], G, deviation)
+
+
+def _moves(y: np.ndarray) -> float:
+    """How much readings (time,) [SI] change from one to the next that there is; 0 where there are too few."""
+    steps = np.diff(y[np.isfinite(y)])
+    return float(np.std(steps)) if len(steps) > 1 else 0.0
 
 
 def _transitions(h: np.ndarray, order: int) -> np.ndarray:

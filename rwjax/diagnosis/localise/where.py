@@ -21,7 +21,8 @@ from rwjax.diagnosis.localise.regimes import shares as regime_shares
 from rwjax.diagnosis.localise.spectrum import OctavePower, octave_power
 from rwjax.diagnosis.settings import LocalisationSettings, RegimeSettings
 from rwjax.effects.library import BY_NAME
-from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay
+from rwjax.effects.ports import Clock, CommandDelay, CommandFilter, Encoder, EncoderDelay, GoalDelay, Reading
+from rwjax.fitting.initial_guess import NO_COMMAND, NO_SHARE
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.prediction import every_output
 from rwjax.logs.log import Log
@@ -129,7 +130,8 @@ def missing_torque(
     states = {s: body.get(s, x) for s, x in (states | body).items() if s in structure.states}
     moving = "Omega" if kind == "wheel" else "w"
     along = rates(fitted, log, fitted.theta, states, log.at_drive, limits.chunk)[moving]
-    plant = one_axis_plant_of(structure, jnp.asarray(fitted.theta[: len(structure.names)]))
+    theta = fitted.theta[: len(structure.names)] + np.array(structure.vector(log.added))
+    plant = one_axis_plant_of(structure, jnp.asarray(theta))
     inertia = float(plant.numbers["wheel.inertia"] if kind == "wheel" else plant.whole_inertia())
     torque = inertia * (np.where(still, 0.0, a) - along)
     where = _coordinates(kind, log, w[:, 0], position[:, 0], rest)
@@ -150,6 +152,8 @@ def _coordinates(
     return found
 
 
+BESIDE_THE_PLANT = (CommandDelay, CommandFilter, GoalDelay, Encoder, EncoderDelay, Reading, Clock)
+"""Ports before and behind the plant's equations: along a measured motion these show nothing of them."""
 _READ_AS = {"i": "current_A", "Omega": "wheel_rad_s"}
 """Output that tells a state other than the body's own."""
 
@@ -190,7 +194,8 @@ def locate(
     """
     clean = every_output(fitted.problem, fitted.theta, fitted.start)
     read = _read_logs(fitted, logs, clean, limits, limits.draws if deep else 0)
-    found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()]
+    told = tells_torque(fitted.problem.structure)
+    found = [missing_torque(fitted, k, clean[k], r, limits) for k, r in read.items()] if told else []
     logged = set.intersection(*(set(m.coordinates) for m in found)) if found else set()
     ordered = sorted((name for name in shares), key=lambda name: -shares[name])
     first = coordinate if coordinate is not None else next(iter(ordered), None)
@@ -199,14 +204,13 @@ def locate(
     drawn = first if first in logged else next((name for name in ("voltage", "time") if name in logged), None)
     interval = _interval(found, drawn) if drawn is not None and drawn == first else None
     where = Where(first, shares.get(first, 0.0), drawn, interval, shares, tuple(found))
-    if not deep or not found:
+    if not deep or not read:
         return where
-    return replace(
-        where,
-        regimes=_regimes(fitted, found, limits.regimes),
-        bands=tuple(bands(power_of(fitted, found, limits.regimes.window))),
-        momentum=_momentum(fitted, read, clean, limits),
-    )
+    where = replace(where, momentum=_momentum(fitted, read, clean, limits))
+    if not found:
+        return where
+    power = power_of(fitted, found, limits.regimes.window)
+    return replace(where, regimes=_regimes(fitted, found, limits.regimes), bands=tuple(bands(power)))
 
 
 def missing_torques(fitted: Fit, logs: Sequence[int], limits: LocalisationSettings) -> tuple[Missing, ...]:
@@ -234,12 +238,11 @@ def tells_torque(structure: Structure) -> bool:
         structure: the structure of the fitted rig.
 
     Returns:
-        False for such an effect, for a servo, whose own states are not read, and for a rig of two axes.
+        False for such an effect, for a servo, whose own states are not read, for readings without a sign, and for a rig of two axes.
     """
-    late = (CommandDelay, CommandFilter, EncoderDelay)
     effects = [BY_NAME[name] for name in structure.effects]
-    hidden = any(effect.states or issubclass(effect, late) or effect.name.startswith("sensor.") for effect in effects)
-    return not (hidden or structure.servo or structure.halves)
+    hidden = any(effect.states or issubclass(effect, BESIDE_THE_PLANT) for effect in effects)
+    return not (hidden or structure.servo or structure.halves or structure.unsigned)
 
 
 def _read_logs(
@@ -255,12 +258,16 @@ def _read_logs(
 def _regimes(fitted: Fit, found: list[Missing], limits: RegimeSettings) -> tuple[Part, ...]:
     logs = fitted.problem.logs
     top = max(float(np.max(np.abs(logs[m.log].at_drive))) for m in found)
+    nothing = NO_COMMAND if all(logs[m.log].input == "voltage_V" for m in found) else NO_SHARE * top
     mass, own, label, own_label = [], [], [], []
     for m in found:
         log, weight = logs[m.log], weights(m.deviation)
         mass.append(weight * m.torque**2)
         own.append(weight[:, None] * m.own**2)
-        of = [regimes(log.time, w, s, log.at_drive, top, limits) for w, s in zip(m.speed.T, m.still.T, strict=True)]
+        of = [
+            regimes(log.time, w, s, log.at_drive, top, nothing, limits)
+            for w, s in zip(m.speed.T, m.still.T, strict=True)
+        ]
         label.append(of[0])
         own_label.append(np.stack(of[1:], axis=1))
     return tuple(regime_shares(mass, own, label, own_label, limits.shifts))
@@ -292,8 +299,7 @@ def _momentum(
 
 def _interval(found: list[Missing], coordinate: str) -> tuple[float, float]:
     """Shortest range of a coordinate that holds four fifths of the missing torque's weighted square."""
-    sd = np.concatenate([m.deviation for m in found])
-    weight = 1.0 / np.maximum(sd, 1e-3 * np.median(sd) + 1e-300) ** 2
+    weight = np.concatenate([weights(m.deviation) for m in found])
     y = np.concatenate([m.torque for m in found])
     c = np.concatenate([m.coordinates[coordinate] for m in found])
     order = np.argsort(c)

@@ -18,7 +18,7 @@ def equivalents(fits: ModelFits, candidates: Sequence[str], best: Hypothesis) ->
         best: the chosen hypothesis.
 
     Returns:
-        The hypotheses, each with one member of `best` exchanged.
+        The hypotheses, each with one member of `best` exchanged. Where no fit of `best` has begun, those that do not go by its numbers.
     """
     rig, numbers = fits.rig, fits.known(best).numbers() if best in fits else {}
     as_fitted = FittedRig(rig.kind, frozenset({*best.names, *rig.effects}), numbers)
@@ -38,7 +38,7 @@ def _larger(rig: Rig, best: Hypothesis, fitted: Mapping[str, float]) -> list[lis
         [f"parameter.{number}", name]
         for number in best.numbers
         for name, effect in effects
-        if number in effect.like_larger and fitted[number] > rig.numbers[number]
+        if number in effect.like_larger and fitted.get(number, rig.numbers[number]) > rig.numbers[number]
     ]
 
 

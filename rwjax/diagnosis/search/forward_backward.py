@@ -9,7 +9,7 @@ to be the same thing for the kind of rig.
 from collections.abc import Sequence
 
 from rwjax.diagnosis.exact_fits import fit_exactly
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, spoken
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, simplest, spoken
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
@@ -121,7 +121,7 @@ class Search:
             return near and not compare.leaves_more(e, best)
 
         close = [e for e in rivals if is_close(e)]
-        alternatives = [e for e in close if not any(e.contains(other) for other in close)]
+        alternatives = simplest(close)
         alternatives.sort(key=lambda e: -compare.criterion(e, effective))
         same = equivalents(self.fits, self.candidates, best)
         alternatives += [e for e in same if e not in alternatives]

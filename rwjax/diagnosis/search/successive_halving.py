@@ -182,7 +182,7 @@ class SuccessiveHalving:
         for parent in dict.fromkeys(parents.values()):
             begun |= begin(fits, [e for e in parents if parents[e] == parent], parent, limits.behind)
         best = {e: b.here for e, b in begun.items()}
-        fits.keep(best)
+        fits.keep({e: here for e, here in best.items() if not fits.stepped(e)})
         promise = {e: b.predicted for e, b in begun.items()}
         places = {e: b.places for e, b in begun.items() if b.places}
         for e in begun.keys() - places.keys():
@@ -191,7 +191,7 @@ class SuccessiveHalving:
         most = {e: np.inf if fits.by_start_rule else limits.behind * fits(parent).cost for e, parent in parents.items()}
         work = fits.settings.headway
         for one in limits.rounds:
-            ahead = [e for e in places if promise[e] <= most[e] or one.steps == 1 or parents[e].contains(e)]
+            ahead = [e for e in places if promise[e] <= most[e] or one is limits.rounds[0] or parents[e].contains(e)]
             ahead = sorted(ahead, key=promise.__getitem__)[: one.hypotheses if give_way else None]
             share = work.first_round if one is limits.rounds[0] else work.later_round
             self._round(one, ahead, parents, places, best, promise, share * len(parents))

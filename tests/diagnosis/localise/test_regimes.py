@@ -16,12 +16,19 @@ def test_regimes_of_a_made_up_motion() -> None:
     t = np.arange(800) * 0.01
     speed = np.select([t < 1.0, t < 3.0, t < 5.0, t < 6.0], [0.0, 1.0, -1.0, 0.0], default=0.5)
     command = np.select([t < 1.0, t < 2.0, t < 4.0], [0.0, 2.0, 1.0], default=0.0)
-    named = np.array(REGIMES)[regimes(t, speed, speed == 0.0, command, 2.0, SETTINGS)]
+    named = np.array(REGIMES)[regimes(t, speed, speed == 0.0, command, 2.0, 1e-3, SETTINGS)]
     for at, name in (
         (0.5, "stuck"), (1.1, "breaking away"), (1.5, "saturated"), (2.5, "sliding"), (2.95, "reversing"),
         (3.05, "reversing"), (3.5, "sliding"), (4.5, "coasting"), (5.5, "stuck"), (6.1, "breaking away"), (7.0, "coasting"),
     ):  # fmt: skip
         assert named[round(at / 0.01)] == name, at
+
+
+def test_without_any_command_all_that_moves_coasts() -> None:
+    t = np.arange(300) * 0.01
+    assert {*regimes(t, np.ones(300), np.zeros(300, bool), np.zeros(300), 0.0, 0.0, SETTINGS)} == {
+        REGIMES.index("coasting")
+    }
 
 
 def test_the_planted_regime_is_found() -> None:

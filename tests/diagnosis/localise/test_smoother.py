@@ -46,3 +46,13 @@ def test_an_angle_s_smoother_follows_a_parabola_and_a_gap_widens_its_deviation()
     for order, exact in enumerate((1.5 * t**2, 3.0 * t, np.full(n, 3.0))):
         assert np.all(np.abs(X[inside, order] - exact[inside]) < 5.0 * s.deviation[inside, order])
     assert s.deviation[215, 0] > s.deviation[150, 0] and np.all(s.gain[200:230] == 0.0)
+
+
+def test_readings_that_begin_late_are_smoothed_by_the_stretch_that_moves() -> None:
+    n, h, noise = 3500, 0.01, 1e-3
+    t = np.arange(n) * h
+    y = np.where(t > 16.0, np.sin(t), np.nan) + noise * np.random.default_rng(0).normal(size=n)
+    s = smoother(y, np.full(n - 1, h), noise, 3, SmootherSettings())
+    assert np.max(np.abs(s(y)[1700:-50, 1] - np.cos(t)[1700:-50])) < 0.05
+    every_other = np.where(np.arange(n) % 2 == 0, np.sin(t), np.nan)
+    assert np.all(np.isfinite(smoother(every_other, np.full(n - 1, h), noise, 3, SmootherSettings()).deviation))

@@ -7,10 +7,11 @@ import pytest
 
 from rwjax import Log, parse_rig
 from rwjax.diagnosis.localise.body_motion import read_body
-from rwjax.diagnosis.localise.where import Missing, locate, missing_torque
+from rwjax.diagnosis.localise.where import Missing, locate, missing_torque, tells_torque
 from rwjax.diagnosis.settings import LocalisationSettings
 from rwjax.fitting.fit import fit
 from rwjax.fitting.prediction import every_output
+from rwjax.plant.from_rig import structure_of
 from rwjax.rig.model import Rig
 from tests.diagnosis.localise.measured import as_given
 from tests.diagnosis.simulated import true_log
@@ -61,3 +62,28 @@ def test_what_is_named_is_where_the_gap_lies_and_else_what_removes_most() -> Non
     assert named is not None and named.coordinate == "load" and named.share == 0.0 and named.interval is None
     assert named.drawn == "voltage"
     assert locate(fitted, (0,), {}, None, SETTINGS) is None
+
+
+def test_what_a_run_carries_besides_is_part_of_the_inertia() -> None:
+    rig = platform("viscous = 0.02")
+    heavy = replace(rig, numbers=rig.numbers | {"axis.inertia": 2.0 * rig.numbers["axis.inertia"]})
+    log = replace(
+        true_log(heavy, **{"axis.bias_torque": {"T": 0.03}}), added={"axis.inertia": rig.numbers["axis.inertia"]}
+    )
+    found = missing(rig, true_log(rig), log)
+    assert np.median(found.torque[np.abs(found.coordinates["yaw_rate"]) > 0.3]) == pytest.approx(0.03, rel=0.15)
+
+
+def test_where_the_motion_hides_the_torque_no_range_is_read_off() -> None:
+    rig = parse_rig(
+        'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02\n'
+        '[effects."drive.lag"]\nT = 0.05\n[fit]\nfree = ["axis.inertia"]'
+    )
+    found = locate(as_given(rig, true_log(rig)), (0,), {"yaw_rate": 0.7}, None, SETTINGS)
+    assert found is not None and found.coordinate == "yaw_rate" and found.drawn is None and found.interval is None
+    assert not found.regimes and not found.missing
+
+
+def test_readings_without_a_sign_hide_the_torque() -> None:
+    structure = structure_of(platform("viscous = 0.02"))
+    assert tells_torque(structure) and not tells_torque(structure._replace(unsigned=("yaw_rad_s",)))

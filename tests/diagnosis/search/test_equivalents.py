@@ -22,6 +22,14 @@ def test_declared_equivalents_of_a_bias_on_a_platform() -> None:
     }
 
 
+def test_of_a_set_that_was_not_fitted_none_is_told_by_its_numbers() -> None:
+    rig, motor = platform("viscous = 0.02"), wheel()
+    curved, wrong = Hypothesis(("axis.coulomb", "drive.curvature")), Hypothesis(("parameter.motor.resistance",))
+    assert equivalents(fits_of(rig, true_log(rig)), candidates(rig), curved) == []
+    still = record(TIME, COMMAND, {"wheel_rad_s": np.zeros_like(TIME)})
+    assert equivalents(fits_of(motor, still), candidates(motor), wrong) == []
+
+
 @pytest.mark.parametrize(("c", "same"), [(-0.1, [("drive.supply_sag",)]), (0.1, [])])
 @pytest.mark.slow
 def test_on_a_platform_a_gain_that_falls_may_be_a_supply_that_sags(c: float, same: list[tuple[str, ...]]) -> None:
