@@ -11,6 +11,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
+from experiments.asked_again import run as asked_again
 from experiments.blind.changed import TITLES, both_of, counted, judgement
 from experiments.blind.draw import read
 from experiments.blind.score import (
@@ -45,6 +46,8 @@ PAGES = ROOT / "docs" / "verdict.md", ROOT / "docs" / "measured.md"
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
 MEASURED_FILES = SETS, PAIRS, LATER_PAIRS = "sets", "frozen", "frozen_later"
 """Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld, by two searches."""
+ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_again"
+"""Folder and file of the same questions asked otherwise."""
 SET = "second"
 """File of the set that the page is about."""
 FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH, SIXTH = (
@@ -66,6 +69,8 @@ class Block(NamedTuple):
 
 def path(name: str) -> Path:
     """A file of results."""
+    if name == AGAIN:
+        return ASKED_AGAIN / f"{name}.jsonl"
     return (MEASURED if name in MEASURED_FILES else SIMULATED) / f"{name}.jsonl"
 
 
@@ -246,6 +251,11 @@ def measured_pairs(name: str) -> Block:
     return Block((name,), Table("Pairs of measured set-ups", head, rows))
 
 
+def asked_otherwise(number: int) -> Block:
+    """One of the tables of the same questions asked otherwise."""
+    return Block((AGAIN,), asked_again.tables(lines(AGAIN))[number])
+
+
 BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
@@ -256,6 +266,8 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
     "sixth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=SIXTH),
+    "asked-again": partial(asked_otherwise, 0),
+    "asked-again-differ": partial(asked_otherwise, 1),
     "messy-closed": every_messy,
     "measured-sets": measured_sets,
     "measured-pairs": partial(measured_pairs, PAIRS),

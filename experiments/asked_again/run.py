@@ -15,8 +15,10 @@ from experiments.asked_again.otherwise import WAYS, Question, read_question, wri
 from experiments.blind.campaign import spread
 from experiments.blind.cases import make_case, write_case
 from experiments.blind.draw import PLANS, appending, cases, read
+from experiments.blind.score import share
+from experiments.commit import commit
 from experiments.realdata import ROOT, dcmotor, emps, folder
-from experiments.speed.table import show
+from experiments.speed.table import Table, show
 from experiments.workers import Workers, done
 from rwjax import read_logs, read_rig
 from rwjax.diagnosis.diagnosis import diagnose
@@ -50,7 +52,13 @@ def asked(name: str, way: str, question: Question) -> dict:
         rig = read_rig(rig_file)
         found = diagnose(rig, read_logs(paths, rig)).json()
     kept = {key: found[key] for key in ("verdict", "effects", "alternatives")}
-    return {"case": name, "way": way, **kept, **{key: found["gap"][key] for key in ("before", "after", "floor")}}
+    return {
+        "case": name,
+        "way": way,
+        "commit": commit(),
+        **kept,
+        **{key: found["gap"][key] for key in ("before", "after", "floor")},
+    }
 
 
 def alike(one: dict, other: dict) -> bool:
@@ -59,17 +67,21 @@ def alike(one: dict, other: dict) -> bool:
     return one["verdict"] == other["verdict"] and (sets[0] == sets[1] or one["verdict"] in ("unknown", "none"))
 
 
-def report(lines: Sequence[dict]) -> None:
-    """Prints, for each way, how many cases it answers otherwise, and these cases."""
+def tables(lines: Sequence[dict]) -> tuple[Table, Table]:
+    """For each way, how many cases it answers otherwise; and these cases."""
     first = {line["case"]: line for line in lines if line["way"] == AS_IT_IS}
-    rows, differ = [], []
+    rows, differ, count = [], [], 0
     for way in WAYS:
         these = [line for line in lines if line["way"] == way and line["case"] in first]
         other = [line for line in these if not alike(first[line["case"]], line)]
         rows.append([way, f"{len(these)}", f"{len(other)}"])
+        count += len(these)
         differ += [[line["case"], way, _said(first[line["case"]]), _said(line)] for line in other]
-    show("The same question asked otherwise", ["way", "cases", "answered otherwise"], rows)
-    show("Answered otherwise", ["case", "way", AS_IT_IS, "so asked"], differ)
+    rows.append(["all", f"{count}", share(len(differ), count)])
+    return (
+        Table("The same question asked otherwise", ["way", "cases", "answered otherwise"], rows),
+        Table("What is answered otherwise", ["case", "way", AS_IT_IS, "so asked"], differ),
+    )
 
 
 def _said(line: dict) -> str:
@@ -93,7 +105,8 @@ def main() -> None:
         for line in done(asked, todo, Workers.of(a)):
             file.write(json.dumps(line) + "\n")
             file.flush()
-    report([*read(a.path)])
+    for table in tables([*read(a.path)]):
+        show(*table)
 
 
 if __name__ == "__main__":

@@ -83,7 +83,7 @@ def _size(rig: "Rig", found: "Exported", logs: "Sequence[Log]") -> list[str]:
     from rwjax.rig.columns import unit_of
 
     if found.held is None:
-        return ["only a model that can be played says how far what is left out moves runs (`--to mjcf`)"]
+        return ["the logs are not used: how far what is left out moves their runs is said with `--to mjcf` alone"]
     if found.held == rig:
         return ["no rig file is without it, so that no run says how far it moves them"] if found.left_out else []
     try:

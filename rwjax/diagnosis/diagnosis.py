@@ -21,7 +21,7 @@ from rwjax.diagnosis.localise.where import Missing, Where, locate, missing_torqu
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.partial import Claim, claimed, further_laws
+from rwjax.diagnosis.partial import BEATEN, Claim, claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
@@ -32,7 +32,7 @@ from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.uninformative import DROWNED, diverged_numbers, drowned, part_of, why_uninformative
-from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, stands_out
+from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, leaves_a_visible_part, stands_out
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import UNIT, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
@@ -280,9 +280,24 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     except Stopped:
         return _Further(judged.anew(), choice, ended=True)
     judged = judged.anew()
+    if claim is not None and _beaten(judged, further, claim):
+        claim, refused = None, refused | dict.fromkeys(claim.named.names, BEATEN)
     if claim is None:
         return _Further(judged, choice, refused=refused)
     return _Further(judged, further, claim, refused, followed=not visible)
+
+
+def _beaten(judged: Judged, choice: Choice, claim: Claim) -> bool:
+    """Whether another explanation than those of a claim leaves so much less of the held-out runs that the claim stands in for something else."""
+    gap, settings = judged.gap_of(claim.named), judged.fits.settings
+    if not leaves_a_visible_part(gap, settings.verdict):
+        return False
+    own = (claim.named, *claim.alternatives)
+    first = [e for e, _ in choice.ranking[: settings.report.ranked]]
+    others = [e for e in first if not any(e == one or e.contains(one) for one in own)]
+    judged.prepare(others)
+    most = (1.0 - settings.search.further_removes) * (gap.after**2 - gap.floor**2)
+    return any(judged.rms(e) ** 2 - gap.floor**2 < most for e in others)
 
 
 def _how_far(further: _Further) -> _Outcome:

@@ -179,8 +179,8 @@ def gap(before: HeldOut, after: HeldOut, name: str, limits: GapSettings) -> Gap:
     squares = np.stack([before.square[name], after.square[name], before.floor[name]])
     b, a, f = (float(e) for e in np.sqrt(np.mean(squares, axis=1)))
     closed = closure(b, a, f)
-    if closed is None:
-        return Gap(b, a, f, None, None, None)
+    if closed is None or after is before:  # where nothing is added, no closure has an interval
+        return Gap(b, a, f, closed, None, None)
     of_runs = _of_new_runs(closed, squares, before.run[name], limits)
     return Gap(b, a, f, closed, of_runs, _at_most(squares, before.second[name], limits))
 

@@ -39,8 +39,8 @@ class Limits:
     )
     several: float = _limit(
         0.95,
-        "the same for several names together: right ones closed 0.99, wrong ones up to 0.90; and the share above which what "
-        "any names leave is no visible part",
+        "the same for several names together: right ones closed 0.99, wrong ones up to 0.90; and the share of the "
+        "training runs' error above which what any names leave is no visible part of these",
         "calibrated",
     )
     at_floor: float = _limit(

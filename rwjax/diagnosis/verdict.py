@@ -34,10 +34,9 @@ def leaves_a_visible_part(gap: Gap, limits: Limits) -> bool:
         limits: limits of the verdict.
 
     Returns:
-        True where it stands above the floor and is no small share of the gap.
+        True where it stands above the floor by as much, however small a share of the gap it is.
     """
-    left = np.sqrt(max(gap.after**2 - gap.floor**2, 0.0)) / gap.floor
-    return bool(left >= limits.doubt and gap.closed is not None and gap.closed < limits.several)
+    return bool(np.sqrt(max(gap.after**2 - gap.floor**2, 0.0)) >= limits.doubt * gap.floor)
 
 
 def closes_in_part(gap: Gap, limits: Settings, *, followed: bool) -> bool:

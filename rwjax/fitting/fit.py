@@ -31,14 +31,12 @@ from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Driven, Rig
 from rwjax.rig.parse import PERIOD
 from rwjax.simulation.exact import EXACT
+from rwjax.simulation.layout import finer
 from rwjax.simulation.solver import Solver
 
 UNSETTLED = "the fit did not settle within its step limit: fit once more from its estimates, or free fewer numbers"
 OFF_BY = (1.0, 0.5, 2.0)
 """Factors on all free numbers from which a fit is started, until one of them reaches the noise [1]."""
-OF_JOINT, OF_JOINT_S = 8, 960.0
-"""Parts into which a joint's steps are divided at most for its numbers, which see less than a gap does [1]; and the length of its logs
-times these parts [s], so that long logs take less."""
 FIRST_STEPS = 10
 """Steps from each of these starts."""
 FAR_FROM_PRIOR = 4.0
@@ -109,7 +107,7 @@ def fit(
         pooled_noise(tuple(runs)),
         per_run=rig.per_run,
         prior=rig.prior,
-        refine=refine * _finer(rig, train),
+        refine=refine * finer(structure, train),
         solver=solver.suited(rig, train),
     )
     shared = theta_of(rig, structure)
@@ -149,13 +147,6 @@ def _check_free(rig: Rig, structure: Structure) -> None:
             f"rig `{rig.name}`: `{idle[0]}` is free, and acts on nothing where the logs hold `{rig.driven.by}` and the drive is "
             f"given a {structure.command}; take it out of `fit.free`"
         )
-
-
-def _finer(rig: Rig, logs: Sequence[Log]) -> int:
-    """Parts into which the steps of a free run are divided for a fit [1]."""
-    if rig.kind != "joint":
-        return 1
-    return int(np.clip(OF_JOINT_S / sum(float(np.ptp(log.time)) for log in logs), 1, OF_JOINT))
 
 
 def _taken(rig: Rig, structure: Structure) -> list[str]:

@@ -15,6 +15,7 @@ from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
+from rwjax.simulation.layout import finer
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory
 
@@ -42,7 +43,9 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT, segments: float | Non
     parts = (
         cut_up(with_segments(rig, (log,), segments)) if log.outputs else (log,)
     )  # nothing tells where a segment begins
-    problem = pose(structure, parts, pooled_noise((log,)), solver=solver.suited(rig, (log,)))
+    problem = pose(
+        structure, parts, pooled_noise((log,)), refine=finer(structure, parts), solver=solver.suited(rig, (log,))
+    )
     found = predict_logs(problem, theta_of(rig, structure), with_floor=False)
     outputs = {name: np.concatenate([part.outputs[name] for part in found]) for name in problem.structure.outputs}
     for name, values in outputs.items():

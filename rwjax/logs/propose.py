@@ -54,6 +54,8 @@ THESIS_SECTION = """[columns]
 position = "pos1"
 pulse = "pwm_1"   # needs [drive] pwm = { neutral_us = …, volts_per_us = … }"""
 """The section for a log of the thesis's layout."""
+LIKE_AMPERES = 100.0
+"""Largest reading without a unit that is taken for a current [A]; a larger one is a servo's own number."""
 SEVERAL_TURNS = 7.0
 """Angle beyond which one without a unit is taken for degrees where it moves in steps of 0.01 or more [rad]."""
 
@@ -103,8 +105,8 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         kind: Kind of the rig.
 
     Returns:
-        By rwjax's column the first column of the file that it may be. Beside a goal a voltage is that of the supply; beside an angle
-        its counts are passed over.
+        By rwjax's column the first column of the file that it may be. Beside a goal a voltage without a sign is that of the supply, and
+        one of both signs takes its place; beside an angle its counts are passed over.
     """
     found: dict[str, Proposal] = {}
     if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
@@ -114,6 +116,10 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         one = _guess(column, values, kind) if values is not None else None
         if one is not None:
             found.setdefault(one.name, one)
+    volts = found.get("voltage_V")
+    given = _values(sheet, volts.column) if volts is not None else None
+    if "goal_rad" in found and given is not None and given.min() < 0.0:
+        del found["goal_rad"]  # a voltage of both signs is what drives, whatever goal it follows
     if "goal_rad" in found:  # a log holds one command
         found.pop("duty", None)
         volts = found.pop("voltage_V", None)
@@ -186,7 +192,8 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
             "deg" if unit == "deg" or (not unit and float(np.ptp(values)) > SEVERAL_TURNS) else "",
             "needs [drive.servo]",
         )
-    if means == "current_A" and np.ptp(values) == 0.0:  # a current that never changes is none that was read
+    raw = means == "current_A" and not unit and np.max(np.abs(values)) > LIKE_AMPERES
+    if means == "current_A" and (raw or np.ptp(values) == 0.0):  # one that never changes is none that was read
         return None
     if means in ("current_A", "supply_V", "enabled") and means in valid:
         guessed = "A? Else a unit" if means == "current_A" and not unit else ""

@@ -24,6 +24,9 @@ LONGEST_STEP = 5e-3
 samples share a step."""
 OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
 """The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
+OF_JOINT, OF_JOINT_S = 8, 960.0
+"""Parts into which a joint's steps are divided at most where its numbers or its motion count, and not the gap alone [1]; and the length
+of its logs times these parts [s], so that long logs take less."""
 LONG_AGO = 1e4
 """Time on a logger's clock from which on rounding would move a servo's ticks [s]."""
 EARLIEST = 1.0
@@ -85,6 +88,22 @@ def _steps_of(structure: Structure, log: Log, refine: int) -> tuple[float, int]:
     span = log.time[-1] - log.time[0]
     steps = _counted(log, h, max(1, round(span / h)))
     return span / steps, steps  # regular samples fall on grid points to rounding
+
+
+def finer(structure: Structure, logs: Sequence[Log]) -> int:
+    """Parts into which time steps are divided where a joint is fitted, simulated or predicted.
+
+    Args:
+        structure: What the plant is made of.
+        logs: The logs.
+
+    Returns:
+        The parts [1], 1 for any other kind.
+    """
+    if structure.kind != "joint":
+        return 1
+    seconds = max(sum(float(np.ptp(log.time)) for log in logs), 1e-9)
+    return int(np.clip(OF_JOINT_S / seconds, 1, OF_JOINT))
 
 
 def _counted(log: Log, h: float, steps: int) -> int:

@@ -17,7 +17,7 @@ from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.free_run import free_run
-from rwjax.simulation.layout import lay_out
+from rwjax.simulation.layout import finer, lay_out
 from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory, trajectory_of
 
@@ -63,7 +63,7 @@ def simulate(
     _check_names("number", numbers, [name for name in structure.names if name not in rig.tied])
     _check_names("state", start, structure.states)
     solver = solver.suited(rig, (log,))
-    batch = lay_out(structure, (log,), [{}])
+    batch = lay_out(structure, (log,), [{}], refine=finer(structure, (log,)))
     held = np.minimum(np.arange(batch.u_command.shape[1]), len(log.time) - 1)
     varies = {"numbers": numbers, "start": start} | ({"command": command} if isinstance(command, Tracer) else {})
     solver = solver.by_commands() if "command" in varies else solver

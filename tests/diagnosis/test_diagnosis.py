@@ -13,6 +13,7 @@ from rwjax import InputError, Log, parse_rig, read_logs, read_rig, simulate, wri
 from rwjax.diagnosis.budget import Budget
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import Hypothesis, candidates
+from rwjax.diagnosis.partial import Claim, Holding
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
@@ -251,3 +252,18 @@ def test_helpers_change_no_byte_of_the_answer() -> None:
         with Team(helpers) as team:
             answers.append(json.dumps(diagnose(RIG, logs, only=only, team=team).json()))
     assert answers[0] == answers[1]
+
+
+def test_a_claim_that_another_explanation_beats_on_the_held_out_runs_is_given_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stands_in = Hypothesis(("axis.bias_torque",))
+    monkeypatch.setattr(
+        "rwjax.diagnosis.diagnosis.claimed", lambda search, choice: Holding(Claim(stands_in, (), ()), {})
+    )
+    logs = [run_of(k, {"axis.coulomb": {"M_c": 0.06}}, disturbed=0.3) for k in range(3)]
+    found = diagnose(RIG, logs, only=["axis.coulomb", "axis.bias_torque"])
+    assert found.verdict == "unknown" and found.effects == ("axis.coulomb",)
+    assert found.refused == {
+        "axis.bias_torque": "another explanation leaves less than half as much of the held-out runs"
+    }

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax import RigError, parse_rig
+from rwjax import Log, RigError, parse_rig, predict, simulate
 from rwjax.fitting.fit import fit
 from tests.fitting.logs import ALL, FREE, TIME, log_of, red, runs_of
+from tests.joints import joint, servo
 from tests.systems import platform, record, run
 
 
@@ -178,3 +179,18 @@ def test_a_fit_whose_best_run_is_not_finite_is_refused() -> None:
     log = record(TIME[:100], np.sign(np.sin(TIME[:100])), {"yaw_rad": np.sin(TIME[:100])})
     with pytest.raises(RigError, match=r"the best free run misses yaw_rad by nan rad, and no rig goes beyond 1e\+09"):
         fit(rig, [log])
+
+
+def test_a_servo_s_numbers_come_back_from_what_simulate_gives() -> None:
+    numbers = {"motor__torque_constant": 0.0107, "motor__resistance": 2.6, "gear__ratio": 345.0, "axis__inertia": 0.012}
+    truth = replace(servo(joint(**numbers), kp=60.0, kd=0.3), free=("axis.inertia", "axis.friction.viscous"))
+    time = np.arange(400) * 0.01
+    goal = np.where(time > 0.6, 0.7 * np.sign(np.sin(2.2 * time)), 0.0)
+    y = np.asarray(simulate(truth, time, {"goal_rad": goal})["yaw_rad"])
+    log = Log.from_arrays(truth, time=time, goal_rad=goal, yaw_rad=y)
+    assert np.max(np.abs(predict(truth, log)["yaw_rad"] - y)) < 1e-12
+    believed = truth.with_values({name: 1.3 * truth.values[name] for name in truth.free})
+    found = fit(believed, [log]).rig
+    assert {name: found.values[name] for name in truth.free} == pytest.approx(
+        {name: truth.values[name] for name in truth.free}, rel=1e-4
+    )

@@ -97,3 +97,16 @@ def test_the_thesis_s_layout_is_known() -> None:
     columns = dict.fromkeys(("t", "pos1", "pos2", "speed2", "pwm_1", "pwm_2"), K)
     section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
     assert dict(parse_rig(PLATFORM + section).columns) == {"position": "pos1", "pulse": "pwm_1"}
+
+
+def test_a_voltage_of_both_signs_drives_whatever_goal_stands_beside_it() -> None:
+    columns = {"t": 0.01 * K, "position_ref": 0.01 * K, "motor_V": np.sin(K), "angle": 0.01 * K}
+    assert 'voltage_V = "motor_V"' in proposal(ArraySheet("run", {}, [*columns], columns), "platform")
+    columns["motor_V"] = 12.0 + 0.1 * np.sin(K)
+    section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
+    assert "goal_rad" in section and 'supply_V = "motor_V"' in section
+
+
+def test_a_load_without_a_unit_is_no_current() -> None:
+    columns = {"t": 0.01 * K, "u": 0.1 * K, "speed": K, "load_raw": 300.0 * K}
+    assert proposal(ArraySheet("run", {}, [*columns], columns), "wheel").endswith("# passed over: load_raw")

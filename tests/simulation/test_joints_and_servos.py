@@ -13,7 +13,7 @@ from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.free_run import free_run
-from rwjax.simulation.layout import LONGEST_STEP, OF_INDUCTIVE_JOINTS, OF_JOINTS, lay_out
+from rwjax.simulation.layout import LONGEST_STEP, OF_INDUCTIVE_JOINTS, OF_JOINT, OF_JOINTS, lay_out
 from rwjax.simulation.trajectory import trajectory_of
 
 JOINT = """
@@ -273,7 +273,7 @@ def test_with_torque_off_a_joint_moves_as_one_without_a_motor() -> None:
     text = text[: text.index("[gear]")] + "[drive]\ngain = 1.0\n" + text[text.index("[axis]") :]
     alone = parse_rig(text.format(friction=STRIBECK, rest=HANGS))
     first = {"psi": found["yaw_rad"][50], "w": found["yaw_rad_s"][50]}
-    steps = round(LONGEST_STEP / OF_INDUCTIVE_JOINTS)  # the same for both
+    steps = OF_JOINT * round(LONGEST_STEP / OF_INDUCTIVE_JOINTS)  # the same for both
     free = refined(alone, FINE[50:], {"voltage_V": 0.0 * FINE[50:]}, steps, first)
     assert np.ptp(free) > 0.3
     assert np.max(np.abs(found["yaw_rad"][50:] - free)) < 1e-9
