@@ -15,8 +15,6 @@ from rwjax.fitting.prediction import Prediction, errors, floor_variance, predict
 from rwjax.fitting.processes import Task
 from rwjax.logs.segments import runs_of
 
-DRAWN_AT_ONCE = 1_000_000
-"""Seconds that are drawn at once for an interval [1]."""
 Split = tuple[tuple[int, ...], tuple[int, ...]]
 """Numbers of the logs that a fold fits and of those on which it is judged."""
 
@@ -220,7 +218,7 @@ def _at_most(squares: np.ndarray, second: np.ndarray, limits: GapSettings) -> fl
     """The upper end of a 95 % interval of the closure on these runs; None where no draw of their seconds has one."""
     total, count = _sums(squares, second)
     rng = np.random.default_rng(0)
-    at_once = max(DRAWN_AT_ONCE // len(count), 1)
+    at_once = max(limits.at_once // len(count), 1)
     blocks = [min(at_once, limits.resamples - k) for k in range(0, limits.resamples, at_once)]
     draws = (rng.integers(0, len(count), (rows, len(count))) for rows in blocks)
     means = [total[:, drawn].sum(axis=-1) / count[drawn].sum(axis=-1) for drawn in draws]

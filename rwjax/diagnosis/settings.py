@@ -318,6 +318,7 @@ class GapSettings:
     fewest_runs: int = _limit(3, "held-out runs below which nothing is said of new ones")
     block: float = _limit(1.0, "time [s] within which errors of these runs are resampled together")
     resamples: int = _limit(2000, "resamples of these blocks")
+    at_once: int = _limit(1_000_000, "blocks of all resamples that are drawn at once, for the memory's sake")
     diverged: float = _limit(
         1e6, "largest error that counts [SI]; stands also for that of a run that left the range of numbers"
     )

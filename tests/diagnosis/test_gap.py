@@ -115,9 +115,8 @@ def test_errors_of_several_hypotheses_side_by_side_are_those_of_each_alone() -> 
     assert len({found.rms("yaw_rad") for found in together}) == 3
 
 
-def test_an_interval_does_not_depend_on_how_many_seconds_are_drawn_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interval_does_not_depend_on_how_many_seconds_are_drawn_at_once() -> None:
     rng = np.random.default_rng(0)
     before, after = (scale * (1.0 + rng.random(350)) for scale in (1.0, 0.3))
     whole = gap(errors(before, 7), errors(after, 7), "yaw_rad", GapSettings()).at_most
-    monkeypatch.setattr("rwjax.diagnosis.gap.DRAWN_AT_ONCE", 100)
-    assert gap(errors(before, 7), errors(after, 7), "yaw_rad", GapSettings()).at_most == whole
+    assert gap(errors(before, 7), errors(after, 7), "yaw_rad", GapSettings(at_once=100)).at_most == whole

@@ -327,9 +327,9 @@ def test_limits_are_counted_on_what_a_campaign_found() -> None:
         line("none", "", ["axis.viscous"], 4.0),
         line("none", "", [], 9.0, "unknown"),
     ]
-    assert calibrate.counted(lines, {}, Limits(barely=0.6, several=0.0)) == (2 / 3, 1 / 2, 1 / 2, 1 / 2)
-    assert calibrate.counted(lines, {}, Limits(barely=0.7, several=0.0)) == (2 / 3, 1.0, 0.0, 0.0)
-    assert calibrate.counted(lines, {}, Limits(barely=0.8, several=0.0)) == (1 / 3, 1.0, 0.0, 0.0)
+    assert calibrate.counted(lines, {}, Limits(barely=0.6, doubt=8.0)) == (2 / 3, 1 / 2, 1 / 2, 1 / 2)
+    assert calibrate.counted(lines, {}, Limits(barely=0.7, doubt=8.0)) == (2 / 3, 1.0, 0.0, 0.0)
+    assert calibrate.counted(lines, {}, Limits(barely=0.8, doubt=8.0)) == (1 / 3, 1.0, 0.0, 0.0)
     assert calibrate.counted(lines, {}, Limits(nothing=20.0)) == (0.0, 0.0, 0.0, 0.0)
 
 

@@ -49,9 +49,9 @@ def regimes(
         time: times (time,) [s].
         speed: speed of the body (time,) [rad/s].
         still: whether the body is at rest (time,) [1].
-        command: the command (time,) [V, or the command's unit].
-        top: the largest command of all logs.
-        nothing: the largest command that counts as none.
+        command: the command (time,) [V, 1, A, N m or rad].
+        top: the largest command of all logs [as the command].
+        nothing: the largest command that counts as none [as the command].
         limits: what counts as rest, as breaking away and so on.
 
     Returns:
