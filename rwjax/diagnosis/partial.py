@@ -39,7 +39,7 @@ from rwjax.effects.library import BY_NAME, included_in, models
 from rwjax.effects.parameter import parameters
 
 MANY = "many other names leave about as much"
-BEATEN = "another explanation leaves less than half as much of the held-out runs"
+BEATEN = "another explanation leaves clearly less of the held-out runs"
 EXCHANGED = "other names in its place, beside the rest, leave about as much"
 
 

@@ -182,7 +182,8 @@ def test_a_fit_whose_best_run_is_not_finite_is_refused() -> None:
 
 
 def test_a_servo_s_numbers_come_back_from_what_simulate_gives() -> None:
-    numbers = {"motor__torque_constant": 0.0107, "motor__resistance": 2.6, "gear__ratio": 345.0, "axis__inertia": 0.012}
+    motor = {"motor__torque_constant": 0.0107, "motor__resistance": 2.6, "gear__ratio": 345.0}
+    numbers = motor | {"axis__inertia": 0.012, "axis__friction__coulomb": 0.05, "axis__gravity__torque": 0.6}
     truth = replace(servo(joint(**numbers), kp=60.0, kd=0.3), free=("axis.inertia", "axis.friction.viscous"))
     time = np.arange(400) * 0.01
     goal = np.where(time > 0.6, 0.7 * np.sign(np.sin(2.2 * time)), 0.0)
