@@ -262,10 +262,14 @@ class Search:
                 self.halving.fit_each(less)
 
     def _fit_thoroughly(self, tried: list[Hypothesis], parent: Hypothesis, enough: float) -> None:
-        """Carries the leading hypotheses on, from all of their places and by exact derivatives, until one suffices."""
+        """Carries the leading hypotheses on, from all of their places and by exact derivatives, until one suffices.
+
+        Where all are above the noise, the leading ones are fitted from all places in any case. Which of them leads is then a matter of
+        small differences, and one may have come to a place that is not its best.
+        """
         limits, beside = self.limits, len(parent.names)
         searched = self._by_cost(tried)[: limits.from_all_places[beside]]
-        self._fit_from_all_places(searched, parent, tried, enough)
+        self._fit_from_all_places(searched, parent, tried, min(enough, self.fits.settings.verdict.doubt**2))
         ahead = self._by_cost(tried)[: limits.exactly[beside]]
         for k in range(0, len(ahead), limits.exactly_at_once):
             if not self._suffices(tried, enough):

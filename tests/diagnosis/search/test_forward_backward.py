@@ -58,6 +58,24 @@ def test_of_what_is_fitted_side_by_side_nothing_counts_after_the_first_that_suff
     assert fits.known(second) is before[second] and fits.known(third) is before[third]
 
 
+def test_what_leads_above_the_noise_is_fitted_from_all_its_places_however_little_it_leaves() -> None:
+    rig, usual = platform("viscous = 0.02"), Settings()
+    asked = replace(
+        usual, search=replace(usual.search, negligible=0.999)
+    )  # what is left counts as the exact form of any name
+    log = true_log(rig, noise=2e-3, **{"axis.coulomb": {"M_c": 0.03}})
+    fits = fits_of(rig, log, asked)
+    dry, slope = (Hypothesis((name,)) for name in ("axis.coulomb", "parameter.drive.gain"))
+    search = Search(fits, (*dry.names, *slope.names))
+    search.halving.fit([dry, slope], NOTHING)
+    fits.take_down(NOTHING, [dry, slope])
+    least = fits.known(dry).cost
+    moved_to(fits, dry, {"axis.coulomb.M_c": 0.0})  # where it has come to a place that is not its best
+    assert fits.known(dry).cost > fits.known(slope).cost
+    assert search.forward(NOTHING, 1) == dry
+    assert fits.known(dry).cost <= 1.01 * least
+
+
 @pytest.mark.slow
 def test_a_choice_gives_way_to_a_better_rival_and_not_the_other_way_round() -> None:
     rig = platform("viscous = 0.02")
