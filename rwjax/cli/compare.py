@@ -46,7 +46,7 @@ def compare(
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, _clear, (rig_file, *log_files))
     target.check()
-    with progress(quiet) as show:
+    with progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)

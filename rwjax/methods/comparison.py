@@ -205,7 +205,7 @@ def compare(
     Args:
         rig: The rig with its free numbers.
         logs: The logs.
-        progress: Is told the name of each method before its turn.
+        progress: Is told what is fitted next, and how much comes after it.
         solver: Solver whose free runs judge; if it is smooth, the method `smooth` fits through it.
         segments: Length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the
             rig and the logs without it. Methods without a free run take whole runs.
@@ -223,9 +223,9 @@ def compare(
     rule, splits = folds(logs)
     by = solver.suited(rig, train)  # one width for all
     rows, floor = [], {}
-    for method in METHODS:
-        identify = method.identify
-        progress(method.name)
+    for turn, method in enumerate(METHODS, start=1):
+        identify, told = method.identify, f"method {turn} of {len(METHODS)}, {method.name}"
+        progress(told)
         begin = perf_counter()
         try:
             if identify is smooth_end_to_end:
@@ -233,7 +233,8 @@ def compare(
             found = identify(rig, train)
             seconds = perf_counter() - begin
             judged = []
-            for split in splits:
+            for fold, split in enumerate(splits, start=1):
+                progress(f"{told}: held-out part {fold} of {len(splits)}")
                 whole = len(split.train) == len(train) and all(a is b for a, b in zip(split.train, train, strict=True))
                 fitted = found.rig if whole else identify(found.rig, split.train).rig
                 judged += _judged(fitted, split.test, found.solver or by)

@@ -40,7 +40,7 @@ QUIET, LOUD = 1e-6, 1e3
 class _Runs(NamedTuple):
     """Logs at equal steps.
 
-    `h` (l,) step [s]; `command` (l, t) [V]; `on` (l, t) whether current can flow; `reading` (l, t, y) [SI], NaN where there is none; `start`, `unsure` (l, n)
+    `h` (l,) step [s]; `command` (l, t) [V]; `on` (l, t) share of the time in which current can flow [1]; `reading` (l, t, y) [SI], NaN where there is none; `start`, `unsure` (l, n)
     initial states and their standard deviations [SI]; `theta_offset` (l, p) what is added to the numbers [SI].
     """
 
@@ -225,7 +225,7 @@ def _laid_out(problem: Problem) -> _Runs:
         reading = np.stack([log.outputs.get(name, nothing) for name in problem.structure.outputs], axis=1)
         h.append((log.time[-1] - log.time[0]) / (n - 1))
         commands.append(np.pad(log.command[nearest], (0, longest - n), mode="edge"))
-        powered = np.ones(n, bool) if log.enabled is None else log.enabled
+        powered = np.ones(n) if log.enabled is None else log.enabled.astype(float)
         on.append(np.pad(powered[nearest], (0, longest - n), mode="edge"))
         readings.append(np.pad(reading[nearest], ((0, longest - n), (0, 0)), constant_values=np.nan))
     unsure = np.where(problem.start_free, 0.1 * np.maximum(np.abs(problem.start), 1.0), 1e-6)
