@@ -34,7 +34,7 @@ from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.uninformative import DROWNED, diverged_numbers, drowned, part_of, why_uninformative
 from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, leaves_a_visible_part, stands_out
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, why_not
+from rwjax.diagnosis.words import UNIT, evidence_elsewhere, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.processes import Team
@@ -157,7 +157,7 @@ def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
         refused=further.refused if outcome.verdict in ("partial", "unknown") else {},
-        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(further)),
+        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(further), *_evidence(choice, outcome)),
         split=layout.split,
         corrected=corrected,
         before=before,
@@ -188,6 +188,18 @@ def _ended(further: "_Further") -> list[str]:
         f"not compared were {', '.join(choice.untried)}" if choice.untried else "every candidate was compared by then"
     )
     return [f"{why} ended the search, and nothing is claimed; {untried}"]
+
+
+def _evidence(choice: Choice, outcome: _Outcome) -> list[str]:
+    """The remark on a claim beside which another candidate has more evidence of the fitted runs."""
+    if outcome.verdict not in CLAIMS or not choice.ranking:
+        return []
+    first = choice.ranking[0][0]
+    return (
+        []
+        if first in (outcome.named, *outcome.alternatives)
+        else [evidence_elsewhere(" + ".join(first.names) or "the rig as it is", outcome.named.names)]
+    )
 
 
 def _which(fits: ModelFits, layout: Layout, strategy: Strategy, among: Asked) -> tuple[HeldOut, str, Choice]:
@@ -389,14 +401,16 @@ def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
     judged, choice = further.judged, further.choice
     ranked, unit, most = [], UNIT[judged.signal], judged.fits.settings.report.ranked
-    beside = {outcome.named, *outcome.alternatives}
+    beside, known = {outcome.named, *outcome.alternatives}, dict(choice.ranking)
     if further.complete:
         judged.prepare([e for e, _ in choice.ranking[:most]])
     for k, (e, probability) in enumerate(choice.ranking):
         first = k < most
         leaves = judged.rms(e) if first and (further.complete or e == choice.best) else None
         told = first and e not in beside and outcome.verdict != "none"
-        why = why_not(leaves, outcome.named.names, judged.rms(outcome.named), unit) if told else None
+        likelier = probability > known.get(outcome.named, 0.0)
+        after = judged.rms(outcome.named)
+        why = why_not(leaves, outcome.named.names, after, unit, more_evidence=likelier) if told else None
         ranked.append(Ranked(" + ".join(e.names) or "none", probability, leaves, why))
     return tuple(ranked)
 

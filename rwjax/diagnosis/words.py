@@ -170,7 +170,9 @@ def left_words(share: float, where: Where | None, windows: Sequence[Window], lim
     return said
 
 
-def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: str) -> str:
+def why_not(
+    leaves: float | None, named: tuple[str, ...], after: float, unit: str, *, more_evidence: bool = False
+) -> str:
     """Why a candidate is not what is named, as one sentence.
 
     Args:
@@ -178,6 +180,7 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
         named: what is named, or what comes nearest.
         after: RMS error with that [SI].
         unit: the signal's unit.
+        more_evidence: whether the fitted runs alone have more evidence for the candidate.
 
     Returns:
         The sentence.
@@ -185,6 +188,8 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
     best = " + ".join(named) or "the rig as it is"
     if leaves is None:
         return f"The training runs speak more for {best}."
+    if leaves <= after and more_evidence:
+        return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, which was chosen by training runs left out in turn."
     if leaves <= after:
         return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
     if after == 0.0:
@@ -192,6 +197,22 @@ def why_not(leaves: float | None, named: tuple[str, ...], after: float, unit: st
     times = f"{float(f'{leaves / after:.2g}'):g}"
     beside = f"about as much as {best}" if times == "1" else f"{times} times what {best} leaves"
     return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."
+
+
+def evidence_elsewhere(first: str, named: tuple[str, ...]) -> str:
+    """That another candidate than what is claimed has the most evidence, as one sentence.
+
+    Args:
+        first: the candidate with the most evidence, its names joined.
+        named: what is claimed.
+
+    Returns:
+        The sentence.
+    """
+    return (
+        f"by the evidence of the fitted runs alone {first} would lead; {' + '.join(named)} is claimed since such a claim is judged "
+        "by training runs left out in turn, too"
+    )
 
 
 def numbers_of(rig: Rig, rung: Rung) -> list[str]:

@@ -254,6 +254,19 @@ def test_helpers_change_no_byte_of_the_answer() -> None:
     assert answers[0] == answers[1]
 
 
+def test_a_claim_that_has_less_evidence_than_another_explanation_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    stands_in = Hypothesis(("axis.spring",))
+    monkeypatch.setattr(
+        "rwjax.diagnosis.diagnosis.claimed", lambda search, choice: Holding(Claim(stands_in, (), ()), {})
+    )
+    logs = [run_of(k, {"axis.bias_torque": {"T": 0.06}}, disturbed=0.3) for k in range(3)]
+    found = diagnose(RIG, logs, only=["axis.bias_torque", "axis.spring"])
+    assert (found.verdict, found.effects, found.ranking[0].effect) == ("partial", stands_in.names, "axis.bias_torque")
+    told = "by the evidence of the fitted runs alone axis.bias_torque would lead; axis.spring is claimed"
+    assert any(remark.startswith(told) for remark in found.remarks)
+    assert "training runs left out in turn" in found.ranking[0].why_not
+
+
 def test_a_claim_that_another_explanation_beats_on_the_held_out_runs_is_given_up(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -133,6 +133,8 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
     assert (
         why_not(0.03, ("a",), 0.0, "rad") == "It leaves 0.03 rad on held-out runs, and a leaves nothing."
     )  # an axis at rest
+    likelier = why_not(0.009, ("a",), 0.01, "rad", more_evidence=True)
+    assert likelier.startswith("It leaves 0.009 rad of the held-out runs, no more than a, which was chosen by")
     assert why_not(None, ("a",), 0.01, "rad") == "The training runs speak more for a."
 
 
