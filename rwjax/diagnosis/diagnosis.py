@@ -277,7 +277,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
         return _Further(judged, choice)
     compare = ModelComparison(fits)
     visible = compare.leaves_visible(choice.best)
-    if not visible and judge(choice, judged.gap_of(choice.best), fits.settings.verdict) != "unknown":
+    if not visible and _judged(judged, choice, choice.best) != "unknown":
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
@@ -299,6 +299,11 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     return _Further(judged, further, claim, refused, followed=not visible)
 
 
+def _judged(judged: Judged, choice: Choice, best: Hypothesis) -> Verdict:
+    """The outcome of a choice, its names in any order, by the held-out runs."""
+    return judge(choice, judged.gaps(judged(best)), judged.signal, judged.fits.settings.verdict)
+
+
 def _beaten(judged: Judged, choice: Choice, claim: Claim) -> bool:
     """Whether another explanation than those of a claim leaves so much less of the held-out runs that the claim stands in for something else."""
     gap, settings = judged.gap_of(claim.named), judged.fits.settings
@@ -318,7 +323,7 @@ def _how_far(further: _Further) -> _Outcome:
     fits, settings = judged.fits, judged.fits.settings
     best = _by_importance(choice.best, judged) if further.complete else choice.best
     headline_gap = judged.gap_of(best)
-    verdict, named = judge(choice, headline_gap, settings.verdict), best
+    verdict, named = _judged(judged, choice, best), best
     if not further.complete or (further.refused and not further.claim):
         verdict = "unknown"
     elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings, followed=further.followed):

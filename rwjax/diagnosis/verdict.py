@@ -1,5 +1,6 @@
 """The verdict, from the gap on held-out logs and the choice made on the training logs."""
 
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
@@ -30,13 +31,14 @@ def leaves_a_visible_part(gap: Gap, limits: Limits) -> bool:
     """Whether what the named effects leave asks for a further explanation, as a gap of its own would.
 
     Args:
-        gap: the gap of the headline signal on held-out logs.
+        gap: the gap of an output on held-out logs.
         limits: limits of the verdict.
 
     Returns:
         True where it stands above the floor by as much, however small a share of the gap it is.
     """
-    return bool(np.sqrt(max(gap.after**2 - gap.floor**2, 0.0)) >= limits.doubt * gap.floor)
+    left = gap.after**2 - gap.floor**2
+    return bool(left > 0.0 and np.sqrt(left) >= limits.doubt * gap.floor)
 
 
 def closes_in_part(gap: Gap, limits: Settings, *, followed: bool) -> bool:
@@ -56,12 +58,15 @@ def closes_in_part(gap: Gap, limits: Settings, *, followed: bool) -> bool:
     return gap.closed is not None and gap.closed >= (limits.verdict.barely if followed else limits.partial.closes)
 
 
-def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
+def judge(choice: Choice, gaps: Mapping[str, Gap], signal: str, limits: Limits) -> Verdict:
     """The outcome for the headline signal; a choice that is not complete claims nothing.
+
+    Where another output keeps a visible part, names are not the whole answer, either.
 
     Args:
         choice: what the search has chosen.
-        gap: the gap of the headline signal on held-out logs.
+        gaps: the gap on held-out logs by output.
+        signal: the headline signal.
         limits: limits of the verdict.
 
     Returns:
@@ -69,7 +74,9 @@ def judge(choice: Choice, gap: Gap, limits: Limits) -> Verdict:
     """
     if not choice.complete:
         return "unknown"
-    return verdict(len(choice.best.names), bool(choice.alternatives), gap, limits)
+    outcome = verdict(len(choice.best.names), bool(choice.alternatives), gaps[signal], limits)
+    whole = not any(leaves_a_visible_part(gap, limits) for gap in gaps.values())
+    return "unknown" if outcome in CLAIMS and not whole else outcome
 
 
 def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:

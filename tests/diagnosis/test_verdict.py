@@ -17,8 +17,9 @@ def test_a_search_that_was_ended_claims_nothing() -> None:
     gap = Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0), 1.0)
     rival = (Hypothesis(("drive.bias",)),)
     for choice in (chosen("axis.coulomb"), chosen("axis.coulomb", alternatives=rival), chosen()):
-        assert judge(replace(choice, complete=False), gap, LIMITS) == "unknown"
-        assert judge(replace(choice, complete=False), Gap(1.0, 1.0, 1.0, None, None, None), LIMITS) == "unknown"
+        assert judge(replace(choice, complete=False), {"yaw_rad": gap}, "yaw_rad", LIMITS) == "unknown"
+        nothing = {"yaw_rad": Gap(1.0, 1.0, 1.0, None, None, None)}
+        assert judge(replace(choice, complete=False), nothing, "yaw_rad", LIMITS) == "unknown"
 
 
 def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
@@ -48,7 +49,24 @@ def chosen(*names: str, alternatives: tuple[Hypothesis, ...] = ()) -> Choice:
     ],
 )
 def test_the_outcomes_of_a_search(choice: Choice, gap: Gap, outcome: str) -> None:
-    assert judge(choice, gap, LIMITS) == outcome
+    assert judge(choice, {"yaw_rad": gap}, "yaw_rad", LIMITS) == outcome
+
+
+@pytest.mark.parametrize(
+    ("other", "outcome"),
+    [
+        (Gap(1.0, 1.0, 1.0, None, None, None), "effect"),
+        (Gap(0.0, 0.0, 0.0, None, None, None), "effect"),  # which is read and rests
+        (Gap(9.0, 1.9, 1.0, 0.9, None, None), "effect"),
+        (Gap(9.0, 2.1, 1.0, 0.9, None, None), "unknown"),
+        (Gap(4.0, 4.0, 1.0, 0.0, None, None), "unknown"),  # which the names do not touch
+    ],
+)
+def test_no_name_is_the_whole_answer_beside_another_output_that_keeps_a_visible_part(other: Gap, outcome: str) -> None:
+    gaps = {"yaw_rad": Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0), 1.0), "current_A": other}
+    assert judge(chosen("axis.coulomb"), gaps, "yaw_rad", LIMITS) == outcome
+    nothing = {"yaw_rad": Gap(1.0, 1.0, 1.0, None, None, None), "current_A": other}
+    assert judge(chosen(), nothing, "yaw_rad", LIMITS) == "none"
 
 
 def test_other_limits_give_another_outcome() -> None:
