@@ -30,7 +30,7 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> No
     if output is not None and rig is None:
         raise InputError(f"-o {output}: logs are written by a rig file; give it with --rig")
     if rig is None or (output is None and not (rig.sources or rig.columns)):
-        say("\n\n".join(_proposed(path, rig.kind if rig is not None else "platform") for path in files))
+        say("\n\n".join(_proposed(path, rig.kind if rig is not None else None) for path in files))
         return
     from rwjax.logs.convert import converted
     from rwjax.logs.write import write_log
@@ -56,13 +56,15 @@ def _stem(path: Path) -> str:
     return path.name.removesuffix(".gz").rpartition(".")[0] or path.name
 
 
-def _proposed(path: Path, kind: str) -> str:
-    """What a file holds, and a section for it."""
+def _proposed(path: Path, kind: str | None) -> str:
+    """What a file holds, and a section for it; without a kind of rig for the one that `init` takes."""
     from rwjax.errors import printable_lines
     from rwjax.logs.propose import description, proposal
     from rwjax.logs.read_sheet import read_sheet
+    from rwjax.methods.first_rig import Datasheet, kind_of
 
     sheet = read_sheet(path)
+    kind = kind or kind_of(sheet, Datasheet())
     head = f"{path}: {len(sheet.names)} columns"
     return printable_lines(
         "\n".join([head, *description(sheet), f"for a `{kind}` rig file:", "", proposal(sheet, kind)])

@@ -117,9 +117,9 @@ def split_of(rig: Rig, logs: Sequence[Log]) -> Split:
     kept = {one.log for one in found if not one.leaves} if rule != "marked" else set()
     held = {one.log for one in leaving}
     tried = [
-        one
+        _outside(rig, fold.train, fold.test[0])._replace(log=words)
         for fold, words in _others(logs, rule)
-        if (one := _outside(rig, fold.train, fold.test[0])._replace(log=words))
+        if _moves(fold.test[0], logs)
     ]
     covered = [one for one in tried if not one.leaves and one.log not in held]
     best = min(covered, key=lambda one: (one.log not in kept, one.share), default=None)
@@ -161,6 +161,20 @@ def _outside(rig: Rig, fitted: Sequence[Log], log: Log) -> Outside:
             Outside(log.name, "stretches without a command [share of the run]", still, (0.0, still), (0.0, max(driven)))
         )
     return next(one for one in found if one.share >= 0.9 * max(other.share for other in found))
+
+
+def _moves(log: Log, logs: Sequence[Log]) -> bool:
+    """Whether an output of a run, or of a part of one, changes by as much as a command would have to."""
+    return any(
+        _range(y) > STILL * max(_range(one.outputs[name]) for one in logs if name in one.outputs)
+        for name, y in log.outputs.items()
+    )
+
+
+def _range(values: np.ndarray) -> float:
+    """Distance from the least to the largest of the readings; 0 where there are none."""
+    seen = values[np.isfinite(values)]
+    return float(np.ptp(seen)) if len(seen) else 0.0
 
 
 def _still(log: Log, largest: float) -> float:

@@ -94,7 +94,7 @@ def first_rig(
     sheet = read_sheet(paths[0])
     _check_columns(sheet)
     guessed = kind is None and model is None
-    kind = "joint" if model else kind or _kind_of({*sheet.names}, {*proposed(sheet, "reaction")}, datasheet)
+    kind = "joint" if model else kind or kind_of(sheet, datasheet)
     lacks = _lacking(model) if model else ()
     section, columns = printable_lines(proposal(sheet, kind, lacks)), {*proposed(sheet, kind)} - {*lacks}
     if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
@@ -159,8 +159,17 @@ def _check_columns(sheet: Sheet) -> None:
     )
 
 
-def _kind_of(names: set[str], columns: set[str], datasheet: Datasheet) -> str:
-    """Kind of a rig by the names in its logs, by the columns of rwjax's that they are taken for, and by what is known of a motor."""
+def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
+    """Kind of a rig by the names in its logs, by the columns of rwjax's that they are taken for, and by what is known of a motor.
+
+    Args:
+        sheet: The columns of a log.
+        datasheet: What is known beforehand.
+
+    Returns:
+        One of `rwjax.kinds.ONE_AXIS`.
+    """
+    names, columns = {*sheet.names}, {*proposed(sheet, "reaction")}
     if names & {"position_rad", "command_Nm"}:
         return "joint"
     if "position_m" in names:

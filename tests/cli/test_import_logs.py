@@ -41,6 +41,14 @@ def test_without_a_section_one_is_proposed(tmp_path: Path, capsys: pytest.Captur
     assert (tmp_path / "logs" / "struct.csv").exists()
 
 
+def test_a_section_is_proposed_for_the_kind_of_rig_that_a_first_rig_file_would_have(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "servo.csv").write_text("time,position_rad,command_Nm\n0,0,0.1\n0.01,0.001,0.1\n0.02,0.002,0.2\n")
+    import_logs([tmp_path / "servo.csv"], None, None)
+    assert "for a `joint` rig file:" in capsys.readouterr().out
+
+
 def test_what_cannot_be_written_is_said_before_anything_is(tmp_path: Path) -> None:
     found = files(tmp_path)
     for output, given, message in (

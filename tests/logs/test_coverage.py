@@ -81,3 +81,12 @@ def test_of_a_single_run_another_third_is_proposed() -> None:
     found = split_of(platform(), [_run("one.csv", growing, growing)])
     assert found.outside[0].log.startswith("one.csv[") and found.proposed is not None
     assert "of one.csv in a file of its own" in found.proposed
+
+
+@pytest.mark.parametrize("rests", [False, True])
+def test_a_third_in_which_nothing_moves_is_not_proposed(rests: bool) -> None:
+    """It would be held out in vain: where the beginning rests, the middle is the only other part."""
+    size = np.where(TIME < 6.7, 0.0 if rests else 1.0, np.where(TIME < 13.4, 1.0, 3.0))
+    found = split_of(platform(), [_run("one.csv", size * np.sin(3.0 * TIME), size * np.cos(3.0 * TIME))])
+    assert found.outside[0].log.startswith("one.csv[") and found.proposed is not None
+    assert found.proposed.startswith("6.67 to 13.34 s" if rests else "0 to 6.67 s")
