@@ -32,7 +32,15 @@ from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import Settings
 from rwjax.diagnosis.uninformative import DROWNED, diverged_numbers, drowned, part_of, why_uninformative
-from rwjax.diagnosis.verdict import CLAIMS, Verdict, closes_in_part, judge, leaves_a_visible_part, stands_out
+from rwjax.diagnosis.verdict import (
+    CLAIMS,
+    Verdict,
+    closes_in_part,
+    judge,
+    leaves_a_visible_part,
+    left_elsewhere,
+    stands_out,
+)
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import UNIT, evidence_elsewhere, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
@@ -194,12 +202,9 @@ def _evidence(choice: Choice, outcome: _Outcome) -> list[str]:
     """The remark on a claim beside which another candidate has more evidence of the fitted runs."""
     if outcome.verdict not in CLAIMS or not choice.ranking:
         return []
-    first = choice.ranking[0][0]
-    return (
-        []
-        if first in (outcome.named, *outcome.alternatives)
-        else [evidence_elsewhere(" + ".join(first.names) or "the rig as it is", outcome.named.names)]
-    )
+    if (first := choice.ranking[0][0]) in (outcome.named, *outcome.alternatives):
+        return []
+    return [evidence_elsewhere(first.names)]
 
 
 def _which(fits: ModelFits, layout: Layout, strategy: Strategy, among: Asked) -> tuple[HeldOut, str, Choice]:
@@ -277,7 +282,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
         return _Further(judged, choice)
     compare = ModelComparison(fits)
     visible = compare.leaves_visible(choice.best)
-    if not visible and _judged(judged, choice, choice.best) != "unknown":
+    if not visible and _verdict_of(judged, choice) != "unknown":
         return _Further(judged, choice)
     try:
         with fits.headway.budget.searching():
@@ -299,9 +304,9 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     return _Further(judged, further, claim, refused, followed=not visible)
 
 
-def _judged(judged: Judged, choice: Choice, best: Hypothesis) -> Verdict:
-    """The outcome of a choice, its names in any order, by the held-out runs."""
-    return judge(choice, judged.gaps(judged(best)), judged.signal, judged.fits.settings.verdict)
+def _verdict_of(judged: Judged, choice: Choice) -> Verdict:
+    """The outcome of a choice by the held-out runs."""
+    return judge(choice, judged.gaps(judged(choice.best)), judged.signal, judged.fits.settings.verdict)
 
 
 def _beaten(judged: Judged, choice: Choice, claim: Claim) -> bool:
@@ -322,12 +327,14 @@ def _how_far(further: _Further) -> _Outcome:
     judged, choice = further.judged, further.choice
     fits, settings = judged.fits, judged.fits.settings
     best = _by_importance(choice.best, judged) if further.complete else choice.best
-    headline_gap = judged.gap_of(best)
-    verdict, named = _judged(judged, choice, best), best
+    gaps = judged.gaps(judged(best))
+    headline_gap, elsewhere = gaps[judged.signal], left_elsewhere(gaps, judged.signal, settings.verdict)
+    verdict, named = judge(choice, gaps, judged.signal, settings.verdict), best
     if not further.complete or (further.refused and not further.claim):
         verdict = "unknown"
-    elif verdict == "unknown" and further.claim and closes_in_part(headline_gap, settings, followed=further.followed):
-        verdict = "partial"
+    elif verdict == "unknown" and further.claim and not elsewhere:
+        part = closes_in_part(headline_gap, settings, followed=further.followed)
+        verdict = "partial" if part else "unknown"
     elif verdict == "effect" and further.claim and further.claim.alternatives:
         verdict = "ambiguous"
         choice = replace(choice, alternatives=further.claim.alternatives, equivalents=further.claim.equivalents)
@@ -406,14 +413,14 @@ def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
     judged, choice = further.judged, further.choice
     ranked, unit, most = [], UNIT[judged.signal], judged.fits.settings.report.ranked
-    beside, known = {outcome.named, *outcome.alternatives}, dict(choice.ranking)
+    beside = {outcome.named, *outcome.alternatives}
     if further.complete:
         judged.prepare([e for e, _ in choice.ranking[:most]])
     for k, (e, probability) in enumerate(choice.ranking):
         first = k < most
         leaves = judged.rms(e) if first and (further.complete or e == choice.best) else None
         told = first and e not in beside and outcome.verdict != "none"
-        likelier = probability > known.get(outcome.named, 0.0)
+        likelier = any(other == outcome.named for other, _ in choice.ranking[k + 1 :])
         after = judged.rms(outcome.named)
         why = why_not(leaves, outcome.named.names, after, unit, more_evidence=likelier) if told else None
         ranked.append(Ranked(" + ".join(e.names) or "none", probability, leaves, why))

@@ -111,10 +111,17 @@ class ModelComparison:
         Returns:
             The share [1] of the output where it is largest.
         """
+        return max(self._removed(hypothesis).values(), default=1.0)
+
+    def _removed(self, hypothesis: Hypothesis) -> dict[str, float]:
+        """The same share [1] of each output in which the rig's own error stands above the noise."""
         whole, left = self._seen(NOTHING), self._seen(hypothesis)
-        error = [[np.sqrt(max(s[y] / self._count[y], 1.0)) for s in (whole, left)] for y in whole]
-        shares = [(a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b)) for a, b in error if a > 1.0]
-        return max(shares, default=1.0)
+        error = {y: [np.sqrt(max(s[y] / self._count[y], 1.0)) for s in (whole, left)] for y in whole}
+        return {
+            y: (a - b) / (a - 1.0) if np.isfinite(a) else float(np.isfinite(b))
+            for y, (a, b) in error.items()
+            if a > 1.0
+        }
 
     def leaves_visible(self, hypothesis: Hypothesis) -> bool:
         """Whether a hypothesis leaves a visible part of the training runs.
@@ -123,9 +130,12 @@ class ModelComparison:
             hypothesis: the hypothesis.
 
         Returns:
-            True where it is as large as a gap that is looked into, and no small share of the error.
+            True where it is as large as a gap that is looked into, and no small share of the error of an output that is so large.
         """
-        return self.above_the_noise(hypothesis) and bool(self.removed(hypothesis) < self.fits.settings.verdict.several)
+        limits, left = self.fits.settings.verdict, self._seen(hypothesis)
+        removed, far = self._removed(hypothesis), [y for y in left if left[y] / self._count[y] - 1.0 >= limits.doubt**2]
+        least = min(removed.get(y, 0.0) for y in far) if far else max(removed.values(), default=1.0)
+        return self.above_the_noise(hypothesis) and bool(least < limits.several)
 
     def above_the_noise(self, hypothesis: Hypothesis) -> bool:
         """Whether a hypothesis leaves as much of the training runs as a gap that is looked into, however small a share of the error.

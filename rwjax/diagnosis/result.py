@@ -13,7 +13,7 @@ from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.localise.left_torque import LeftTorque
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
-from rwjax.diagnosis.verdict import CLAIMS, Verdict
+from rwjax.diagnosis.verdict import CLAIMS, Verdict, left_elsewhere
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import (
     UNIT,
@@ -146,7 +146,11 @@ class Diagnosis:
         if not self.complete:
             return unfinished_sentence(self.effects, len(self.untried), gap)
         known = "candidate asked for" if self.restricted else "effect of the library"
-        said = verdict_sentence(self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known)
+        other = left_elsewhere(self.gaps, self.signal, self.settings.verdict)
+        elsewhere = (other, self.gaps[other]) if other else None
+        said = verdict_sentence(
+            self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known, elsewhere
+        )
         claims = self.verdict in CLAIMS
         return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
 

@@ -183,7 +183,7 @@ class SearchSettings:
     leading_cost: float = _limit(1.5, "cost of those, against the least")
     from_all_places: tuple[int, ...] = _limit(
         (3, 1, 1),
-        "leading hypotheses, beside so many names, that are fitted from all their places where none suffices",
+        "leading hypotheses, beside so many names, that are fitted from all their places until one suffices and comes near the noise",
     )
     from_all_places_at_once: int = _limit(
         2,

@@ -37,8 +37,24 @@ def leaves_a_visible_part(gap: Gap, limits: Limits) -> bool:
     Returns:
         True where it stands above the floor by as much, however small a share of the gap it is.
     """
-    left = gap.after**2 - gap.floor**2
-    return bool(left > 0.0 and np.sqrt(left) >= limits.doubt * gap.floor)
+    return bool(np.sqrt(max(gap.after**2 - gap.floor**2, 0.0)) >= limits.doubt * gap.floor)
+
+
+def left_elsewhere(gaps: Mapping[str, Gap], signal: str, limits: Limits) -> str | None:
+    """The output that the named effects do not explain where they explain that of the headline.
+
+    Args:
+        gaps: the gap on held-out logs by output.
+        signal: the headline signal.
+        limits: limits of the verdict.
+
+    Returns:
+        Of the outputs that keep a visible part the one that stays most floors from its floor; None where the headline keeps one, or none does.
+    """
+    visible = [name for name, gap in gaps.items() if leaves_a_visible_part(gap, limits)]
+    return (
+        None if signal in visible else max(visible, key=lambda name: gaps[name].after / gaps[name].floor, default=None)
+    )
 
 
 def closes_in_part(gap: Gap, limits: Settings, *, followed: bool) -> bool:
@@ -75,8 +91,7 @@ def judge(choice: Choice, gaps: Mapping[str, Gap], signal: str, limits: Limits) 
     if not choice.complete:
         return "unknown"
     outcome = verdict(len(choice.best.names), bool(choice.alternatives), gaps[signal], limits)
-    whole = not any(leaves_a_visible_part(gap, limits) for gap in gaps.values())
-    return "unknown" if outcome in CLAIMS and not whole else outcome
+    return "unknown" if outcome in CLAIMS and left_elsewhere(gaps, signal, limits) else outcome
 
 
 def verdict(names: int, rivals: bool, gap: Gap, limits: Limits) -> Verdict:

@@ -52,6 +52,7 @@ def verdict_sentence(
     unit: str,
     uninformative: str | None,
     known: str = "effect of the library",
+    elsewhere: tuple[str, Gap] | None = None,
 ) -> str:
     """What a diagnosis says, as one sentence.
 
@@ -63,6 +64,7 @@ def verdict_sentence(
         unit: the signal's unit.
         uninformative: why the logs say nothing, None where they do.
         known: what each of the candidates is.
+        elsewhere: another output that the names leave far from its floor, and its gap; None where there is none.
 
     Returns:
         The sentence.
@@ -88,7 +90,11 @@ def verdict_sentence(
         )
     if effects:
         explain = "explains" if len(effects) == 1 else "together explain"
-        return f"Unknown: {_listed(effects)} {explain} {part}, but what is left stands above the floor, and no {known} was found that holds."
+        left = "what is left stands above the floor"
+        if elsewhere is not None:
+            name, other = elsewhere
+            left = f"{name} stays at {other.after:.3g} {UNIT[name]}, {other.after / other.floor:.2g} times its floor"
+        return f"Unknown: {_listed(effects)} {explain} {part}, but {left}, and no {known} was found that holds."
     return f"Unknown: a gap above the floor remains, and no {known} was found that explains it."
 
 
@@ -187,9 +193,12 @@ def why_not(
     """
     best = " + ".join(named) or "the rig as it is"
     if leaves is None:
-        return f"The training runs speak more for {best}."
+        return "It was not judged on held-out runs." if more_evidence else f"The training runs speak more for {best}."
     if leaves <= after and more_evidence:
-        return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, which was chosen by training runs left out in turn."
+        return (
+            f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, and the fitted runs alone speak more for it; "
+            "what is named has to stand other tests, too."
+        )
     if leaves <= after:
         return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
     if after == 0.0:
@@ -199,20 +208,17 @@ def why_not(
     return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."
 
 
-def evidence_elsewhere(first: str, named: tuple[str, ...]) -> str:
+def evidence_elsewhere(first: tuple[str, ...]) -> str:
     """That another candidate than what is claimed has the most evidence, as one sentence.
 
     Args:
-        first: the candidate with the most evidence, its names joined.
-        named: what is claimed.
+        first: the names of the candidate with the most evidence.
 
     Returns:
         The sentence.
     """
-    return (
-        f"by the evidence of the fitted runs alone {first} would lead; {' + '.join(named)} is claimed since such a claim is judged "
-        "by training runs left out in turn, too"
-    )
+    leader = " + ".join(first) or "the rig as it is"
+    return f"by the evidence of the fitted runs alone {leader} would lead; what is named has to stand other tests, too"
 
 
 def numbers_of(rig: Rig, rung: Rung) -> list[str]:

@@ -151,7 +151,11 @@ def uncertainty(fitted: Fit) -> Uncertainty:
     ]
     diagonal = np.sqrt(np.maximum(np.diag(A), 0.0))
     silent = diagonal <= SILENT * max(np.max(diagonal, initial=0.0), 1e-300)
-    notes += [f"{name} leaves no trace in these logs" for name, s in zip(names, silent & ~on_bound, strict=True) if s]
+    notes += [
+        f"a small change of {name} leaves no trace in these logs"
+        for name, s in zip(names, silent & ~on_bound, strict=True)
+        if s
+    ]
     use = np.flatnonzero(~(on_bound | silent))
     covariance, inflation = np.full((len(names), len(names)), np.inf), np.ones(len(names))
     if len(use):

@@ -205,7 +205,7 @@ def compare(
     Args:
         rig: The rig with its free numbers.
         logs: The logs.
-        progress: Is told what is fitted next, and how much comes after it.
+        progress: Is told the method that is fitted or judged and, of several, the held-out part.
         solver: Solver whose free runs judge; if it is smooth, the method `smooth` fits through it.
         segments: Length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the
             rig and the logs without it. Methods without a free run take whole runs.
@@ -234,7 +234,8 @@ def compare(
             seconds = perf_counter() - begin
             judged = []
             for fold, split in enumerate(splits, start=1):
-                progress(f"{told}: held-out part {fold} of {len(splits)}")
+                if len(splits) > 1:
+                    progress(f"{told}: held-out part {fold} of {len(splits)}")
                 whole = len(split.train) == len(train) and all(a is b for a, b in zip(split.train, train, strict=True))
                 fitted = found.rig if whole else identify(found.rig, split.train).rig
                 judged += _judged(fitted, split.test, found.solver or by)

@@ -114,3 +114,33 @@ def test_what_is_no_noise_ties_within_a_tenth_unless_an_output_at_the_noise_tell
         lambda _: {name: count * mean for name, mean in zip(turning, next(looked_at), strict=True)},
     )
     assert compare.ties(one, other) == tie
+
+
+@pytest.mark.parametrize(
+    ("angle", "rate", "visible"),
+    [
+        ((2500.0, 1.2), (1600.0, 1600.0), True),  # the name explains one output and does not touch the other
+        ((2500.0, 1.2), (1600.0, 1.2), False),
+        ((2500.0, 5.0), (1600.0, 1.2), False),  # a twentieth of the error at most, however far from the noise
+        ((2500.0, 100.0), (1600.0, 1.2), True),
+        ((2500.0, 3.0), (1.0, 3.0), False),  # little of either, but together as much as a gap that is looked into
+        ((2500.0, 1.2), (1.0, 6.0), True),  # which the rig itself explained
+    ],
+)
+def test_what_is_left_is_visible_where_an_output_keeps_more_than_a_twentieth_of_its_error(
+    monkeypatch: pytest.MonkeyPatch, angle: tuple[float, float], rate: tuple[float, float], visible: bool
+) -> None:
+    rig, one = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",))
+    log = true_log(rig, **{"axis.coulomb": {"M_c": 0.03}})
+    turning = log.outputs | {"yaw_rad_s": np.gradient(log.outputs["yaw_rad"], log.time)}
+    fits = fits_of(rig, replace(log, outputs=turning))
+    fits(NOTHING)
+    SuccessiveHalving(fits).fit([one], NOTHING)
+    compare, count = ModelComparison(fits), float(len(log.time))
+    looked_at = iter(zip(angle, rate, strict=True))  # mean squares, those of the rig as it is first
+    monkeypatch.setattr(
+        "rwjax.diagnosis.model_comparison.sums_of_squares",
+        lambda _: {name: count * mean for name, mean in zip(turning, next(looked_at), strict=True)},
+    )
+    assert compare.excess(NOTHING) > compare.excess(one)
+    assert compare.leaves_visible(one) == visible

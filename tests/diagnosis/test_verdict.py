@@ -8,7 +8,7 @@ from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.settings import Limits, Settings
-from rwjax.diagnosis.verdict import closes_in_part, judge, stands_out, verdict
+from rwjax.diagnosis.verdict import closes_in_part, judge, left_elsewhere, stands_out, verdict
 
 LIMITS = Limits()
 
@@ -56,7 +56,6 @@ def test_the_outcomes_of_a_search(choice: Choice, gap: Gap, outcome: str) -> Non
     ("other", "outcome"),
     [
         (Gap(1.0, 1.0, 1.0, None, None, None), "effect"),
-        (Gap(0.0, 0.0, 0.0, None, None, None), "effect"),  # which is read and rests
         (Gap(9.0, 1.9, 1.0, 0.9, None, None), "effect"),
         (Gap(9.0, 2.1, 1.0, 0.9, None, None), "unknown"),
         (Gap(4.0, 4.0, 1.0, 0.0, None, None), "unknown"),  # which the names do not touch
@@ -65,8 +64,9 @@ def test_the_outcomes_of_a_search(choice: Choice, gap: Gap, outcome: str) -> Non
 def test_no_name_is_the_whole_answer_beside_another_output_that_keeps_a_visible_part(other: Gap, outcome: str) -> None:
     gaps = {"yaw_rad": Gap(5.0, 1.1, 1.0, 0.97, (0.95, 1.0), 1.0), "current_A": other}
     assert judge(chosen("axis.coulomb"), gaps, "yaw_rad", LIMITS) == outcome
-    nothing = {"yaw_rad": Gap(1.0, 1.0, 1.0, None, None, None), "current_A": other}
-    assert judge(chosen(), nothing, "yaw_rad", LIMITS) == "none"
+    assert left_elsewhere(gaps, "yaw_rad", LIMITS) == (None if outcome == "effect" else "current_A")
+    both = gaps | {"yaw_rad": Gap(9.0, 3.0, 1.0, 0.75, None, None)}
+    assert left_elsewhere(both, "yaw_rad", LIMITS) is None  # the headline itself keeps a part, which is what is told
 
 
 def test_other_limits_give_another_outcome() -> None:

@@ -134,7 +134,10 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
         why_not(0.03, ("a",), 0.0, "rad") == "It leaves 0.03 rad on held-out runs, and a leaves nothing."
     )  # an axis at rest
     likelier = why_not(0.009, ("a",), 0.01, "rad", more_evidence=True)
-    assert likelier.startswith("It leaves 0.009 rad of the held-out runs, no more than a, which was chosen by")
+    assert likelier.startswith(
+        "It leaves 0.009 rad of the held-out runs, no more than a, and the fitted runs alone speak"
+    )
+    assert why_not(None, ("a",), 0.01, "rad", more_evidence=True) == "It was not judged on held-out runs."
     assert why_not(None, ("a",), 0.01, "rad") == "The training runs speak more for a."
 
 
@@ -170,4 +173,12 @@ def test_units() -> None:
         UNIT["yaw_rad_s"] == UNIT["wheel_2_rad_s"] == "rad/s"
         and UNIT["pitch_rad"] == "rad"
         and UNIT["current_1_A"] == "A"
+    )
+
+
+def test_another_output_that_stays_far_off_is_named() -> None:
+    other = ("current_A", Gap(4.0, 4.0, 1.0, 0.0, None, None))
+    said = verdict_sentence("unknown", ("axis.coulomb",), (), GAP, "rad", None, elsewhere=other)
+    assert said.endswith(
+        ", but current_A stays at 4 A, 4 times its floor, and no effect of the library was found that holds."
     )

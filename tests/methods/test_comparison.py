@@ -22,7 +22,7 @@ def test_the_comparison_judges_all_methods_on_the_same_held_out_run(tmp_path) ->
     found = compare(truth.with_values({"axis.inertia": 0.12}), logs, told.append)
     assert told[0] == f"method 1 of 7, {METHODS[0].name}"
     assert told[-1] == f"method 7 of 7, {METHODS[-1].name}"  # which cannot be used on these logs
-    assert f"method 1 of 7, {METHODS[0].name}: held-out part 1 of 1" in told
+    assert len(told) == 7  # of one held-out part nothing more is to be said
     assert [row.method.name for row in found.rows] == [method.name for method in METHODS]
     assert len(METHODS) == 7
     assert found.held_out == "marked"

@@ -264,8 +264,8 @@ class Search:
     def _fit_thoroughly(self, tried: list[Hypothesis], parent: Hypothesis, enough: float) -> None:
         """Carries the leading hypotheses on, from all of their places and by exact derivatives, until one suffices.
 
-        Where all are above the noise, the leading ones are fitted from all places in any case. Which of them leads is then a matter of
-        small differences, and one may have come to a place that is not its best.
+        From all places the leading ones are fitted until one comes near the noise, however little of the rig's own excess they leave: which
+        of them leads above it is a matter of small differences, and one may have come to a place that is not its best.
         """
         limits, beside = self.limits, len(parent.names)
         searched = self._by_cost(tried)[: limits.from_all_places[beside]]
