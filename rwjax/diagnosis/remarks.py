@@ -54,6 +54,8 @@ def remarks(
         sizes = np.unique(np.abs(np.concatenate([logs[k].at_drive for k in train])))
         found += _on_threshold(*widths[0], sizes, limits)
     found += said(logs)
+    if fits[0] is not base:
+        found += _far_from_the_file(rig, fits[0], limits.far)
     if diverged:
         found.append(
             f"{', '.join(diverged)}: more than {limits.diverged:g} times what the rig file says, so that part hardly moves in "
@@ -66,6 +68,20 @@ def remarks(
     if len(train) == 1:
         found.append("one run was fitted: nothing says how well runs repeat, so the floor is a lower bound")
     return tuple(found)
+
+
+def _far_from_the_file(rig: Rig, named: Fit, far: float) -> list[str]:
+    """The remark on free numbers that are far from the rig file's beside what is named, the farthest first."""
+    numbers, said = named.numbers(), rig.values
+    times = {name: numbers[name] / said[name] for name in rig.free if name in numbers and said.get(name, 0.0) > 0.0}
+    away = {name: x for name, x in times.items() if x > 0.0 and not 1.0 / far <= x <= far}
+    if not away:
+        return []
+    order = sorted(away, key=lambda name: -abs(np.log(away[name])))
+    told = ", ".join(f"{name} ({away[name]:.2g} times)" for name in order)
+    return [
+        f"with what is named, numbers are far from the rig file's: {told}; where that cannot be, the name stands in for something else"
+    ]
 
 
 def _on_threshold(effect: str, width: float, sizes: np.ndarray, limits: RemarkSettings) -> list[str]:

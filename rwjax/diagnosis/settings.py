@@ -398,6 +398,10 @@ class RemarkSettings:
     diverged: float = _limit(
         1e4, "times the rig file's value above which a fitted number says that its part does not move in these logs"
     )
+    far: float = _limit(
+        5.0,
+        "factor between a free number beside what is named and the rig file's above which the name may stand in for something else",
+    )
     moves: float = _limit(
         4.0,
         "range of the readings' running mean, in units of their noise, that tells of a motion: white noise stays below 2, a counter "

@@ -32,6 +32,32 @@ def test_numbers_that_diverged_and_values_of_each_run_are_remarked_on() -> None:
     assert any(one.startswith("axis.inertia: one value for all runs") for one in said)
 
 
+def test_numbers_far_from_the_files_beside_a_name_are_remarked_on_and_others_are_not() -> None:
+    rig, named = (
+        platform("viscous = 0.02", free='"axis.inertia", "axis.friction.viscous"'),
+        Hypothesis(("axis.coulomb",)),
+    )
+    log = true_log(rig, **{"axis.coulomb": {"M_c": 0.03}})
+    fits = fits_of(rig, log)
+    base = fits(Hypothesis())
+    SuccessiveHalving(fits).fit([named], Hypothesis())
+
+    def said(inertia: float, viscous: float) -> list[str]:
+        values = {"axis.inertia": rig.values["axis.inertia"] * inertia, "axis.friction.viscous": 0.02 * viscous}
+        moved_to(fits, named, values)
+        return [
+            one
+            for one in remarks(rig, [log], [0], base, [fits.known(named)], uncertainty(base), (), RemarkSettings())
+            if one.startswith("with what is named")
+        ]
+
+    assert said(4.9, 0.21) == []
+    assert said(6.0, 0.1) == [
+        "with what is named, numbers are far from the rig file's: axis.friction.viscous (0.1 times), axis.inertia (6 times); "
+        "where that cannot be, the name stands in for something else"
+    ]
+
+
 def test_a_dead_zone_between_two_commands_is_remarked_on() -> None:
     rig, named = platform("viscous = 0.02"), Hypothesis(("drive.deadzone",))
     steps = 0.9 * np.sign(np.sin(1.7 * TIME)) * (TIME > 0.6)
