@@ -329,12 +329,12 @@ def _how_far(further: _Further) -> _Outcome:
     best = _by_importance(choice.best, judged) if further.complete else choice.best
     gaps = judged.gaps(judged(best))
     headline_gap, elsewhere = gaps[judged.signal], left_elsewhere(gaps, judged.signal, settings.verdict)
+    closes = closes_in_part(headline_gap, settings, followed=further.followed)
     verdict, named = judge(choice, gaps, judged.signal, settings.verdict), best
     if not further.complete or (further.refused and not further.claim):
         verdict = "unknown"
-    elif verdict == "unknown" and further.claim and not elsewhere:
-        part = closes_in_part(headline_gap, settings, followed=further.followed)
-        verdict = "partial" if part else "unknown"
+    elif verdict == "unknown" and further.claim and not elsewhere and closes:
+        verdict = "partial"
     elif verdict == "effect" and further.claim and further.claim.alternatives:
         verdict = "ambiguous"
         choice = replace(choice, alternatives=further.claim.alternatives, equivalents=further.claim.equivalents)
@@ -413,7 +413,7 @@ def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
     judged, choice = further.judged, further.choice
     ranked, unit, most = [], UNIT[judged.signal], judged.fits.settings.report.ranked
-    beside = {outcome.named, *outcome.alternatives}
+    beside, after = {outcome.named, *outcome.alternatives}, judged.rms(outcome.named)
     if further.complete:
         judged.prepare([e for e, _ in choice.ranking[:most]])
     for k, (e, probability) in enumerate(choice.ranking):
@@ -421,7 +421,6 @@ def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
         leaves = judged.rms(e) if first and (further.complete or e == choice.best) else None
         told = first and e not in beside and outcome.verdict != "none"
         likelier = any(other == outcome.named for other, _ in choice.ranking[k + 1 :])
-        after = judged.rms(outcome.named)
         why = why_not(leaves, outcome.named.names, after, unit, more_evidence=likelier) if told else None
         ranked.append(Ranked(" + ".join(e.names) or "none", probability, leaves, why))
     return tuple(ranked)

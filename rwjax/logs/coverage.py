@@ -25,7 +25,7 @@ MARGIN = 0.1
 SPAN_S = 0.1
 """Time over which the change of an angle or of a command is taken [s]."""
 STILL = 0.02
-"""Share of the largest command up to which a command is none [1]."""
+"""Share of the largest command, or of the whole range of an output, up to which there is none [1]."""
 NOT_STILL = 0.01
 """Share of samples without a command below which fitted runs are always driven [1]."""
 
@@ -164,7 +164,7 @@ def _outside(rig: Rig, fitted: Sequence[Log], log: Log) -> Outside:
 
 
 def _moves(log: Log, logs: Sequence[Log]) -> bool:
-    """Whether an output of a run, or of a part of one, changes by as much as a command would have to."""
+    """Whether an output of a run, or of a part of one, changes by more than a trifle of its range in all runs."""
     return any(
         _range(y) > STILL * max(_range(one.outputs[name]) for one in logs if name in one.outputs)
         for name, y in log.outputs.items()
