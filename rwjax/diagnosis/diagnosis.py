@@ -38,7 +38,6 @@ from rwjax.diagnosis.verdict import (
     closes_in_part,
     judge,
     leaves_a_visible_part,
-    left_elsewhere,
     stands_out,
 )
 from rwjax.diagnosis.waterfall import Rung
@@ -328,12 +327,12 @@ def _how_far(further: _Further) -> _Outcome:
     fits, settings = judged.fits, judged.fits.settings
     best = _by_importance(choice.best, judged) if further.complete else choice.best
     gaps = judged.gaps(judged(best))
-    headline_gap, elsewhere = gaps[judged.signal], left_elsewhere(gaps, judged.signal, settings.verdict)
+    headline_gap = gaps[judged.signal]
     closes = closes_in_part(headline_gap, settings, followed=further.followed)
     verdict, named = judge(choice, gaps, judged.signal, settings.verdict), best
     if not further.complete or (further.refused and not further.claim):
         verdict = "unknown"
-    elif verdict == "unknown" and further.claim and not elsewhere and closes:
+    elif verdict == "unknown" and further.claim and closes:
         verdict = "partial"
     elif verdict == "effect" and further.claim and further.claim.alternatives:
         verdict = "ambiguous"

@@ -3,9 +3,9 @@
 Everything is decided on training runs. A name holds where
 
 * it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
-  both residuals allow;
-* every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
-  better with it than without;
+  both residuals allow, or since the runs that were left out are followed far better with it, as no noise of other runs can do;
+* every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), or are followed well by what the other runs
+  ask for; two runs at least tell how much, or one and the held-out runs; and no run that was left out is followed worse with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
   in which the library's other laws of the coordinate stand for it, those with which left-out runs are followed better;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -16,7 +16,7 @@ Everything is decided on training runs. A name holds where
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -164,13 +164,14 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     fits = left_out.fits
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
-    if _gain(fits, best, smaller) <= limits.needed:
+    if not _needed(left_out, best, smaller):
         return "it is not needed beside a remainder that is coloured noise"
     parts = amplitudes(fits, best, smaller)
-    if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
+    if any(_speaks_against(left_out, best, smaller, a) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
     telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
-    if len(telling) < limits.runs:
+    held_out = 0 < len(telling) < limits.runs and _little(left_out.held_out_excess, best, smaller, limits)
+    if len(telling) + held_out < limits.runs:
         return "too few runs tell how much of it they ask for"
     with_it, without = left_out(best), left_out(smaller)
     if any(with_it[run] > limits.harms * without[run] for run in telling):
@@ -196,23 +197,24 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
-    little = np.isfinite(excess(smaller)) and excess(best) <= limits.little * excess(smaller)
+    little = any(_little(e, best, smaller, limits) for e in (excess, by_runs.left_out.excess))
     left = None if little else law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
     most = limits.further_law_of_little if little else limits.further_law
     for other, (share, e) in _further(fits, best).items():
         explains = share > most and _akin(other, name) and by_runs.follows_better(e, best)
-        if explains and not _stays(fits, best, e, name):
+        if explains and not _stays(by_runs.left_out, best, e, name):
             return "a further law of its coordinate removes part of what it leaves, and changes it"
     return None
 
 
-def _stays(fits: ModelFits, best: Hypothesis, larger: Hypothesis, name: str) -> bool:
+def _stays(left_out: LeftOut, best: Hypothesis, larger: Hypothesis, name: str) -> bool:
     """Whether a name is what it is beside a further law: as much of it, needed, and asked for alike by all runs.
 
     A small cause of the same coordinate may stand beside it. What has another form than what is missing gives way to such a law.
     """
+    fits = left_out.fits
     if name not in larger.names:
         return False
     fitted(fits, larger)
@@ -221,7 +223,7 @@ def _stays(fits: ModelFits, best: Hypothesis, larger: Hypothesis, name: str) -> 
         np.linalg.norm(after[unit] - old) > fits.settings.partial.differs * np.linalg.norm(old)
         for unit, old in before.items()
     )
-    return not any(moved) and _asked_alike(fits, larger, name)
+    return not any(moved) and _asked_alike(left_out, larger, name)
 
 
 def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np.ndarray]:
@@ -234,6 +236,31 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
         if not p.of_form:
             found.setdefault(p.unit, []).append(numbers[f"{name}.{number}"])
     return {unit: np.array(values) for unit, values in found.items()}
+
+
+def _needed(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
+    """Whether a name is needed beside a remainder that is coloured noise: by its gain, or by the runs to which it was not fitted."""
+    limits = left_out.fits.settings.partial
+    return _gain(left_out.fits, larger, smaller) > limits.needed or _little(left_out.excess, larger, smaller, limits)
+
+
+def _little(
+    excess: Callable[[Hypothesis], float], larger: Hypothesis, smaller: Hypothesis, limits: PartialSettings
+) -> bool:
+    """Whether a name leaves little of what is left without it, by an excess of some runs."""
+    without = excess(smaller)
+    return bool(0.0 < without < np.inf and excess(larger) <= limits.little * without)
+
+
+def _speaks_against(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis, part: Amplitude) -> bool:
+    """Whether a part asks for another amount of a name, and is no run that is followed well by what the other runs ask for."""
+    limits = left_out.fits.settings.partial
+    if part.weight < limits.weighs or not _differs(part, limits):
+        return False
+    if part.run not in left_out.runs:
+        return True
+    with_it, without = (left_out(e)[part.run] for e in (larger, smaller))
+    return with_it > (1.0 - limits.closes) ** 2 * without
 
 
 def _differs(part: Amplitude, limits: PartialSettings) -> bool:
@@ -319,11 +346,12 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     excess, same = search.comparison.excess, _same(search, best)
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
-    followed = search.by_runs.left_out.excess
-    search.by_runs.left_out.prepare(near)
+    left_out = search.by_runs.left_out
+    followed = left_out.excess
+    left_out.prepare(near)
     most = search.fits.settings.partial.as_much * max(followed(best), search.limits.nothing_left)
     near = [e for e in near if followed(e) < most]
-    return [e for e in near if all(_asked_alike(search.fits, e, name) for name in _apart(e, best.names).names)]
+    return [e for e in near if all(_asked_alike(left_out, e, name) for name in _apart(e, best.names).names)]
 
 
 def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -340,13 +368,14 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
     return simplest([e for e in rivals if likelihood(e) > least or not np.isfinite(least)])
 
 
-def _asked_alike(fits: ModelFits, hypothesis: Hypothesis, name: str) -> bool:
+def _asked_alike(left_out: LeftOut, hypothesis: Hypothesis, name: str) -> bool:
     """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it."""
-    limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
+    fits = left_out.fits
+    smaller = _without(fits, hypothesis, name)
     fitted(fits, smaller)
-    if _gain(fits, hypothesis, smaller) <= limits.needed:
+    if not _needed(left_out, hypothesis, smaller):
         return False
-    return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
+    return not any(_speaks_against(left_out, hypothesis, smaller, a) for a in amplitudes(fits, hypothesis, smaller))
 
 
 def _beside(

@@ -83,18 +83,18 @@ def verdict_sentence(
     if verdict == "ambiguous":
         return f"{either[0].upper()}{either[1:]}: these logs cannot tell them apart."
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
+    other, left = elsewhere or ("", gap)
+    stays, times = f"{left.after:.3g} {UNIT[other] if other else unit}", f"{left.after / left.floor:.2g} times"
     if verdict == "partial":
+        of = f" of {other}" if other else ""
         return (
-            f"Only in part: {either}; this closes {part} on held-out runs, and for the {gap.after:.3g} {unit} that stay "
-            f"({gap.after / gap.floor:.2g} times the floor) no {known} was found that holds."
+            f"Only in part: {either}; this closes {part} on held-out runs, and for the {stays}{of} that stay "
+            f"({times} the floor) no {known} was found that holds."
         )
     if effects:
         explain = "explains" if len(effects) == 1 else "together explain"
-        left = "what is left stands above the floor"
-        if elsewhere is not None:
-            name, other = elsewhere
-            left = f"{name} stays at {other.after:.3g} {UNIT[name]}, {other.after / other.floor:.2g} times its floor"
-        return f"Unknown: {_listed(effects)} {explain} {part}, but {left}, and no {known} was found that holds."
+        stands = f"{other} stays at {stays}, {times} its floor" if other else "what is left stands above the floor"
+        return f"Unknown: {_listed(effects)} {explain} {part}, but {stands}, and no {known} was found that holds."
     return f"Unknown: a gap above the floor remains, and no {known} was found that explains it."
 
 

@@ -45,6 +45,39 @@ def test_a_name_of_which_every_run_asks_for_another_amount_does_not_hold() -> No
     assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": why})
 
 
+def test_a_name_by_which_the_other_runs_are_followed_is_needed_whatever_its_gain() -> None:
+    search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, SPRING)
+    coloured = "it is not needed beside a remainder that is coloured noise"
+    for little, of_dry_friction in ((PartialSettings().little, None), (0.0, coloured)):
+        search.fits.settings = replace(Settings(), partial=PartialSettings(needed=np.inf, little=little))
+        assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == of_dry_friction
+        assert why_not_in_every_run(search.by_runs.left_out, SPRING, "axis.spring") == coloured
+
+
+@pytest.mark.parametrize(
+    ("run", "why"), [(1, None), (None, "runs or sizes of the command ask for different amounts of it")]
+)
+def test_a_run_that_the_amount_of_the_others_explains_does_not_speak_against_a_name(
+    monkeypatch: pytest.MonkeyPatch, run: int | None, why: str | None
+) -> None:
+    """What else is missing there asks for more of it, but is small beside it."""
+    search = searched([run_of(k, PUSHED) for k in range(3)], BIAS)
+    parts = [Amplitude(1.0, 0.01, 0.4, 0), Amplitude(1.4, 0.05, 0.2, run), Amplitude(1.0, 0.01, 0.4, 2)]
+    monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
+    assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
+
+
+@pytest.mark.parametrize(("held_out", "why"), [(PUSHED, None), ({}, "too few runs tell how much of it they ask for")])
+def test_a_held_out_run_that_follows_stands_for_one_that_tells(
+    monkeypatch: pytest.MonkeyPatch, held_out: dict, why: str | None
+) -> None:
+    logs = [run_of(k, truth) for k, truth in enumerate((PUSHED, PUSHED, held_out))]
+    search = searched(logs, BIAS, train=(0, 1))
+    parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(1.0, 0.9, 0.01, 1)]
+    monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
+    assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
+
+
 def test_one_run_is_too_few_to_say_that_every_run_agrees() -> None:
     search = searched([run_of(0, PUSHED)], BIAS, SPRING)
     assert why_not(search, BIAS, "axis.bias_torque") == "too few runs tell how much of it they ask for"

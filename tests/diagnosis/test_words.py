@@ -182,3 +182,7 @@ def test_another_output_that_stays_far_off_is_named() -> None:
     assert said.endswith(
         ", but current_A stays at 4 A, 4 times its floor, and no effect of the library was found that holds."
     )
+    said = verdict_sentence("partial", ("axis.coulomb",), (), GAP, "rad", None, elsewhere=other)
+    assert said.endswith(
+        ", and for the 4 A of current_A that stay (4 times the floor) no effect of the library was found that holds."
+    )
