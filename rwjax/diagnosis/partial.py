@@ -3,7 +3,7 @@
 Everything is decided on training runs. A name holds where
 
 * it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
-  both residuals allow, or since the runs that were left out are followed far better with it, as no noise of other runs can do;
+  both residuals allow, or since it leaves little of the runs, also of those to which it was not fitted, as no noise of other runs can do;
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), or are followed well by what the other runs
   ask for; two runs at least tell how much, or one and the held-out runs; and no run that was left out is followed worse with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
@@ -197,7 +197,8 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
-    little = any(_little(e, best, smaller, limits) for e in (excess, by_runs.left_out.excess))
+    runs = excess, by_runs.left_out.excess, by_runs.left_out.held_out_excess
+    little = any(_little(e, best, smaller, limits) for e in runs)
     left = None if little else law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
@@ -239,9 +240,10 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
 
 
 def _needed(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
-    """Whether a name is needed beside a remainder that is coloured noise: by its gain, or by the runs to which it was not fitted."""
-    limits = left_out.fits.settings.partial
-    return _gain(left_out.fits, larger, smaller) > limits.needed or _little(left_out.excess, larger, smaller, limits)
+    """Whether a name is needed beside a remainder that is coloured noise: by its gain, or since it leaves little of all runs, left out or not."""
+    fits = left_out.fits
+    limits, every = fits.settings.partial, (ModelComparison(fits).excess, left_out.excess)
+    return _gain(fits, larger, smaller) > limits.needed or all(_little(e, larger, smaller, limits) for e in every)
 
 
 def _little(
