@@ -38,6 +38,7 @@ from rwjax.diagnosis.verdict import (
     closes_in_part,
     judge,
     leaves_a_visible_part,
+    left_elsewhere,
     stands_out,
 )
 from rwjax.diagnosis.waterfall import Rung
@@ -309,16 +310,21 @@ def _verdict_of(judged: Judged, choice: Choice) -> Verdict:
 
 
 def _beaten(judged: Judged, choice: Choice, claim: Claim) -> bool:
-    """Whether another explanation than those of a claim leaves so much less of the held-out runs that the claim stands in for something else."""
-    gap, settings = judged.gap_of(claim.named), judged.fits.settings
+    """Whether another explanation than those of a claim, or the rig as it is, leaves so much less that the claim stands in for something else.
+
+    What counts are held-out runs, and the output that keeps a visible part.
+    """
+    settings, gaps = judged.fits.settings, judged.gaps(judged(claim.named))
+    signal = left_elsewhere(gaps, judged.signal, settings.verdict) or judged.signal
+    gap = gaps[signal]
     if not leaves_a_visible_part(gap, settings.verdict):
         return False
     own = (claim.named, *claim.alternatives)
-    first = [e for e, _ in choice.ranking[: settings.report.ranked]]
+    first = [NOTHING, *(e for e, _ in choice.ranking[: settings.report.ranked])]
     others = [e for e in first if not any(e == one or e.contains(one) for one in own)]
     judged.prepare(others)
     most = (1.0 - settings.search.further_removes) * (gap.after**2 - gap.floor**2)
-    return any(judged.rms(e) ** 2 - gap.floor**2 < most for e in others)
+    return any(judged(e).rms(signal) ** 2 - gap.floor**2 < most for e in others)
 
 
 def _how_far(further: _Further) -> _Outcome:
@@ -368,13 +374,15 @@ def _rivals(outcome: _Outcome, most: int) -> list[Hypothesis]:
 
 
 def _left(judged: Judged, outcome: _Outcome) -> Left:
-    """What the claimed names leave, and where: in the coordinate of the further name that removes most of it."""
-    fits, named, gap = judged.fits, outcome.named, outcome.gaps[judged.signal]
+    """What the claimed names leave of the output that stays, and where: in the coordinate of the further name that removes most of it."""
+    fits, named = judged.fits, outcome.named
+    signal = left_elsewhere(outcome.gaps, judged.signal, fits.settings.verdict) or judged.signal
+    gap = outcome.gaps[signal]
     share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
     shares = further_laws(fits, named)
     where = locate(fits(named), fits.train, shares, None, fits.settings.localisation, deep=False)
     most = fits.settings.report.windows
-    windows = worst_windows(_told(where, fits(named)), outcome.after, judged.layout.logs, judged.signal, most)
+    windows = worst_windows(_told(where, fits(named)), outcome.after, judged.layout.logs, signal, most)
     return Left(share, where, windows)
 
 

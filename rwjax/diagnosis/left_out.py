@@ -1,11 +1,10 @@
-"""Left-out runs: how a hypothesis follows each training run when it is fitted to the other ones, and the held-out runs.
+"""Left-out runs: how a hypothesis follows each training run when it is fitted to the other ones.
 
 An effect with several numbers can follow a run that holds nearly all of the error, as a free swing among runs of a stiff loop does, and say
 nothing of the others. What it leaves of that run where it was fitted to the others shows it.
 """
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -33,11 +32,14 @@ class LeftOut:
 
     def __init__(self, fits: ModelFits) -> None:
         self.fits = fits
-        run, train = runs_of(fits.problem.logs), np.array(fits.train)
-        runs = {int(n): tuple(map(int, train[run[train] == n])) for n in np.unique(run[train])}
+        train, run = np.array(fits.train), runs_of(fits.problem.logs)[list(fits.train)]
+        runs = {int(n): tuple(map(int, train[run == n])) for n in np.unique(run)}
         self.runs = runs if len(runs) > 1 else {}
-        others = [int(n) for n in np.unique(run) if int(n) not in runs] if self.runs else []
-        self._held_out = {n: tuple(map(int, np.flatnonzero(run == n))) for n in others}
+        self._readings = dict[str, int]()
+        for logs in self.runs.values():
+            for k in logs:
+                for name, y in fits.problem.logs[k].outputs.items():
+                    self._readings[name] = self._readings.get(name, 0) + int(np.isfinite(y).sum())
         self._known: dict[Hypothesis, tuple[Fit, dict[int, dict[str, float]]]] = {}
 
     def __call__(self, hypothesis: Hypothesis) -> dict[int, float]:
@@ -49,8 +51,7 @@ class LeftOut:
         Returns:
             Sum of squared errors [noise²] by the run's number; none where there is one run alone.
         """
-        squares = self._squares_of(hypothesis)
-        return {run: sum(squares[run].values()) for run in self.runs}
+        return {run: sum(squares.values()) for run, squares in self._squares_of(hypothesis).items()}
 
     def prepare(self, hypotheses: Sequence[Hypothesis]) -> None:
         """Works out the errors of several hypotheses side by side, which carries their fits to the end.
@@ -63,16 +64,15 @@ class LeftOut:
         new = [e for e in dict.fromkeys(hypotheses) if e not in self._known or self._known[e][0] is not fits(e)]
         if new and self.runs:
             fits.headway.say(f"runs left out in turn, explanations: {len(new)}")
-        runs = self.runs | self._held_out
-        cases = [(e, [k for k in fits.train if k not in logs]) for e in new for logs in runs.values()]
+        cases = [(e, [k for k in fits.train if k not in logs]) for e in new for logs in self.runs.values()]
         judged = [
             Task(problem, partial(predicted, problem, theta, logs, with_floor=False))
-            for (e, _), logs, theta in zip(cases, [*runs.values()] * len(new), refitted(fits, cases), strict=True)
+            for (e, _), logs, theta in zip(cases, [*self.runs.values()] * len(new), refitted(fits, cases), strict=True)
             for problem in [fits.problem_of(e)]
         ]
         found = iter(fits.together(judged))
         for e in new:
-            self._known[e] = fits(e), {n: self._squares(next(found)) for n in runs}
+            self._known[e] = fits(e), {n: self._squares(next(found)) for n in self.runs}
 
     def excess(self, hypothesis: Hypothesis) -> float:
         """Mean square of the left-out runs above the noise [1], in units of the noise, summed over outputs.
@@ -83,26 +83,9 @@ class LeftOut:
         Returns:
             The excess [1], 0 where the noise is reached, or where no run can be left out.
         """
-        return self._excess(hypothesis, self.runs)
-
-    def held_out_excess(self, hypothesis: Hypothesis) -> float:
-        """Mean square above the noise [1] of the runs of which nothing is fitted, in units of the noise, summed over outputs.
-
-        Args:
-            hypothesis: the rig as it is, or a hypothesis with a fit that a search has begun.
-
-        Returns:
-            The excess [1], 0 where the noise is reached, or where there is no such run.
-        """
-        return self._excess(hypothesis, self._held_out)
-
-    def _excess(self, hypothesis: Hypothesis, runs: Mapping[int, Sequence[int]]) -> float:
-        """Mean square of some runs above the noise [1], summed over outputs."""
-        squares, readings = self._squares_of(hypothesis), Counter[str]()
-        for k in (k for logs in runs.values() for k in logs):
-            readings.update({name: int(np.isfinite(y).sum()) for name, y in self.fits.problem.logs[k].outputs.items()})
-        total = {name: sum(squares[run].get(name, 0.0) for run in runs) for name in readings}
-        return sum((max(total[name] / max(count, 1) - 1.0, 0.0) for name, count in readings.items()), 0.0)
+        runs = self._squares_of(hypothesis).values()
+        total = {name: sum(squares.get(name, 0.0) for squares in runs) for name in self._readings}
+        return sum((max(total[name] / max(count, 1) - 1.0, 0.0) for name, count in self._readings.items()), 0.0)
 
     def _squares_of(self, hypothesis: Hypothesis) -> dict[int, dict[str, float]]:
         """Sum of squared errors [noise²] by run and output."""

@@ -3,9 +3,9 @@
 Everything is decided on training runs. A name holds where
 
 * it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
-  both residuals allow, or since it leaves little of the runs, also of those to which it was not fitted, as no noise of other runs can do;
-* every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), or are followed well by what the other runs
-  ask for; two runs at least tell how much, or one and the held-out runs; and no run that was left out is followed worse with it than without;
+  both residuals allow, or since it leaves little of the runs, also of those that were left out in turn;
+* every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
+  better with it than without;
 * no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
   in which the library's other laws of the coordinate stand for it, those with which left-out runs are followed better;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -16,7 +16,7 @@ Everything is decided on training runs. A name holds where
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -167,11 +167,10 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     if not _needed(left_out, best, smaller):
         return "it is not needed beside a remainder that is coloured noise"
     parts = amplitudes(fits, best, smaller)
-    if any(_speaks_against(left_out, best, smaller, a) for a in parts):
+    if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
     telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
-    held_out = 0 < len(telling) < limits.runs and _little(left_out.held_out_excess, best, smaller, limits)
-    if len(telling) + held_out < limits.runs:
+    if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
     with_it, without = left_out(best), left_out(smaller)
     if any(with_it[run] > limits.harms * without[run] for run in telling):
@@ -182,7 +181,7 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
 def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:
     """Why what is missing has another form than a name.
 
-    A name that leaves little of what is left without it has about the right form. What it leaves may be a small cause of its coordinate,
+    A name that leaves little of what is left without it, of the fitted runs or of the left-out ones, has about the right form. What it leaves may be a small cause of its coordinate,
     so that only a further law that removes most of it speaks against the name. One with which the left-out runs are followed no better says nothing.
 
     Args:
@@ -197,8 +196,7 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
-    runs = excess, by_runs.left_out.excess, by_runs.left_out.held_out_excess
-    little = any(_little(e, best, smaller, limits) for e in runs)
+    little = any(_little(fits, e(best), e(smaller)) for e in (excess, by_runs.left_out.excess))
     left = None if little else law_left(fits, best, smaller, name)
     if left is not None and left > limits.law_left:
         return "a free-form law of its coordinate explains more"
@@ -240,29 +238,17 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
 
 
 def _needed(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
-    """Whether a name is needed beside a remainder that is coloured noise: by its gain, or since it leaves little of all runs, left out or not."""
+    """Whether a name is needed beside coloured noise: by its gain, or since it leaves little of fitted and of left-out runs alike."""
     fits = left_out.fits
-    limits, every = fits.settings.partial, (ModelComparison(fits).excess, left_out.excess)
-    return _gain(fits, larger, smaller) > limits.needed or all(_little(e, larger, smaller, limits) for e in every)
-
-
-def _little(
-    excess: Callable[[Hypothesis], float], larger: Hypothesis, smaller: Hypothesis, limits: PartialSettings
-) -> bool:
-    """Whether a name leaves little of what is left without it, by an excess of some runs."""
-    without = excess(smaller)
-    return bool(0.0 < without < np.inf and excess(larger) <= limits.little * without)
-
-
-def _speaks_against(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis, part: Amplitude) -> bool:
-    """Whether a part asks for another amount of a name, and is no run that is followed well by what the other runs ask for."""
-    limits = left_out.fits.settings.partial
-    if part.weight < limits.weighs or not _differs(part, limits):
-        return False
-    if part.run not in left_out.runs:
+    if _gain(fits, larger, smaller) > fits.settings.partial.needed:
         return True
-    with_it, without = (left_out(e)[part.run] for e in (larger, smaller))
-    return with_it > (1.0 - limits.closes) ** 2 * without
+    return all(_little(fits, e(larger), e(smaller)) for e in (ModelComparison(fits).excess, left_out.excess))
+
+
+def _little(fits: ModelFits, left: float, without: float) -> bool:
+    """Whether the excess that a name leaves is little of what is left without it, which is something."""
+    some = fits.settings.search.nothing_left < without < np.inf
+    return bool(some and left <= fits.settings.partial.little * without)
 
 
 def _differs(part: Amplitude, limits: PartialSettings) -> bool:
@@ -348,11 +334,11 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     excess, same = search.comparison.excess, _same(search, best)
     most = search.fits.settings.partial.as_much * max(excess(best), search.limits.nothing_left)
     near = sorted((e for e in rivals if excess(e) < most and e not in same), key=excess)
-    left_out = search.by_runs.left_out
-    followed = left_out.excess
-    left_out.prepare(near)
+    followed = search.by_runs.left_out.excess
+    search.by_runs.left_out.prepare(near)
     most = search.fits.settings.partial.as_much * max(followed(best), search.limits.nothing_left)
     near = [e for e in near if followed(e) < most]
+    left_out = search.by_runs.left_out
     return [e for e in near if all(_asked_alike(left_out, e, name) for name in _apart(e, best.names).names)]
 
 
@@ -373,11 +359,11 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
 def _asked_alike(left_out: LeftOut, hypothesis: Hypothesis, name: str) -> bool:
     """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it."""
     fits = left_out.fits
-    smaller = _without(fits, hypothesis, name)
+    limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
     fitted(fits, smaller)
     if not _needed(left_out, hypothesis, smaller):
         return False
-    return not any(_speaks_against(left_out, hypothesis, smaller, a) for a in amplitudes(fits, hypothesis, smaller))
+    return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
 
 
 def _beside(

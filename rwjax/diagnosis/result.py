@@ -62,7 +62,7 @@ class Left:
     """What the named effects leave, and no known effect explains.
 
     Attributes:
-        share: share of the squared excess on the held-out runs that stays [1].
+        share: share of the squared excess on the held-out runs that stays [1], of the headline, or of the output that stays where the headline does not.
         where: where it lies, by the training runs; None where nothing was tried beside what is named.
         windows: seconds in which what is left arises.
     """

@@ -107,8 +107,8 @@ class PartialSettings:
     little: float = _limit(
         0.05,
         "excess (of squares) with a name against without it that counts as little: 22 % in amplitude, which a small cause of the same "
-        "coordinate may be; true names of simulated rigs had been refused since a free-form law explained that. Runs that were not fitted to, and "
-        "of which a name leaves as little, are no coloured noise, which does not come again in another run",
+        "coordinate may be; true names of simulated rigs had been refused since a free-form law explained that. What a name explains so well of "
+        "runs that were left out is no coloured noise, which does not come again in another run",
     )
     further_law_of_little: float = _limit(
         0.5,

@@ -83,17 +83,20 @@ def verdict_sentence(
     if verdict == "ambiguous":
         return f"{either[0].upper()}{either[1:]}: these logs cannot tell them apart."
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
-    other, left = elsewhere or ("", gap)
-    stays, times = f"{left.after:.3g} {UNIT[other] if other else unit}", f"{left.after / left.floor:.2g} times"
+    if elsewhere is None:
+        stays, stands = f"{gap.after:.3g} {unit}", "what is left stands above the floor"
+        times = gap.after / gap.floor
+    else:
+        name, other = elsewhere
+        stays, times = f"{other.after:.3g} {UNIT[name]} of {name}", other.after / other.floor
+        stands = f"{name} stays at {other.after:.3g} {UNIT[name]}, {times:.2g} times its floor"
     if verdict == "partial":
-        of = f" of {other}" if other else ""
         return (
-            f"Only in part: {either}; this closes {part} on held-out runs, and for the {stays}{of} that stay "
-            f"({times} the floor) no {known} was found that holds."
+            f"Only in part: {either}; this closes {part} on held-out runs, and for the {stays} that stay "
+            f"({times:.2g} times the floor) no {known} was found that holds."
         )
     if effects:
         explain = "explains" if len(effects) == 1 else "together explain"
-        stands = f"{other} stays at {stays}, {times} its floor" if other else "what is left stands above the floor"
         return f"Unknown: {_listed(effects)} {explain} {part}, but {stands}, and no {known} was found that holds."
     return f"Unknown: a gap above the floor remains, and no {known} was found that explains it."
 

@@ -28,9 +28,9 @@ def run_of(number: int, truth: Truth, noise: float = 2e-4, disturbed: float = 0.
     return replace(record(TIME, command, {"yaw_rad": y}), name=f"{number}.csv")
 
 
-def searched(logs: Sequence[Log], *hypotheses: Hypothesis, train: Sequence[int] | None = None) -> FurtherSearch:
-    """A search that goes on among the names of some hypotheses, which are fitted to all runs or to some."""
-    fits = ModelFits.of(RIG, logs, range(len(logs)) if train is None else train)
+def searched(logs: Sequence[Log], *hypotheses: Hypothesis) -> FurtherSearch:
+    """A search that goes on among the names of some hypotheses, which are fitted."""
+    fits = ModelFits.of(RIG, logs, range(len(logs)))
     search = FurtherSearch(fits, tuple(dict.fromkeys(name for e in hypotheses for name in e.names)))
     fits(NOTHING)
     fits.start_from_first_readings()

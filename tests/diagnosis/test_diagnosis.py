@@ -266,7 +266,24 @@ def test_what_leaves_another_output_far_off_is_claimed_in_part_and_the_output_is
     found = diagnose(RIG, logs, only=["axis.coulomb"])
     assert found.signal == "yaw_rad" and found.gaps["yaw_rad"].closed > 0.95
     assert (found.verdict, found.effects) == ("partial", ("axis.coulomb",))
-    assert f"and for the {found.gaps['yaw_rad_s'].after:.3g} rad/s of yaw_rad_s that stay (" in found.sentence
+    gap = found.gaps["yaw_rad_s"]
+    assert f"and for the {gap.after:.3g} rad/s of yaw_rad_s that stay (" in found.sentence
+    excess = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
+    assert found.left.share == pytest.approx(excess)
+
+
+def test_a_claim_that_leaves_more_of_another_output_than_the_rig_as_it_is_does_is_given_up() -> None:
+    """The angle is that of a rig with dry friction, the rate that of one without."""
+    logs = []
+    for k in range(3):
+        angle, free = (run_of(k, truth) for truth in ({"axis.coulomb": {"M_c": 0.06}}, {}))
+        rate = np.gradient(free.outputs["yaw_rad"], free.time) + np.random.default_rng(k).normal(
+            0.0, 0.02, len(free.time)
+        )
+        logs.append(replace(angle, outputs=angle.outputs | {"yaw_rad_s": rate}))
+    found = diagnose(replace(RIG, free=(), prior={}), logs, only=["axis.coulomb"])
+    assert found.signal == "yaw_rad" and found.verdict == "unknown"
+    assert found.refused == {"axis.coulomb": "another explanation leaves clearly less of the held-out runs"}
 
 
 def test_a_claim_that_has_less_evidence_than_another_explanation_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,16 +25,6 @@ def test_a_run_that_is_left_out_is_followed_by_what_the_others_say() -> None:
     assert left_out(BIAS)[2] > left_out(NOTHING)[2]
 
 
-def test_held_out_runs_are_followed_by_what_the_fitted_ones_say_and_are_no_part_of_their_excess() -> None:
-    logs = [run_of(k, truth) for k, truth in enumerate((PUSHED, PUSHED, {"axis.bias_torque": {"T": 0.04}}))]
-    left_out = searched(logs, BIAS, train=(0, 1)).by_runs.left_out
-    assert left_out.runs.keys() == {0, 1} and left_out(BIAS).keys() == {0, 1}
-    alone = searched(logs[:2], BIAS).by_runs.left_out
-    assert left_out.excess(BIAS) == pytest.approx(alone.excess(BIAS)) and alone.held_out_excess(BIAS) == 0.0
-    half = left_out.held_out_excess(BIAS) / left_out.held_out_excess(NOTHING)
-    assert half == pytest.approx(0.25, rel=0.1)  # twice the torque: half of the error closes
-
-
 def test_what_is_left_of_a_run_is_what_the_numbers_of_the_other_one_miss() -> None:
     logs = [run_of(k, PUSHED) for k in range(2)]
     left_out = searched(logs, BIAS).by_runs.left_out
