@@ -55,6 +55,8 @@ FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH, SIXTH = (
     *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth")),
 )
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
+FRESH = "fresh"
+"""File of cases of a set of its own, by a search that names more of what stands among small causes."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
@@ -266,6 +268,8 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
     "sixth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=SIXTH),
+    "fresh": of(reached, name=FRESH),
+    "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FRESH),
     "asked-again": partial(asked_otherwise, 0),
     "asked-again-differ": partial(asked_otherwise, 1),
     "messy-closed": every_messy,

@@ -13,7 +13,7 @@ from types import CodeType, FunctionType
 
 import jaxtyping
 
-FIRST = 20
+FIRST = 4
 """Calls of a function in a test file that are checked."""
 FIRST_MADE = 2
 """Of a function within a function, how many of the functions that it was are checked."""

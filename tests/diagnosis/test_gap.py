@@ -39,8 +39,8 @@ def test_what_these_runs_close_at_most_is_surer_the_more_seconds_there_are() -> 
     assert beyond[1] == pytest.approx(beyond[0] / 4.0, rel=0.6)  # as the root of sixteen times the seconds
 
 
-@pytest.mark.parametrize("runs", [3, 5, 12])
-@pytest.mark.parametrize("left", [0.0, 0.02, 0.2])
+@pytest.mark.parametrize("runs", [3, pytest.param(5, marks=pytest.mark.slow), 12])
+@pytest.mark.parametrize("left", [0.0, pytest.param(0.02, marks=pytest.mark.slow), 0.2])
 def test_the_interval_for_new_runs_holds_what_very_many_of_them_close(runs: int, left: float) -> None:
     rng, holds, tries, floor = np.random.default_rng(runs), 0, 1500, 0.01
     true = closure(np.sqrt(np.exp(0.08)), np.sqrt(floor + left * np.exp(0.125)), 0.1)  # means of lognormal squares

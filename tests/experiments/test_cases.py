@@ -88,7 +88,7 @@ def test_an_amplitude_is_found_for_a_size() -> None:
     assert make_case("wheel", "drive.delay", 0, amplitude).truth["raw_size"] == pytest.approx(10.0, rel=0.02)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [KINDS[0], *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS[1:])])
 def test_a_case_is_reproducible_and_has_runs_to_fit_and_to_judge(kind: str) -> None:
     marks = []
     for seed in range(6):
