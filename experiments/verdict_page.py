@@ -56,7 +56,7 @@ FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH, SIXTH = (
 )
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 FRESH = "fresh"
-"""File of cases of a set of its own, by a search that names more of what stands among small causes."""
+"""File of the set `fresh`, drawn when the messy places of the final set had all been asked."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)

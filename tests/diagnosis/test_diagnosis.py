@@ -16,7 +16,7 @@ from rwjax.diagnosis.hypothesis import Hypothesis, candidates
 from rwjax.diagnosis.partial import Claim, Holding
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.going_on import FurtherSearch
-from rwjax.diagnosis.settings import Limits, RemarkSettings, Settings
+from rwjax.diagnosis.settings import Limits, RemarkSettings, ReportSettings, Settings
 from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.fitting.fit import fit
 from rwjax.fitting.processes import Team
@@ -281,7 +281,8 @@ def test_a_claim_that_leaves_more_of_another_output_than_the_rig_as_it_is_does_i
             0.0, 0.02, len(free.time)
         )
         logs.append(replace(angle, outputs=angle.outputs | {"yaw_rad_s": rate}))
-    found = diagnose(replace(RIG, free=(), prior={}), logs, only=["axis.coulomb"])
+    first_alone = Settings(report=ReportSettings(ranked=1))  # the rig as it is counts however far behind it stands
+    found = diagnose(replace(RIG, free=(), prior={}), logs, only=["axis.coulomb"], settings=first_alone)
     assert found.signal == "yaw_rad" and found.verdict == "unknown"
     assert found.refused == {"axis.coulomb": "another explanation leaves clearly less of the held-out runs"}
 
