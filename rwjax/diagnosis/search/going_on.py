@@ -30,7 +30,8 @@ class FurtherSearch(Search):
         """Goes on from what was chosen, and looks for two names at once where a visible part is left.
 
         What is negligible is measured by what the hypothesis leaves that is begun from. So this looks for what the search before it
-        took for the exact form of its names. Where another name alone follows the left-out runs clearly better, it is begun from that one.
+        took for the exact form of its names. Where something else that was tried follows the left-out runs clearly better, it is begun
+        from that.
 
         Args:
             begin: what was chosen, with a fit at its end.
@@ -38,9 +39,10 @@ class FurtherSearch(Search):
         Returns:
             The choice, with what was tried.
         """
-        most = self.limits.most_names_further
         begin = self._followed(begin)
-        best, rivals = self.exchanged(self.forward(begin, most) if begin.names else begin)
+        best, rivals = self.exchanged(self.forward(begin, self.limits.most_names_further) if begin.names else begin)
+        while self.comparison.leaves_visible(best) and (better := self._followed(best)) != best:
+            best, rivals = self.exchanged(better)
         if (pair := self.pair(best)) is not None:
             best, rivals = self.exchanged(pair)
         return self.chosen(best, rivals)
@@ -61,10 +63,14 @@ class FurtherSearch(Search):
         leader = compare.leader(pairs)
         return leader if compare.needs(leader, best) else None
 
-    def _followed(self, begin: Hypothesis) -> Hypothesis:
-        """What was chosen, or the leading single name in its place where that follows left-out runs clearly better."""
-        singles = [e for e in extensions(self.candidates, NOTHING) if e != begin and self.fits.stepped(e)]
-        if not begin.names or not singles:
-            return begin
-        leader = self.comparison.leader(singles)
-        return leader if self.by_runs.follows_worse(begin, leader) else begin
+    def _followed(self, best: Hypothesis) -> Hypothesis:
+        """A choice, or what leads of all that was tried in its place where that follows left-out runs clearly better.
+
+        Among the rivals of a name are larger sets: what it includes, beside another name. A search by exchanges alone passes these over.
+        """
+        most = max(self.limits.most_names_further, len(best.names))
+        tried = [e for e in self.fits if 0 < len(e.names) <= most and e != best and self.fits.stepped(e)]
+        if not best.names or not tried:
+            return best
+        leader = self.comparison.leader(tried)
+        return leader if self.by_runs.follows_worse(best, leader) else best
