@@ -17,10 +17,18 @@ def test_a_second_name_is_found_beside_the_first() -> None:
 
 def test_it_begins_from_what_follows_left_out_runs_where_the_choice_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     search, begun = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS), []
-    left = {DRY: 1000.0}
-    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left.get(e, 100.0 / (1 + len(e.names))))
+    left = {DRY: 1000.0, BIAS: 50.0}
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left.get(e, 1000.0))
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: begun.append(hypothesis) or hypothesis)
     search.go_on(DRY)
     left[DRY] = 90.0  # the other one leaves half, but not less
     search.go_on(DRY)
     assert begun == [BIAS, DRY]
+
+
+def test_it_begins_from_a_larger_set_that_was_tried_among_the_rivals(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair, begun = DRY.plus(*BIAS.names), []
+    search = searched([run_of(k, BOTH) for k in range(2)], DRY, pair)
+    monkeypatch.setattr(search, "forward", lambda hypothesis, most: begun.append(hypothesis) or hypothesis)
+    assert search.go_on(DRY).best == pair
+    assert begun == [pair]
