@@ -274,8 +274,8 @@ def _may_ask(judged: Judged, choice: Choice) -> bool:
 def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     """What holds of a choice that is not the whole answer, by the training runs.
 
-    Where these show that something is left, the search goes on first: a visible part of them, or what the held-out runs show and what stands
-    above the noise there, too. Where the held-out runs alone show it, it does not.
+    Where these show that something is left, the search goes on first: a visible part of them, or anything where the held-out runs show that
+    it counts. Where the held-out runs alone show it, it does not.
     """
     fits = judged.fits
     if not _may_ask(judged, choice):
@@ -287,7 +287,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     try:
         with fits.headway.budget.searching():
             search = FurtherSearch(fits, names)
-            further = search.go_on(choice.best) if compare.above_the_noise(choice.best) else choice
+            further = search.go_on(choice.best) if compare.leaves_something(choice.best) else choice
             if further.best.names:
                 polish(fits, further.best)
             claim, refused = claimed(search, further)

@@ -135,10 +135,10 @@ class ModelComparison:
         limits, left = self.fits.settings.verdict, self._seen(hypothesis)
         removed, far = self._removed(hypothesis), [y for y in left if left[y] / self._count[y] - 1.0 >= limits.doubt**2]
         least = min(removed.get(y, 0.0) for y in far) if far else max(removed.values(), default=1.0)
-        return self.above_the_noise(hypothesis) and bool(least < limits.several)
+        return bool(np.sqrt(self.excess(hypothesis)) >= limits.doubt and least < limits.several)
 
-    def above_the_noise(self, hypothesis: Hypothesis) -> bool:
-        """Whether a hypothesis leaves as much of the training runs as a gap that is looked into, however small a share of the error.
+    def leaves_something(self, hypothesis: Hypothesis) -> bool:
+        """Whether a hypothesis leaves something of the training runs that a further name might explain, however little.
 
         Args:
             hypothesis: the hypothesis.
@@ -146,7 +146,7 @@ class ModelComparison:
         Returns:
             True where it does.
         """
-        return bool(np.sqrt(self.excess(hypothesis)) >= self.fits.settings.verdict.doubt)
+        return self.excess(hypothesis) > self.limits.nothing_left
 
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the logs need the larger hypothesis in place of the smaller one.

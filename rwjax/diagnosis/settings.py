@@ -170,6 +170,9 @@ class SearchSettings:
         2,
         "the same where the search goes on since a visible part is left: three names imitate much, and what they leave then says so",
     )
+    beginnings: int = _limit(
+        3, "leading single names beside each of which a second one is looked for where a visible part is left"
+    )
     removed_so_far: tuple[float, ...] = _limit(
         (0.0, 0.15, 0.4),
         "share of the error above the noise that so many names must have removed for a further one to be looked for: of three "

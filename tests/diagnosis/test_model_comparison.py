@@ -38,7 +38,7 @@ def test_the_cause_leads_is_needed_and_removes_all_of_the_excess() -> None:
     SuccessiveHalving(fits).fit([right, wrong], NOTHING)
     compare = ModelComparison(fits)
     assert compare.excess(NOTHING) > 100.0 and compare.excess(right) < 0.1
-    assert compare.above_the_noise(NOTHING) and not compare.above_the_noise(right)
+    assert compare.leaves_something(NOTHING) and not compare.leaves_something(right)
     assert compare.removed(right) == pytest.approx(1.0, abs=0.02) and compare.removed(NOTHING) == 0.0
     assert compare.leader([NOTHING, wrong, right]) == right and compare.needs(right, NOTHING)
     assert compare.compared[:3] == (NOTHING, right, wrong)

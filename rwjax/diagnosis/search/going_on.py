@@ -39,32 +39,32 @@ class FurtherSearch(Search):
         Returns:
             The choice, with what was tried.
         """
-        begin = self._followed(begin)
-        best, rivals = self.exchanged(self.forward(begin, self.limits.most_names_further) if begin.names else begin)
-        while self.comparison.leaves_visible(best) and (better := self._followed(best)) != best:
-            best, rivals = self.exchanged(better)
-        if (pair := self.pair(best)) is not None:
-            best, rivals = self.exchanged(pair)
+        most = self.limits.most_names_further
+        begin = self._led_by(begin)
+        best, rivals = self._settled(self.forward(begin, most) if begin.names else begin)
+        if self.comparison.leaves_visible(best):
+            self.pairs()
+            for single in self._leading_singles():
+                self.forward(single, most)
+            if (better := self._led_by(best)) != best:
+                best, rivals = self._settled(better)
         return self.chosen(best, rivals)
 
-    def pair(self, best: Hypothesis) -> Hypothesis | None:
-        """Two names that explain together what one name after the other does not.
+    def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
+        """A hypothesis that neither a rival surpasses nor anything else that was tried, and its rivals."""
+        best, rivals = self.exchanged(best)
+        while self.comparison.leaves_visible(best) and (better := self._led_by(best)) != best:
+            best, rivals = self.exchanged(better)
+        return best, rivals
 
-        Args:
-            best: what the search has come to that adds one name after the other.
+    def _leading_singles(self) -> list[Hypothesis]:
+        """The names that leave least alone, beside which none was tried."""
+        singles = [e for e in extensions(self.candidates, NOTHING) if self.fits.stepped(e)]
+        leading = self._by_cost(singles)[: self.limits.beginnings]
+        return [e for e in leading if not all(map(self.fits.stepped, extensions(self.candidates, e)))]
 
-        Returns:
-            The pair, or None where that leaves no visible part or no pair explains enough of it.
-        """
-        compare = self.comparison
-        if not compare.leaves_visible(best) or not (pairs := self.pairs()):
-            return None
-        fit_exactly(self.fits, self._by_cost(pairs)[: self.limits.exactly_at_once])
-        leader = compare.leader(pairs)
-        return leader if compare.needs(leader, best) else None
-
-    def _followed(self, best: Hypothesis) -> Hypothesis:
-        """A choice, or what leads of all that was tried in its place where that follows left-out runs clearly better.
+    def _led_by(self, best: Hypothesis) -> Hypothesis:
+        """A choice, or what leads of all that was tried in its place where the choice leaves clearly more.
 
         Among the rivals of a name are larger sets: what it includes, beside another name. A search by exchanges alone passes these over.
         """
@@ -73,4 +73,4 @@ class FurtherSearch(Search):
         if not best.names or not tried:
             return best
         leader = self.comparison.leader(tried)
-        return leader if self.by_runs.follows_worse(best, leader) else best
+        return leader if self.comparison.leaves_more(best, leader) else best
