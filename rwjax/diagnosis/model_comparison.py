@@ -146,7 +146,7 @@ class ModelComparison:
         Returns:
             True where it does.
         """
-        return self.excess(hypothesis) > self.limits.nothing_left
+        return bool(self.excess(hypothesis) > self.limits.nothing_left)
 
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the logs need the larger hypothesis in place of the smaller one.

@@ -27,11 +27,11 @@ class FurtherSearch(Search):
         super().__init__(fits, candidates, self.by_runs)
 
     def go_on(self, begin: Hypothesis) -> Choice:
-        """Goes on from what was chosen, and looks for two names at once where a visible part is left.
+        """Goes on from what was chosen; where that leaves a visible part, from two names at once and from other names, too.
 
         What is negligible is measured by what the hypothesis leaves that is begun from. So this looks for what the search before it
-        took for the exact form of its names. Where something else that was tried follows the left-out runs clearly better, it is begun
-        from that.
+        took for the exact form of its names. The name that leaves least may stand in for two others: a second name is looked for beside
+        each of those that lead.
 
         Args:
             begin: what was chosen, with a fit at its end.
@@ -43,7 +43,7 @@ class FurtherSearch(Search):
         begin = self._led_by(begin)
         best, rivals = self._settled(self.forward(begin, most) if begin.names else begin)
         if self.comparison.leaves_visible(best):
-            self.pairs()
+            fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             for single in self._leading_singles():
                 self.forward(single, most)
             if (better := self._led_by(best)) != best:
@@ -51,7 +51,7 @@ class FurtherSearch(Search):
         return self.chosen(best, rivals)
 
     def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
-        """A hypothesis that neither a rival surpasses nor anything else that was tried, and its rivals."""
+        """What neither a rival surpasses nor, where it leaves a visible part, anything else that was tried; and its rivals."""
         best, rivals = self.exchanged(best)
         while self.comparison.leaves_visible(best) and (better := self._led_by(best)) != best:
             best, rivals = self.exchanged(better)
@@ -70,7 +70,8 @@ class FurtherSearch(Search):
         """
         most = max(self.limits.most_names_further, len(best.names))
         tried = [e for e in self.fits if 0 < len(e.names) <= most and e != best and self.fits.stepped(e)]
-        if not best.names or not tried:
+        compare = self.comparison
+        if not tried:
             return best
-        leader = self.comparison.leader(tried)
-        return leader if self.comparison.leaves_more(best, leader) else best
+        leader = compare.leader(tried)
+        return leader if compare.leaves_more(best, leader) and compare.needs(leader, NOTHING) else best

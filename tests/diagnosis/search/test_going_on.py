@@ -16,12 +16,13 @@ def test_a_second_name_is_found_beside_the_first() -> None:
 
 
 def test_it_begins_from_what_follows_left_out_runs_where_the_choice_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    search, begun = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS), []
+    truth = {"axis.coulomb": {"M_c": 0.03}, "axis.bias_torque": {"T": 0.03}}  # of which the bias removes more
+    search, begun = searched([run_of(k, truth) for k in range(2)], DRY, BIAS), []
     left = {DRY: 1000.0, BIAS: 50.0}
     monkeypatch.setattr(LeftOut, "excess", lambda _, e: left.get(e, 1000.0))
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: begun.append(hypothesis) or hypothesis)
     search.go_on(DRY)
-    left[DRY] = 90.0  # the other one leaves half, but not less
+    left[BIAS] = 3000.0
     search.go_on(DRY)
     assert begun == [BIAS, DRY]
 
