@@ -143,7 +143,6 @@ class Search:
             The hypothesis with the names added.
         """
         excess, limits = self.comparison.excess, self.limits
-        work = self.fits.settings.headway
         enough = max(limits.nothing_left, limits.negligible * excess(hypothesis))
         while len(hypothesis.names) < most and excess(hypothesis) > enough:
             if self.comparison.removed(hypothesis) < limits.removed_so_far[len(hypothesis.names)]:
@@ -151,12 +150,7 @@ class Search:
             tried = extensions(self.candidates, hypothesis)
             if not tried:
                 break
-            self.fits.headway.enter(
-                tried,
-                " beside ".join(["candidates", *map(spoken, hypothesis.names)]),
-                besides=work.exact,
-                further=len(self.candidates) + limits.rivals_exactly * work.exact,
-            )
+            self.announce(tried, hypothesis)
             if not self.fits.fitted_from(hypothesis, tried):
                 self.fits.take_down(hypothesis, tried)
                 self._fit(tried, hypothesis)
@@ -166,6 +160,21 @@ class Search:
                 break
             hypothesis = best
         return hypothesis
+
+    def announce(self, extensions: Sequence[Hypothesis], hypothesis: Hypothesis) -> None:
+        """Says that a name more is tried, and how much work this is and what follows it.
+
+        Args:
+            extensions: hypotheses with one name more.
+            hypothesis: what they extend.
+        """
+        work = self.fits.settings.headway
+        self.fits.headway.enter(
+            extensions,
+            " beside ".join(["candidates", *map(spoken, hypothesis.names)]),
+            besides=work.exact,
+            further=len(self.candidates) + self.limits.rivals_exactly * work.exact,
+        )
 
     def backward(self, hypothesis: Hypothesis) -> Hypothesis:
         """Drops names while the logs do not need them.

@@ -44,8 +44,7 @@ class FurtherSearch(Search):
         best, rivals = self._settled(self.forward(begin, most) if begin.names else begin)
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
-            for single in self._leading_singles():
-                self.forward(single, most)
+            self._look_beside_leading_names()
             if (better := self._led_by(best)) != best:
                 best, rivals = self._settled(better)
         return self.chosen(best, rivals)
@@ -53,15 +52,21 @@ class FurtherSearch(Search):
     def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
         """What neither a rival surpasses nor, where it leaves a visible part, anything else that was tried; and its rivals."""
         best, rivals = self.exchanged(best)
-        while self.comparison.leaves_visible(best) and (better := self._led_by(best)) != best:
+        for _ in range(self.limits.exchanges):
+            if not self.comparison.leaves_visible(best) or (better := self._led_by(best)) == best:
+                break
             best, rivals = self.exchanged(better)
         return best, rivals
 
-    def _leading_singles(self) -> list[Hypothesis]:
-        """The names that leave least alone, beside which none was tried."""
-        singles = [e for e in extensions(self.candidates, NOTHING) if self.fits.stepped(e)]
-        leading = self._by_cost(singles)[: self.limits.beginnings]
-        return [e for e in leading if not all(map(self.fits.stepped, extensions(self.candidates, e)))]
+    def _look_beside_leading_names(self) -> None:
+        """Fits a second name beside each of those that leave least alone, unless this was done with a fit of it as good."""
+        fits = self.fits
+        singles = [e for e in extensions(self.candidates, NOTHING) if fits.stepped(e)]
+        for single in self._by_cost(singles)[: self.limits.beginnings]:
+            if not fits.fitted_from(single, tried := extensions(self.candidates, single)):
+                self.announce(tried, single)
+                fits.take_down(single, tried)
+                self.halving.fit(tried, single)
 
     def _led_by(self, best: Hypothesis) -> Hypothesis:
         """A choice, or what leads of all that was tried in its place where the choice leaves clearly more.
@@ -73,5 +78,5 @@ class FurtherSearch(Search):
         compare = self.comparison
         if not tried:
             return best
-        leader = compare.leader(tried)
+        leader = self.backward(compare.leader(tried))
         return leader if compare.leaves_more(best, leader) and compare.needs(leader, NOTHING) else best
