@@ -1,4 +1,4 @@
-"""ComparisonByRuns: hypotheses compared also by the runs that they were not fitted to, where a search goes on far above the noise."""
+"""ComparisonByRuns: hypotheses compared also by the runs that they were not fitted to, where a search goes on."""
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.left_out import LeftOut

@@ -255,7 +255,9 @@ class _Further:
     claim: Claim | None = None  # what holds though it leaves something
     refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
     ended: bool = False  # whether the budget ended this stage
-    followed: bool = False  # whether the held-out runs alone show what the choice leaves
+    followed: bool = (
+        False  # whether the held-out runs show what the choice leaves, and the training runs no visible part
+    )
 
     @property
     def complete(self) -> bool:
@@ -275,7 +277,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     """What holds of a choice that is not the whole answer, by the training runs.
 
     Where these show that something is left, the search goes on first: a visible part of them, or anything where the held-out runs show that
-    it counts. Where the held-out runs alone show it, it does not.
+    it counts. Where the training runs leave nothing, it does not.
     """
     fits = judged.fits
     if not _may_ask(judged, choice):

@@ -171,7 +171,8 @@ class SearchSettings:
         "the same where the search goes on since a visible part is left: three names imitate much, and what they leave then says so",
     )
     beginnings: int = _limit(
-        3, "leading single names beside each of which a second one is looked for where a visible part is left"
+        4,
+        "single names beside each of which a second one is looked for where a visible part is left: a choice of one name, and those that lead",
     )
     removed_so_far: tuple[float, ...] = _limit(
         (0.0, 0.15, 0.4),

@@ -144,3 +144,11 @@ def test_what_is_left_is_visible_where_an_output_keeps_more_than_a_twentieth_of_
     )
     assert compare.excess(NOTHING) > compare.excess(one)
     assert compare.leaves_visible(one) == visible
+
+
+@pytest.mark.parametrize(("excess", "something"), [(0.5, True), (0.05, False)])
+def test_a_tenth_of_the_noise_is_something(excess: float, something: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = platform("viscous = 0.02")
+    compare = ModelComparison(fits_of(rig, true_log(rig)))
+    monkeypatch.setattr(ModelComparison, "excess", lambda *_: excess)
+    assert compare.leaves_something(NOTHING) == something

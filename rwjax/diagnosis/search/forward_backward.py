@@ -161,19 +161,20 @@ class Search:
             hypothesis = best
         return hypothesis
 
-    def announce(self, extensions: Sequence[Hypothesis], hypothesis: Hypothesis) -> None:
-        """Says that a name more is tried, and how much work this is and what follows it.
+    def announce(self, tried: Sequence[Hypothesis], hypothesis: Hypothesis, passes: int = 0) -> None:
+        """Says that one name more is tried, and how much work this is and what follows it.
 
         Args:
-            extensions: hypotheses with one name more.
+            tried: hypotheses with one name more.
             hypothesis: what they extend.
+            passes: how many passes of the same kind follow for sure.
         """
         work = self.fits.settings.headway
         self.fits.headway.enter(
-            extensions,
+            tried,
             " beside ".join(["candidates", *map(spoken, hypothesis.names)]),
             besides=work.exact,
-            further=len(self.candidates) + self.limits.rivals_exactly * work.exact,
+            further=(1 + passes) * len(self.candidates) + self.limits.rivals_exactly * work.exact,
         )
 
     def backward(self, hypothesis: Hypothesis) -> Hypothesis:

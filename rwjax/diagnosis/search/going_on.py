@@ -1,10 +1,12 @@
-"""Going on: the search for what stands beside a name that leaves a visible part, judged also by the runs that were left out."""
+"""Going on: the search for what stands beside names that leave something, judged also by the runs that were left out."""
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.exact_fits import fit_exactly
-from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
+from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import Search
@@ -27,11 +29,11 @@ class FurtherSearch(Search):
         super().__init__(fits, candidates, self.by_runs)
 
     def go_on(self, begin: Hypothesis) -> Choice:
-        """Goes on from what was chosen; where that leaves a visible part, from two names at once and from other names, too.
+        """Goes on from what was chosen, or from what was tried and leads in its place.
 
         What is negligible is measured by what the hypothesis leaves that is begun from. So this looks for what the search before it
-        took for the exact form of its names. The name that leaves least may stand in for two others: a second name is looked for beside
-        each of those that lead.
+        took for the exact form of its names. Where a visible part is left, two names are looked for at once, and a second name beside
+        each of those that lead: the name that leaves least may stand in for two others.
 
         Args:
             begin: what was chosen, with a fit at its end.
@@ -39,44 +41,65 @@ class FurtherSearch(Search):
         Returns:
             The choice, with what was tried.
         """
-        most = self.limits.most_names_further
-        begin = self._led_by(begin)
-        best, rivals = self._settled(self.forward(begin, most) if begin.names else begin)
+        begin = self._ahead(begin)
+        forward = self.forward(begin, self.limits.most_names_further) if begin.names else begin
+        best, rivals = self._settled(forward)
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
-            self._look_beside_leading_names()
-            if (better := self._led_by(best)) != best:
-                best, rivals = self._settled(better)
+            self._look_beside_leading_names(best)
+            best, rivals = self._settled(self._ahead(best))
         return self.chosen(best, rivals)
 
-    def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
-        """What neither a rival surpasses nor, where it leaves a visible part, anything else that was tried; and its rivals."""
-        best, rivals = self.exchanged(best)
-        for _ in range(self.limits.exchanges):
-            if not self.comparison.leaves_visible(best) or (better := self._led_by(best)) == best:
-                break
-            best, rivals = self.exchanged(better)
-        return best, rivals
+    def rivals(self, best: Hypothesis) -> list[Hypothesis]:
+        """The rivals by exchange, and everything else of no more names that was tried.
 
-    def _look_beside_leading_names(self) -> None:
-        """Fits a second name beside each of those that leave least alone, unless this was done with a fit of it as good."""
-        fits = self.fits
-        singles = [e for e in extensions(self.candidates, NOTHING) if fits.stepped(e)]
-        for single in self._by_cost(singles)[: self.limits.beginnings]:
-            if not fits.fitted_from(single, tried := extensions(self.candidates, single)):
-                self.announce(tried, single)
-                fits.take_down(single, tried)
-                self.halving.fit(tried, single)
+        Args:
+            best: the choice so far.
 
-    def _led_by(self, best: Hypothesis) -> Hypothesis:
-        """A choice, or what leads of all that was tried in its place where the choice leaves clearly more.
-
-        Among the rivals of a name are larger sets: what it includes, beside another name. A search by exchanges alone passes these over.
+        Returns:
+            The rivals; none where the choice removes so little that no name will stand.
         """
-        most = max(self.limits.most_names_further, len(best.names))
-        tried = [e for e in self.fits if 0 < len(e.names) <= most and e != best and self.fits.stepped(e)]
-        compare = self.comparison
-        if not tried:
-            return best
-        leader = self.backward(compare.leader(tried))
-        return leader if compare.leaves_more(best, leader) and compare.needs(leader, NOTHING) else best
+        rivals = super().rivals(best)
+        return rivals and [*dict.fromkeys([*rivals, *self._tried(best, 1, len(best.names))])]
+
+    def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
+        """What no rival surpasses, from a larger set that was among the rivals where that is needed; and its rivals."""
+        best, rivals = self.exchanged(best)
+        ahead = self._ahead(best)
+        return (best, rivals) if ahead == best else self.exchanged(ahead)
+
+    def _ahead(self, best: Hypothesis) -> Hypothesis:
+        """What was tried and leads in the place of a choice: a larger set that is needed, or one of no more names that surpasses it.
+
+        Among the rivals of a law are larger sets, its special case beside another name, which no exchange of one name leads to.
+        """
+        compare, size = self.by_runs, len(best.names)
+        larger = self._tried(best, size + 1, self.limits.most_names_further)
+        needed = [e for e in larger if compare.in_sample.needs(e, best)]
+        if needed and compare.needs(leader := self.backward(compare.leader(needed)), best):
+            return leader
+        return self.surpassing(best, self._tried(best, 1, size)) or best
+
+    def _tried(self, best: Hypothesis, least: int, most: int) -> list[Hypothesis]:
+        """The sets of so many names that were tried, but a choice and its parts."""
+        fits = self.fits
+        tried = [e for e in fits if least <= len(e.names) <= most and not {*e.names} <= {*best.names}]
+        return [e for e in tried if fits.stepped(e) and np.isfinite(fits.known(e).cost)]
+
+    def _look_beside_leading_names(self, best: Hypothesis) -> None:
+        """Fits a second name beside the names that leave least alone, of a law and its special case the better one, and beside a single choice.
+
+        Not where that was done with as good a fit of the first name.
+        """
+        fits, leading = self.fits, [best] if len(best.names) == 1 else []
+        for e in self._by_cost(self._tried(best, 1, 1)):
+            if not any(e.contains(other) or other.contains(e) for other in leading):
+                leading.append(e)
+        leading = leading[: self.limits.beginnings]
+        fits.end(leading)
+        for number, e in enumerate(leading, 1):
+            tried = extensions(self.candidates, e)
+            if tried and not fits.fitted_from(e, tried):
+                self.announce(tried, e, passes=len(leading) - number)
+                fits.take_down(e, tried)
+                self.halving.fit(tried, e)

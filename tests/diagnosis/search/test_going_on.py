@@ -1,7 +1,10 @@
 """Going on: what a search that goes on begins from."""
 
+from dataclasses import replace
+
 import pytest
 
+from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
 from tests.diagnosis.several_runs import run_of, searched
@@ -15,16 +18,17 @@ def test_a_second_name_is_found_beside_the_first() -> None:
     assert search.go_on(DRY).best == DRY.plus(*BIAS.names)
 
 
-def test_it_begins_from_what_follows_left_out_runs_where_the_choice_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    truth = {"axis.coulomb": {"M_c": 0.03}, "axis.bias_torque": {"T": 0.03}}  # of which the bias removes more
+@pytest.mark.parametrize(("left", "first"), [(400.0, BIAS), (2500.0, DRY)])
+def test_it_begins_from_what_leaves_less_than_half_of_left_out_runs_where_these_decide(
+    left: float, first: Hypothesis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    truth = {"axis.coulomb": {"M_c": 0.06}, "axis.bias_torque": {"T": 0.03}}
     search, begun = searched([run_of(k, truth) for k in range(2)], DRY, BIAS), []
-    left = {DRY: 1000.0, BIAS: 50.0}
-    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left.get(e, 1000.0))
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left if e == BIAS else 1000.0)
+    monkeypatch.setattr(ComparisonByRuns, "needs", lambda *_: True)
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: begun.append(hypothesis) or hypothesis)
     search.go_on(DRY)
-    left[BIAS] = 3000.0
-    search.go_on(DRY)
-    assert begun == [BIAS, DRY]
+    assert begun == [first]
 
 
 def test_it_begins_from_a_larger_set_that_was_tried_among_the_rivals(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,3 +37,23 @@ def test_it_begins_from_a_larger_set_that_was_tried_among_the_rivals(monkeypatch
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: begun.append(hypothesis) or hypothesis)
     assert search.go_on(DRY).best == pair
     assert begun == [pair]
+
+
+@pytest.mark.parametrize(("beginnings", "names"), [(0, 1), (4, 2)])
+def test_a_second_name_is_looked_for_beside_each_leading_one(
+    beginnings: int, names: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS)
+    search.limits = replace(search.limits, beginnings=beginnings)
+    monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "pairs", list)
+    assert len(search.go_on(BIAS).best.names) == names
+
+
+def test_what_follows_left_out_runs_worse_does_not_lead_though_it_has_more_names(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pair = DRY.plus(*BIAS.names)
+    search = searched([run_of(k, BOTH) for k in range(2)], DRY, pair)
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: 1500.0 if e == pair else 1000.0)
+    assert search.go_on(DRY).best == DRY
