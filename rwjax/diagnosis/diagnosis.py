@@ -255,9 +255,7 @@ class _Further:
     claim: Claim | None = None  # what holds though it leaves something
     refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
     ended: bool = False  # whether the budget ended this stage
-    followed: bool = (
-        False  # whether the held-out runs show what the choice leaves, and the training runs no visible part
-    )
+    followed: bool = False  # whether only the held-out runs show a visible part
 
     @property
     def complete(self) -> bool:
