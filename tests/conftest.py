@@ -19,7 +19,7 @@ os.environ.setdefault("EQX_ON_ERROR", "off")  # as the commands do: smooth progr
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")  # float32 mixed with float64 becomes an error
 jax.config.update("jax_numpy_rank_promotion", "raise")  # and so does a silent (n, 1) + (n,)
-EXAMPLES = 100 if os.environ.get("RWJAX_EVERY_CALL") else 40  # of a property; `make test-all` sets the variable
+EXAMPLES = 100 if os.environ.get("RWJAX_EVERY_CALL") else 25  # of a property; `make test-all` sets the variable
 if not os.environ.get("RWJAX_EVERY_CALL"):
     jax.config.update("jax_disable_most_optimizations", True)  # a tenth of the quick tests' time; all runs are short
 hypothesis.settings.register_profile("rwjax", deadline=None, max_examples=EXAMPLES)  # the first call compiles

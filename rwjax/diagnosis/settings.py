@@ -209,6 +209,11 @@ class SearchSettings:
         "leading rivals that are fitted once more from the choice's estimates unless they are far behind; not those that contain "
         "the choice, which have begun there",
     )
+    again_removed: float = _limit(
+        0.5,
+        "share of the rig's own error from which on a rival that is far behind is fitted once more, too: when the choice came to the "
+        "noise, its fit may have been on its way",
+    )
     rivals_exactly: int = _limit(
         3, "leading rivals that are fitted by exact derivatives before they are judged, unless they are far behind"
     )

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from tests.damage.trial import Damaged, Shares, inputs, tried
 
-FEW = 300
+FEW = 150
 SHARES = Shares(programs=4, fits=0, regions=50)
 
 

@@ -70,7 +70,7 @@ def test_a_file_cut_short_is_refused_in_one_line(cut: int, tmp_path: Path) -> No
 
 def test_a_damaged_file_is_refused_or_read_and_nothing_else(tmp_path: Path) -> None:
     whole, rng = record(diagnosed()), np.random.default_rng(0)
-    for _ in range(200):
+    for _ in range(80):
         data = bytearray(whole)
         for at in rng.integers(len(data), size=3):
             data[at] ^= 1 << int(rng.integers(8))

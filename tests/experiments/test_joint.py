@@ -105,7 +105,7 @@ def test_a_loop_follows_scipy_from_tick_to_tick() -> None:
     servo = Servo(kp=30.0, ki=40.0, kd=0.8, filter=0.01, error_limit=0.4, limit=9.0, period=0.01)
     goal = 0.8
     x, _ = move(joint, servo, Inputs(TIME, goal * ONE, ONE, ONE), TIME)
-    apart = x[1:101, PSI] - loop_by_scipy(joint, servo, goal, 1.0, 0.0)
+    apart = x[1:41, PSI] - loop_by_scipy(joint, servo, goal, 0.4, 0.0)
     assert np.max(np.abs(apart)) < 1e-9
 
 

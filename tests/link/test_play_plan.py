@@ -102,12 +102,13 @@ AGAIN = replace(FORTH, name="again")
 BACK = replace(FORTH, name="back", angle_range=(-0.02, 0.3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("second", "plays"),
     [
         (AGAIN, False),
-        pytest.param(BACK, True, marks=pytest.mark.slow),
-        pytest.param(replace(AGAIN, angle_range=None), False, marks=pytest.mark.slow),
+        (BACK, True),
+        (replace(AGAIN, angle_range=None), False),
     ],
 )
 def test_a_run_that_would_leave_the_travel_from_where_the_axis_stands_is_refused(

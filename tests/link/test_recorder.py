@@ -75,6 +75,7 @@ def test_a_recorded_experiment_is_what_the_motor_did_to_a_count(testbed: Bench, 
     )  # half a count at either end, and the tick's 6 us
 
 
+@pytest.mark.slow
 def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -> None:
     need_simavr()
     rig = read_rig(RIG)
@@ -94,7 +95,9 @@ def test_a_run_is_whole_though_every_answer_is_lost(
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
 
 
-@pytest.mark.parametrize("kind", [messages.ARM, messages.PLAY, messages.DISARM])
+@pytest.mark.parametrize(
+    "kind", [messages.ARM, *(pytest.param(kind, marks=pytest.mark.slow) for kind in (messages.PLAY, messages.DISARM))]
+)
 def test_a_command_that_is_lost_is_sent_once_more(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: int
 ) -> None:

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import pytest
 import serial
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware.simavr.avr import F_CPU, Avr, build
@@ -303,7 +303,6 @@ def test_a_line_that_takes_nothing_does_not_keep_the_host(monkeypatch: pytest.Mo
     released.set()
 
 
-@settings(max_examples=40)
 @given(sent=damaged(stream(range(60))), size=st.integers(1, 400))
 def test_whatever_comes_a_session_ends_and_says_why(sent: bytes, size: int) -> None:
     """No other error, no wait without an end, and no more lost than numbers can be missing."""

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from rwjax.link.frames import Decoder
@@ -61,14 +61,12 @@ def test_a_stream_that_begins_inside_a_frame_is_not_called_damaged() -> None:
     assert damaged == 0 and len(found.tick) == 20 and found.hello is None
 
 
-@settings(max_examples=40)
 @given(again=st.sets(st.integers(1, 120)), times=st.integers(2, 4))
 def test_frames_that_come_twice_are_there_once(again: set[int], times: int) -> None:
     (found,), damaged = stretches(b"".join(piece * (times if k in again else 1) for k, piece in enumerate(SENT)))
     assert damaged == 0 and found.gaps() == [] and np.array_equal(found.tick, np.arange(122))
 
 
-@settings(max_examples=40)
 @given(at=st.integers(0, 4000), size=st.integers(1, 350))
 def test_a_piece_of_the_line_that_comes_twice_splits_nothing(at: int, size: int) -> None:
     """As a USB packet that is sent again: it begins and ends anywhere in a frame, and costs no more than the one at its end."""
@@ -78,7 +76,6 @@ def test_a_piece_of_the_line_that_comes_twice_splits_nothing(at: int, size: int)
     assert damaged <= 1 and len(missing) <= 1 and np.diff(found.tick).min() >= 1
 
 
-@settings(max_examples=40)
 @given(order=st.permutations(range(8)))
 def test_samples_that_change_places_leave_gaps_and_time_goes_forward(order: list[int]) -> None:
     found, _ = stretches(b"".join([*SENT[:21], *(SENT[21 + k] for k in order), *SENT[29:]]))
@@ -106,7 +103,6 @@ PIECES = st.lists(
 )
 
 
-@settings(max_examples=40)
 @given(pieces=PIECES, data=st.data())
 def test_whatever_comes_time_goes_forward_in_every_stretch(pieces: list[bytes], data: st.DataObject) -> None:
     """Frames of any tick, in any order, cut, turned and with anything between them."""

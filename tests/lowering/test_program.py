@@ -158,7 +158,7 @@ BINARY = {
 STEP = st.tuples(st.sampled_from([*UNARY, *BINARY]), st.integers(0, 9), st.integers(0, 9))
 
 
-@settings(max_examples=25)
+@settings(max_examples=settings().max_examples // 2)  # each is compiled twice
 @given(st.lists(STEP, min_size=1, max_size=8), st.sampled_from(ROWS), st.integers(0, 2**31))
 def test_programs_at_random_are_those_of_jax(steps: list[tuple[str, int, int]], rows: int, seed: int) -> None:
     def program(x, c):

@@ -200,7 +200,8 @@ class Search:
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
         """Fits the hypotheses with one member exchanged, beside two names also the other promising pairs.
 
-        Those that leave least and are not far behind are fitted by exact derivatives, like `best` itself.
+        Leading ones are fitted once more from the estimates of `best`: a fit that was left behind on its way may have been as good. Those
+        that leave least and are not far behind are fitted by exact derivatives, like `best` itself.
 
         Args:
             best: the choice so far.
@@ -220,7 +221,8 @@ class Search:
         self.fits.headway.enter(rivals, "rivals", besides=limits.again + exact, further=0.0)
         fit_exactly(self.fits, [best])  # which may free the first states
         self._fit([e for e in rivals if not self.fits.stepped(e)], best)
-        near = [e for e in self._by_cost(rivals) if not e.contains(best) and not self._far_behind(e, best)]
+        begun = [e for e in self._by_cost(rivals) if not e.contains(best)]  # those that contain it have begun there
+        near = [e for e in begun if not self._far_behind(e, best) or compare.removed(e) >= limits.again_removed]
         self.halving.fit_again(near[: limits.again], best)
         leading = self._by_cost(rivals)[: limits.rivals_exactly]
         fit_exactly(self.fits, [e for e in leading if not self._far_behind(e, best)])
