@@ -28,7 +28,14 @@ def diagnose(
             "--budget", metavar="SECONDS", help="time after which the search gives its answer so far; inf: none"
         ),
     ] = BUDGET_S,
-    only: Annotated[Names, typer.Option("--only", metavar="NAME…", help="compare these candidates alone")] = None,
+    only: Annotated[
+        Names,
+        typer.Option(
+            "--only",
+            metavar="NAME…",
+            help="compare these candidates alone, such as axis.coulomb or parameter.axis.inertia",
+        ),
+    ] = None,
     without: Annotated[Names, typer.Option("--without", metavar="NAME…", help="leave these candidates out")] = None,
     output: Output = Path("diagnosis"),
     force: Force = False,
@@ -68,8 +75,11 @@ def diagnose(
     else:
         lines = [str(result), *(f"  {name}: {output / path}" for name, path in written.items())]
         fit = "fit", output / CORRECTED, *log_files, "-o", output / "fitted.toml"
-        ahead = next_command(*fit, segments=segments, force=force)
-        say("\n".join([*lines, ahead] if result.verdict in CLAIMS else lines))
+        if result.verdict in CLAIMS:
+            lines.append(next_command(*fit, segments=segments, force=force))
+        elif result.effects:
+            lines.append(f"  {output / CORRECTED}: with what leads, which is not claimed; go on from {rig_file}")
+        say("\n".join(lines))
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)

@@ -73,7 +73,7 @@ def export(
         write_text(output, found.text, InputError)
         own = ["for a model of your own, with gear 1:", *(f"  {line}" for line in found.own)] if found.own else []
         say("\n".join([f"written to {output}", *own]))
-    note(*notes)
+    note(*rig.cautions, *notes)
 
 
 def _size(rig: "Rig", found: "Exported", logs: "Sequence[Log]") -> list[str]:

@@ -68,7 +68,7 @@ def predict(
         _tell(runs[0], output, as_json=as_json)
     elif runs:
         _tell_several(runs)
-    note(*by.notes(rig, logs), *said(logs), *about_readings(runs), *lost)
+    note(*rig.cautions, *by.notes(rig, logs), *said(logs), *about_readings(runs), *lost)
     if lost:
         raise InputError(
             f"{len(lost)} of {len(logs)} logs have no prediction, and count in no error; the notes say why"

@@ -99,7 +99,7 @@ def region(
     table, answer = csv(region_columns(found, beside | distances)), _answer(found, period, beside, distances)
     written = write_results(output, table, lambda: draw_region(found, beside), answer, as_json)
     notes = _notes(found, beside, distances, plants)
-    remark(quiet, *fit_notes, *notes, *_left_out(rig, found), *written)
+    remark(quiet, *rig.cautions, *fit_notes, *notes, *_left_out(rig, found), *written)
 
 
 def _criterion(

@@ -74,7 +74,7 @@ def sweep(
     table = csv(response_columns(rows, cols, found))
     written = write_results(output, table, figure, answer, as_json)
     notes = _notes(swept, {"kp": kp, "kd": kd})
-    remark(quiet, *notes, *own_delay(rig), *written)
+    remark(quiet, *rig.cautions, *notes, *own_delay(rig), *written)
 
 
 def _notes(swept: "GainSweep", given: dict[str, str]) -> list[str]:

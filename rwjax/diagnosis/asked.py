@@ -59,7 +59,7 @@ def asked(rig: Rig, only: Sequence[str] = (), without: Sequence[str] = ()) -> As
     known = {*every, *BY_NAME}
     for name in (*only, *without):
         if name not in known:
-            raise InputError(f"`{name}` is no effect and no fixed number of this rig; nearest `{nearest(name, known)}`")
+            raise InputError(f"`{name}` is no effect and no fixed number of this rig; nearest `{nearest(name, every)}`")
     for name in only:
         if name not in every:
             raise InputError(

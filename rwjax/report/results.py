@@ -1,6 +1,7 @@
 """The files of a diagnosis in a folder: its JSON, the corrected rig, the page with its figures, the record, and the next experiment."""
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from rwjax.diagnosis.record import RECORD, record
@@ -31,7 +32,7 @@ def write_results(d: Diagnosis, folder: Path) -> dict[str, Path]:
         InputError: a file cannot be written, or a number of the result is not finite.
     """
     write_text(folder / JSON, answer_of(d) + "\n", InputError)
-    write_text(folder / CORRECTED, _head(d) + write_rig(d.corrected), InputError)
+    write_text(folder / CORRECTED, write_rig(replace(d.corrected, cautions=_cautions(d))), InputError)
     write_files({str(folder / RECORD): record(d)}, InputError)
     report, plan = write_report(d, folder), write_next(folder, d.proposal)
     return ({"plan of the next experiment": plan} if plan is not None else {}) | {"report": report}
@@ -68,14 +69,14 @@ def clear_results(folder: Path) -> None:
         plan.rmdir()
 
 
-def _head(d: Diagnosis) -> str:
-    """What stands above a corrected rig of which nothing is claimed, or which is one of several."""
+def _cautions(d: Diagnosis) -> tuple[str, ...]:
+    """What is not sure of a corrected rig of which nothing is claimed, or which is one of several."""
     if not d.effects:
-        return ""
+        return ()
     if not d.complete or d.verdict not in CLAIMS:
-        return f"# Not claimed: {printable(d.sentence)}\n"
+        return (f"not claimed: {printable(d.sentence)}",)
     if d.alternatives:
         others = "; or ".join(" + ".join(names) for names in d.alternatives)
         part = " of a part" if d.verdict == "partial" else ""
-        return f"# This is one explanation{part} of several: {' + '.join(d.effects)}; or {others}.\n"
-    return ""
+        return (f"this is one explanation{part} of several: {' + '.join(d.effects)}; or {others}",)
+    return ()

@@ -51,6 +51,10 @@ class Driven(NamedTuple):
     supplied: bool = False
 
 
+CAUTION = "# caution: "
+"""Begins a line of a rig file that says what a diagnosis was not sure of."""
+
+
 @dataclass(frozen=True)
 class Rig:
     """A rig file, checked. Every value is in SI; names are dotted, as in `fit.free` of the file.
@@ -72,6 +76,7 @@ class Rig:
         tied: Formulas of numbers that follow from others, by name, each behind those on which it depends (`rwjax.rig.tied`).
         driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
         sources: Columns of a log file by the columns of rwjax's that they become.
+        cautions: What the diagnosis that wrote it was not sure of; the first comments of the file, kept by what is made from it.
     """
 
     kind: str
@@ -90,6 +95,7 @@ class Rig:
     tied: dict[str, str] = field(default_factory=dict)
     driven: Driven = field(default_factory=Driven)
     sources: dict[str, Source] = field(default_factory=dict)
+    cautions: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:

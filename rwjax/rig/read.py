@@ -2,7 +2,9 @@
 
 import os
 import re
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ from rwjax.rig import document, parse
 from rwjax.rig.columns_section import sources
 from rwjax.rig.effect_section import effects
 from rwjax.rig.fit_section import FitTables, fit_section
-from rwjax.rig.model import Rig, with_one_axis
+from rwjax.rig.model import CAUTION, Rig, with_one_axis
 from rwjax.rig.tied import tied_section, with_tied
 from rwjax.text_files import parse_toml, read_text
 
@@ -65,7 +67,8 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
         RigError: With file, key, what is wrong and what would be right.
     """
     try:
-        return _rig(parse_toml(text), printable(Path(path).stem)[:LONGEST_TEXT])
+        rig = _rig(parse_toml(text), printable(Path(path).stem)[:LONGEST_TEXT])
+        return replace(rig, cautions=tuple(_cautions(text)))
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
     except ValueError as error:
@@ -73,6 +76,12 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
         where = f"{path}:{line[1]}" if line else f"{path}"
         remedy = _remedy(text.split("\n")[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path)
         raise RigError(f"{where}: not valid TOML: {error}; {remedy}") from None
+
+
+def _cautions(text: str) -> Iterator[str]:
+    """What the first lines of a rig file say that a diagnosis was not sure of."""
+    for line in takewhile(lambda line: line.startswith(CAUTION), text.splitlines()):
+        yield printable(line.removeprefix(CAUTION))
 
 
 def _remedy(line: str, path: str | os.PathLike[str]) -> str:

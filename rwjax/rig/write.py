@@ -10,7 +10,7 @@ from rwjax.errors import RigError
 from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section, unit_in_servo
 from rwjax.rig.columns_section import entry
 from rwjax.rig.effect_section import effect_parameters
-from rwjax.rig.model import Rig
+from rwjax.rig.model import CAUTION, Rig
 from rwjax.rig.read import parse_rig
 
 _ORDER = (
@@ -55,6 +55,8 @@ def write_rig(rig: Rig) -> str:
 def _text(rig: Rig) -> str:
     """A rig as the text of a rig file, whatever its numbers are."""
     document = tomlkit.document()
+    for caution in rig.cautions:
+        document.add(tomlkit.comment(f"{CAUTION}{caution}".removeprefix("# ")))
     for path, value, comment in sorted(_entries(rig), key=lambda entry: _ORDER.index(entry[0][0])):
         table: Any = document
         for section in path[:-1]:

@@ -85,6 +85,24 @@ def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
+@pytest.mark.parametrize("command", ["fit", "predict"])
+def test_what_is_not_claimed_is_said_and_goes_on_being_said(quick: Shell, command: str) -> None:
+    tried = replace(read_rig(DEMO / "rig.toml"), effects={"axis.coulomb": {"M_c": 0.1}})
+    unclaimed = diagnosed(verdict="unknown", corrected=tried)
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: unclaimed)
+    code, out, _ = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    assert code == 0 and out.endswith(
+        "  out/corrected.toml: with what leads, which is not claimed; go on from rig.toml\n"
+    )
+    said = "note: not claimed: Unknown:"
+    more = ["-o", "fitted.toml"] if command == "fit" else []
+    code, _, err = quick(command, "out/corrected.toml", "run.csv", *more)
+    assert code == 0, err
+    assert any(line.startswith(said) for line in err.splitlines())
+    if command == "fit":
+        assert (quick.folder / "fitted.toml").read_text().startswith("# caution: not claimed: Unknown:")
+
+
 def test_a_diagnosis_replaces_the_earlier_one_and_nothing_else(quick: Shell) -> None:
     code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
     assert (code, err) == (0, "") and out.endswith(
@@ -210,7 +228,9 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -
     assert answer == json.loads((quick.folder / "out" / "diagnosis.json").read_text())
     assert (answer["complete"], answer["untried"]) == (False, ["drive.lag"])
     assert "Unfinished: so far" in (quick.folder / "out" / "report.html").read_text()
-    assert (quick.folder / "out" / "corrected.toml").read_text().startswith("# Not claimed: Unfinished: so far")
+    assert (
+        (quick.folder / "out" / "corrected.toml").read_text().startswith("# caution: not claimed: Unfinished: so far")
+    )
 
 
 def left(status: int) -> None:

@@ -32,6 +32,7 @@ def test_what_a_rig_cannot_lack_may_be_left_out_even_so() -> None:
 @pytest.mark.parametrize(
     ("only", "without", "said"),
     [
+        (["stribeck"], [], "`stribeck` is no effect and no fixed number of this rig; nearest `axis.stribeck`"),
         (["axis.stribek"], [], "`axis.stribek` is no effect and no fixed number of this rig; nearest `axis.stribeck`"),
         ([], ["parameter.drive.gian"], "nearest `parameter.drive.gain`"),
         (["wheel.cogging"], [], "`wheel.cogging` cannot be missing in this rig: it is no part of a `platform` rig"),

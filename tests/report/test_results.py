@@ -35,8 +35,8 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(
 ) -> None:
     draws_one_figure(monkeypatch)
     write_results(diagnosed(verdict="unknown"), tmp_path)
-    assert (tmp_path / "corrected.toml").read_text().startswith("# Not claimed: Unknown:")
-    assert read_rig(tmp_path / "corrected.toml").kind == "platform"
+    assert (tmp_path / "corrected.toml").read_text().startswith("# caution: not claimed: Unknown:")
+    assert read_rig(tmp_path / "corrected.toml").cautions[0].startswith("not claimed: Unknown:")
 
 
 @pytest.mark.parametrize(("verdict", "part"), [("ambiguous", ""), ("partial", " of a part")])
@@ -48,6 +48,9 @@ def test_a_corrected_rig_that_is_one_explanation_of_several_names_the_others(
     write_results(several, tmp_path)
     named = " + ".join(several.effects)
     first, _ = (tmp_path / "corrected.toml").read_text().split("\n", 1)
-    assert first == f"# This is one explanation{part} of several: {named}; or drive.bias; or axis.spring + drive.delay."
+    assert (
+        first
+        == f"# caution: this is one explanation{part} of several: {named}; or drive.bias; or axis.spring + drive.delay"
+    )
     assert read_rig(tmp_path / "corrected.toml").kind == "platform"
     assert "is the rig with what is named first, one explanation of several" in (tmp_path / "report.html").read_text()

@@ -58,6 +58,7 @@ def rigs(draw: st.DrawFn) -> Rig:
         pwm=None if two else draw(st.none() | st.builds(Pwm, st.floats(1e-3, 1e6), st.floats(-1e6, -1e-9))),
         columns={} if two else draw(COLUMNS),
         servo=servo,
+        cautions=draw(st.sampled_from([(), ("not claimed: Unknown: 3 é # [fit]",), ("one", "and another")])),
     )
     spread = draw(st.floats(1e-5, 0.9))
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))
