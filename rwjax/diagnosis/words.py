@@ -118,7 +118,7 @@ def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str
         return f"Unfinished: a gap above the floor remains, and the search was ended {ended}."
     close = "close" if len(effects) > 1 else "closes"
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
-    return f"Unfinished: so far {_listed(effects)} {close} {part}, but the search was ended {ended}."
+    return f"Unfinished: so far {_listed(effects)} {close} {part}, which is no claim: the search was ended {ended}."
 
 
 def gap_line(name: str, gap: Gap, *, marked: bool) -> str:

@@ -148,12 +148,12 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
         (
             ("axis.coulomb",),
             1,
-            "so far dry friction (axis.coulomb) closes 98 % of the gap, but the search was ended with 1 candidate not compared.",
+            "so far dry friction (axis.coulomb) closes 98 % of the gap, which is no claim: the search was ended with 1 candidate not compared.",
         ),
         (
             ("a", "b"),
             0,
-            "so far a (a) and b (b) close 98 % of the gap, but the search was ended before it was through.",
+            "so far a (a) and b (b) close 98 % of the gap, which is no claim: the search was ended before it was through.",
         ),
     ],
 )
