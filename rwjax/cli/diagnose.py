@@ -14,7 +14,17 @@ from rwjax.cli.terminal import document, next_command, note, say
 
 BUDGET_S = 120.0
 """Time that a search may take [s]."""
-Names = list[str] | None
+BudgetS = Annotated[
+    float,
+    typer.Option("--budget", metavar="SECONDS", help="time after which the search gives its answer so far; inf: none"),
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only", metavar="NAME…", help="compare these candidates alone, by their names under ranking in diagnosis.json"
+    ),
+]
+Without = Annotated[list[str] | None, typer.Option("--without", metavar="NAME…", help="leave these candidates out")]
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the results")]
 
 
@@ -22,21 +32,9 @@ def diagnose(
     rig_file: RigFile,
     log_files: LogFiles,
     segments: Segments = None,
-    budget: Annotated[
-        float,
-        typer.Option(
-            "--budget", metavar="SECONDS", help="time after which the search gives its answer so far; inf: none"
-        ),
-    ] = BUDGET_S,
-    only: Annotated[
-        Names,
-        typer.Option(
-            "--only",
-            metavar="NAME…",
-            help="compare these candidates alone, such as axis.coulomb or parameter.axis.inertia",
-        ),
-    ] = None,
-    without: Annotated[Names, typer.Option("--without", metavar="NAME…", help="leave these candidates out")] = None,
+    budget: BudgetS = BUDGET_S,
+    only: Only = None,
+    without: Without = None,
     output: Output = Path("diagnosis"),
     force: Force = False,
     as_json: Json = False,
@@ -73,13 +71,13 @@ def diagnose(
     if as_json:
         document(answer_of(result) + "\n")
     else:
-        lines = [str(result), *(f"  {name}: {output / path}" for name, path in written.items())]
-        fit = "fit", output / CORRECTED, *log_files, "-o", output / "fitted.toml"
+        corrected, told = output / CORRECTED, [f"  {name}: {output / path}" for name, path in written.items()]
         if result.verdict in CLAIMS:
-            lines.append(next_command(*fit, segments=segments, force=force))
+            fit = "fit", corrected, *log_files, "-o", output / "fitted.toml"
+            told.append(next_command(*fit, segments=segments, force=force))
         elif result.effects:
-            lines.append(f"  {output / CORRECTED}: with what leads, which is not claimed; go on from {rig_file}")
-        say("\n".join(lines))
+            told.append(f"  {corrected}: with what leads, which is not claimed; go on from {rig_file}")
+        say("\n".join([str(result), *told]))
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)

@@ -8,7 +8,7 @@ import typer
 
 from rwjax.cli.options import RATE, LogFiles, Quiet, check_file, finite, positive
 from rwjax.cli.progress import progress
-from rwjax.cli.terminal import document, next_command, say
+from rwjax.cli.terminal import document, next_command, note, say
 from rwjax.errors import InputError
 
 
@@ -81,12 +81,14 @@ def init(
         numbers = {name.replace("-", "_"): value for name, value in given.items()}
         datasheet = Datasheet(**(numbers | {"no_load_speed": speed}))
         model = mujoco_joint(from_mjcf, joint) if from_mjcf else None
-        text = first_rig(log_files, datasheet, kind.value if kind else None, model)
+        found = first_rig(log_files, datasheet, kind.value if kind else None, model)
     if output is None:
-        document(text)
-        return
-    write_text(output, text, InputError)
-    say(f"written to {output}\n{next_command('check', output, *log_files)}")
+        document(found.text)
+    else:
+        write_text(output, found.text, InputError)
+        say(f"written to {output}\n{next_command('check', output, *log_files)}")
+    if not quiet:
+        note(*found.notes)
 
 
 def _check(given: dict[str, float | None], kind: Kind | None, from_mjcf: Path | None, joint: str | None) -> None:

@@ -34,6 +34,9 @@ Least = Annotated[float, typer.Option(help="modulus margin that the tuned loop k
 Forward = Annotated[float, typer.Option(help="share of the breakaway friction that is fed forward")]
 Dead = Annotated[float, typer.Option(help="error within which nothing is fed forward [°]")]
 
+HELP = "--forward 0.8, or --ki with a larger --sigma, help against friction"
+"""What is advised where no gains settle."""
+
 
 def tune(
     rig_file: RigFile,
@@ -86,10 +89,9 @@ def tune(
     if as_json:
         document(answer + "\n")
         return
-    ordered = sorted(laws.items(), key=lambda law: (law[1]["settling"] is None, abs(law[1]["error"])))
-    say("\n".join(_line(name, found) for name, found in ordered))
+    say("\n".join(_lines(laws, {"robust": design.robust.why, "tuned": design.tuned.why})))
     about = _about(design.plants, sigma, step, bool(ki), bool(fit))
-    remark(quiet, *fit_notes, about, *_notes(design, laws["tuned"], least), *own_delay(rig))
+    remark(quiet, *rig.cautions, *fit_notes, about, *_notes(design, least), *own_delay(rig))
 
 
 def _stable(design: "GainDesign") -> dict[str, float]:
@@ -99,8 +101,9 @@ def _stable(design: "GainDesign") -> dict[str, float]:
 def _about(plants: int, sigma: float, step: float, integral: bool, fitted: bool) -> str:
     """What the robust and the tuned gains are."""
     over = f"worst-case margin over {plants} plants" if plants > 1 else "margin on the rig alone"
+    settle = "" if integral else ", of those that settle or stay least off"
     return (
-        f"robust: kp and kd of the largest {over}, every pole left of -{sigma:g} 1/s{' without ki' if integral else ''} "
+        f"robust: kp and kd of the largest {over}, every pole left of -{sigma:g} 1/s{' without ki' if integral else ''}{settle} "
         f"(a larger --sigma makes the loop faster); tuned: a step of {step:g}° on the rig{' as fitted' if fitted else ' as given'}"
     )
 
@@ -125,28 +128,31 @@ def _shown(design: "DesignedController") -> dict:
     return {**gains, **seen, **never, "modulus": design.robustness.modulus}
 
 
-def _line(name: str, found: dict) -> str:
+def _lines(laws: dict[str, dict], why: dict[str, str]) -> list[str]:
+    """A line for each controller, first those that settle; where one does not, why, and which to take instead."""
+    ordered = sorted(laws.items(), key=lambda law: (law[1]["settling"] is None, abs(law[1]["error"])))
+    best, found = ordered[0]
+    instead = HELP if found["settling"] is None else f"take the {best} ones"
+    return [_line(name, law, f": {why[name]}; {instead}" if why[name] else "") for name, law in ordered]
+
+
+def _line(name: str, found: dict, why: str) -> str:
+    """A controller's gains and step response, with what is said where it does not settle."""
     settles = "does not settle" if found["settling"] is None else f"settles in {found['settling']:.3g} s"
     return (
         f"{name}: kp {found['kp']:.4g} V/rad, ki {found['ki']:.4g} V/(rad s), kd {found['kd']:.4g} V s/rad; modulus margin "
         f"{found['modulus']:.2f}; {settles}, overshoot {100.0 * found['overshoot']:.2g} %, stays "
-        f"{math.degrees(abs(found['error'])):.2g}° off"
+        f"{math.degrees(abs(found['error'])):.2g}° off{why}"
     )
 
 
-def _notes(design: "GainDesign", tuned: dict, least: float) -> list[str]:
-    """On the plants, on a loop that does not settle, and on a margin that could not be kept."""
+def _notes(design: "GainDesign", least: float) -> list[str]:
+    """On the plants, and on a margin that could not be kept."""
     notes = []
     if design.plants > 1:
         notes.append(
             f"modulus margin: the worst of these plants; with the tuned gains {100.0 * design.tuned.robustness.stable:.4g} % of them are stable"
         )
-    if tuned["settling"] is None:
-        notes.append(
-            "not settled: where dry friction holds the axis off its angle, --ki or --forward 0.8 help, else a larger --sigma"
-        )
-    elif not math.isfinite(design.robust.response.settling):
-        notes.append("the robust gains do not settle on the rig with its friction: take the tuned ones")
     if design.least_modulus < least:
         notes.append(f"margin kept on the rig alone: {design.least_modulus:.2f}; the robust gains have no {least:g}")
     return notes

@@ -9,10 +9,11 @@ from jaxtyping import Float
 from rwjax.control.breakaway import breakaway
 from rwjax.control.closed_loop import run_rig
 from rwjax.control.controller import DEFAULT_CONTROLLER, Controller, LoopTiming, loop_timing
-from rwjax.control.response import DEFAULT_STEP, Response, StepReference, step_response
-from rwjax.control.robust_gains import robust_gains
+from rwjax.control.response import BAND, DEFAULT_STEP, Response, StepReference, step_response
+from rwjax.control.robust_gains import RobustGains, robust_gains
 from rwjax.control.robustness import Robustness, robustness
 from rwjax.control.tuning import LEAST_MODULUS, tune_from
+from rwjax.control.unsettled import least_kp, why_unsettled
 from rwjax.errors import InputError
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -48,6 +49,11 @@ DEFAULT_REQUIREMENT = GainRequirement()
 """Gains of up to 100, motions that die away with 0.5 1/s, and a modulus margin of 0.5."""
 
 
+HELD = (5.0 * BAND, 2.5 * BAND, 0.9 * BAND)
+"""Shares of a step off which friction may hold the axis with the robust gains, tried in this order: with the last of them an axis at rest
+breaks loose wherever it is not settled, with the others its momentum has to help."""
+
+
 class DesignedController(NamedTuple):
     """A controller with what it does.
 
@@ -55,11 +61,18 @@ class DesignedController(NamedTuple):
         controller: Gains and limits.
         robustness: Its linear loop on all plants.
         response: Figures of its step response on the rig.
+        why: Why its step does not settle, in words; empty where it does.
     """
 
     controller: Controller
     robustness: Robustness
     response: Response
+    why: str = ""
+
+    @property
+    def settles(self) -> str:
+        """How its step ends, in words: after how many seconds it settles, or why it does not."""
+        return f"does not settle: {self.why}" if self.why else f"settles in {float(self.response.settling):.3g} s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +80,8 @@ class GainDesign:
     """Gains designed for a rig.
 
     Attributes:
-        robust: The controller with the largest worst-case margin over the plants.
+        robust: The controller with the largest worst-case margin over the plants, without an integral of those whose
+            step settles, or that stay least off, where their margin is that of the tuned loop.
         tuned: The same tuned through the rig's nonlinear loop.
         least_modulus: Modulus margin that the tuning kept on the rig itself [1]; less than was asked for where the robust
             gains have less.
@@ -83,28 +97,33 @@ class GainDesign:
         lines = [f"gains for {self.plants} plant{'s' * (self.plants != 1)}:"]
         for name, found in (("robust", self.robust), ("tuned", self.tuned)):
             law, seen = found.controller, found.response
-            settling = float(seen.settling)
-            settles = f"settles in {settling:.3g} s" if np.isfinite(settling) else "does not settle"
             lines.append(
                 f"  {name}: kp {float(law.kp):.4g} V/rad, ki {float(law.ki):.4g} V/(rad s), kd {float(law.kd):.4g} V s/rad; "
-                f"modulus margin {found.robustness.modulus:.2f}; {settles}, overshoot {100.0 * float(seen.overshoot):.2g} %"
+                f"modulus margin {found.robustness.modulus:.2f}; overshoot {100.0 * float(seen.overshoot):.2g} %, {found.settles}"
             )
         return "\n".join(lines)
 
 
 class _Task(NamedTuple):
-    """What every controller of a design is judged on."""
+    """What every controller of a design is judged on; `breakaway`: the command at which the axis breaks loose [V]."""
 
     rig: Rig
     plants: Float[np.ndarray, "k p"]
     reference: Float[np.ndarray, " s"]
     timing: LoopTiming
+    breakaway: float
+
+    def response(self, controller: Controller) -> Response:
+        """The step response of a controller on the rig."""
+        run = run_rig(self.rig, controller, self.reference, self.timing)
+        return step_response(run, self.reference[-1], self.timing.period, controller.voltage_limit)
 
     def judge(self, controller: Controller, found: Robustness) -> DesignedController:
         """A controller with its robustness and its step response."""
-        run = run_rig(self.rig, controller, self.reference, self.timing)
-        seen = step_response(run, self.reference[-1], self.timing.period, controller.voltage_limit)
-        return DesignedController(controller, found, seen)
+        seen, step = self.response(controller), float(self.reference[-1])
+        settles = bool(np.isfinite(seen.settling))
+        why = "" if settles else why_unsettled(controller, self.breakaway, step, self.timing.period)
+        return DesignedController(controller, found, seen, why)
 
 
 def tune(
@@ -142,28 +161,62 @@ def tune(
         )
     timing = loop_timing(rig) if timing is None else timing
     plants = theta_of(rig, structure_of(rig))[None] if thetas is None else thetas
-    task = _Task(rig, plants, step.samples(timing.period), timing)
-    start, found = _robust_start(task, requirement, controller, friction_share)
+    task = _Task(rig, plants, step.samples(timing.period), timing, breakaway(rig))
+    start, found = _robust_start(task, requirement, controller._replace(feedforward=friction_share * task.breakaway))
     tuned = tune_from(rig, start, task.reference, timing, requirement.least_modulus)
     end = robustness(rig, plants, timing, tuned.controller)
     return GainDesign(task.judge(start, found), task.judge(tuned.controller, end), tuned.least, len(plants))
 
 
-def _robust_start(
-    task: _Task, requirement: GainRequirement, controller: Controller, friction_share: float
-) -> tuple[Controller, Robustness]:
+def _robust_start(task: _Task, requirement: GainRequirement, controller: Controller) -> tuple[Controller, Robustness]:
     """The controller with the most robust gains. Raises `InputError` where its loop is not stable with the integral."""
-    kp, kd = np.array(requirement.kp), np.array(requirement.kd)
-    filter_time = float(controller.filter_time)
-    gains = robust_gains(task.rig, task.plants, kp, kd, requirement.sigma, task.timing, filter_time)
-    feedforward = friction_share * breakaway(task.rig)
-    start = controller._replace(kp=gains.kp, kd=gains.kd, feedforward=feedforward)
+    start = _settling(task, requirement, controller)
     found = robustness(task.rig, task.plants, task.timing, start)
     if found.stable < 1.0:
         ki = float(controller.ki)
         less = f"--ki {ki:g}: with it" if ki > 0.0 else f"--sigma {requirement.sigma:g}:"
         right = "lower --ki" if ki > 0.0 else "ask for a larger --sigma"
         raise InputError(
-            f"{less} the loop is not stable at the most robust gains, kp {gains.kp:.3g} and kd {gains.kd:.3g}; {right}"
+            f"{less} the loop is not stable at the most robust gains, kp {start.kp:.3g} and kd {start.kd:.3g}; {right}"
         )
     return start, found
+
+
+def _settling(task: _Task, requirement: GainRequirement, controller: Controller) -> Controller:
+    """The controller with the most robust gains; where friction holds the axis off with them, with those that settle, or stay least off.
+
+    These keep the margin of the tuned loop, or are not taken. An integral brings the axis to its angle in the end, so it is left to that.
+    """
+
+    def of(low: float) -> tuple[Controller, RobustGains]:
+        kp, kd = np.array([low, requirement.kp[1]]), np.array(requirement.kd)
+        filter_time = float(controller.filter_time)
+        gains = robust_gains(task.rig, task.plants, kp, kd, requirement.sigma, task.timing, filter_time)
+        return controller._replace(kp=gains.kp, kd=gains.kd), gains
+
+    low, high = requirement.kp
+    best, _ = of(low)
+    off, step = _off(task, best), abs(float(task.reference[-1]))
+    if float(controller.ki) > 0.0:
+        return best
+    for share in HELD:
+        least = min(least_kp(controller, task.breakaway, share * step), high)
+        if off == 0.0 or least <= low:
+            break
+        try:
+            one, gains = of(least)
+        except InputError:  # none of these gains meets the requirement, nor do larger ones
+            break
+        if gains.modulus < requirement.least_modulus:
+            break
+        if (closer := _off(task, one)) < off - BAND * step or closer == 0.0:
+            best, off = one, closer
+        low = least
+    return best
+
+
+def _off(task: _Task, controller: Controller) -> float:
+    """How far off its angle a controller leaves the axis [rad]; 0 where the step settles, infinite where the run diverges."""
+    seen = task.response(controller)
+    error = abs(float(seen.error)) + float(seen.cycle)
+    return 0.0 if np.isfinite(seen.settling) else error if np.isfinite(error) else np.inf

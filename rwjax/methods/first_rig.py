@@ -1,7 +1,7 @@
 """A first rig file, from the columns of logs and the numbers of a datasheet. What is guessed is free where logs can tell it, and said."""
 
 import json
-import math
+import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -13,9 +13,10 @@ from rwjax.logs.propose import proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
+from rwjax.methods.first_estimates import first_estimates, rounded
 from rwjax.methods.known import Known
 from rwjax.methods.mujoco_joint import MujocoJoint
-from rwjax.methods.regression import weak_form
+from rwjax.methods.servo_scale import servo_numbers
 from rwjax.rig.columns import COLUMNS, columns_of
 from rwjax.rig.read import parse_rig
 
@@ -28,8 +29,6 @@ OWN_NUMBERS = {
     "axis_inertia": "axis.inertia",
 }
 """Numbers that the datasheet gives as they are, by its attributes."""
-DIGITS = 3
-"""Digits of an estimate, which `fit` will make anew."""
 
 
 class Datasheet(NamedTuple):
@@ -67,7 +66,32 @@ class Datasheet(NamedTuple):
 
 OF_TWO_AXES = {*columns_of("two_axis")} - {name for kind in ONE_AXIS for name in columns_of(kind)}
 """Columns that rigs with two axes alone have."""
-GUESS, GIVEN, REGRESSION = "a guess", "given", "by a regression; `rwjax fit` estimates it anew"
+OF_A_WEIGHT = [
+    "",
+    "# [axis.gravity]   # of a link that hangs, or an axis that leans: take away the three marks",
+    '# torque = 0.1   # m g l, N m: mass times 9.81 times the lever of its centre; unknown, "axis.gravity.torque" under [fit]',
+    "# angle = 0.0   # angle, rad: 0 where it hangs down at angle 0",
+]
+"""Lines for gravity, which nothing in a log's columns tells."""
+COLUMNS_OF_MOTION = {name for name, column in COLUMNS.items() if "joint" in column.kinds} - {"current_A"}
+"""Columns of a joint's motion."""
+GUESS, GIVEN, BY_NO_LOAD = "a guess", "given", "voltage over the speed without a load"
+TORQUE = r"n_?m|torque"
+"""Words of a column's name that holds a torque."""
+COMMANDED = r"cmd\w*|command\w*|ref\w*|set\w*|target\w*|des\w*|soll\w*"
+"""Words of a column's name that holds what is asked for."""
+
+
+class FirstRig(NamedTuple):
+    """A first rig file.
+
+    Attributes:
+        text: TOML text.
+        notes: What the logs do not tell, a sentence each.
+    """
+
+    text: str
+    notes: tuple[str, ...] = ()
 
 
 def first_rig(
@@ -75,8 +99,8 @@ def first_rig(
     datasheet: Datasheet,
     kind: str | None = None,
     model: MujocoJoint | None = None,
-) -> str:
-    """The text of a first rig file for logs.
+) -> FirstRig:
+    """A first rig file for logs.
 
     Args:
         paths: The logs, of any layout; the first one says the columns.
@@ -85,7 +109,8 @@ def first_rig(
         model: The hinge of a MuJoCo model that the logs are of, from which the numbers are taken; the kind is then `joint`.
 
     Returns:
-        TOML text. Free numbers are estimated by a regression on the smoothed motion, where the logs allow it; else a comment says why not.
+        Its text, and notes. Free numbers are estimated by a regression on the smoothed motion, where the logs allow it; else a comment
+        says why not.
 
     Raises:
         LogError: A log cannot be read, has no column for the time, a command or a reading, or is of a rig with two axes; or it has no
@@ -117,17 +142,17 @@ def first_rig(
     if model:
         _check_command(sheet, model, columns)
         read_logs(paths, rig)
-        return "".join(f"# {note}\n" for note in model.notes) + text(numbers)
+        return FirstRig("".join(f"# {note}\n" for note in model.notes) + text(numbers))
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:
-        return f"# No number is estimated yet: fill in the servo's gains, then `rwjax fit`.\n{text(numbers)}"
+        head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax fit`.\n"
+        return FirstRig(head + text(numbers))
+    K = numbers.get("motor.torque_constant")
     try:
-        found = weak_form(rig, logs).rig
+        found = first_estimates(rig, logs, numbers, by_no_load_speed=K is not None and K.why == BY_NO_LOAD)
     except InputError as why:
-        return f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}"
-    told = {n: numbers[n] for n, error in found.standard_error.items() if n in numbers and math.isfinite(error)}
-    told = {n: known._replace(value=_rounded(found.values[n]), why=REGRESSION) for n, known in told.items()}
-    return text(numbers | told)
+        return FirstRig(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}")
+    return FirstRig(text(found.numbers), found.notes)
 
 
 def _check_columns(sheet: Sheet) -> None:
@@ -153,10 +178,35 @@ def _check_columns(sheet: Sheet) -> None:
         if column not in taken:
             sheet.numbers([column])  # says where it is none
     what = " and ".join(name for name, there in wanted.items() if not there)
+    by_hand = "" if wanted["a command"] else _commands_by_hand(sheet)
     raise LogError(
-        f"{sheet.where(None)}: no column is taken for {what}; found {', '.join(sheet.names)}; write a rig file with [columns] by hand "
-        "(docs/file_looks_like_this.md)"
+        f"{sheet.where(None)}: no column is taken for {what}; found {', '.join(sheet.names)}; say in a rig file what they are"
+        f"{by_hand or ', under [columns]'}"
     )
+
+
+def _commands_by_hand(sheet: Sheet) -> str:
+    """How a rig file says which column is the command: one for a torque, where a column's name says that it is one."""
+    torques = [name for name in sheet.names if _has_word(TORQUE, name)]
+    if not torques:
+        return (
+            ', under [columns], such as `voltage_V = "NAME"`: or duty, command_A (a current), command_Nm (a torque, kind = "joint") '
+            "or goal_rad (an angle that a servo is to reach)"
+        )
+    torque = next((name for name in torques if _has_word(COMMANDED, name)), torques[0])
+    motion = [one for name, one in proposed(sheet, "joint").items() if name == "time_s" or COLUMNS_OF_MOTION & {name}]
+    sources = [one.line.partition("   #")[0] for one in motion if one.column != torque]
+    lines = ", ".join([*sources, f"command_Nm = {json.dumps(torque, ensure_ascii=False)}"])
+    return (
+        f": `{printable(torque)}` looks like a commanded torque, which is command_Nm of a joint: a file with the lines "
+        f'`kind = "joint"`, `axis.inertia = 0.1` (a guess, kg m2), `axis.friction.viscous = 0.0`, `columns = {{ {printable(lines)} }}` '
+        'and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig'
+    )
+
+
+def _has_word(pattern: str, name: str) -> bool:
+    """Whether one of the words of a column's name is of a pattern."""
+    return any(re.fullmatch(pattern, word) for word in re.split(r"[\W_]+", name.lower()))
 
 
 def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
@@ -187,10 +237,6 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
     return "wheel" if datasheet.of_a_motor else "platform"
 
 
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
-
-
 def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     """Every number of the first rig file, by its name."""
     found = _motor(kind, d, columns) if kind in MOTORED else {}
@@ -207,23 +253,27 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
         found["drive.supply"] = Known(d.supply, GIVEN) if d.supply else Known(12.0, GUESS)
     if kind in TURNING:
         rod = d.mass * d.length**2 / 3.0 if d.mass and d.length else None
-        inertia = Known(_rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, free=True)
+        inertia = Known(rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, free=True)
         found["axis.inertia"] = Known(d.axis_inertia, GIVEN) if d.axis_inertia else inertia
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)
         if kind == "joint" and d.mass and d.length:
-            torque = _rounded(0.5 * d.mass * GRAVITY * d.length)
+            torque = rounded(0.5 * d.mass * GRAVITY * d.length)
             found["axis.gravity.torque"] = Known(torque, "of a rod, m g l/2", free=True)
             found["axis.gravity.angle"] = Known(0.0, "0 where the rod hangs down at angle 0")
     if "goal_rad" in columns:
-        found["drive.servo.kp"] = Known(10.0, GUESS, free=True)
-        found["drive.servo.kd"] = Known(0.0, GUESS)
+        found = servo_numbers(
+            found,
+            inertia_known=bool(d.axis_inertia or (kind in WHEELED and d.wheel_inertia)),
+            current="current_A" in columns,
+            wheel_measured=bool({"wheel_rad_s", "wheel_rad", "wheel_counts"} & columns),
+        )
     return found
 
 
 def _gain(d: Datasheet) -> Known:
     """Gain of a platform's drive."""
     if d.stall_torque and d.supply:
-        return Known(_rounded(d.stall_torque / d.supply), "stall torque over the voltage")
+        return Known(rounded(d.stall_torque / d.supply), "stall torque over the voltage")
     if d.axis_inertia:
         return Known(1.0, f"{GUESS}: the inertia that is given tells it", free=True)
     return Known(1.0, "unknown: with 1, torques and inertias are in units of the drive's gain")
@@ -237,9 +287,9 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     if d.torque_constant:
         K = Known(d.torque_constant, GIVEN)
     elif d.supply and d.no_load_speed:
-        K = Known(_rounded(d.supply / d.no_load_speed), "voltage over the speed without a load")
+        K = Known(rounded(d.supply / d.no_load_speed), BY_NO_LOAD)
     elif d.supply and d.stall_torque and d.resistance:
-        K = Known(_rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
+        K = Known(rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
     else:
         inertia = d.wheel_inertia or d.axis_inertia
         told = bool(current or inertia or kind == "wheel" or "wheel_rad_s" in columns)
@@ -247,7 +297,7 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     if d.resistance:
         R = Known(d.resistance, GIVEN)
     elif d.supply and d.stall_torque:
-        R = Known(_rounded(K.value * d.supply / d.stall_torque), "torque constant times voltage over the stall torque")
+        R = Known(rounded(K.value * d.supply / d.stall_torque), "torque constant times voltage over the stall torque")
     else:
         given = f"{GUESS}, or --resistance"
         by_voltage = current and "command_A" not in columns
@@ -282,6 +332,7 @@ def _text(
             for key in NUMBERS
             if key in numbers and key.rpartition(".")[0] == part
         ]
+    lines += [] if "axis.inertia" not in numbers or "axis.gravity.torque" in numbers or model else OF_A_WEIGHT
     for column in (name for name in COLUMNS if name in columns):
         if on := COLUMNS[column].encoder:
             counts = (

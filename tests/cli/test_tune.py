@@ -31,6 +31,18 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
     first, second = shell("tune", "rig.toml", *options)[1].splitlines()[:2]
     assert first.startswith("tuned: kp ") and "; settles in " in first  # what settles leads
     assert second.startswith("robust: kp ") and "; does not settle" in second
+    assert second.endswith("; take the tuned ones")
+
+
+@pytest.mark.slow
+def test_gains_that_do_not_move_the_axis_are_printed_with_the_reason(shell: Shell) -> None:
+    code, out, err = shell(
+        "tune", "rig.toml", "--kp", "0:4", "--kd", "0:4", "--sigma", "0.1", "--step", "3", "--seconds", "4"
+    )
+    assert code == 0, err
+    robust = next(line for line in out.splitlines() if line.startswith("robust: "))
+    assert ": friction holds the axis until the command is 0.73 V, and the step gives " in robust  # 16 mN m R/K
+    assert "the axis does not move at all; take the tuned ones" in robust
 
 
 @pytest.mark.slow

@@ -19,7 +19,8 @@ STEP = StepReference(np.radians(10.0), 2.0)
 
 @pytest.mark.slow
 def test_a_design_is_the_most_robust_gains_and_then_tuned_ones() -> None:
-    rig, timing = platform(), loop_timing(platform())
+    rig = platform("viscous = 0.02")
+    timing = loop_timing(rig)
     found = tune(rig, friction_share=0.5, step=STEP)
     thetas = theta_of(rig, structure_of(rig))[None]
     gains = robust_gains(rig, thetas, np.array([0.0, 100.0]), np.array([0.0, 100.0]), 0.5, timing, 0.02)
@@ -35,6 +36,21 @@ def test_a_design_is_the_most_robust_gains_and_then_tuned_ones() -> None:
     assert lines[1].startswith(
         f"  robust: kp {gains.kp:.4g} V/rad, ki 0 V/(rad s), kd {gains.kd:.4g} V s/rad; modulus margin "
     )
+
+
+@pytest.mark.slow
+def test_robust_gains_move_an_axis_with_dry_friction() -> None:
+    found = tune(platform(), friction_share=0.5, step=STEP)
+    assert np.isfinite(found.robust.response.settling) and found.robust.why == "" and "settles in" in str(found)
+    assert found.robust.robustness.modulus >= found.tuned.robustness.modulus - 0.01
+
+
+@pytest.mark.slow
+def test_gains_that_leave_the_axis_where_it_is_are_named_with_the_reason() -> None:
+    found = tune(platform(), GainRequirement(kp=(0.0, 0.5), kd=(0.0, 5.0)), step=STEP)
+    assert "friction holds the axis until the command is 0.125 V" in found.robust.why  # 0.05 N m / 0.4 N m/V
+    assert found.robust.why in str(found)
+    assert found.robust.controller.kp < 0.5  # stronger gains of less margin move it no more
 
 
 def test_an_integral_that_no_robust_gains_bear_is_said() -> None:

@@ -3,17 +3,24 @@
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rwjax import InputError, LogError, Rig, parse_rig, read_logs, simulate, write_log
+from rwjax.fitting.questions.check import check
 from rwjax.methods.first_rig import Datasheet, first_rig
 from rwjax.methods.known import Known
 from rwjax.methods.mujoco_joint import MujocoJoint
 from tests.systems import platform, reaction, wheel
 
 NOTHING = Datasheet()
+
+
+def text_of(*given: Any) -> str:
+    """The text of a first rig file."""
+    return first_rig(*given).text
 
 
 def logs_of(rig: Rig, folder: Path, names: tuple[str, ...], volts: float = 3.0) -> list[Path]:
@@ -39,20 +46,20 @@ def test_the_columns_tell_the_kind_and_the_file_reads_back(
     rig: Rig, names: tuple[str, ...], kind: str, tmp_path: Path
 ) -> None:
     paths = logs_of(rig, tmp_path, names)
-    found = parse_rig(first_rig(paths, NOTHING))
+    found = parse_rig(text_of(paths, NOTHING))
     assert found.kind == kind and found.name == tmp_path.name and found.free
     assert len(read_logs(paths, found)) == 1
 
 
 def test_free_numbers_come_near_those_that_made_the_log(tmp_path: Path) -> None:
     paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
-    found = parse_rig(first_rig(paths, Datasheet(supply=10.0, stall_torque=4.0)))
+    found = parse_rig(text_of(paths, Datasheet(supply=10.0, stall_torque=4.0)))
     assert found.numbers["drive.gain"] == 0.4
     assert found.numbers["axis.inertia"] == pytest.approx(0.1, rel=0.05)
     assert found.numbers["axis.friction.viscous"] == pytest.approx(0.02, rel=0.1)
-    scaled = parse_rig(first_rig(paths, NOTHING))  # in units of the gain
+    scaled = parse_rig(text_of(paths, NOTHING))  # in units of the gain
     assert scaled.numbers["axis.inertia"] == pytest.approx(0.1 / 0.4, rel=0.05)
-    weighed = parse_rig(first_rig(paths, Datasheet(axis_inertia=0.1)))  # which tells the gain
+    weighed = parse_rig(text_of(paths, Datasheet(axis_inertia=0.1)))  # which tells the gain
     assert weighed.numbers["drive.gain"] == pytest.approx(0.4, rel=0.05)
 
 
@@ -61,7 +68,7 @@ def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
     columns = {"time_s": t, "duty": 0.3 * np.sin(3.0 * t), "position_rad": 0.2 * np.sin(3.0 * t - 1.0)}
     write_log(tmp_path / "run.csv", columns, {})
     datasheet = Datasheet(supply=12.0, stall_torque=2.0, no_load_speed=6.0, mass=0.3, length=0.2)
-    found = parse_rig(first_rig([tmp_path / "run.csv"], datasheet))
+    found = parse_rig(text_of([tmp_path / "run.csv"], datasheet))
     assert found.kind == "joint" and found.numbers["drive.supply"] == 12.0
     assert found.numbers["motor.torque_constant"] == pytest.approx(2.0)
     assert found.numbers["motor.resistance"] == pytest.approx(12.0)  # 2 N m/A · 12 V / 2 N m
@@ -91,7 +98,7 @@ def test_what_is_known_of_a_motor_tells_the_kind_where_the_columns_do_not(
     rows = [f"{10 * k},{100 * (-1) ** (k // 50)},{30 * k},{12 * k % 7}" for k in range(200)]
     columns = header.count(",") + 1
     (tmp_path / "run.csv").write_text("\n".join([header, *(",".join(row.split(",")[:columns]) for row in rows), ""]))
-    found = parse_rig(first_rig([tmp_path / "run.csv"], Datasheet(**given)))
+    found = parse_rig(text_of([tmp_path / "run.csv"], Datasheet(**given)))
     assert found.kind == kind
     numbers = {"torque_constant": "motor.torque_constant", "resistance": "motor.resistance"}
     numbers |= {"wheel_inertia": "wheel.inertia", "axis_inertia": "axis.inertia"}
@@ -106,7 +113,7 @@ def test_a_number_that_the_kind_does_not_have_is_refused(tmp_path: Path) -> None
     with pytest.raises(
         LogError, match="--wheel-inertia is given, and a first rig of kind `platform` has no wheel.inertia"
     ):
-        first_rig(paths, Datasheet(wheel_inertia=1e-3), "platform")
+        text_of(paths, Datasheet(wheel_inertia=1e-3), "platform")
 
 
 def test_a_resistance_is_free_where_a_current_is_read_under_a_voltage_alone(tmp_path: Path) -> None:
@@ -114,14 +121,14 @@ def test_a_resistance_is_free_where_a_current_is_read_under_a_voltage_alone(tmp_
     for command, free in (("voltage_V", True), ("command_A", False)):
         columns = {"time_s": t, command: np.sin(3.0 * t), "current_A": 0.4 * np.sin(3.0 * t), "wheel_rad_s": np.sin(t)}
         write_log(tmp_path / "run.csv", columns, {})
-        found = parse_rig(first_rig([tmp_path / "run.csv"], NOTHING))
+        found = parse_rig(text_of([tmp_path / "run.csv"], NOTHING))
         assert ("motor.resistance" in found.free) == free
 
 
 def test_columns_of_another_layout_are_proposed_and_guesses_are_said(tmp_path: Path) -> None:
     rows = "\n".join(f"{10 * k},{100 * math.sin(0.05 * k):.0f},{k}" for k in range(300))
     (tmp_path / "run.csv").write_text(f"millis,pwm,encoder_counts\n{rows}\n")
-    text = first_rig([tmp_path / "run.csv"], Datasheet(counts=4096))
+    text = text_of([tmp_path / "run.csv"], Datasheet(counts=4096))
     found = parse_rig(text)
     assert found.kind == "platform" and found.counts_per_rev == {"axis": 4096}
     assert {*found.sources} == {"time_s", "voltage_V", "yaw_counts"} and "right?" in text
@@ -145,7 +152,7 @@ def test_columns_of_another_layout_are_proposed_and_guesses_are_said(tmp_path: P
 def test_what_is_wrong_with_a_log_is_said_by_its_own_columns(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text(text)
     with pytest.raises(InputError, match=says):
-        first_rig([tmp_path / "run.csv"], NOTHING)
+        text_of([tmp_path / "run.csv"], NOTHING)
 
 
 def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Path) -> None:
@@ -157,14 +164,14 @@ def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Pat
     spring = {"axis.spring": {"k": 0.3, "T_0": 0.0, "k_3": 0.0}}
     t = 0.01 * np.arange(200)
     write_log(tmp_path / "run.csv", {"time_s": t, "goal_rad": np.sin(t), "yaw_counts": np.round(100 * np.sin(t))}, {})
-    text = first_rig([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known | gains, True, spring, ("so.",)))
+    text = text_of([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known | gains, True, spring, ("so.",)))
     found = parse_rig(text)
     assert text.startswith("# so.\n") and found.kind == "joint" and found.effects == spring
     assert found.servo is not None and (found.servo.acts_on, found.servo.damping_on) == ("torque", "speed")
     assert {name: found.numbers[name] for name in known | gains} == {n: k.value for n, k in (known | gains).items()}
     assert found.free == ("axis.friction.viscous", "drive.servo.kp")
     with pytest.raises(LogError, match="`elbow` takes command_Nm"):
-        first_rig([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known, False, {}, ()))
+        text_of([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known, False, {}, ()))
 
 
 @pytest.mark.parametrize(
@@ -180,7 +187,7 @@ def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Pat
 def test_what_init_does_not_write_is_said(header: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("\n".join([header, *(f"{k / 100},1,1,{k},{k},{k}" for k in range(40))]))
     with pytest.raises(LogError, match=re.escape(message)):
-        first_rig([tmp_path / "run.csv"], NOTHING)
+        text_of([tmp_path / "run.csv"], NOTHING)
 
 
 def test_a_number_in_a_name_makes_no_second_axis(tmp_path: Path) -> None:
@@ -188,4 +195,68 @@ def test_a_number_in_a_name_makes_no_second_axis(tmp_path: Path) -> None:
     head = next(k for k, line in enumerate(text) if line.startswith("time_s"))
     more = [*text[:head], text[head] + ",temp_1_C", *(line + ",20" for line in text[head + 1 :])]
     (tmp_path / "run.csv").write_text("\n".join(["# ignore: temp_1_C", *more]))
-    assert parse_rig(first_rig([tmp_path / "run.csv"], NOTHING)).kind == "platform"
+    assert parse_rig(text_of([tmp_path / "run.csv"], NOTHING)).kind == "platform"
+
+
+def test_a_commanded_torque_is_told_by_lines_that_are_a_rig_file(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{(-1) ** (k // 50) * 0.1},{0.09},{math.sin(0.05 * k)}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["time_s,torque_meas_Nm,torque_cmd_Nm,angle_rad", *rows]))
+    with pytest.raises(LogError, match="`torque_cmd_Nm` looks like a commanded torque") as said:
+        first_rig([tmp_path / "run.csv"], NOTHING)
+    assert "docs" not in str(said.value) and "\n" not in str(said.value)
+    rig = parse_rig("\n".join(re.findall("`([^`]* = [^`]*)`", str(said.value))))
+    (log,) = read_logs([tmp_path / "run.csv"], rig)
+    assert log.input == "command_Nm" and {*log.outputs} == {"yaw_rad"} and rig.free
+
+
+def test_a_log_without_a_command_is_told_what_commands_there_are(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("millis,foo,encoder\n" + "\n".join(f"{k},{k % 7},{k}" for k in range(50)))
+    with pytest.raises(LogError) as said:
+        first_rig([tmp_path / "run.csv"], NOTHING)
+    assert all(name in str(said.value) for name in ("voltage_V", "duty", "command_A", "command_Nm", "goal_rad"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "given",
+    [{}, {"axis_inertia": 0.02}, {"mass": 0.4, "length": 0.3}, {"supply": 12.0, "no_load_speed": 6.0}],
+    ids=["nothing", "inertia", "weight", "speed"],
+)
+@pytest.mark.parametrize("kind", ["joint", "platform"])
+def test_logs_of_a_servo_tell_every_number_that_is_free(kind: str, given: dict[str, float], tmp_path: Path) -> None:
+    t = 0.01 * np.arange(600)
+    goal = np.sign(np.sin(2.0 * t)) * (t > 0.3) + 0.3 * np.sin(9.0 * t)
+    text = f'kind = "{kind}"\naxis.inertia = 0.02\naxis.friction.viscous = 0.05\ndrive.servo.kp = 2.0\ndrive.servo.acts_on = "voltage"\n'
+    text += "drive.gain = 0.3" if kind == "platform" else "motor.torque_constant = 0.3\nmotor.resistance = 1.0"
+    moved = simulate(parse_rig(text), t, {"goal_rad": goal})["yaw_rad"]
+    write_log(tmp_path / "run.csv", {"time_s": t, "goal_rad": goal, "yaw_rad": np.asarray(moved)}, {})
+    rig = parse_rig(text_of([tmp_path / "run.csv"], Datasheet(**given), kind))
+    said = [
+        str(finding) for finding in check(rig, read_logs([tmp_path / "run.csv"], rig)) if finding.about == "numbers"
+    ]
+    assert not [line for line in said if "fix one" in line], said
+    scaled = "axis_inertia" in given or (kind == "joint" and "mass" in given)
+    assert ("drive.servo.kp" in rig.free) == scaled and "axis.friction.viscous" in rig.free
+
+
+def test_gravity_stands_ready_in_comments_where_nothing_is_known_of_it(tmp_path: Path) -> None:
+    text = text_of(logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",)), NOTHING)
+    told = re.sub(r"^# (?=\[axis\.gravity\]|torque|angle)", "", text, flags=re.MULTILINE)
+    assert parse_rig(told).numbers["axis.gravity.torque"] > 0.0
+    assert "axis.gravity.torque" not in parse_rig(text).numbers
+
+
+@pytest.mark.slow
+def test_a_speed_without_a_load_that_a_measured_motor_passes_frees_its_torque_constant(realdata: Path) -> None:
+    log = realdata / "dcmotor_deadzone_l298n" / "staircase_run.csv"
+    found = first_rig([log], Datasheet(supply=12.0, no_load_speed=300.0 * math.pi / 30.0, resistance=1.371))
+    rig = parse_rig(found.text)
+    assert rig.numbers["motor.friction"] == 0.0 and {*rig.free} == {"motor.torque_constant", "wheel.inertia"}
+    assert any("times as fast per volt" in note for note in found.notes)
+
+
+@pytest.mark.slow
+def test_a_measured_servo_tells_every_number_that_is_free(realdata: Path) -> None:
+    log = realdata / "feetech_sts3215_pendulum" / "sin_sin_L100_m0535_kp16.csv"
+    rig = parse_rig(text_of([log], NOTHING))
+    assert not [finding for finding in check(rig, read_logs([log], rig)) if finding.about == "numbers"]

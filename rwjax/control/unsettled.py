@@ -1,0 +1,66 @@
+"""Why a step does not settle: where friction holds an axis at rest under a controller without an integral, and how long under one with it."""
+
+import math
+
+from rwjax.control.controller import Controller
+
+
+def held_off(controller: Controller, breakaway: float) -> float:
+    """Largest error at which a controller's proportional part and its feed-forward leave an axis at rest where it is.
+
+    Args:
+        controller: Gains, feed-forward and deadband; the integral does not count.
+        breakaway: Command at which the axis at rest breaks loose [V].
+
+    Returns:
+        The error [rad]; infinite where `kp` is 0 and the feed-forward is too small.
+    """
+    kp, deadband = float(controller.kp), float(controller.deadband)
+    within, beyond = (_over(volts, kp) for volts in (breakaway, breakaway - float(controller.feedforward)))
+    return max(beyond, min(within, deadband))  # inside the deadband nothing is fed forward
+
+
+def least_kp(controller: Controller, breakaway: float, error: float) -> float:
+    """Proportional gain from which on an axis at rest is held off by no more than an error.
+
+    Args:
+        controller: Feed-forward and deadband; its gains do not count.
+        breakaway: Command at which the axis at rest breaks loose [V].
+        error: The error, above 0 [rad].
+
+    Returns:
+        The gain [V/rad], 0 where the feed-forward alone suffices.
+    """
+    forward = float(controller.feedforward) if error >= float(controller.deadband) else 0.0
+    return max(breakaway - forward, 0.0) / error
+
+
+def why_unsettled(controller: Controller, breakaway: float, step: float, period: float) -> str:
+    """Why a step of the reference from rest does not settle.
+
+    Args:
+        controller: Gains, feed-forward and deadband.
+        breakaway: Command at which the axis at rest breaks loose [V].
+        step: Height of the step [rad].
+        period: Sampling period [s].
+
+    Returns:
+        The reason in words.
+    """
+    size, ki = abs(step), float(controller.ki)
+    first = float(controller.kp) * size + float(controller.feedforward) * (size > float(controller.deadband))
+    needs = f"friction holds the axis until the command is {breakaway:.3g} V"
+    if breakaway > first and ki > 0.0:
+        seconds = max((breakaway - first) / (ki * size), period)
+        return f"{needs}; the step gives {first:.3g} V with these gains, and ki makes up for the rest only in {seconds:.3g} s"
+    if breakaway > first:
+        return f"{needs}, and the step gives {first:.3g} V with these gains: the axis does not move at all"
+    off = held_off(controller, breakaway)
+    if breakaway > 0.0 and ki == 0.0 and off > 0.0:
+        return f"{needs}, so that at rest it stays up to {math.degrees(off):.2g}° off with these gains"
+    return "the loop is too slow for the seconds that it has, or goes on swinging"
+
+
+def _over(volts: float, kp: float) -> float:
+    """Error [rad] at which a gain [V/rad] gives some volts."""
+    return 0.0 if volts <= 0.0 else volts / kp if kp > 0.0 else math.inf

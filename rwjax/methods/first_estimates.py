@@ -1,0 +1,140 @@
+"""Numbers of a first rig file by a regression on its logs: those that the logs tell, and what becomes of the others."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from rwjax.errors import InputError
+from rwjax.kinds import NUMBERS
+from rwjax.logs.log import Log
+from rwjax.methods.identified import NORMAL_95
+from rwjax.methods.known import Known
+from rwjax.methods.regression import weak_form
+from rwjax.rig.model import Rig
+
+REGRESSION = "by a regression; `rwjax fit` estimates it anew"
+DIGITS = 3
+"""Digits of an estimate, which `fit` will make anew."""
+TORQUE_CONSTANT = "motor.torque_constant"
+FASTER = 1.1
+"""Speed per volt in the logs, over the datasheet's, from which on they do not go together [1]: no friction makes a motor faster, and a
+catalogue's speeds hold within 10 %."""
+SLOWER = 0.5
+"""The same where the logs are slower [1]: friction would take more of the voltage than the back-EMF, and of a motor without a load it
+takes a small part."""
+
+
+class FirstEstimates(NamedTuple):
+    """Numbers of a first rig file after a regression.
+
+    Attributes:
+        numbers: Every number by its name [SI].
+        notes: What the logs do not tell, a sentence each.
+    """
+
+    numbers: dict[str, Known]
+    notes: tuple[str, ...] = ()
+
+
+def rounded(value: float) -> float:
+    """A number with the digits that a first rig file gives it.
+
+    Args:
+        value: The number [any unit].
+
+    Returns:
+        The same, rounded [any unit].
+    """
+    return float(f"{value:.{DIGITS}g}")
+
+
+def first_estimates(
+    rig: Rig, logs: Sequence[Log], numbers: dict[str, Known], *, by_no_load_speed: bool = False
+) -> FirstEstimates:
+    """Estimates of the free numbers by the weak form.
+
+    * Friction that is not above 0 by its own standard error is none: it is 0, and fixed.
+    * Any other number that is smaller than its error keeps its guess, and a fit tries again.
+    * A torque constant by a speed without a load is compared with the speed per volt of the logs. It is free where friction would have to
+      be negative to explain them.
+
+    Args:
+        rig: The rig of these numbers.
+        logs: Its logs.
+        numbers: Every number by its name [SI].
+        by_no_load_speed: Whether the torque constant is the voltage over a datasheet's speed without a load.
+
+    Returns:
+        The numbers with the estimates, and notes.
+
+    Raises:
+        LogError: As `weak_form` does.
+        RigError: As `weak_form` does.
+    """
+    found = weak_form(rig, logs).rig
+    none = [n for n in rig.free if _is_friction(n) and not _told(found, n)]
+    notes = [_no_friction(found, n) for n in none]
+    numbers = numbers | {n: Known(0.0, "a regression finds none; to estimate it anew, add it to free") for n in none}
+    if by_no_load_speed and (told := _speed_per_volt(rig, logs)) is not None:
+        speed, error = told
+        freed = bool(none) and speed > 1.0 + NORMAL_95 * error
+        if freed:
+            numbers[TORQUE_CONSTANT] = numbers[TORQUE_CONSTANT]._replace(free=True)
+        if freed or not SLOWER < speed < FASTER:
+            notes.append(_of_speed(speed, freed))
+    free = tuple(n for n in numbers if numbers[n].free)
+    if none and free:  # the others without what is none
+        still = rig.with_values({n: 0.0 for n in none})
+        found = weak_form(replace(still, free=free), logs).rig
+    for n in free:
+        known = numbers[n]
+        if _told(found, n):
+            numbers = numbers | {n: known._replace(value=rounded(found.values[n]), why=REGRESSION)}
+        else:
+            numbers = numbers | {n: known._replace(why=f"{known.why}; a regression does not tell it")}
+            notes.append(f"{n} stays {known.value:g} {NUMBERS[n].unit}, {known.why}: a regression does not tell it")
+    return FirstEstimates(numbers, tuple(notes))
+
+
+def _is_friction(name: str) -> bool:
+    return ".friction" in name
+
+
+def _told(found: Rig, name: str) -> bool:
+    """Whether an estimate is larger than its standard error; friction has to be above 0 by it."""
+    value, error = found.values[name], found.standard_error.get(name, math.inf)
+    return (value if _is_friction(name) else abs(value)) > error
+
+
+def _no_friction(found: Rig, name: str) -> str:
+    """A note on friction that is none."""
+    error = found.standard_error.get(name)
+    by = "" if error is None else f", {rounded(max(found.values[name], 0.0)):g} ± {error:.1g} {NUMBERS[name].unit}"
+    return f"{name} is 0 and fixed: a regression finds none above its standard error{by}"
+
+
+def _speed_per_volt(rig: Rig, logs: Sequence[Log]) -> tuple[float, float] | None:
+    """Speed per volt of the logs over that of the torque constant and its error [1], all friction in the back-EMF; None if not told."""
+    others = {n for n in rig.free if not _is_friction(n)}
+    still = rig.with_values({n: 0.0 for n in rig.free if _is_friction(n)})
+    try:
+        found = weak_form(
+            replace(still, free=tuple(n for n in rig.values if n in others | {TORQUE_CONSTANT})), logs
+        ).rig
+    except InputError:
+        return None
+    if not _told(found, TORQUE_CONSTANT):
+        return None
+    speed = rig.values[TORQUE_CONSTANT] / found.values[TORQUE_CONSTANT]
+    return speed, speed * found.standard_error[TORQUE_CONSTANT] / found.values[TORQUE_CONSTANT]
+
+
+def _of_speed(speed: float, freed: bool) -> str:
+    """A note on a speed without a load that the logs do not have."""
+    says = f"--no-load-speed: these logs turn {speed:.3g} times as fast per volt as it says with --supply"
+    if freed:
+        return f"{says}, and no friction makes a motor faster: {TORQUE_CONSTANT} is free instead of the friction"
+    return (
+        f"{says}: is it of the same side of the gear and of the same voltage? Without it {TORQUE_CONSTANT} is estimated"
+    )

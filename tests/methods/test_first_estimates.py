@@ -1,0 +1,76 @@
+"""Numbers of a first rig file by a regression: what is told, what is none, and a datasheet that does not fit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax import Log, Rig, simulate
+from rwjax.methods.first_estimates import FirstEstimates, first_estimates, rounded
+from rwjax.methods.known import Known
+from tests.systems import platform, record, wheel
+
+T = 0.01 * np.arange(3000)
+VOLTS = 8.0 * np.sign(np.sin(0.8 * T)) * (1.0 + 0.3 * T / T[-1]) * (T > 0.6)
+
+
+def log_of(rig: Rig, name: str, noise: float, command: np.ndarray = VOLTS) -> Log:
+    """A log of a rig under slow squares, with noise [SI]."""
+    y = np.asarray(simulate(rig, T, command)[name])
+    return record(T, command, {name: y + noise * np.random.default_rng(1).standard_normal(len(T))})
+
+
+def of_a_wheel(faster: float) -> FirstEstimates:
+    """Estimates of a wheel without friction, whose torque constant a datasheet's speed gives too large by a factor [1]."""
+    rig = wheel(0.0).with_values({"motor.friction": 0.0})
+    log = log_of(rig, "wheel_rad_s", 0.3)
+    K = rig.values["motor.torque_constant"] * faster
+    numbers = {
+        "motor.torque_constant": Known(K, "by a speed"),
+        "motor.resistance": Known(rig.values["motor.resistance"], "given"),
+        "motor.friction": Known(0.0, "a guess", free=True),
+        "wheel.inertia": Known(1e-4, "a guess", free=True),
+    }
+    free = tuple(name for name in numbers if numbers[name].free)
+    start = replace(rig, free=free).with_values({name: known.value for name, known in numbers.items()})
+    return first_estimates(start, [log], numbers, by_no_load_speed=True)
+
+
+def test_friction_that_would_be_negative_is_none_and_the_torque_constant_is_free_instead() -> None:
+    found = of_a_wheel(1.05)
+    K = wheel().values["motor.torque_constant"]
+    assert not found.numbers["motor.friction"].free and found.numbers["motor.friction"].value == 0.0
+    assert found.numbers["motor.torque_constant"].free
+    assert found.numbers["motor.torque_constant"].value == pytest.approx(K, rel=0.02)
+    none, speed = found.notes
+    assert none.startswith("motor.friction is 0 and fixed: ") and "1.05 times as fast per volt" in speed
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1.0, False), (3.0, True), (1.0 / 60.0, True)])
+def test_a_speed_that_is_far_off_is_said(factor: float, said: bool) -> None:
+    """A sixtieth is the speed of a motor before its gear."""
+    notes = [note for note in of_a_wheel(factor).notes if "--no-load-speed" in note and "per volt" in note]
+    assert bool(notes) == said
+
+
+def test_friction_above_its_error_is_estimated_and_free() -> None:
+    rig = platform("viscous = 0.05", '"axis.inertia", "axis.friction.viscous"')
+    numbers = {name: Known(rig.values[name], "a guess", free=True) for name in rig.free}
+    found = first_estimates(rig, [log_of(rig, "yaw_rad", 1e-4)], numbers)
+    assert found.notes == () and all(known.free and "regression" in known.why for known in found.numbers.values())
+    assert found.numbers["axis.friction.viscous"].value == pytest.approx(0.05, rel=0.1)
+
+
+def test_friction_below_its_error_is_none() -> None:
+    rig = platform("viscous = -0.0001", '"axis.inertia", "axis.friction.viscous"')
+    numbers = {"axis.inertia": Known(0.2, "a guess", free=True)}
+    numbers |= {"axis.friction.viscous": Known(0.01, "a guess", free=True)}
+    started = rig.with_values({name: known.value for name, known in numbers.items()})
+    found = first_estimates(started, [log_of(rig, "yaw_rad", 1e-4)], numbers)
+    b = found.numbers["axis.friction.viscous"]
+    assert (b.value, b.free) == (0.0, False) and "add it to free" in b.why and len(found.notes) == 1
+    assert found.numbers["axis.inertia"].value == pytest.approx(0.1, rel=0.05)
+
+
+def test_a_number_has_three_digits() -> None:
+    assert rounded(0.123456) == 0.123 and rounded(-98765.0) == -98800.0
