@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.kinds import GOAL, is_angle
+from rwjax.logs.dropouts import dropouts, equal_stretches, without_dropouts
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_by_output
 from rwjax.rig.columns import unit_of
@@ -57,11 +58,14 @@ def findings(log: Log) -> list[Finding]:
     Returns:
         The findings; none for a log as it should be.
     """
+    read = without_dropouts(log)
     found = [
         *(("clock", says) for says in _about_clock(log)),
         *(("command", says) for says in _about_command(log)),
-        *(("readings", says) for says in _about_readings(log)),
-        *(("loop", says) for says in _about_loop(log)),
+        *(("readings", says) for says in _about_missing(log)),
+        *(("readings", dropout.says) for dropout in dropouts(log)),
+        *(("readings", says) for says in _about_readings(read)),
+        *(("loop", says) for says in _about_loop(read)),
     ]
     return [Finding(log.name, about, says) for about, says in found]
 
@@ -119,9 +123,8 @@ def _clipped(u: np.ndarray, size: float) -> float:
     return float(np.mean(at)) if len(before) and np.mean(before > CLOSE * size) > 0.5 else 0.0
 
 
-def _about_readings(log: Log) -> Iterator[str]:
-    """Missing, frozen, wrapped and outlying readings, and those that hardly move."""
-    noise = noise_by_output(log)
+def _about_missing(log: Log) -> Iterator[str]:
+    """Missing and outlying readings."""
     for name, y in log.outputs.items():
         out = len(log.left_out.get(name, ()))
         seen = np.isfinite(y)
@@ -131,6 +134,13 @@ def _about_readings(log: Log) -> Iterator[str]:
             yield f"{name}: {missing} of {len(y)} readings are missing, the first at {log.time[gap]:.6g} s: is the sensor read every time?"
         if out:
             yield f"{name}: {out} outliers, the first at {log.left_out[name][0]:.6g} s: they are left out; look at the wiring"
+
+
+def _about_readings(log: Log) -> Iterator[str]:
+    """Frozen and wrapped readings, and those that hardly move."""
+    noise = noise_by_output(log)
+    for name, y in log.outputs.items():
+        seen = np.isfinite(y)
         yield from _wrapped(log, name)
         if frozen := _frozen(log, name):
             k, many = frozen
@@ -142,11 +152,12 @@ def _about_readings(log: Log) -> Iterator[str]:
 
 def _wrapped(log: Log, name: str) -> Iterator[str]:
     """Jumps of an angle by a counter's length or by a turn."""
-    y = log.outputs[name][np.isfinite(log.outputs[name])]
+    seen = np.isfinite(log.outputs[name])
+    y, step = log.outputs[name][seen], np.diff(log.time[seen])
     if not is_angle(name) or len(y) < 2:
         return
     count = log.resolution.get(name, 0.0)
-    jump = np.abs(np.diff(y)) / (count or 1.0)
+    jump = np.abs(np.diff(y))[step <= GAP * np.median(step)] / (count or 1.0)  # it may turn as far in a gap
     usual = float(np.quantile(jump, 0.9))
     turn = 2.0 * np.pi / (count or 1.0)
     lengths = {float(many): f"{bits} counter" for many, bits in COUNTERS.items()} if count else {}
@@ -164,8 +175,7 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
     same = np.diff(y) == 0.0
     if log.resolution.get(name, 0.0) or not same.any() or np.mean(same) > 0.5:
         return None
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
-    stretches = np.stack([ends[::2], ends[1::2]], axis=1)
+    stretches = equal_stretches(y)
     usual = float(np.median(np.sort(np.diff(stretches)[:, 0])[:-1])) + 1.0 if len(stretches) > 1 else 1.0
     for first, last in stretches[np.argsort(stretches[:, 0] - stretches[:, 1], kind="stable")]:
         many = int(last - first) + 1
@@ -191,14 +201,15 @@ def _about_loop(log: Log) -> Iterator[str]:
     """A command that answers the readings, by what in each is new."""
     if log.input == GOAL or log.command.ndim > 1:
         return
-    given = _new(log.command)
+    whole = _without_gap(log.time)
+    given = _new(log.command, whole)
     for name, y in log.outputs.items():
         if name.startswith("current") or not np.isfinite(y).all():
             continue
-        read = _new(y)
+        read = _new(y, whole)
         lags = range(0 if is_angle(name) else 1, LAGS + 1)
         answer = max((abs(_correlation(given[lag:], read[: len(read) - lag])) for lag in lags), default=0.0)
-        if answer > FED_BACK and answer > 4.0 / np.sqrt(max(len(given), 1)):
+        if answer > FED_BACK and answer > 4.0 / np.sqrt(max(whole.sum(), 1)):
             yield (
                 f"{log.input} answers {name} (correlation {answer:.2f} of what is new in each): a loop was closed; log its goal and give "
                 "[drive.servo], or add a command of your own to it, since noise that is fed back bends a fit"
@@ -206,14 +217,23 @@ def _about_loop(log: Log) -> Iterator[str]:
             return
 
 
-def _new(y: np.ndarray) -> np.ndarray:
-    """What in each sample does not follow from the `PAST` before (n − PAST,)."""
-    n = len(y) - PAST
-    if n < 5 * PAST or not np.ptp(y):
-        return np.zeros(max(n, 0))
-    before = np.stack([np.ones(n), *(y[PAST - k : PAST - k + n] for k in range(1, PAST + 1))], axis=1)
-    rest = y[PAST:] - before @ np.linalg.lstsq(before, y[PAST:], rcond=1e-10)[0]
-    return rest if np.std(rest) > 1e-6 * np.std(y) else np.zeros(n)
+def _without_gap(time: np.ndarray) -> np.ndarray:
+    """Of which samples the `PAST` before lie without a gap before them (n − PAST,): nothing follows across one."""
+    step = np.diff(time)
+    gaps = np.append(0, np.cumsum(step > GAP * np.median(step)))
+    return gaps[PAST:] == gaps[:-PAST]
+
+
+def _new(y: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """What in each sample does not follow from the `PAST` before (n − PAST,), 0 for a sample whose past is not whole."""
+    n = len(whole)
+    new = np.zeros(n)
+    if whole.sum() < 5 * PAST or not np.ptp(y):
+        return new
+    before = np.stack([np.ones(n), *(y[PAST - k : PAST - k + n] for k in range(1, PAST + 1))], axis=1)[whole]
+    rest = y[PAST:][whole] - before @ np.linalg.lstsq(before, y[PAST:][whole], rcond=1e-10)[0]
+    new[whole] = rest if np.std(rest) > 1e-6 * np.std(y) else 0.0
+    return new
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:

@@ -72,9 +72,13 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
     step = np.diff(time)
     if len(late := np.flatnonzero(step <= 0.0)):
         row = int(late[0]) + 1
-        raise sheet.error(
-            row, f"{sheet.called('time_s')} is {time[row]} after {time[row - 1]}; time has to increase from row to row"
+        remedy = (
+            "log microseconds, or keep one row of each time stamp"
+            if step[row - 1] == 0.0
+            else "split the log there where a new run begins, else sort its rows"
         )
+        said = f"{sheet.called('time_s')} is {time[row]} after {time[row - 1]}"
+        raise sheet.error(row, f"{said}; time has to increase from row to row: {remedy}")
     if len(early := np.flatnonzero(step < SHORTEST)):
         row = int(early[0]) + 1
         raise sheet.error(

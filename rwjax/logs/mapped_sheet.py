@@ -83,7 +83,7 @@ def mapped(
         left_out: Columns of the file that are left out.
 
     Returns:
-        The table of those columns that `[columns]` names and of those that go by rwjax's names already; all others are passed over.
+        The table of those columns that `[columns]` names and of the others that go by rwjax's names; all else is passed over.
 
     Raises:
         LogError: For a column that `[columns]` names and the file lacks, but for a command beside another one; and for one that the
@@ -92,7 +92,8 @@ def mapped(
     names = [name for name in sheet.names if name not in left_out]
     sources = {name: source for name, source in sources.items() if source.column not in left_out}
     held = {name: source for name, source in sources.items() if source.column in names}
-    own = [name for name in valid if name not in held and name in names]
+    named = {source.column for source in held.values()}  # degrees under `yaw_counts` are no counts besides
+    own = [name for name in valid if name in names and name not in held and name not in named]
     for column in (*(source.column for source in held.values()), *own):
         if names.count(column) > 1:
             raise sheet.error(

@@ -16,6 +16,7 @@ UNITS = (
     (r"rad\s*/\s*s|rad_s|rads|rad_per_s", "rad/s"),
     (r"deg\s*/\s*s|°\s*/\s*s|deg_s|dps", "deg/s"),
     (r"rpm|rev\s*/\s*min|1\s*/\s*min|min-1", "rpm"),
+    (r"[km]?hz", "Hz"),
     (r"ms|milli\w*", "ms"),
     (r"us|µs|micro\w*", "us"),
     (r"deg|degrees?|°|grad", "deg"),
@@ -46,6 +47,15 @@ COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""
 RATES = ("rad/s", "deg/s", "rpm")
 """Units of rates, which no command in volts has."""
+QUANTITIES = {
+    "voltage_V": ("V", "mV", "percent", "count"),
+    "angle": ("rad", "deg", "count"),
+    "rate": (*RATES, "rad", "deg", "count"),
+    "current_A": ("A", "mA", "count"),
+}
+"""Units of a column by what its name means; a name that ends in another unit means something else. A rate's may lack its time."""
+SIZE = "abs"
+"""Word of a reading without its sign."""
 FULL_POWER = (100, 127, 255, 400, 511, 1000, 1023, 4095, 8191, 32767, 65535)
 """Numbers of full power of a PWM."""
 LIKE_VOLTS = 48.0
@@ -154,15 +164,32 @@ def _unit(column: str) -> str:
     return next((unit for pattern, unit in UNITS if any(re.fullmatch(pattern, part) for part in parts)), "")
 
 
+def _meaning(column: str, parts: Sequence[str]) -> str:
+    """What a column's name means, "" for nothing: the first word that agrees with its unit."""
+    means = [word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)]
+    in_rates = _unit(column) in RATES
+    agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]
+    if means[:1] == ["voltage_V"] and in_rates:
+        agreed = ["rate"]
+    commanded = any(re.fullmatch(COMMANDED, part) for part in parts)
+    return agreed[0] if agreed and not (means[0] == "voltage_V" != agreed[0] and commanded) else ""
+
+
+def _ends_otherwise(column: str, units: Collection[str] | None) -> bool:
+    """Whether a column's name ends in a unit that is none of these; a bare letter may mean anything else, as in `enc_a`."""
+    *words, last = re.findall(r"[^\s_\-.\[\]()]+", column) or [""]
+    bare = len(last) == 1 and not column.rstrip().endswith(("]", ")"))
+    unit = "" if bare or not words else _unit(last)
+    return units is not None and unit not in ("", *units)
+
+
 def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
     """What a column may be by its name, its unit and its values."""
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
-    means = next((word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)), "")
-    unit = _unit(column)
-    if means == "voltage_V" and unit in RATES:
-        means = "" if any(re.fullmatch(COMMANDED, part) for part in parts) else "rate"
+    means, unit = _meaning(column, parts), _unit(column)
+    size = SIZE in parts and values.min() >= 0.0
     if means == "time_s":
         return _line("time_s", column, unit if unit in ("ms", "us", "s") else _time_unit(values))
     if means == "voltage_V":
@@ -184,7 +211,7 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
         )
     if means == "rate":
         guessed = "" if unit else "rad/s? Else a unit"
-        return _line(f"{axis}_rad_s", column, unit if unit in ("deg/s", "rpm") else "", guessed)
+        return _line(f"{axis}_rad_s", column, unit if unit in ("deg/s", "rpm") else "", guessed, size)
     if means == "goal_rad":
         return _line(
             "goal_rad",
@@ -197,7 +224,7 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
         return None
     if means in ("current_A", "supply_V", "enabled") and means in valid:
         guessed = "A? Else a unit" if means == "current_A" and not unit else ""
-        return _line(means, column, unit if unit in ("mA", "mV") else "", guessed)
+        return _line(means, column, unit if unit in ("mA", "mV") else "", guessed, size and means == "current_A")
     return None
 
 
@@ -222,10 +249,13 @@ def _time_unit(values: np.ndarray) -> str:
     return "s" if step < 0.9 else "ms" if step < 900.0 else "us"
 
 
-def _line(name: str, column: str, unit: str, why: str = "") -> Proposal:
+def _line(name: str, column: str, unit: str, why: str = "", size: bool = False) -> Proposal:
     """A line under `[columns]`, with what a user has to look at."""
     quoted = json.dumps(column, ensure_ascii=False)
-    source = quoted if not unit or unit == "s" else f"{{ column = {quoted}, unit = {json.dumps(unit)} }}"
+    keys = f", unit = {json.dumps(unit)}" if unit and unit != "s" else ""
+    keys += ", unsigned = true" if size else ""
+    why = "; ".join(part for part in (why, "never negative, so a size without sign: right?" if size else "") if part)
+    source = f"{{ column = {quoted}{keys} }}" if keys else quoted
     return Proposal(name, f"{name} = {source}" + (f"   # {why}" if why else ""), column)
 
 

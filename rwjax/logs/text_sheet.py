@@ -84,6 +84,8 @@ class TextSheet(Sheet):
             return self.error(row, "a note among the samples; notes go before the header")
         comma = count > len(self.names) and self.delimiter == ","
         hint = "; decimals have a point, 0.01, not 0,01, or semicolons between the columns" if comma else ""
+        cut = count < len(self.names) and row == len(self.rows) - 1
+        hint = "; the last line is cut short: delete it" if cut else hint
         by = "" if self.delimiter == "," else f", separated by {SEPARATORS[self.delimiter]}"
         return self.error(row, f"{count} cells; the header names {len(self.names)} columns{by}{hint}")
 

@@ -131,3 +131,30 @@ def test_a_rest_between_two_motions_is_no_dropout_and_a_leap_after_equal_reading
         assert [
             "stays the same for 0.59 s from 12 s on" in str(f) for f in findings(steps_of(lost)) if "stays" in str(f)
         ] == [True]
+
+
+def test_no_loop_is_seen_across_a_gap_and_one_is_seen_beside_it() -> None:
+    angle = COUNT * np.round(np.cumsum(np.cumsum(4.0 * np.sign(np.sin(0.7 * T)))) * 1e-4 / COUNT)
+    steps = replace(
+        GOOD, command=4.0 * np.sign(np.sin(0.7 * T)), outputs={"yaw_rad": angle}, resolution={"yaw_rad": COUNT}
+    )
+    kept = np.delete(np.arange(2000), slice(400, 500))  # in which the command changes
+    for log, loops in ((steps, 0), (loop(), 1)):
+        gap = replace(log, time=T[kept], command=log.command[kept], outputs={"yaw_rad": log.outputs["yaw_rad"][kept]})
+        assert [about for about, _ in said(gap)] == ["clock"] + loops * ["loop"]
+
+
+def test_a_turn_in_a_gap_is_no_wrapped_angle() -> None:
+    angle = np.where(T > 7.0, ANGLE + 2.0 * np.pi, ANGLE)
+    assert any("it wraps" in says for _, says in said(of(yaw_rad=angle)))
+    later = np.where(T > 7.0, T + 3.0, T)
+    assert not any("it wraps" in says for _, says in said(replace(of(yaw_rad=angle), time=later)))
+    holey = of(yaw_rad=at(angle, slice(680, 701), np.nan))
+    assert not any("it wraps" in says for _, says in said(holey))
+
+
+def test_a_drop_out_is_named_and_is_nothing_else_besides() -> None:
+    counts = COUNT * np.round((6.0 + 3.0 * np.sin(0.8 * T)) / COUNT)
+    log = replace(GOOD, outputs={"yaw_rad": at(counts, slice(300, 400), 0.0)}, resolution={"yaw_rad": COUNT})
+    (found,) = findings(log)
+    assert found.about == "readings" and "yaw_rad is exactly 0 counts from 3 to 3.99 s, and jumps there" in found.says

@@ -37,7 +37,14 @@ MALFORMED = [
     ),
     ([HEADER + ",yaw_rad", *ROWS], "`yaw_counts` and `yaw_rad` are the same reading; keep one of them"),
     ([HEADER + ",voltage_V", *ROWS], "`voltage_V` and `voltage_V` are the same reading"),
-    (changed(3, "0.02,1,1"), ":5: `time_s` is 0.02 after 0.02; time has to increase from row to row"),
+    (
+        changed(3, "0.02,1,1"),
+        ":5: `time_s` is 0.02 after 0.02; time has to increase from row to row: log microseconds, or keep one row of each time stamp",
+    ),
+    (
+        changed(3, "0,1,1"),
+        ":5: `time_s` is 0.0 after 0.02; time has to increase from row to row: split the log there where a new run begins",
+    ),
     (changed(11, "1e308,1,1"), ":13: `time_s` is 1e+308; a clock shows 1e+10 s at most (1.8e+09 since 1970): seconds?"),
     (
         [HEADER, *(f"{k}e-300,0,{k}" for k in range(12))],

@@ -78,3 +78,13 @@ def test_a_column_that_is_there_twice_is_refused(tmp_path) -> None:
 def test_a_note_leaves_out_columns_by_the_files_own_names(tmp_path) -> None:
     run = log_of(tmp_path, "# ignore: state, rpm\n" + text())
     assert [*run.outputs] == ["yaw_rad"]
+
+
+def test_a_column_that_becomes_another_is_not_taken_by_its_own_name_besides(tmp_path) -> None:
+    run = log_of(
+        tmp_path,
+        text().replace("angle", "yaw_counts"),
+        replace(RIG, sources={**RIG.sources, "yaw_rad": RIG.sources["yaw_rad"]._replace(column="yaw_counts")}),
+    )
+    assert run.resolution["yaw_rad"] == 0.0
+    assert np.array_equal(run.outputs["yaw_rad"], log_of(tmp_path, text()).outputs["yaw_rad"])

@@ -33,6 +33,17 @@ K = np.arange(100.0)
         ("wheel_rpm", K, "# passed over: wheel_rpm"),
         ("cmd_rpm", K, "# passed over: cmd_rpm"),
         ("gyro_dps", K, 'yaw_rad_s = { column = "gyro_dps", unit = "deg/s" }'),
+        (
+            "speed_abs_rpm",
+            K,
+            'yaw_rad_s = { column = "speed_abs_rpm", unit = "rpm", unsigned = true }   # never negative, so a size without sign',
+        ),
+        ("speed_abs_rpm", K - 9, 'yaw_rad_s = { column = "speed_abs_rpm", unit = "rpm" }'),
+        ("encoder_freq_Hz", K, "# passed over: encoder_freq_Hz"),
+        ("angle [A]", K, "# passed over: angle [A]"),
+        ("motor_angle_deg", K, 'yaw_rad = { column = "motor_angle_deg", unit = "deg" }'),
+        ("cmd_angle_deg", K, "# passed over: cmd_angle_deg"),
+        ("enc_a", K, 'yaw_counts = "enc_a"'),
         ("goal", 0.01 * K, 'goal_rad = "goal"   # needs [drive.servo]'),
         ("vbat", 12 + 0 * K, 'supply_V = "vbat"'),
         ("yaw_rad", K, 'yaw_rad = "yaw_rad"'),
@@ -110,3 +121,10 @@ def test_a_voltage_of_both_signs_drives_whatever_goal_stands_beside_it() -> None
 def test_a_load_without_a_unit_is_no_current() -> None:
     columns = {"t": 0.01 * K, "u": 0.1 * K, "speed": K, "load_raw": 300.0 * K}
     assert proposal(ArraySheet("run", {}, [*columns], columns), "wheel").endswith("# passed over: load_raw")
+
+
+def test_a_current_that_is_a_size_by_its_name_and_values_is_said_to_be_one() -> None:
+    columns = {"t": 0.01 * K, "u": np.sin(K), "counts": K, "current_abs_mA": K}
+    section = proposal(ArraySheet("run", {}, [*columns], columns), "wheel")
+    assert 'current_A = { column = "current_abs_mA", unit = "mA", unsigned = true }' in section
+    assert parse_rig(f"wheel_encoder.counts_per_rev = 100\n{WHEEL}{section}").sources["current_A"].unsigned

@@ -26,6 +26,7 @@ MALFORMED = [
     ([",".join(f"c{k}" for k in range(1001)), *ROWS], ":1: 1001 columns; a log has 1000 at most, `time_s,voltage_V,…`"),
     (changed(3, "0.03,1"), ":5: 2 cells; the header names 3 columns"),
     (changed(3, ""), ":5: 1 cells; the header names 3 columns"),
+    ([HEADER, *ROWS, "0.12,1"], ":14: 2 cells; the header names 3 columns; the last line is cut short: delete it"),
     (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
     (changed(3, "# a: b"), ":5: a note among the samples; notes go before the header"),
     (
@@ -91,7 +92,10 @@ def test_a_blank_cell_is_missing_and_a_wrong_one_is_named(tmp_path, refused) -> 
     ("lines", "message"),
     [
         ([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3;;5"], "run.csv:14: `pwm_1` is missing"),
-        ([THESIS_HEADER, *THESIS_ROWS, "0;1;2;3"], "run.csv:14: 4 cells; the header names 6 columns"),
+        (
+            [THESIS_HEADER, *THESIS_ROWS, "0;1;2;3"],
+            "run.csv:14: 4 cells; the header names 6 columns, separated by semicolons; the last line is",
+        ),
     ],
 )
 def test_a_row_of_the_thesis_that_cannot_be_read_is_named(refused, lines, message) -> None:
@@ -168,3 +172,10 @@ def test_a_blank_of_another_kind_in_a_columns_name_is_a_blank(tmp_path) -> None:
 )
 def test_every_note_that_is_read_can_be_written(log, note: str, notes: dict[str, str]) -> None:
     assert log([note, HEADER, *ROWS]).notes == notes
+
+
+def test_only_a_last_line_of_too_few_cells_is_cut_short(log) -> None:
+    for lines in (changed(3, "0.03,1"), changed(11, "0.11,1,1,1")):
+        with pytest.raises(LogError) as error:
+            log(lines)
+        assert "cut short" not in str(error.value)

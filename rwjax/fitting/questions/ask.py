@@ -1,6 +1,6 @@
 """All questions about logs, against free runs with the rig file's own numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,9 @@ from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
 from rwjax.fitting.questions.readings import about_readings
+from rwjax.fitting.questions.signs import about_lost_signs
 from rwjax.logs.driven import driven
+from rwjax.logs.dropouts import dropouts, without_dropouts
 from rwjax.logs.log import Log
 from rwjax.logs.segments import cut_up, put_together, runs_of
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -47,14 +49,45 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     Returns:
         The questions, one sentence each.
     """
+    dropped, problem, theta = _without_dropouts(problem, theta)
     runs = _free_runs(problem, theta, problem.batch, problem.start)
+    if unsigned := about_lost_signs(runs):
+        problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
+        runs = _free_runs(problem, theta, problem.batch, problem.start)
     whole = not any(
         log.goes_on for log in problem.logs
     )  # in less time a segment hardly leaves its start: no sign of a clock
     clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor)) if whole else {}
     pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
     explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
-    return [*about_readings(runs), *clocks, *pulses, *about_other_runs(runs, explained)]
+    return [*dropped, *unsigned.values(), *about_readings(runs), *clocks, *pulses, *about_other_runs(runs, explained)]
+
+
+def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:
+    """Questions about drop-outs that lie far from the motion, and the problem and its numbers without any drop-out."""
+    logs = _read(problem)
+    found = [(log.name, dropout) for log in logs for dropout in dropouts(log)]
+    if not found:
+        return [], problem, theta
+    asked = [Question(f"{name}: {dropout.says}") for name, dropout in found if dropout.leapt_there]
+    return asked, *_posed_anew(problem, theta, [without_dropouts(log) for log in logs])
+
+
+def _read(problem: Problem) -> list[Log]:
+    """The logs that are read, as whole runs."""
+    return [put_together([problem.logs[k] for k in run]) for run in _runs(problem)]
+
+
+def _posed_anew(
+    problem: Problem, theta: np.ndarray, logs: Sequence[Log], unsigned: Collection[str] = ()
+) -> tuple[Problem, np.ndarray]:
+    """The problem of other logs in the place of those that are read, of some outputs the size alone, and its numbers."""
+    structure = problem.structure
+    structure = structure._replace(unsigned=tuple(sorted({*structure.unsigned, *unsigned})))
+    other = pose(structure, cut_up(logs), problem.noise, per_run=problem.per_run, solver=problem.solver)
+    shared, numbers = len(structure.names), runs_of(problem.logs)[[run[0] for run in _runs(problem)]]
+    own = theta[shared:].reshape(-1, max(len(problem.per_run), 1))[numbers] if problem.per_run else np.zeros(0)
+    return other, np.concatenate([theta[:shared], own.ravel()])
 
 
 def _free_runs(problem: Problem, theta: np.ndarray, batch: Batch, start: np.ndarray) -> list[Run]:
@@ -96,11 +129,6 @@ def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
 
 def _under(problem: Problem, theta: np.ndarray, volts: Sequence[np.ndarray]) -> list[Run]:
     """Free runs of the logs that are read under other commands."""
-    runs = _runs(problem)
-    logs = [
-        replace(put_together([problem.logs[k] for k in run]), command=u) for run, u in zip(runs, volts, strict=True)
-    ]
-    other = pose(problem.structure, cut_up(logs), problem.noise, per_run=problem.per_run, solver=problem.solver)
-    shared, numbers = len(problem.structure.names), runs_of(problem.logs)[[run[0] for run in runs]]
-    own = theta[shared:].reshape(-1, max(len(problem.per_run), 1))[numbers] if problem.per_run else np.zeros(0)
-    return _free_runs(other, np.concatenate([theta[:shared], own.ravel()]), other.batch, other.start)
+    logs = [replace(log, command=u) for log, u in zip(_read(problem), volts, strict=True)]
+    other, theta = _posed_anew(problem, theta, logs)
+    return _free_runs(other, theta, other.batch, other.start)

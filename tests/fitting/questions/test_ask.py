@@ -1,5 +1,7 @@
 """All questions about logs: right ones raise none, every mistake one that names it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,3 +60,29 @@ def test_a_current_of_a_rig_without_a_motor_is_no_reading_that_is_asked_about() 
     angle = np.asarray(simulate(rig, t, {"goal_rad": goal})["yaw_rad"])
     log = Log.from_arrays(rig, time=t, goal_rad=goal, position_rad=angle, current_A=np.abs(np.sin(t)))
     assert questions(rig, [log]) == []
+
+
+def pulsed(log: Log) -> np.ndarray:
+    """The size of a rate, 0 where no pulse comes."""
+    return np.where(log.time < 0.6, 0.0, np.abs(log.outputs["yaw_rad_s"]))
+
+
+def test_a_rate_without_its_sign_is_asked_about_in_place_of_the_command() -> None:
+    sizes = [replace(log, outputs={"yaw_rad_s": pulsed(log)}) for log in LOGS]
+    for logs in (sizes, sizes[:1]):
+        (question,) = questions(RIG, logs)
+        assert question.startswith("yaw_rad_s never goes below 0")
+    rpm = [replace(log, outputs={"yaw_rad_s": 30.0 / np.pi * log.outputs["yaw_rad_s"]}) for log in sizes]
+    assert ["unsigned" in question or "1/min" in question for question in questions(RIG, rpm)] == [True, True]
+
+
+def test_a_drop_out_is_asked_about_in_place_of_the_command() -> None:
+    lost = (np.arange(1500) >= 600) & (np.arange(1500) < 700)
+    far = 20.0 + np.where(lost, -20.0, LOGS[1].outputs["yaw_rad"])
+    dropped = replace(LOGS[1], outputs={"yaw_rad": far})
+    (question,) = questions(RIG, [LOGS[0], dropped, LOGS[2]])
+    assert question.startswith("chirp.csv: yaw_rad is exactly 0 rad from 6 to 6.99 s, and jumps there and back")
+    hangs = replace(
+        LOGS[1], outputs={"yaw_rad": np.where(lost, LOGS[1].outputs["yaw_rad"][599], LOGS[1].outputs["yaw_rad"])}
+    )
+    assert questions(RIG, [LOGS[0], hangs, LOGS[2]]) == []

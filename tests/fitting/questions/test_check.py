@@ -17,3 +17,10 @@ def test_units_numbers_and_logs_are_looked_at() -> None:
     holey = replace(good, outputs={"yaw_rad": np.where(np.arange(len(U)) % 5 == 1, np.nan, good.outputs["yaw_rad"])})
     tied = replace(RIG, free=("drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"))
     assert [found.about for found in check(tied, [holey])] == ["readings", "numbers"]
+
+
+def test_a_drop_out_is_said_once() -> None:
+    good = log(U)
+    lost = (np.arange(len(U)) >= 300) & (np.arange(len(U)) < 340)
+    (found,) = check(RIG, [replace(good, outputs={"yaw_rad": np.where(lost, 40.0, good.outputs["yaw_rad"])})])
+    assert found.about == "units" and "yaw_rad is exactly 40 rad from " in found.says

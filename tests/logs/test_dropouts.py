@@ -1,0 +1,129 @@
+"""Drop-outs are found by their leaps, and what rests, sticks, is zeroed or is sampled slowly is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rwjax.logs.dropouts import dropouts, equal_stretches, without_dropouts
+from rwjax.logs.log import Log
+
+T = np.arange(2000) * 0.01
+COUNT = 2.0 * np.pi / 2048
+MOTION = 6.0 + 3.0 * np.sin(0.8 * T)
+LOST = slice(300, 400)
+
+
+def of_angle(y: np.ndarray, count: float = COUNT, time: np.ndarray = T) -> Log:
+    rounded = count * np.round(y / count) if count else y
+    command = 4.0 * np.cos(0.8 * time)
+    return Log("run", time, command, {"yaw_rad": rounded}, {"yaw_rad": count}, {}, False, None, 0.0)
+
+
+def of_rate(y: np.ndarray, command: np.ndarray) -> Log:
+    return Log("run", T, command, {"wheel_rad_s": y}, {"wheel_rad_s": 0.0}, {}, False, None, 0.0)
+
+
+def at(y: np.ndarray, where: slice, value: float) -> np.ndarray:
+    out = y.copy()
+    out[where] = value
+    return out
+
+
+@pytest.mark.parametrize(("value", "shown"), [(0.0, "0"), (20.0, "6519")])
+def test_a_reading_that_leaps_there_and_back_is_named_with_its_value_and_time(value: float, shown: str) -> None:
+    (found,) = dropouts(of_angle(at(MOTION, LOST, value)))
+    assert (found.output, found.first, found.last, found.leapt_there) == ("yaw_rad", 300, 399, True)
+    stays = f"yaw_rad is exactly {shown} counts from 3 to 3.99 s, and jumps there and back"
+    assert found.says == f"{stays}: a dropout? Leave those cells empty"
+
+
+def test_a_reading_in_si_is_shown_in_its_unit() -> None:
+    noise = 1e-3 * np.random.default_rng(1).normal(size=len(T))
+    (found,) = dropouts(of_angle(at(MOTION + noise, LOST, -1.0), 0.0))
+    assert found.says.startswith("yaw_rad is exactly -1 rad from 3 to 3.99 s")
+
+
+def test_a_sensor_that_hangs_at_its_last_reading_is_found_by_its_leap_away() -> None:
+    (found,) = dropouts(of_angle(at(MOTION, LOST, MOTION[299])))
+    assert not found.leapt_there and found.says.startswith(
+        "yaw_rad stays the same for 1 s from 2.99 s on, and jumps away"
+    )
+
+
+def test_two_drop_outs_are_both_found_and_missing_readings_beside_them_do_not_matter() -> None:
+    y = at(at(MOTION, LOST, 0.0), slice(1500, 1520), 0.0)
+    y = np.where(np.arange(len(T)) % 3 == 1, np.nan, y)
+    assert [(found.first, found.last) for found in dropouts(of_angle(y))] == [(300, 399), (1500, 1518)]
+
+
+def test_without_drop_outs_a_log_has_missing_readings_there_and_a_good_log_is_the_same() -> None:
+    log = of_angle(at(MOTION, LOST, 0.0))
+    cleaned = without_dropouts(log)
+    assert np.flatnonzero(np.isnan(cleaned.outputs["yaw_rad"])).tolist() == [*range(300, 400)]
+    assert np.array_equal(cleaned.outputs["yaw_rad"][:300], log.outputs["yaw_rad"][:300])
+    assert without_dropouts(cleaned) is cleaned
+
+
+def zeroed() -> np.ndarray:
+    """An angle that comes to rest, and whose counter is set to 0 before it moves again."""
+    return np.where(
+        T < 3.0, 3.0 * np.sin(0.5 * np.pi * np.minimum(T, 3.0) / 3.0) + 2.0, np.where(T < 5.0, 0.0, T - 5.0)
+    )
+
+
+def set_anew(by: float) -> np.ndarray:
+    """An angle that rests for a second, and goes on from there with a leap."""
+    goes_on = np.where(T < 5.0, T, np.maximum(T - 1.0, 5.0))
+    return 6.0 + 3.0 * np.sin(0.8 * goes_on) + np.where(T > 6.0, by, 0.0)
+
+
+def hops() -> np.ndarray:
+    """A fast servo that is sampled slowly: from goal to goal between two samples."""
+    return np.where((T % 4.0) < 2.0, 0.0, 1.5)
+
+
+GOOD = {
+    "a motion": MOTION,
+    "rests between motions": np.where(
+        (T > 5.0) & (T < 8.0), MOTION[500], np.where(T < 5.0, MOTION, MOTION[500] + 0.1 * (T - 8.0))
+    ),
+    "a counter that is set to 0 at rest": zeroed(),
+    "a counter that is set anew between motions": set_anew(50.0),
+    "a start within a sample that is twice as fast as any other": set_anew(0.05),
+    "a servo that hops": hops(),
+    "a servo that hops beside jitter": hops() + COUNT * (np.random.default_rng(2).random(len(T)) < 0.01),
+    "a wrapped angle": np.mod(9.0 * MOTION, 2.0 * np.pi),
+    "nothing but 0": np.zeros(len(T)),
+    "0 at the start, before the sensor answers": at(MOTION, slice(0, 100), 0.0),
+}
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_what_a_rig_may_do_is_no_drop_out(name: str) -> None:
+    assert dropouts(of_angle(GOOD[name])) == []
+
+
+def test_a_rest_that_the_logger_paused_in_is_no_drop_out() -> None:
+    y = at(MOTION, LOST, MOTION[299])
+    assert dropouts(of_angle(y)) and not dropouts(of_angle(y, time=np.where(np.arange(len(T)) > 399, T + 3.0, T)))
+
+
+def test_a_rate_that_friction_holds_at_small_commands_is_no_drop_out_and_one_under_a_large_command_is() -> None:
+    command = 4.0 * np.sin(0.8 * T)
+    turns = np.where(np.abs(command) > 1.5, 10.0 * np.sign(command) * (1.0 + np.abs(command)), 0.0)
+    turns += np.where(turns != 0.0, 0.02 * np.random.default_rng(3).normal(size=len(T)), 0.0)
+    assert dropouts(of_rate(turns, command)) == dropouts(of_rate(np.abs(turns), command)) == []
+    (found,) = dropouts(of_rate(at(turns, slice(180, 200), 0.0), command))
+    assert found.says.startswith("wheel_rad_s is exactly 0 rad/s from 1.8 to 1.99 s")
+
+
+def test_a_stretch_with_torque_off_is_no_drop_out() -> None:
+    log = of_angle(at(MOTION, LOST, 0.0))
+    off = replace(log, enabled=(T < 3.0) | (T >= 4.0))
+    assert dropouts(log) and not dropouts(off)
+
+
+def test_equal_readings_are_found_by_their_first_and_last() -> None:
+    assert equal_stretches(np.array([1.0, 1.0, 2.0, 3.0, 3.0, 3.0])).tolist() == [[0, 1], [3, 5]]
+    assert equal_stretches(np.array([1.0, np.nan, np.nan])).tolist() == []
