@@ -196,13 +196,15 @@ def _settling(task: _Task, requirement: GainRequirement, controller: Controller)
 
     low, high = requirement.kp
     best, _ = of(low)
-    off, step = _off(task, best), abs(float(task.reference[-1]))
     if float(controller.ki) > 0.0:
         return best
+    off, step = _off(task, best), abs(float(task.reference[-1]))
     for share in HELD:
-        least = min(least_kp(controller, task.breakaway, share * step), high)
-        if off == 0.0 or least <= low:
+        if off == 0.0:
             break
+        least = min(least_kp(controller, task.breakaway, share * step), high)
+        if least <= low:
+            continue
         try:
             one, gains = of(least)
         except InputError:  # none of these gains meets the requirement, nor do larger ones

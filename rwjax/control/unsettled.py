@@ -3,6 +3,7 @@
 import math
 
 from rwjax.control.controller import Controller
+from rwjax.control.response import BAND
 
 
 def held_off(controller: Controller, breakaway: float) -> float:
@@ -56,9 +57,9 @@ def why_unsettled(controller: Controller, breakaway: float, step: float, period:
     if breakaway > first:
         return f"{needs}, and the step gives {first:.3g} V with these gains: the axis does not move at all"
     off = held_off(controller, breakaway)
-    if breakaway > 0.0 and ki == 0.0 and off > 0.0:
+    if ki == 0.0 and off > BAND * size:
         return f"{needs}, so that at rest it stays up to {math.degrees(off):.2g}° off with these gains"
-    return "the loop is too slow for the seconds that it has, or goes on swinging"
+    return "a steady load holds the axis off, the loop is too slow for the seconds that it has, or it goes on swinging"
 
 
 def _over(volts: float, kp: float) -> float:

@@ -206,7 +206,7 @@ class SearchSettings:
     exchanges: int = _limit(3, "times at most that a choice gives way to a rival with a better information criterion")
     again: int = _limit(
         6,
-        "leading rivals that are fitted once more from the choice's estimates unless they are far behind; not those that contain "
+        "leading rivals that are fitted once more from the choice's estimates, of those far behind the ones of `again_removed`; not those that contain "
         "the choice, which have begun there",
     )
     again_removed: float = _limit(

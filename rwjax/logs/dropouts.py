@@ -2,14 +2,15 @@
 
 No model is asked. A body with inertia leaves no reading by a leap, so a stretch of equal readings is a drop-out where
 
-* the readings leap away from it, by more than any change between the other readings;
+* the readings leap to it and away from it, by more than any change between the other readings;
 * what lies between the readings before and after it is a way that the rig can go in the time;
 * the readings move right before and right after it: a counter that is set to 0 at rest is none.
 
+A sensor that hangs at its last reading leaps only away. So does a servo that is sampled slowly at the end of every rest, and so that is none here.
 A rate leaps as well where friction lets go of a rig that is sampled slowly. So a rate's drop-out lies under a large command.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -39,14 +40,12 @@ class Dropout(NamedTuple):
         output: Name of the output.
         first: Index of its first sample.
         last: Index of its last sample.
-        leapt_there: Whether the readings leap to it too, not only away from it.
         says: What it is and what to do, one sentence.
     """
 
     output: str
     first: int
     last: int
-    leapt_there: bool
     says: str
 
 
@@ -62,21 +61,21 @@ def dropouts(log: Log) -> list[Dropout]:
     return [found for name in log.outputs for found in _of_output(log, name)]
 
 
-def without_dropouts(log: Log) -> Log:
+def without_dropouts(log: Log, found: Sequence[Dropout]) -> Log:
     """A log whose drop-outs are missing readings.
 
     Args:
         log: The log.
+        found: Its drop-outs.
 
     Returns:
         The log, NaN in the place of each reading that is dropped out; the log itself where none is.
     """
-    outputs = dict(log.outputs)
-    for found in dropouts(log):
-        within = np.arange(len(log.time))
-        within = (within >= found.first) & (within <= found.last)
-        outputs[found.output] = np.where(within, np.nan, outputs[found.output])
-    return replace(log, outputs=outputs) if any(outputs[name] is not y for name, y in log.outputs.items()) else log
+    outputs, sample = dict(log.outputs), np.arange(len(log.time))
+    for one in found:
+        within = (sample >= one.first) & (sample <= one.last)
+        outputs[one.output] = np.where(within, np.nan, outputs[one.output])
+    return replace(log, outputs=outputs) if found else log
 
 
 def equal_stretches(y: np.ndarray) -> np.ndarray:
@@ -113,12 +112,11 @@ def _of_output(log: Log, name: str) -> Iterator[Dropout]:
         into, away = first - 1, last
         beside = y[first - FEWEST : first], y[last + 1 : last + 1 + FEWEST]
         way = fastest * (time[last + 1] - time[first - 1]) / float(np.median(step))
-        left = goes_on[into] and goes_on[away] and jump[away] > LEAP * fastest > 0.0
+        left = goes_on[into] and goes_on[away] and min(jump[into], jump[away]) > LEAP * fastest > 0.0
         if left and abs(y[last + 1] - y[first - 1]) <= way and all(np.ptp(part) > moves for part in beside):
             a, b = int(seen[first]), int(seen[last])
             if _driven(log, name, a, b):
-                there = bool(jump[into] > LEAP * fastest)
-                yield Dropout(name, a, b, there, _says(log, name, a, b, there))
+                yield Dropout(name, a, b, _says(log, name, a, b))
 
 
 def _driven(log: Log, name: str, first: int, last: int) -> bool:
@@ -129,12 +127,9 @@ def _driven(log: Log, name: str, first: int, last: int) -> bool:
     return is_angle(name) or bool(np.any(np.median(given[first : last + 1], axis=0) > LARGE * given.max(axis=0)))
 
 
-def _says(log: Log, name: str, first: int, last: int, leapt_there: bool) -> str:
+def _says(log: Log, name: str, first: int, last: int) -> str:
     """What a drop-out is and what to do."""
     begin, end, count = log.time[first], log.time[last], log.resolution.get(name, 0.0)
-    if not leapt_there:
-        stays = f"{name} stays the same for {end - begin:.3g} s from {begin:.6g} s on"
-        return f"{stays}, and jumps away from there: a dropout? Leave those cells empty"
     value = log.outputs[name][first]
     shown = f"{value / count:.0f} counts" if count else f"{value:.6g} {unit_of(name)}"
     stays = f"{name} is exactly {shown} from {begin:.6g} to {end:.6g} s"

@@ -58,12 +58,13 @@ def findings(log: Log) -> list[Finding]:
     Returns:
         The findings; none for a log as it should be.
     """
-    read = without_dropouts(log)
+    dropped = dropouts(log)
+    read = without_dropouts(log, dropped)
     found = [
         *(("clock", says) for says in _about_clock(log)),
         *(("command", says) for says in _about_command(log)),
         *(("readings", says) for says in _about_missing(log)),
-        *(("readings", dropout.says) for dropout in dropouts(log)),
+        *(("readings", dropout.says) for dropout in dropped),
         *(("readings", says) for says in _about_readings(read)),
         *(("loop", says) for says in _about_loop(read)),
     ]
@@ -201,12 +202,11 @@ def _about_loop(log: Log) -> Iterator[str]:
     """A command that answers the readings, by what in each is new."""
     if log.input == GOAL or log.command.ndim > 1:
         return
-    whole = _without_gap(log.time)
-    given = _new(log.command, whole)
     for name, y in log.outputs.items():
-        if name.startswith("current") or not np.isfinite(y).all():
+        if name.startswith("current"):
             continue
-        read = _new(y, whole)
+        whole = _without_gap(log.time, np.isfinite(y))
+        given, read = _new(log.command, whole), _new(y, whole)
         lags = range(0 if is_angle(name) else 1, LAGS + 1)
         answer = max((abs(_correlation(given[lag:], read[: len(read) - lag])) for lag in lags), default=0.0)
         if answer > FED_BACK and answer > 4.0 / np.sqrt(max(whole.sum(), 1)):
@@ -217,11 +217,11 @@ def _about_loop(log: Log) -> Iterator[str]:
             return
 
 
-def _without_gap(time: np.ndarray) -> np.ndarray:
-    """Of which samples the `PAST` before lie without a gap before them (n − PAST,): nothing follows across one."""
+def _without_gap(time: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Which samples were read and have the `PAST` before them, without a gap in time or in the readings (n − PAST,): nothing follows across one."""
     step = np.diff(time)
-    gaps = np.append(0, np.cumsum(step > GAP * np.median(step)))
-    return gaps[PAST:] == gaps[:-PAST]
+    gaps = np.append(0, np.cumsum((step > GAP * np.median(step)) | ~seen[1:]))
+    return (gaps[PAST:] == gaps[:-PAST]) & seen[:-PAST]
 
 
 def _new(y: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -54,7 +54,8 @@ def first_estimates(
 ) -> FirstEstimates:
     """Estimates of the free numbers by the weak form.
 
-    * Friction that is not above 0 by its own standard error is none: it is 0, and fixed.
+    * Friction that is not above 0 by its own standard error is none: it is 0, and fixed. Of several the one that is told least goes first,
+      since two may stand for each other. It stays free where nothing else is.
     * Any other number that is smaller than its error keeps its guess, and a fit tries again.
     * A torque constant by a speed without a load is compared with the speed per volt of the logs. It is free where friction would have to
       be negative to explain them.
@@ -72,9 +73,8 @@ def first_estimates(
         LogError: As `weak_form` does.
         RigError: As `weak_form` does.
     """
-    found = weak_form(rig, logs).rig
-    none = [n for n in rig.free if _is_friction(n) and not _told(found, n)]
-    notes = [_no_friction(found, n) for n in none]
+    found, none = _without_friction(rig, logs)
+    notes = [_no_friction(at, n) for n, at in none.items()]
     numbers = numbers | {n: Known(0.0, "a regression finds none; to estimate it anew, add it to free") for n in none}
     if by_no_load_speed and (told := _speed_per_volt(rig, logs)) is not None:
         speed, error = told
@@ -84,9 +84,8 @@ def first_estimates(
         if freed or not SLOWER < speed < FASTER:
             notes.append(_of_speed(speed, freed))
     free = tuple(n for n in numbers if numbers[n].free)
-    if none and free:  # the others without what is none
-        still = rig.with_values({n: 0.0 for n in none})
-        found = weak_form(replace(still, free=free), logs).rig
+    if free != found.free:
+        found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=free), logs).rig
     for n in free:
         known = numbers[n]
         if _told(found, n):
@@ -95,6 +94,20 @@ def first_estimates(
             numbers = numbers | {n: known._replace(why=f"{known.why}; a regression does not tell it")}
             notes.append(f"{n} stays {known.value:g} {NUMBERS[n].unit}, {known.why}: a regression does not tell it")
     return FirstEstimates(numbers, tuple(notes))
+
+
+def _without_friction(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, dict[str, Rig]]:
+    """The regression without the frictions that are none, and these with the regression that found each so."""
+    found, none = weak_form(rig, logs).rig, {}
+    while len(found.free) > 1:
+        untold = [n for n in found.free if _is_friction(n) and not _told(found, n)]
+        if not untold:
+            break
+        least = min(untold, key=lambda n: found.values[n] / found.standard_error.get(n, math.inf))
+        none[least] = found
+        rest = tuple(n for n in found.free if n != least)
+        found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=rest), logs).rig
+    return found, none
 
 
 def _is_friction(name: str) -> bool:

@@ -76,7 +76,7 @@ OF_A_WEIGHT = [
 COLUMNS_OF_MOTION = {name for name, column in COLUMNS.items() if "joint" in column.kinds} - {"current_A"}
 """Columns of a joint's motion."""
 GUESS, GIVEN, BY_NO_LOAD = "a guess", "given", "voltage over the speed without a load"
-TORQUE = r"n_?m|torque"
+TORQUE = r"nm|torque"
 """Words of a column's name that holds a torque."""
 COMMANDED = r"cmd\w*|command\w*|ref\w*|set\w*|target\w*|des\w*|soll\w*"
 """Words of a column's name that holds what is asked for."""
@@ -187,13 +187,12 @@ def _check_columns(sheet: Sheet) -> None:
 
 def _commands_by_hand(sheet: Sheet) -> str:
     """How a rig file says which column is the command: one for a torque, where a column's name says that it is one."""
-    torques = [name for name in sheet.names if _has_word(TORQUE, name)]
-    if not torques:
+    torques = (name for name in sheet.names if _has_word(TORQUE, name) and _has_word(COMMANDED, name))
+    if (torque := next(torques, None)) is None:
         return (
             ', under [columns], such as `voltage_V = "NAME"`: or duty, command_A (a current), command_Nm (a torque, kind = "joint") '
             "or goal_rad (an angle that a servo is to reach)"
         )
-    torque = next((name for name in torques if _has_word(COMMANDED, name)), torques[0])
     motion = [one for name, one in proposed(sheet, "joint").items() if name == "time_s" or COLUMNS_OF_MOTION & {name}]
     sources = [one.line.partition("   #")[0] for one in motion if one.column != torque]
     lines = ", ".join([*sources, f"command_Nm = {json.dumps(torque, ensure_ascii=False)}"])

@@ -32,7 +32,11 @@ def write_results(d: Diagnosis, folder: Path) -> dict[str, Path]:
         InputError: a file cannot be written, or a number of the result is not finite.
     """
     write_text(folder / JSON, answer_of(d) + "\n", InputError)
-    write_text(folder / CORRECTED, write_rig(replace(d.corrected, cautions=_cautions(d))), InputError)
+    write_text(
+        folder / CORRECTED,
+        write_rig(replace(d.corrected, cautions=tuple(dict.fromkeys([*d.rig.cautions, *_cautions(d)])))),
+        InputError,
+    )
     write_files({str(folder / RECORD): record(d)}, InputError)
     report, plan = write_report(d, folder), write_next(folder, d.proposal)
     return ({"plan of the next experiment": plan} if plan is not None else {}) | {"report": report}

@@ -51,8 +51,8 @@ class Driven(NamedTuple):
     supplied: bool = False
 
 
-CAUTION = "# caution: "
-"""Begins a line of a rig file that says what a diagnosis was not sure of."""
+CAUTION = "caution: "
+"""Begins a comment of a rig file that says what a diagnosis was not sure of."""
 
 
 @dataclass(frozen=True)

@@ -79,9 +79,10 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
 
 
 def _cautions(text: str) -> Iterator[str]:
-    """What the first lines of a rig file say that a diagnosis was not sure of."""
-    for line in takewhile(lambda line: line.startswith(CAUTION), text.splitlines()):
-        yield printable(line.removeprefix(CAUTION))
+    """What the comments above the first key of a rig file say that a diagnosis was not sure of."""
+    for line in takewhile(lambda line: not line.strip() or line.startswith("#"), text.splitlines()):
+        if line.startswith(mark := f"# {CAUTION}"):
+            yield printable(line.removeprefix(mark))
 
 
 def _remedy(line: str, path: str | os.PathLike[str]) -> str:

@@ -56,7 +56,7 @@ def _text(rig: Rig) -> str:
     """A rig as the text of a rig file, whatever its numbers are."""
     document = tomlkit.document()
     for caution in rig.cautions:
-        document.add(tomlkit.comment(f"{CAUTION}{caution}".removeprefix("# ")))
+        document.add(tomlkit.comment(f"{CAUTION}{caution}"))
     for path, value, comment in sorted(_entries(rig), key=lambda entry: _ORDER.index(entry[0][0])):
         table: Any = document
         for section in path[:-1]:

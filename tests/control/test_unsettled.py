@@ -39,6 +39,7 @@ def test_the_least_gain_holds_the_axis_off_by_no_more_than_asked(error: float, k
         ),
         (LAW, 1.0, "at rest it stays up to 11° off"),
         (LAW, 0.0, "too slow"),
+        (Controller(2.0), 1e-3, "too slow"),  # friction holds it off by less than counts
     ],
 )
 def test_the_reason_holds_the_volts(law: Controller, breakaway: float, words: str) -> None:

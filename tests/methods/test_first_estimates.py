@@ -8,7 +8,7 @@ import pytest
 from rwjax import Log, Rig, simulate
 from rwjax.methods.first_estimates import FirstEstimates, first_estimates, rounded
 from rwjax.methods.known import Known
-from tests.systems import platform, record, wheel
+from tests.systems import platform, reaction, record, wheel
 
 T = 0.01 * np.arange(3000)
 VOLTS = 8.0 * np.sign(np.sin(0.8 * T)) * (1.0 + 0.3 * T / T[-1]) * (T > 0.6)
@@ -70,6 +70,23 @@ def test_friction_below_its_error_is_none() -> None:
     b = found.numbers["axis.friction.viscous"]
     assert (b.value, b.free) == (0.0, False) and "add it to free" in b.why and len(found.notes) == 1
     assert found.numbers["axis.inertia"].value == pytest.approx(0.1, rel=0.05)
+
+
+def test_of_two_frictions_that_stand_for_each_other_one_stays() -> None:
+    rig = reaction()
+    free = ("motor.friction", "axis.inertia", "axis.friction.viscous")
+    numbers = {name: Known(rig.values[name], "a guess", free=True) for name in free}
+    found = first_estimates(replace(rig, free=free), [log_of(rig, "yaw_rad", 3e-3)], numbers).numbers
+    assert sum(found[name].free for name in free) == 2 and found["axis.inertia"].free
+    assert found["axis.inertia"].value == pytest.approx(rig.values["axis.inertia"], rel=0.05)
+
+
+def test_friction_that_nothing_else_stands_beside_stays_free() -> None:
+    rig = platform("viscous = -0.0001", '"axis.friction.viscous"')
+    numbers = {"axis.friction.viscous": Known(0.01, "a guess", free=True)}
+    started = rig.with_values({"axis.friction.viscous": 0.01})
+    found = first_estimates(started, [log_of(rig, "yaw_rad", 1e-4)], numbers)
+    assert found.numbers["axis.friction.viscous"].free and "does not tell it" in found.notes[0]
 
 
 def test_a_number_has_three_digits() -> None:

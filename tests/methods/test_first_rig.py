@@ -209,8 +209,9 @@ def test_a_commanded_torque_is_told_by_lines_that_are_a_rig_file(tmp_path: Path)
     assert log.input == "command_Nm" and {*log.outputs} == {"yaw_rad"} and rig.free
 
 
-def test_a_log_without_a_command_is_told_what_commands_there_are(tmp_path: Path) -> None:
-    (tmp_path / "run.csv").write_text("millis,foo,encoder\n" + "\n".join(f"{k},{k % 7},{k}" for k in range(50)))
+@pytest.mark.parametrize("name", ["foo", "load_torque_Nm"])
+def test_a_log_without_a_command_is_told_what_commands_there_are(tmp_path: Path, name: str) -> None:
+    (tmp_path / "run.csv").write_text(f"millis,{name},encoder\n" + "\n".join(f"{k},{k % 7},{k}" for k in range(50)))
     with pytest.raises(LogError) as said:
         first_rig([tmp_path / "run.csv"], NOTHING)
     assert all(name in str(said.value) for name in ("voltage_V", "duty", "command_A", "command_Nm", "goal_rad"))

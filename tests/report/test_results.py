@@ -1,6 +1,7 @@
 """The files of a diagnosis in a folder."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,13 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(
     write_results(diagnosed(verdict="unknown"), tmp_path)
     assert (tmp_path / "corrected.toml").read_text().startswith("# caution: not claimed: Unknown:")
     assert read_rig(tmp_path / "corrected.toml").cautions[0].startswith("not claimed: Unknown:")
+
+
+def test_a_rig_file_that_was_not_sure_before_stays_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    draws_one_figure(monkeypatch)
+    found = diagnosed()
+    write_results(replace(found, rig=replace(found.rig, cautions=("not claimed: a",))), tmp_path)
+    assert read_rig(tmp_path / "corrected.toml").cautions == ("not claimed: a",)
 
 
 @pytest.mark.parametrize(("verdict", "part"), [("ambiguous", ""), ("partial", " of a part")])

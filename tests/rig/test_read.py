@@ -94,6 +94,12 @@ def test_a_log_in_the_place_of_the_rig_is_said_to_be_one() -> None:
         parse_rig("time_s,voltage_V\n0,1\n", "log.csv")
 
 
+def test_what_a_diagnosis_was_not_sure_of_is_read_from_the_comments_above_the_first_key() -> None:
+    text = f"# my bench\n\n# caution: not claimed: a\n# caution: b\n{PLATFORM}\n# caution: c\n"
+    assert parse_rig(text).cautions == ("not claimed: a", "b")
+    assert parse_rig(PLATFORM).cautions == ()
+
+
 def test_a_rig_without_a_name_has_that_of_its_file() -> None:
     assert (
         parse_rig(WHEEL, "rigs/flywheel.toml").name == "flywheel"

@@ -64,13 +64,12 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
 
 
 def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:
-    """Questions about drop-outs that lie far from the motion, and the problem and its numbers without any drop-out."""
-    logs = _read(problem)
-    found = [(log.name, dropout) for log in logs for dropout in dropouts(log)]
-    if not found:
+    """Questions about drop-outs, and the problem and its numbers without any drop-out."""
+    found = [(log, dropouts(log)) for log in _read(problem)]
+    asked = [Question(f"{log.name}: {one.says}") for log, several in found for one in several]
+    if not asked:
         return [], problem, theta
-    asked = [Question(f"{name}: {dropout.says}") for name, dropout in found if dropout.leapt_there]
-    return asked, *_posed_anew(problem, theta, [without_dropouts(log) for log in logs])
+    return asked, *_posed_anew(problem, theta, [without_dropouts(log, several) for log, several in found])
 
 
 def _read(problem: Problem) -> list[Log]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rwjax.fitting.questions.ask import questions
 from rwjax.fitting.questions.numbers import about_numbers
 from rwjax.fitting.segments import with_segments
-from rwjax.logs.dropouts import without_dropouts
+from rwjax.logs.dropouts import dropouts, without_dropouts
 from rwjax.logs.findings import Finding, findings
 from rwjax.logs.log import Log
 from rwjax.rig.model import Rig
@@ -28,5 +28,8 @@ def check(rig: Rig, logs: Sequence[Log]) -> list[Finding]:
     return [
         *(Finding("", "units", str(question)) for question in asked),
         *(finding for log in logs for finding in findings(log) if str(finding) not in asked),
-        *(Finding("", "numbers", says) for says in about_numbers(rig, [without_dropouts(log) for log in train])),
+        *(
+            Finding("", "numbers", says)
+            for says in about_numbers(rig, [without_dropouts(log, dropouts(log)) for log in train])
+        ),
     ]

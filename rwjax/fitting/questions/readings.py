@@ -24,7 +24,7 @@ COUNTED = 180.0 / np.pi
 EDGES = 4.0
 """Edges that an encoder counts for each of its lines [1]."""
 ALIKE_EDGES, ABOUT_EDGES = 0.97, 1.4
-"""Correlation, and factor by which the rig file's numbers may be wrong besides, for a question about edges or degrees [1]."""
+"""Correlation, and factor by which the rig file's numbers may be wrong besides, for a question about edges [1]."""
 MILLI = 1e-3
 """Ratio of measured to simulated motion where a command is given in thousandths of its unit [1]."""
 ABOUT = 1.6
@@ -74,8 +74,8 @@ def about_units(runs: Sequence[Run]) -> list[Question]:
             if times < 0.0:
                 found.append(Question(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"))
             found += _about_unit(name, abs(times))
-        if count := max(run.log.resolution.get(name, 0.0) for run in runs):
-            found += _about_counts(name, count, compared)
+        if any(run.log.resolution.get(name) for run in runs):
+            found += _about_edges(name, compared)
     if small and all(small):
         found.append(Question(f"all readings are a thousandth of {GIVEN}: is the command in mV? Divide it by 1000"))
     return found
@@ -97,34 +97,20 @@ def _about_unit(name: str, times: float) -> list[Question]:
     return found
 
 
-def _about_counts(name: str, count: float, compared: Sequence[Likeness]) -> list[Question]:
-    """Questions about a counted output that moves so many times as far as simulated as edges or whole degrees make it.
+def _about_edges(name: str, compared: Sequence[Likeness]) -> list[Question]:
+    """Questions about an encoder's edges, of a counted output that moves about 4 times as far as simulated, or a quarter.
 
-    Dry friction that the rig file lacks leaves a part of a motion as well, but not of every run alike, nor in its shape.
+    Dry friction that the rig file lacks leaves a quarter of a motion as well, but not of every run alike, nor in its shape.
     """
-    degrees = 2.0 * np.pi / 360.0
-    asked = (
-        (EDGES, "a line has 4 edges; should its encoder's counts_per_rev be times 4?"),
-        (1.0 / EDGES, "a line has 4 edges; should its encoder's counts_per_rev be divided by 4?"),
-        (
-            count / degrees,
-            f'are the readings whole degrees? Then say {name} = {{ column = "…", unit = "deg" }} in [columns]',
-        ),
-    )
-    fits = [
-        question
-        for many, question in asked
-        if not _about(many, 1.0) and all(one.correlation > ALIKE_EDGES and _about(one.times, many) for one in compared)
-    ]
-    if not fits or not compared:
-        return []
-    times = float(np.median([one.times for one in compared]))
-    return [Question(f"{name} is {times:.3g} times {GIVEN}: {' Or '.join(fits)}")]
-
-
-def _about(times: float, many: float) -> bool:
-    """Whether a motion is so many times as large, up to what the rig file's numbers may be wrong besides."""
-    return 1.0 / ABOUT_EDGES < times / many < ABOUT_EDGES
+    for many, do in ((EDGES, "times 4"), (1.0 / EDGES, "divided by 4")):
+        alike = [
+            one.correlation > ALIKE_EDGES and 1.0 / ABOUT_EDGES < one.times / many < ABOUT_EDGES for one in compared
+        ]
+        if alike and all(alike):
+            times = float(np.median([one.times for one in compared]))
+            size = f"{name} is {times:.3g} times {GIVEN}"
+            return [Question(f"{size}: a line has 4 edges; should its encoder's counts_per_rev be {do}?")]
+    return []
 
 
 def about_still_readings(runs: Sequence[Run]) -> list[Question]:

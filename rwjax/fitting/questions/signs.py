@@ -30,10 +30,10 @@ def about_lost_signs(runs: Sequence[Run]) -> dict[str, Question]:
     """
     found = {}
     for name in dict.fromkeys(name for run in runs for name in run.log.outputs):
-        held = [run for run in runs if name in run.log.outputs]
+        held = [run for run in runs if np.isfinite(run.log.outputs.get(name, np.nan)).any()]
         if is_angle(name) or any(np.nanmin(run.log.outputs[name]) < 0.0 for run in held):
             continue
-        reversing = [run for run in held if _reverses(run.simulated[name])]
+        reversing = [run for run in held if _reverses(run.simulated[name][np.isfinite(run.log.outputs[name])])]
         if reversing and all(_is_size_of(run.log.outputs[name], run.simulated[name]) for run in reversing):
             found[name] = Question(
                 f"{name} never goes below 0, and follows the command of both signs by its size: is it a size without sign? "

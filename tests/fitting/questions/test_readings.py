@@ -46,23 +46,6 @@ def test_counts_of_lines_are_asked_about_and_readings_in_rad_are_not(factor: flo
     assert about_readings([Run(log(factor), {"yaw_rad": 1.2 * YAW})]) == []
 
 
-@pytest.mark.parametrize(("counts", "times"), [(2048, 1.1), (4096, 0.8), (100, 1.2), (1440, 1.0), (2048, 0.85)])
-def test_whole_degrees_under_counts_are_asked_about(counts: int, times: float) -> None:
-    count = 2.0 * np.pi / counts
-    degrees = replace(log(1.0), outputs={"yaw_rad": count * np.round(np.rad2deg(YAW))}, resolution={"yaw_rad": count})
-    (question,) = about_readings([Run(degrees, {"yaw_rad": YAW / times})])
-    assert "are the readings whole degrees? Then say yaw_rad = {" in question and question.endswith("in [columns]")
-    assert ("divided by 4? Or are" in question) == (counts == 1440 or (counts, times) == (2048, 1.1))
-    slow = Run(degrees, {"yaw_rad": 3.0 * YAW})
-    assert about_readings([slow, Run(degrees, {"yaw_rad": YAW})]) == []  # not in every run alike
-
-
-def test_counts_that_are_about_degrees_are_not_asked_about() -> None:
-    count = 2.0 * np.pi / 400.0
-    steps = replace(log(1.0), outputs={"yaw_rad": count * np.round(YAW / count)}, resolution={"yaw_rad": count})
-    assert about_readings([Run(steps, {"yaw_rad": YAW})]) == []
-
-
 @pytest.mark.parametrize("given", [log, counted])
 @pytest.mark.parametrize("factor", [1.0, 0.7, 1.4, 8.0, 0.05])
 def test_numbers_that_are_off_besides_ask_nothing(factor: float, given: Callable[[float], Log]) -> None:

@@ -79,6 +79,12 @@ def test_a_reading_that_is_no_size_is_not_asked_about(name: str, reading: Callab
     assert about_lost_signs([read(RUNS[name], reading(RUNS[name]))]) == {}
 
 
+def test_a_side_of_which_nothing_was_read_is_no_sign_of_a_size() -> None:
+    one = RUNS["cosine"]
+    assert about_lost_signs([read(one, np.where(one.simulated["yaw_rad_s"] > 0.0, np.abs(rate(one)), np.nan))]) == {}
+    assert about_lost_signs([read(one, np.full(len(rate(one)), np.nan))]) == {}
+
+
 def test_an_angle_has_no_sign_to_lose() -> None:
     angle = replace(LOGS[0], outputs={"yaw_rad": np.abs(LOGS[0].outputs["yaw_rad"])})
     assert about_lost_signs([RUNS["square"]._replace(log=angle)]) == {}
