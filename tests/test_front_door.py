@@ -115,12 +115,6 @@ def modules() -> list[str]:
     return sorted({".".join(file.parts).removesuffix(".__init__") for file in files} - {"rwjax.__main__"})
 
 
-def test_one_module_of_each_room_can_be_imported_first() -> None:
-    last = {name.split(".")[1]: name for name in modules() if "." in name}
-    assert len(last) > 14
-    assert json.loads(python(EVERY_FIRST, *last.values())) == {}
-
-
 @pytest.mark.slow  # half a minute of the processor
 def test_every_module_can_be_imported_first() -> None:
     assert len(modules()) > 100

@@ -124,6 +124,7 @@ def test_unusable_input_ends_with_one_line_and_status_2(shell: Shell, arguments:
     assert code == 2 and out == "" and words in err and len(err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_user_without_a_home_and_a_name_gets_the_result_and_no_warning(tmp_path: Path) -> None:
     code = "import pwd; pwd.getpwuid = {}.__getitem__; from rwjax.cli.main import main; main()"
     command = ["region", str(DEMO / "rig.toml"), "--kp", "1:9:3", "--kd", "1:9:3", "-o", "region.csv", "--quiet"]

@@ -287,6 +287,7 @@ def test_a_claim_that_leaves_more_of_another_output_than_the_rig_as_it_is_does_i
     assert found.refused == {"axis.coulomb": "another explanation leaves clearly less of the held-out runs"}
 
 
+@pytest.mark.slow
 def test_a_claim_that_has_less_evidence_than_another_explanation_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     stands_in = Hypothesis(("axis.spring",))
     monkeypatch.setattr(

@@ -46,6 +46,7 @@ def test_without_one_of_many_runs_the_numbers_move_as_in_a_fit_without_it(by_sta
     assert np.all(size > 0.0) and np.all(np.sqrt(np.mean((step - fit)[:, free] ** 2, axis=0)) < 0.05 * size)
 
 
+@pytest.mark.slow
 def test_a_run_that_tells_much_is_left_out_by_a_fit_though_there_are_many() -> None:
     """A model that lacks dry friction, and one run that is longer than the others together."""
     rig, logs = platform("viscous = 0.02", '"axis.inertia", "axis.friction.viscous"'), []

@@ -70,6 +70,7 @@ def test_a_search_gives_the_same_bytes_in_every_process_and_its_own_problem_back
         assert one.evaluation.residual.tobytes() == other.evaluation.residual.tobytes()
 
 
+@pytest.mark.slow
 def test_searches_of_one_structure_stay_in_one_process_and_each_is_told_of_once() -> None:
     problems, told = [several(rig) for rig in RIGS], []
     searches = [Task(p, partial(who, p, 0.5)) for p in problems for _ in range(3)]
@@ -148,6 +149,7 @@ def waits_elsewhere(problem: Problem, at_home: int) -> Simulating[int]:
     return (yield from who(problem, 0.1 if os.getpid() == at_home else 60.0))
 
 
+@pytest.mark.slow
 def test_no_helper_is_waited_for_where_the_searches_have_to_end() -> None:
     class Over(Exception):
         """The time is."""

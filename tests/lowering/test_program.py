@@ -254,7 +254,9 @@ def _control_word() -> int:
     return int.from_bytes(bytes(environment)[28:32], "little")
 
 
-@pytest.mark.parametrize("features", ["-avx512f", "-avx512f,-fma", OLD])
+@pytest.mark.parametrize(
+    "features", [OLD, *(pytest.param(some, marks=pytest.mark.slow) for some in ("-avx512f", "-avx512f,-fma"))]
+)
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_older_vector_units_give_the_same_bytes(name: str, features: str) -> None:
     x = np.random.default_rng(4).normal(size=(16, 6))

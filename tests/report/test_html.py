@@ -143,6 +143,7 @@ def test_an_earlier_page_stays_where_the_disk_is_full(tmp_path: Path, monkeypatc
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_the_same_diagnosis_makes_the_same_page(written: Path, tmp_path: Path) -> None:
     assert write_report(diagnosed(), tmp_path).read_bytes() == written.read_bytes()
 
