@@ -226,13 +226,13 @@ def _without_gap(time: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 def _new(y: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """What in each sample does not follow from the `PAST` before (n − PAST,), 0 for a sample whose past is not whole."""
-    n = len(whole)
+    n, now = len(whole), y[PAST:][whole]
     new = np.zeros(n)
-    if whole.sum() < 5 * PAST or not np.ptp(y):
+    if len(now) < 5 * PAST or not np.ptp(now):
         return new
     before = np.stack([np.ones(n), *(y[PAST - k : PAST - k + n] for k in range(1, PAST + 1))], axis=1)[whole]
-    rest = y[PAST:][whole] - before @ np.linalg.lstsq(before, y[PAST:][whole], rcond=1e-10)[0]
-    new[whole] = rest if np.std(rest) > 1e-6 * np.std(y) else 0.0
+    rest = now - before @ np.linalg.lstsq(before, now, rcond=1e-10)[0]
+    new[whole] = rest if np.std(rest) > 1e-6 * np.std(now) else 0.0
     return new
 
 

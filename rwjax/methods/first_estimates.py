@@ -55,7 +55,7 @@ def first_estimates(
     """Estimates of the free numbers by the weak form.
 
     * Friction that is not above 0 by its own standard error is none: it is 0, and fixed. Of several the one that is told least goes first,
-      since two may stand for each other. It stays free where nothing else is.
+      since two may stand for each other. The last free number stays free, unless the torque constant is free in its place.
     * Any other number that is smaller than its error keeps its guess, and a fit tries again.
     * A torque constant by a speed without a load is compared with the speed per volt of the logs. It is free where friction would have to
       be negative to explain them.
@@ -73,18 +73,17 @@ def first_estimates(
         LogError: As `weak_form` does.
         RigError: As `weak_form` does.
     """
-    found, none = _without_friction(rig, logs)
+    speed, error = (_speed_per_volt(rig, logs) if by_no_load_speed else None) or (1.0, 0.0)
+    too_fast = speed > 1.0 + NORMAL_95 * error
+    found, none = _without_friction(rig, logs, least=0 if too_fast else 1)
     notes = [_no_friction(at, n) for n, at in none.items()]
     numbers = numbers | {n: Known(0.0, "a regression finds none; to estimate it anew, add it to free") for n in none}
-    if by_no_load_speed and (told := _speed_per_volt(rig, logs)) is not None:
-        speed, error = told
-        freed = bool(none) and speed > 1.0 + NORMAL_95 * error
-        if freed:
-            numbers[TORQUE_CONSTANT] = numbers[TORQUE_CONSTANT]._replace(free=True)
-        if freed or not SLOWER < speed < FASTER:
-            notes.append(_of_speed(speed, freed))
+    if freed := too_fast and bool(none):
+        numbers[TORQUE_CONSTANT] = numbers[TORQUE_CONSTANT]._replace(free=True)
+    if freed or not SLOWER < speed < FASTER:
+        notes.append(_of_speed(speed, freed))
     free = tuple(n for n in numbers if numbers[n].free)
-    if free != found.free:
+    if freed:
         found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=free), logs).rig
     for n in free:
         known = numbers[n]
@@ -96,17 +95,16 @@ def first_estimates(
     return FirstEstimates(numbers, tuple(notes))
 
 
-def _without_friction(rig: Rig, logs: Sequence[Log]) -> tuple[Rig, dict[str, Rig]]:
-    """The regression without the frictions that are none, and these with the regression that found each so."""
+def _without_friction(rig: Rig, logs: Sequence[Log], least: int) -> tuple[Rig, dict[str, Rig]]:
+    """The regression without the frictions that are none, of which so many numbers at least stay, and these with the regression that found each so."""
     found, none = weak_form(rig, logs).rig, {}
-    while len(found.free) > 1:
-        untold = [n for n in found.free if _is_friction(n) and not _told(found, n)]
-        if not untold:
-            break
-        least = min(untold, key=lambda n: found.values[n] / found.standard_error.get(n, math.inf))
-        none[least] = found
-        rest = tuple(n for n in found.free if n != least)
-        found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=rest), logs).rig
+    rest = found.free
+    while len(rest) > least and (untold := [n for n in rest if _is_friction(n) and not _told(found, n)]):
+        worst = min(untold, key=lambda n: found.values[n] / found.standard_error.get(n, math.inf))
+        none[worst] = found
+        rest = tuple(n for n in rest if n != worst)
+        if rest:
+            found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=rest), logs).rig
     return found, none
 
 

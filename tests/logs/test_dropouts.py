@@ -78,7 +78,7 @@ def hops() -> np.ndarray:
 
 def creeps(by: float) -> np.ndarray:
     """A servo between two goals that is sampled slowly: most of the way in one sample, the rest in some more."""
-    goal, y = np.where((np.arange(len(T)) // 30) % 2 == 0, 0.5, -0.5), np.zeros(len(T))
+    goal, y = np.where((np.arange(len(T)) // 30) % 2 == 0, 0.5, -0.5), np.full(len(T), 0.5)
     for k in range(1, len(T)):
         y[k] = goal[k] + (y[k - 1] - goal[k]) * np.exp(-by)
     return y

@@ -144,6 +144,12 @@ def test_no_loop_is_seen_across_a_gap_and_one_is_seen_beside_it() -> None:
         assert [about for about, _ in said(gap)] == ["clock"] + loops * ["loop"]
 
 
+def test_a_loop_is_seen_beside_missing_readings() -> None:
+    closed = loop()
+    holey = replace(closed, outputs={"yaw_rad": at(closed.outputs["yaw_rad"], slice(400, 450), np.nan)})
+    assert {about for about, _ in said(holey)} == {"readings", "loop"}
+
+
 def test_a_turn_in_a_gap_is_no_wrapped_angle() -> None:
     angle = np.where(T > 7.0, ANGLE + 2.0 * np.pi, ANGLE)
     assert any("it wraps" in says for _, says in said(of(yaw_rad=angle)))

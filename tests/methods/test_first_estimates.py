@@ -20,7 +20,7 @@ def log_of(rig: Rig, name: str, noise: float, command: np.ndarray = VOLTS) -> Lo
     return record(T, command, {name: y + noise * np.random.default_rng(1).standard_normal(len(T))})
 
 
-def of_a_wheel(faster: float) -> FirstEstimates:
+def of_a_wheel(faster: float, *, inertia_free: bool = True) -> FirstEstimates:
     """Estimates of a wheel without friction, whose torque constant a datasheet's speed gives too large by a factor [1]."""
     rig = wheel(0.0).with_values({"motor.friction": 0.0})
     log = log_of(rig, "wheel_rad_s", 0.3)
@@ -29,15 +29,16 @@ def of_a_wheel(faster: float) -> FirstEstimates:
         "motor.torque_constant": Known(K, "by a speed"),
         "motor.resistance": Known(rig.values["motor.resistance"], "given"),
         "motor.friction": Known(0.0, "a guess", free=True),
-        "wheel.inertia": Known(1e-4, "a guess", free=True),
+        "wheel.inertia": Known(1e-4 if inertia_free else rig.values["wheel.inertia"], "a guess", free=inertia_free),
     }
     free = tuple(name for name in numbers if numbers[name].free)
     start = replace(rig, free=free).with_values({name: known.value for name, known in numbers.items()})
     return first_estimates(start, [log], numbers, by_no_load_speed=True)
 
 
-def test_friction_that_would_be_negative_is_none_and_the_torque_constant_is_free_instead() -> None:
-    found = of_a_wheel(1.05)
+@pytest.mark.parametrize("inertia_free", [True, False])
+def test_friction_that_would_be_negative_is_none_and_the_torque_constant_is_free_instead(inertia_free: bool) -> None:
+    found = of_a_wheel(1.05, inertia_free=inertia_free)
     K = wheel().values["motor.torque_constant"]
     assert not found.numbers["motor.friction"].free and found.numbers["motor.friction"].value == 0.0
     assert found.numbers["motor.torque_constant"].free
