@@ -28,7 +28,7 @@ firmware-test: $(READY)
 	@RWJAX_FIRMWARE=required $(BIN)/python -m pytest -n $(WORKERS) --maxprocesses 8 --dist worksteal tests/firmware tests/link \
 		tests/planning/test_experiment.py $(ARGS)
 
-# The package as a user gets it: built, and tried with the Python of .venv and the newest other one from 3.11 to 3.14 that is here.
+# The package as a user gets it: built, and tried with the newest Python from 3.11 to 3.14 here that is not that of .venv.
 wheel: $(READY)
 	@.ci/wheel
 

@@ -184,6 +184,7 @@ def test_the_commands_of_a_page_run_as_printed(page: str, least: int, tmp_path: 
         assert any(written.iterdir()) if written.is_dir() else written.stat().st_size > 0, name
 
 
+@pytest.mark.slow
 def test_the_sweeps_on_the_page_of_control_run_and_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     (example,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs" / "control.md").read_text(), re.M | re.S)

@@ -129,7 +129,8 @@ def test_candidates_are_named_by_part_and_levels_are_kept_apart() -> None:
     assert "yaw.coulomb" in structure.effects and "pitch.coulomb" not in structure.effects
 
 
-@pytest.mark.parametrize("way", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [1.0, -1.0])
 def test_pitch_runs_into_both_of_its_stops(way: float) -> None:
     """Against an integration of pitch and its wheel alone: yaw stays where it is, since the gimbal has no product with y."""
     rig = read_rig(DATA / "rig.toml")

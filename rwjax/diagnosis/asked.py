@@ -56,7 +56,7 @@ def asked(rig: Rig, only: Sequence[str] = (), without: Sequence[str] = ()) -> As
         InputError: a name is none, or nothing is left; one sentence says what would be right.
     """
     every = candidates(rig)
-    known = {*every, *BY_NAME}
+    known = {*every, *(name for name, effect in BY_NAME.items() if not effect.passes_for)}
     for name in (*only, *without):
         if name not in known:
             raise InputError(f"`{name}` is no effect and no fixed number of this rig; nearest `{nearest(name, every)}`")

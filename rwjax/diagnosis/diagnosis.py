@@ -21,6 +21,7 @@ from rwjax.diagnosis.localise.where import Missing, Where, locate, missing_torqu
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
+from rwjax.diagnosis.outside_laws import why_not_claimed, with_outside_laws
 from rwjax.diagnosis.partial import BEATEN, Claim, claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
@@ -127,7 +128,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
 
 def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
     """What is told of a choice."""
-    further = _gone_on(judged, choice, shown_by(among.names, judged.fits.outputs))
+    further = _told_apart(_gone_on(judged, choice, shown_by(among.names, judged.fits.outputs)))
     judged, choice = further.judged, further.choice
     fits, layout = judged.fits, judged.layout
     rig, before, signal = fits.rig, judged.before, judged.signal
@@ -254,6 +255,9 @@ class _Further:
     choice: Choice
     claim: Claim | None = None  # what holds though it leaves something
     refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
+    outside: tuple[
+        Hypothesis, ...
+    ] = ()  # the set that would be claimed, and sets with a law outside the list that do as well
     ended: bool = False  # whether the budget ended this stage
     followed: bool = False  # whether only the held-out runs show a visible part
 
@@ -302,6 +306,25 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
     if claim is None:
         return _Further(judged, choice, refused=refused)
     return _Further(judged, further, claim, refused, followed=not visible)
+
+
+def _told_apart(further: _Further) -> _Further:
+    """The same, without the claim where a law outside the list of effects does as well in the place of one of its names."""
+    judged, claim = further.judged, further.claim
+    if not further.complete or (
+        claim is None and (further.refused or _verdict_of(judged, further.choice) not in CLAIMS)
+    ):
+        return further
+    named = claim.named if claim else further.choice.best
+    try:
+        with judged.fits.headway.budget.searching():
+            found = with_outside_laws(judged.fits, named)
+    except Stopped:
+        return replace(further, ended=True)
+    if not found:
+        return further
+    refused = {name: why_not_claimed(named, instead) for name, instead in found.items()}
+    return replace(further, claim=None, refused=further.refused | refused, outside=(named, *found.values()))
 
 
 def _verdict_of(judged: Judged, choice: Choice) -> Verdict:
@@ -464,12 +487,12 @@ def _next(fits: ModelFits, outcome: _Outcome, further: _Further, among: Asked) -
     if outcome.uninformative:
         return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
     rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in outcome.equivalents]
-    verdict = outcome.verdict
+    rivals, verdict = list(further.outside) or rivals, outcome.verdict
     if outcome.alternatives and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")
-    if outcome.alternatives and fits.rig.kind in TWO_AXIS:
+    if len(rivals) > 1 and fits.rig.kind in TWO_AXIS:
         return Proposal("one motor at a time, then both at once, with slow triangles, steps and coast-downs of each")
-    if outcome.alternatives:
+    if len(rivals) > 1:
         two = [Rival(e.names, fits.problem_of(e), fits(e).theta) for e in rivals[:2]]
         remains = {name: g.after for name, g in outcome.gaps.items()}
         return propose(fits.rig.name, two, fits.train, remains, fits.settings.next_experiment)

@@ -13,10 +13,11 @@ from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.localise.left_torque import LeftTorque
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
-from rwjax.diagnosis.verdict import CLAIMS, Verdict, left_elsewhere
+from rwjax.diagnosis.verdict import CLAIMS, Verdict, leaves_a_visible_part, left_elsewhere
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import (
     UNIT,
+    doubted_sentence,
     gap_line,
     left_words,
     moved,
@@ -148,6 +149,9 @@ class Diagnosis:
         known = "candidate asked for" if self.restricted else "effect of the library"
         other = left_elsewhere(self.gaps, self.signal, self.settings.verdict)
         elsewhere = (other, self.gaps[other]) if other else None
+        visible = other or leaves_a_visible_part(gap, self.settings.verdict)
+        if self.verdict == "unknown" and self.effects and self.refused and not visible:
+            return doubted_sentence(self.effects, gap, next(iter(self.refused.values())))
         said = verdict_sentence(
             self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known, elsewhere
         )

@@ -143,6 +143,11 @@ class SearchSettings:
         2.0,
         "the same for a hypothesis of which the choice is a special case: chance brings a useless number so near once in thirty",
     )
+    close_outside: float = _limit(
+        10.0,
+        "the same for a law outside the list of effects in the place of the choice: of true Stribeck friction stiction that grows at rest "
+        "falls 20 short or more",
+    )
     tie: float = _limit(
         0.1,
         "share of the excess by which two hypotheses may differ and still tie where neither reaches the noise",
@@ -173,6 +178,11 @@ class SearchSettings:
     beginnings: int = _limit(
         4,
         "single names beside each of which a second one is looked for where a visible part is left: a choice of one name, and those that lead",
+    )
+    beginnings_leave: float = _limit(
+        10.0,
+        "of these, the most that such a name may leave, over what the choice leaves: a dead zone that stood in for dry friction and a delay "
+        "left a quarter of what the dry friction left",
     )
     removed_so_far: tuple[float, ...] = _limit(
         (0.0, 0.15, 0.4),

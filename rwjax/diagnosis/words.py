@@ -101,6 +101,21 @@ def verdict_sentence(
     return f"Unknown: a gap above the floor remains, and no {known} was found that explains it."
 
 
+def doubted_sentence(effects: tuple[str, ...], gap: Gap, why: str) -> str:
+    """What a diagnosis says that does not claim names though they explain the logs down to the floor, as one sentence.
+
+    Args:
+        effects: the names.
+        gap: the gap of the headline signal [SI].
+        why: why they are not claimed.
+
+    Returns:
+        The sentence.
+    """
+    closed = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
+    return f"Unknown: {_listed(effects)} would close {closed}, but this is no claim: {why}."
+
+
 def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str:
     """What a diagnosis says whose search did not come to its end, as one sentence.
 

@@ -102,6 +102,9 @@ class Effect(eqx.Module):
     like_larger: ClassVar[tuple[str, ...]] = ()
     """Numbers of the rig file that, fitted larger than the file says, cannot be told from it on any logs."""
 
+    passes_for: ClassVar[tuple[str, ...]] = ()
+    """Names of effects for which it passes, where it is a law outside the list of effects; none for an effect of the list."""
+
     output_of: ClassVar[Mapping[str, str]] = {}
     """The output on which a number acts alone, by the name that it has on a rig with one axis: a search estimates the number only
     where a log holds the output."""

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable
 from types import ModuleType
 
-from rwjax.effects import axis, axis_friction, drive, motor, sensor, two_axis, wheel
+from rwjax.effects import axis, axis_friction, drive, motor, sensor, two_axis, unlisted, wheel
 from rwjax.effects.effect import Effect, FittedRig
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Dry
@@ -23,8 +23,13 @@ EFFECTS: tuple[type[Effect], ...] = tuple(
 """The effects of rigs with one axis: every class of these modules, in the order in which it is defined."""
 ON_TWO_AXES: tuple[type[Effect], ...] = (*two_axis.on_each_half(EFFECTS), *_defined_in(two_axis))
 """What a two-axis rig has: the effects above on each of its halves, and what only it can have."""
-BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in (*EFFECTS, *ON_TWO_AXES)}
-"""Every effect that rig files, fits and the diagnosis know, those registered from outside the library last."""
+_UNLISTED = _defined_in(unlisted)
+UNLISTED: tuple[type[Effect], ...] = (*_UNLISTED, *two_axis.on_each_half(_UNLISTED))
+"""Laws outside the list of effects, for one axis and for each half of two (`Effect.passes_for`)."""
+LIBRARY: tuple[type[Effect], ...] = (*EFFECTS, *ON_TWO_AXES, *UNLISTED)
+"""Everything above."""
+BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in LIBRARY}
+"""Every effect that plants and fits know, those registered from outside the library last."""
 
 
 def of_kind(kind: str) -> dict[str, type[Effect]]:
@@ -36,11 +41,24 @@ def of_kind(kind: str) -> dict[str, type[Effect]]:
     Returns:
         The effects by name, in the order of the library.
     """
+    listed = {name: effect for name, effect in BY_NAME.items() if not effect.passes_for}
     if kind in TWO_AXIS:
-        return {name: e for name, e in BY_NAME.items() if e in ON_TWO_AXES or issubclass(e, two_axis.OF_THE_LOG)}
+        return {name: e for name, e in listed.items() if e in ON_TWO_AXES or issubclass(e, two_axis.OF_THE_LOG)}
     return {
-        name: e for name, e in BY_NAME.items() if e not in ON_TWO_AXES and kind in SUBSYSTEMS[name.partition(".")[0]]
+        name: e for name, e in listed.items() if e not in ON_TWO_AXES and kind in SUBSYSTEMS[name.partition(".")[0]]
     }
+
+
+def passing_for(name: str) -> tuple[str, ...]:
+    """Names of the laws outside the list of effects that pass for an effect.
+
+    Args:
+        name: Name of an effect.
+
+    Returns:
+        The names.
+    """
+    return tuple(law.name for law in UNLISTED if name in law.passes_for)
 
 
 def null_of_optional(number: str) -> float | None:

@@ -1,7 +1,7 @@
 """Ports: the places of the plant where an effect may act. Every effect is a final class on exactly one of them.
 
 command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit`, `Winding`
--> wheel: `WheelTorque`, `WheelDry` -> axis: `Coupling`, `AxisTorque`, `AxisDry`, `AxisElastic` -> encoder: `Encoder` ->
+-> wheel: `WheelTorque`, `WheelDry` -> axis: `Coupling`, `AxisTorque`, `AxisDry`, `AxisAgeing`, `AxisElastic` -> encoder: `Encoder` ->
 `EncoderDelay` -> log: `Reading`; `GoalDelay`, what a servo is told; and `Clock`, the logger's time. An effect may carry states
 of its own, 0 when a run begins.
 """
@@ -97,6 +97,12 @@ class AxisDry(Dry):
             The share [1].
         """
         return 0.0
+
+
+class AxisAgeing(AxisDry):
+    """Dry friction of the axis that depends on how long it has rested. Its state is that time [s], 0 from the first step on that begins in motion."""
+
+    states: ClassVar[tuple[str, ...]] = ("rest",)
 
 
 class AxisElastic(Dry):

@@ -49,7 +49,7 @@ def _placed(effect: type[Effect], half: int) -> type[Effect]:
         "__doc__": effect.__doc__,
         "__module__": __name__,
     }
-    for names in ("limits", "covers", "modelled_by", "like_larger"):
+    for names in ("limits", "covers", "modelled_by", "like_larger", "passes_for"):
         said[names] = tuple(on_half(other, half) for other in getattr(effect, names))
     return type(f"{effect.__name__}{half + 1}", (effect,), said)
 

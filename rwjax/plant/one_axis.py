@@ -23,6 +23,7 @@ from jaxtyping import Array, Float
 from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import (
+    AxisAgeing,
     AxisDry,
     AxisElastic,
     AxisTorque,
@@ -195,8 +196,11 @@ class OneAxis(Plant):
         return x
 
     def deflected(self, before: State, after: State, h: Scalar) -> State:
-        """State after a step with the deflection of elastic friction that follows from the angle turned."""
+        """State after a step with the deflection of elastic friction that follows from the angle turned, and with the time at rest."""
         states = self.structure.states
+        for effect in self.on(AxisAgeing):
+            k, w = states.index(f"{effect.name}:rest"), states.index("w")
+            after = (*after[:k], jnp.where(before[w] == 0.0, before[k] + h, 0.0), *after[k + 1 :])
         for effect in self.on(AxisElastic):
             k, w = states.index(f"{effect.name}:z"), states.index("w")
             z = effect.after(before[k], 0.5 * h * (before[w] + after[w]))
@@ -328,7 +332,7 @@ class OneAxis(Plant):
             rates["i"] = self._switched((m.V - self._resistance(m) * m.i - back_emf) / n["motor.inductance"])
         for effect in self.effects:
             names = tuple(f"{effect.name}:{state}" for state in effect.states)
-            if isinstance(effect, AxisElastic):
+            if isinstance(effect, AxisElastic | AxisAgeing):
                 rates |= {name: jnp.zeros_like(m.own[name]) for name in names}  # moved by `deflected`
             elif names and not isinstance(effect, Coupling):
                 rates |= dict(zip(names, effect.drift(m), strict=True))

@@ -167,7 +167,7 @@ class Plant(eqx.Module):
 
     @abstractmethod
     def deflected(self, before: State, after: State, h: Scalar) -> State:
-        """State after a step with the deflection of elastic friction that follows from the angle turned.
+        """State after a step with the deflection of elastic friction that follows from the angle turned, and with the time at rest.
 
         Args:
             before: State at the step's beginning.

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from functools import cache
 from typing import NamedTuple
 
-from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES
+from rwjax.effects.library import BY_NAME, LIBRARY
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import CommandDelay, CommandFilter, EncoderDelay, WheelDry, WheelTorque
 from rwjax.kinds import NUMBERS, SERVO, TWO_AXIS, WHEELED, half_column, of_half, on_half
@@ -155,7 +155,7 @@ class Structure(NamedTuple):
     @property
     def from_library(self) -> bool:
         """Whether all effects are the library's own, so that its source of one version determines the program."""
-        return all(BY_NAME[effect] in (*EFFECTS, *ON_TWO_AXES) for effect in self.effects)
+        return all(BY_NAME[effect] in LIBRARY for effect in self.effects)
 
     @property
     def angles(self) -> set[str]:

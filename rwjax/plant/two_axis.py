@@ -272,7 +272,7 @@ class TwoAxis(Plant):
         return first + second
 
     def deflected(self, before: State, after: State, h: Scalar) -> State:
-        """State after a step with the deflection of elastic friction that follows from the angles turned."""
+        """State after a step with the deflections of elastic friction that follow from the angles turned, and with the times at rest."""
         parts = zip(self.halves, self.split(before), self.split(after), strict=True)
         first, second = (half.deflected(old, new, h) for half, old, new in parts)
         return first + second

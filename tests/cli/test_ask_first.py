@@ -49,6 +49,7 @@ def test_with_force_a_fit_goes_on_and_notes_the_question(shell: Shell) -> None:
     assert status == 0 and "is its sign, or that of the command, wrong?" in err and Path("fitted.toml").exists()
 
 
+@pytest.mark.slow
 def test_an_estimate_that_ran_away_is_written_with_force_alone(shell: Shell) -> None:
     """The readings are noise in which no motion shows."""
     (shell.folder / "rig.toml").write_text(write_rig(RIG))

@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import pytest
+
 from rwjax.diagnosis.record import RECORD, record
 from rwjax.report.html import FIGURES, REPORT, write_report
 from tests.cli.shell import Shell, program
 from tests.report.diagnosed import diagnosed
 
 
+@pytest.mark.slow
 def test_the_page_comes_back_as_the_diagnosis_has_drawn_it(tmp_path: Path) -> None:
     d = diagnosed()
     (tmp_path / RECORD).write_bytes(record(d))

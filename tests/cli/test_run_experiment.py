@@ -33,6 +33,7 @@ def test_an_experiment_is_played_recorded_and_fitted(
     assert capsys.readouterr().err.startswith(f"rwjax: {log}: exists already; a recording never replaces another")
 
 
+@pytest.mark.slow
 def test_an_experiment_that_begins_while_the_rig_moves_says_so(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

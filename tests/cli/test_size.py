@@ -21,6 +21,7 @@ def test_size_names_the_lightest_ring_that_does_it(shell: Shell) -> None:
     assert "none of these rings" in shell("size", "rig.toml", "--angle", "300", "--seconds", "1", "--json")[2]
 
 
+@pytest.mark.slow
 def test_one_row_of_wheels_or_gains_is_drawn_too(shell: Shell) -> None:
     wheels = ("--angle", "30", "--seconds", "3", "--amps", "3", "--radius", "50:50:1")
     code, _, err = shell("size", "rig.toml", *wheels, "-o", "size.csv")

@@ -45,6 +45,7 @@ def test_robust_gains_move_an_axis_with_dry_friction() -> None:
     assert found.robust.robustness.modulus >= found.tuned.robustness.modulus - 0.01
 
 
+@pytest.mark.slow
 def test_robust_gains_move_an_axis_though_the_least_gain_asked_for_already_breaks_it_loose() -> None:
     found = tune(platform(), GainRequirement(kp=(8.0, 100.0), kd=(0.0, 30.0)), step=STEP)
     assert not found.robust.why and np.isfinite(found.robust.response.settling)

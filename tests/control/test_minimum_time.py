@@ -27,6 +27,7 @@ def _task(angle: float, seconds: float) -> Task:
     return Task(theta, Limits(VOLTS), jnp.array([angle, LEAST]), rest, seconds, 1.0)
 
 
+@pytest.mark.slow
 def test_a_free_platform_turns_by_full_command_one_way_and_the_other() -> None:
     guess = Guess(np.where(np.arange(PIECES + 1) < PIECES / 2, 0.6, -0.6) * VOLTS, VOLTS)
     best, missed = minimum_time(Manoeuvre(structure_of(RIG), _there, PIECES), _task(ANGLE, 1.4 * LEAST), guess)

@@ -17,10 +17,12 @@ from tests.control.current_limited_rig import LIMITS, I, J, K, R
 @pytest.mark.parametrize(
     ("held", "effect", "spin", "words"),
     [
-        ("[axis.gravity]\ntorque = 0.002\nangle = 0.5", "", 0.0, "the axis turns"),
+        pytest.param("[axis.gravity]\ntorque = 0.002\nangle = 0.5", "", 0.0, "the axis turns", marks=pytest.mark.slow),
         ("", '[effects."axis.bias_torque"]\nT = 0.02', 0.0, "the axis turns"),
         ("", '[effects."drive.bias"]\nu_b = 0.1', 0.0, "the wheel changes its rate"),
-        ("", '[effects."wheel.coulomb"]\nM_c = 1e-4', 50.0, "the wheel changes its rate"),
+        pytest.param(
+            "", '[effects."wheel.coulomb"]\nM_c = 1e-4', 50.0, "the wheel changes its rate", marks=pytest.mark.slow
+        ),
         (
             "",
             '[effects."axis.periodic_torque"]\ns = 0.001\nc = 0.0\nomega = 3.0',

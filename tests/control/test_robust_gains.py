@@ -22,6 +22,7 @@ from tests.systems import platform, reaction
 AXIS = np.linspace(0.0, 100.0, 41)
 
 
+@pytest.mark.slow
 def test_gains_that_hold_for_the_plants_drawn_hold_for_fresh_ones() -> None:
     rig, sigma, count = reaction(), 0.5, 300
     drawn, fresh = (
@@ -116,6 +117,7 @@ def test_gains_beyond_the_ranges_are_told_from_none() -> None:
         robust_gains(platform(), alone(platform()), np.array([1e4, 2e4]), SPAN, 1.0, TIMING, SMOOTH)
 
 
+@pytest.mark.slow
 def test_asking_for_too_much_is_said() -> None:
     with pytest.raises(InputError, match="no gains put every pole"):
         robust_gains(reaction(), theta_of(reaction(), structure_of(reaction()))[None], AXIS, AXIS, 50.0)

@@ -32,8 +32,9 @@ def exact(angle: float, friction: float) -> float:
     return peak / gains + peak / loses
 
 
-@pytest.mark.parametrize("friction", [0.0, pytest.param(0.01, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("way", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [0.0, 0.01])
+@pytest.mark.parametrize("way", [1.0, -1.0])
 def test_the_fastest_slew_is_nearly_the_exact_one_and_never_faster(friction: float, way: float) -> None:
     angle = np.radians(20.0)
     found = slew(rig(friction), way * angle, LIMITS)
@@ -44,6 +45,7 @@ def test_the_fastest_slew_is_nearly_the_exact_one_and_never_faster(friction: flo
     assert np.max(np.abs(best.current)) < AMPS * 1.001 and np.max(np.abs(best.wheel)) < TOP * 1.001
 
 
+@pytest.mark.slow
 def test_the_wheel_s_limit_makes_a_hold() -> None:
     angle = np.radians(90.0)
     found = slew(rig(), angle, LIMITS)

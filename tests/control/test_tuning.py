@@ -49,6 +49,7 @@ def test_the_slope_is_that_of_the_loss() -> None:
         assert float(slope[k]) == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_machine_code_and_xla_give_the_same_slope(monkeypatch: pytest.MonkeyPatch) -> None:
     structure, theta, _, sign = loop_setup(RIG, TIMING)
     law = Controller(6.0, 0.7, 2.5, 0.02, voltage_limit=5.0)

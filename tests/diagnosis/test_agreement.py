@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from rwjax.diagnosis.agreement import amplitudes
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
@@ -30,6 +31,7 @@ def test_an_effect_of_one_run_alone_has_another_amplitude_there() -> None:
     assert found[0].value < 0.6 and found[2].value > 1.1
 
 
+@pytest.mark.slow
 def test_halves_are_those_of_whole_runs_where_runs_are_followed_in_segments() -> None:
     late = Hypothesis(("axis.bias_torque",))
     pushed, free = run_of(0, PUSHED), run_of(0, {})

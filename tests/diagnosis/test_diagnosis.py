@@ -95,6 +95,7 @@ def test_a_second_cause_is_found_though_the_first_takes_up_nearly_all_of_its_err
     assert found.verdict == "effect" and {*found.effects} == {"axis.coulomb", "drive.deadzone"}
 
 
+@pytest.mark.slow
 def test_the_search_goes_on_where_held_out_runs_show_a_small_share_of_what_is_far_above_the_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -125,6 +126,7 @@ def test_a_wheel_that_stands_still_is_remarked_on_and_a_turning_one_is_not() -> 
     assert diverged_numbers(rig, fit(rig, [record(TIME, command, turning)]).fit, RemarkSettings()) == ()
 
 
+@pytest.mark.slow
 def test_other_settings_give_another_verdict_and_are_recorded() -> None:
     rig = platform("viscous = 0.02")
     log = true_log(rig, **{"axis.bias_torque": {"T": 0.03}})
@@ -254,6 +256,7 @@ def test_helpers_change_no_byte_of_the_answer() -> None:
     assert answers[0] == answers[1]
 
 
+@pytest.mark.slow
 def test_what_leaves_another_output_far_off_is_claimed_in_part_and_the_output_is_named() -> None:
     """The rate shakes as no angle does: dry friction explains the angle alone."""
     logs = []
@@ -301,6 +304,7 @@ def test_a_claim_that_has_less_evidence_than_another_explanation_says_so(monkeyp
     assert "the fitted runs alone speak more for it" in found.ranking[0].why_not
 
 
+@pytest.mark.slow
 def test_a_claim_that_another_explanation_beats_on_the_held_out_runs_is_given_up(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -39,7 +39,7 @@ def test_what_these_runs_close_at_most_is_surer_the_more_seconds_there_are() -> 
     assert beyond[1] == pytest.approx(beyond[0] / 4.0, rel=0.6)  # as the root of sixteen times the seconds
 
 
-@pytest.mark.parametrize("runs", [3, pytest.param(5, marks=pytest.mark.slow), 12])
+@pytest.mark.parametrize("runs", [3, *(pytest.param(runs, marks=pytest.mark.slow) for runs in (5, 12))])
 @pytest.mark.parametrize("left", [0.0, pytest.param(0.02, marks=pytest.mark.slow), 0.2])
 def test_the_interval_for_new_runs_holds_what_very_many_of_them_close(runs: int, left: float) -> None:
     rng, holds, tries, floor = np.random.default_rng(runs), 0, 1500, 0.01
@@ -95,6 +95,7 @@ def test_held_out_errors_of_a_true_rig_are_noise_and_their_floor_says_so() -> No
     assert len(np.unique(found.second["yaw_rad"])) == 21 and len(found.error[0]["yaw_rad"]) == len(TIME)
 
 
+@pytest.mark.slow
 def test_errors_of_several_hypotheses_side_by_side_are_those_of_each_alone() -> None:
     rig = platform("viscous = 0.02")
     logs = [replace(true_log(rig, **{"axis.coulomb": {"M_c": m}}), name=f"{m}.csv") for m in (0.03, 0.05)]

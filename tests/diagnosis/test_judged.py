@@ -1,5 +1,7 @@
 """Judged: held-out errors, each worked out once."""
 
+import pytest
+
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.judged import Judged, errors_of_the_rig
 from rwjax.diagnosis.layout import laid_out
@@ -27,6 +29,7 @@ def test_the_errors_of_a_hypothesis_are_worked_out_once_and_fitted_where_no_sear
     assert found.rung(DRY).rms == found.rms(DRY)
 
 
+@pytest.mark.slow
 def test_prepared_side_by_side_they_are_those_of_one_after_the_other() -> None:
     together, alone = judged(), judged()
     together.prepare([DRY, NOTHING, PUSHED])

@@ -16,6 +16,7 @@ from tests.systems import platform
 NOTHING = Hypothesis()
 
 
+@pytest.mark.slow
 def test_a_play_of_nothing_is_the_coupling_that_it_hands_its_numbers_to() -> None:
     rig, true = platform("viscous = 0.02"), {"s": 0.6, "k": 60.0, "c": 0.1}
     fits = fits_of(rig, true_log(rig, **{"axis.flexible_coupling": true}))

@@ -36,6 +36,7 @@ def rival(effect: str, number: str, value: float) -> Rival:
 TWO = rival("axis.coulomb", "M_c", 0.04), rival("drive.deadzone", "u_0", 0.1)
 
 
+@pytest.mark.slow
 def test_the_proposed_run_separates_its_rivals(tmp_path: Path) -> None:
     left = {"yaw_rad": 0.02}
     sentence, plan = propose("a rig", TWO, [0], left, SETTINGS)
@@ -103,6 +104,7 @@ def test_where_nothing_limits_the_travel_a_rig_without_friction_may_coast() -> N
     assert plan is not None and "differ by" in sentence
 
 
+@pytest.mark.slow
 def test_where_every_command_goes_too_far_nothing_is_said_to_be_the_same() -> None:
     rig = platform("viscous = 0.002")
     structure = structure_of(rig).with_effects("axis.end_stop", "axis.bias_torque", "drive.bias")

@@ -173,6 +173,7 @@ def test_a_further_law_says_nothing_where_left_out_runs_are_followed_no_better(m
     assert why_not_of_its_form(search.by_runs, linear, linear.names[0]) is None
 
 
+@pytest.mark.slow
 def test_a_rival_that_does_not_follow_left_out_runs_does_not_stand_beside_a_name(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -200,6 +201,7 @@ def test_a_smaller_law_of_its_coordinate_says_nothing_against_a_name_that_stays_
     assert why_not_of_its_form(search.by_runs, bends, "drive.saturation") is not None
 
 
+@pytest.mark.slow
 def test_a_search_that_goes_on_asks_a_further_name_for_less(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[float] = []
 
@@ -213,6 +215,7 @@ def test_a_search_that_goes_on_asks_a_further_name_for_less(monkeypatch: pytest.
     assert asked == [PartialSettings().further_removes]
 
 
+@pytest.mark.slow
 def test_a_further_law_of_another_part_of_the_rig_says_nothing_against_a_name() -> None:
     """A delay of the readings and a periodic torque both go with time."""
     truth = {"sensor.delay": {"tau": 0.2}, "axis.periodic_torque": {"s": 0.02, "c": 0.0, "omega": 3.0}}
@@ -238,6 +241,7 @@ def test_stricter_limits_let_nothing_hold(limits: PartialSettings) -> None:
     assert why_not(search, DRY, "axis.coulomb") is not None
 
 
+@pytest.mark.slow
 def test_a_further_law_is_counted_where_one_name_is_added_and_not_where_another_is_exchanged_as_well() -> None:
     both, other = DRY.plus("axis.bias_torque"), Hypothesis(("axis.stribeck", "axis.bias_torque"))
     search = searched([run_of(k, FRICTION | PUSHED) for k in range(3)], DRY, both, other)
@@ -332,6 +336,7 @@ def test_a_rival_that_is_far_less_likely_does_not_stand_beside_a_name() -> None:
         assert claim is not None and claim.named == lag and claim.alternatives == alternatives
 
 
+@pytest.mark.slow
 def test_of_a_name_that_leaves_little_only_a_law_of_most_of_that_speaks_against_it() -> None:
     """Viscous friction in place of a drag leaves 3 % here, and the drag removes nearly all of that."""
     truth = {"axis.quadratic_drag": {"c": 0.04}}

@@ -23,7 +23,7 @@ def test_a_fit_to_a_fold_begins_from_the_estimates_on_all_logs() -> None:
     assert on_one[inertia] != on_both[inertia] and np.array_equal(on_both, fits(NOTHING).theta)
 
 
-@pytest.mark.parametrize("by_start_rule", [False, True])
+@pytest.mark.parametrize("by_start_rule", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_without_one_of_many_runs_the_numbers_move_as_in_a_fit_without_it(by_start_rule: bool) -> None:
     rig, rng = platform("viscous = 0.02", '"axis.inertia", "axis.friction.viscous"'), np.random.default_rng(3)
     logs, time = [], TIME[:201]

@@ -10,7 +10,7 @@ import pytest
 from rwjax import parse_rig, write_rig
 from rwjax.diagnosis.hypothesis import candidates
 from rwjax.effects.effect import Motion
-from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES, register
+from rwjax.effects.library import BY_NAME, LIBRARY, register
 from rwjax.effects.parameter import param
 from rwjax.effects.ports import AxisDry, AxisTorque
 from rwjax.plant.from_rig import structure_of
@@ -99,7 +99,7 @@ def test_what_cannot_be_registered(dwell: str) -> None:
         register(Elsewhere)
     with pytest.raises(ValueError, match="lacks level"):
         register(Half)
-    assert {*BY_NAME.values()} == {*EFFECTS, *ON_TWO_AXES, Dwell}
+    assert {*BY_NAME.values()} == {*LIBRARY, Dwell}
 
 
 def test_its_programs_are_not_kept_on_disk(dwell: str) -> None:

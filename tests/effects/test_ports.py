@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rwjax.effects import ports
 from rwjax.effects.effect import Effect
-from rwjax.effects.library import BY_NAME, EFFECTS, ON_TWO_AXES
+from rwjax.effects.library import BY_NAME, EFFECTS, LIBRARY, UNLISTED
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import AxisDry, WheelDry
 from rwjax.plant.dry_friction import friction_level
@@ -41,9 +41,8 @@ def middle(effect: type[Effect]) -> Effect:
 
 
 def test_names_are_unique_and_begin_with_the_place_of_their_port() -> None:
-    every = (*EFFECTS, *ON_TWO_AXES)
-    assert len(BY_NAME) == len(every) == len({effect.label for effect in every})
-    for effect in EFFECTS:
+    assert len(BY_NAME) == len(LIBRARY) == len({effect.label for effect in LIBRARY})
+    for effect in (*EFFECTS, UNLISTED[0]):
         ports = [place for port, place in PORTS.items() if issubclass(effect, port)]
         assert len(ports) == 1 and effect.name.split(".")[0] == ports[0], effect.name
 

@@ -78,7 +78,7 @@ def test_the_trial_on_the_simulator_is_the_library_s_loop(name: str) -> None:
     assert np.max(np.abs(angle - ours)) < 0.5 * 2.0 * np.pi / pays.COUNTS  # a count read earlier or later moves on
 
 
-@pytest.mark.parametrize("kind", ["platform", "reaction"])
+@pytest.mark.parametrize("kind", ["platform", pytest.param("reaction", marks=pytest.mark.slow)])
 def test_the_limit_of_all_plants_drawn_is_beyond_the_true_one(kind: str) -> None:
     found = holds.limits(kind, holds.FIRST_SEED)
     assert found.drawn > max(found.fitted, found.true)

@@ -100,6 +100,7 @@ def loop_by_scipy(joint: Joint, servo: Servo, goal: float, until: float, start: 
     return np.array(angles)
 
 
+@pytest.mark.slow
 def test_a_loop_follows_scipy_from_tick_to_tick() -> None:
     joint = replace(SMOOTH, L=5e-3)
     servo = Servo(kp=30.0, ki=40.0, kd=0.8, filter=0.01, error_limit=0.4, limit=9.0, period=0.01)

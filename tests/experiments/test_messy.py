@@ -34,6 +34,7 @@ def drawn_lines(group: str) -> list[Row]:
     return [line for line in draw.cases("messy") if line["group"] == group]
 
 
+@pytest.mark.slow
 def test_what_is_small_is_reproducible_and_within_its_range(row: Row) -> None:
     assert messy.small_parts(KIND, EFFECT, SEED, AMPLITUDE) == {k: row[k] for k in ("small", "mess", "mess_size")}
     causes = {name: one for name, one in row["small"].items() if not name.startswith("parameter.")}

@@ -185,6 +185,7 @@ def test_what_a_rig_file_leaves_free_is_estimated_before_it_is_said_what_is_left
     assert left_of_fitted(replace(wrong, free=("axis.friction.viscous",)), [log]) < 1e-3 * left_of_fitted(wrong, [log])
 
 
+@pytest.mark.slow
 def test_a_number_that_was_changed_is_put_right_from_the_other_runs() -> None:
     t, right = np.arange(300) * 0.01, platform(free="")
 

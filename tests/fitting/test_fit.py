@@ -146,6 +146,7 @@ def test_the_mean_over_runs_is_as_unsure_as_what_they_share() -> None:
     assert found.rig.standard_error["axis.inertia"] == pytest.approx(0.005, rel=0.1)  # 5 % of the gain, of 0.1
 
 
+@pytest.mark.slow
 def test_a_prior_on_a_number_of_every_run_asks_nothing_of_the_shared_start() -> None:
     truth = replace(platform(free=FREE), per_run=("axis.inertia",), prior={"axis.inertia": (0.1, 1e-4)})
     logs = runs_of(truth, [0.1, 0.1])
@@ -164,6 +165,7 @@ def test_a_light_prior_decides_what_only_it_knows(spread: float) -> None:
     assert found.uncertainty.standard_error["axis.inertia"] == pytest.approx(spread, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_model_that_misses_and_a_prior_that_is_far_off_are_said() -> None:
     truth = platform(free=FREE)
     log = log_of(truth, noise=1e-3)
@@ -174,6 +176,7 @@ def test_a_model_that_misses_and_a_prior_that_is_far_off_are_said() -> None:
     assert any("standard deviations from its prior" in note for note in notes)
 
 
+@pytest.mark.slow
 def test_a_fit_whose_best_run_is_not_finite_is_refused() -> None:
     rig = platform('viscous = 0.02\n[effects."axis.spring"]\nk = 1e-300\nT_0 = 0.1\nk_3 = 0.1\n')
     log = record(TIME[:100], np.sign(np.sin(TIME[:100])), {"yaw_rad": np.sin(TIME[:100])})

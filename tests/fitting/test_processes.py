@@ -86,6 +86,7 @@ class Own(Exact):
     """Not the library's, though another process could find it by its name."""
 
 
+@pytest.mark.slow
 def test_a_solver_of_ones_own_stays_in_this_process() -> None:
     problems = [replace(several(rig), solver=Own()) for rig in RIGS]
     with Team(1) as team:
@@ -101,6 +102,7 @@ def test_what_a_helper_leaves_when_it_ends_is_done_here() -> None:
             assert found == [os.getpid()] * 3
 
 
+@pytest.mark.slow
 def test_what_goes_wrong_in_a_helper_is_raised_here() -> None:
     problems = [several(rig) for rig in RIGS]
     with Team(1) as team, pytest.raises(ZeroDivisionError, match="there") as raised:

@@ -22,6 +22,7 @@ def test_they_are_those_of_the_linear_formula() -> None:
     assert tied_errors(tied, values, ("a", "b"), np.diag([np.inf, 0.09])) == {}
 
 
+@pytest.mark.slow
 def test_a_fit_moves_the_number_with_those_that_it_follows_from() -> None:
     truth = platform("viscous = 0.02").with_values({"axis.inertia": 0.08, "axis.friction.viscous": 0.04})
     y = run(truth, record(TIME, COMMAND), {})["yaw_rad"]

@@ -62,6 +62,7 @@ def test_a_number_that_moves_with_an_undetermined_combination_has_no_standard_er
     assert moved < 3.0 * plain.uncertainty.standard_error["motor.resistance"]  # 6 % of R, 80 standard errors
 
 
+@pytest.mark.slow
 def test_a_number_without_a_trace_is_named() -> None:
     text = "axis.inertia = 0.1\naxis.friction.viscous = 0.02\naxis.gravity.torque = 0.0\naxis.gravity.angle = 0.3"
     free = 'fit.free = ["axis.inertia", "axis.gravity.angle"]'  # the direction of a load of 0

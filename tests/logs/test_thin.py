@@ -57,6 +57,7 @@ def test_both_axes_are_thinned() -> None:
     assert found.command.shape == (10_000, 2) and np.array_equal(found.command[:, 0], -found.command[:, 1])
 
 
+@pytest.mark.slow
 def test_estimates_from_thinned_logs_are_those_of_the_whole_ones_within_their_errors() -> None:
     rig, rng = platform("viscous = 0.02\ncoulomb = 0.05"), np.random.default_rng(1)
     angle = np.asarray(simulate(rig, TIME, VOLTS)["yaw_rad"]) + rng.normal(0.0, 1e-3, len(TIME))

@@ -55,6 +55,7 @@ def test_known_friction_comes_back_from_counts_to_five_percent() -> None:
             assert found.values[name] == pytest.approx(truth.values[name], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_stribeck_rig_gets_the_curve_closest_to_the_polynomial() -> None:
     names = ("coulomb", "static", "stribeck_velocity", "viscous")
     free = ", ".join(f'"axis.friction.{name}"' for name in names)

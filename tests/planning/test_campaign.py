@@ -59,7 +59,7 @@ def test_a_plan_uses_a_rig_and_stays_within_its_limits(kind: str, data: st.DataO
     assert max(used.values()) > 0.7, used  # something binds
 
 
-@pytest.mark.parametrize("kind", ["platform", "reaction"])
+@pytest.mark.parametrize("kind", ["platform", pytest.param("reaction", marks=pytest.mark.slow)])
 def test_every_regime_is_visited(kind: str, tmp_path: Path) -> None:
     rig = RIGS[kind]
     runs = played(rig, envelope(rig, 6.0, {"yaw_rad_s": 2.0}), tmp_path)
@@ -106,6 +106,7 @@ def test_the_neutral_pulse_says_which_ways_an_esc_turns(
     assert len(runs) >= 2
 
 
+@pytest.mark.slow
 def test_a_neutral_pulse_off_the_middle_is_said_where_it_is_what_limits_the_runs() -> None:
     rig = replace(RIGS["reaction"], pwm=Pwm(1700.0, 0.02))
     said = "`neutral_us` is 1700, off the middle of the pulses: the runs keep to the 6 V that they reach both ways"

@@ -63,6 +63,7 @@ def test_all_runs_together_keep_to_the_travel(rig: Rig, travel: float) -> None:
         assert ways["coast_fast"] == -ways["coast_fast_back"]
 
 
+@pytest.mark.slow
 def test_where_the_rig_does_not_come_to_rest_no_travel_can_be_kept() -> None:
     rig = platform("viscous = 1e-6")
     with pytest.raises(InputError, match="no run moves the simulated rig, or lets it come to rest within 60 s"):

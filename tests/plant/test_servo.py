@@ -72,7 +72,7 @@ EVERY = {
     "current": servo(joint(), "current", kp=0.3, kd=0.02),
     "torque": servo(joint(), "torque", kp=0.3, kd=0.02, period=0.0025),
 }
-SLOW = {"current", "torque"}
+SLOW = {"current", "torque", "duty"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in EVERY])

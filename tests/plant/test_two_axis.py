@@ -48,6 +48,7 @@ def test_energy_and_momentum_are_kept_to_the_steps_second_order() -> None:
     assert np.all(np.log2(found[-2] / found[-1]) > 1.8), found
 
 
+@pytest.mark.slow
 def test_a_motor_changes_no_momentum_about_the_vertical() -> None:
     u = 6.0 * np.stack([np.sign(np.sin(0.05 * np.arange(800))), np.cos(0.03 * np.arange(800))], axis=1)
     drift = []
@@ -70,7 +71,7 @@ def on_one_axis(J: float, I: float) -> dict[str, np.ndarray]:
     return motion(rig, {"Omega": 40.0}, SQUARE, 0.01)
 
 
-@pytest.mark.parametrize("half, I", [(1, 0.0495), (2, 0.021)])
+@pytest.mark.parametrize("half, I", [pytest.param(1, 0.0495, marks=pytest.mark.slow), (2, 0.021)])
 def test_one_axis_with_the_other_locked_is_a_reaction_rig_of_the_reduced_inertia(half: int, I: float) -> None:
     J, u = 1e-3, np.zeros((600, 2))
     u[:, half - 1] = SQUARE

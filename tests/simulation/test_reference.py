@@ -16,7 +16,11 @@ from rwjax.simulation.reference import simulate_adaptively, solver_for
 from tests.systems import platform, reaction, record, run, wheel
 
 
-@pytest.mark.parametrize("rig", [platform("viscous = 0.02"), reaction("viscous = 0.0026")], ids=lambda rig: rig.kind)
+@pytest.mark.parametrize(
+    "rig",
+    [platform("viscous = 0.02"), pytest.param(reaction("viscous = 0.0026"), marks=pytest.mark.slow)],
+    ids=lambda rig: rig.kind,
+)
 def test_a_smooth_rig_agrees_with_an_adaptive_solve(rig: Rig) -> None:
     rig = replace(rig, numbers=rig.numbers | {"axis.gravity.torque": 0.02, "axis.gravity.angle": 0.3})
     t = np.arange(301) * 0.01
@@ -103,6 +107,7 @@ STRIBECK = "viscous = 0.02\ncoulomb = 0.05\nstatic = 0.09\nstribeck_velocity = 0
 SHORT = np.arange(301) * 0.01
 
 
+@pytest.mark.slow
 def test_the_reference_stops_when_the_closed_form_says_and_stays() -> None:
     I, b, M_c, w0 = 0.1, 0.02, 0.05, 0.9
     y = by_reference(platform(STRIBECK.replace("0.09", "0.05")), record(SHORT, np.zeros_like(SHORT)), {"w": w0})

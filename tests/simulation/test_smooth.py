@@ -43,6 +43,7 @@ def on_platform(
     return simulate(PLATFORM, T, np.broadcast_to(u, T.shape), numbers=numbers, start=start, solver=solver)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [0.01, 0.001])
 @pytest.mark.parametrize("share", [-0.3, 0.64, 0.9])
 def test_an_axis_that_friction_would_hold_creeps_at_the_rate_of_the_closed_form(share: float, width: float) -> None:
@@ -66,6 +67,7 @@ def test_a_run_with_stick_and_slip_tends_to_the_exact_one_with_the_width() -> No
     assert error[-1] < 1e-3
 
 
+@pytest.mark.slow
 def test_steps_end_where_the_command_jumps() -> None:
     """A step across a jump would miss it by what the tolerance allows; these ends are right far within it."""
     rough = replace(TIGHT, width=0.05, rtol=1e-3, atol=1e-5)

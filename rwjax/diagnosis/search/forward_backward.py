@@ -83,7 +83,8 @@ class Search:
         for _ in range(self.limits.exchanges):
             if (better := self.surpassing(best, rivals)) is None:
                 break
-            best = self.backward(better)
+            smaller = self.backward(better)  # which stays out where even what is surpassed is needed in its place
+            best = better if self.comparison.needs(best, smaller) else smaller
             rivals = self.rivals(best)
         return best, rivals
 

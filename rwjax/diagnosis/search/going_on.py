@@ -47,7 +47,8 @@ class FurtherSearch(Search):
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             self._look_beside_leading_names(best)
-            best, rivals = self._settled(self._ahead(best))
+            ahead = self._ahead(best)
+            best, rivals = (best, self.rivals(best)) if ahead == best else self._settled(ahead)
         return self.chosen(best, rivals)
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
@@ -89,10 +90,11 @@ class FurtherSearch(Search):
     def _look_beside_leading_names(self, best: Hypothesis) -> None:
         """Fits a second name beside the names that leave least alone, of a law and its special case the better one, and beside a single choice.
 
-        Not where that was done with as good a fit of the first name.
+        Not where that was done with as good a fit of the first name, and not beside a name that leaves many times as much as the choice.
         """
         fits, leading = self.fits, [best] if len(best.names) == 1 else []
-        for e in self._by_cost(self._tried(best, 1, 1)):
+        most = self.limits.beginnings_leave * max(self.comparison.excess(best), self.limits.nothing_left)
+        for e in self._by_cost([e for e in self._tried(best, 1, 1) if self.comparison.excess(e) < most]):
             if not any(e.contains(other) or other.contains(e) for other in leading):
                 leading.append(e)
         leading = leading[: self.limits.beginnings]

@@ -22,12 +22,13 @@ def test_a_law_of_the_rate_is_seen_until_the_friction_is_added() -> None:
     assert other is not None and other > 0.5
 
 
-@pytest.mark.parametrize("names", [["load"], ["voltage", "nothing"]])
+@pytest.mark.parametrize("names", [pytest.param(["load"], marks=pytest.mark.slow), ["voltage", "nothing"]])
 def test_a_coordinate_that_no_log_tells_has_no_law(names: list[str]) -> None:
     fits = searched([run_of(0, FRICTION)], DRY).fits
     assert [*laws(fits, DRY, names)] == [name for name in names if name == "voltage"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drive.lag", "sensor.delay", "axis.presliding"])
 def test_where_the_measured_motion_is_not_all_of_the_plants_there_is_no_law(name: str) -> None:
     one = Hypothesis((name,))

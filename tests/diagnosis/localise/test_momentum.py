@@ -22,7 +22,7 @@ def momentum(rig: Rig, seed: int, names: tuple[str, ...], **effects: dict) -> Mo
     return found
 
 
-@pytest.mark.parametrize("names", [FULL, FULL[:2]])
+@pytest.mark.parametrize("names", [pytest.param(FULL, marks=pytest.mark.slow), FULL[:2]])
 def test_the_side_that_lacks_a_torque(names: tuple[str, ...]) -> None:
     rig = reaction(COUPLED)
     assert momentum(rig, 1, names, **{"axis.bias_torque": {"T": 0.002}}).side == "external"

@@ -29,6 +29,7 @@ def missing(rig: Rig, fitted_to: Log, log: Log) -> Missing:
     return missing_torque(fitted, 0, every_output(fitted.problem, fitted.theta, fitted.start)[0], read, SETTINGS)
 
 
+@pytest.mark.slow
 def test_a_true_rig_misses_no_torque_whatever_it_models() -> None:
     rig = parse_rig(
         'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02\ncoulomb = 0.05\n'

@@ -35,6 +35,7 @@ def test_what_many_places_serve_is_searched_from_all_of_them_at_last() -> None:
     assert search.comparison.excess(many) < 0.1 and fits.known(few) is fitted  # of which there are two places alone
 
 
+@pytest.mark.slow
 def test_of_what_is_fitted_side_by_side_nothing_counts_after_the_first_that_suffices() -> None:
     rig, names = platform("viscous = 0.02"), ("axis.coulomb", "axis.bias_torque", "axis.spring")
     usual = Settings()
@@ -100,7 +101,7 @@ def test_a_choice_gives_way_to_what_contains_it_only_where_that_is_needed(
     assert search.surpassing(dry, [curved]) == (curved if needed else None)
 
 
-@pytest.mark.parametrize("choice", ["drive.curvature", "parameter.drive.gain"])
+@pytest.mark.parametrize("choice", [pytest.param("drive.curvature", marks=pytest.mark.slow), "parameter.drive.gain"])
 def test_what_is_far_behind_begins_no_more_where_the_choice_reaches_the_noise(
     choice: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -146,6 +147,7 @@ def test_one_name_is_chosen_and_what_it_beats_is_ranked_below_it() -> None:
     assert choice.criterion[choice.best] > 5.0 and choice.criterion[NOTHING] == 0.0
 
 
+@pytest.mark.slow
 def test_no_name_is_added_to_as_many_as_there_may_be() -> None:
     rig = platform("viscous = 0.02")
     log = true_log(rig, **{"axis.bias_torque": {"T": 0.03}, "drive.curvature": {"c": 0.2}})
@@ -192,3 +194,17 @@ def test_what_removes_most_is_chosen_though_another_output_has_more_evidence() -
     fit_exactly(fits, [both])
     assert not compare.needs(both, push) and not compare.needs(both, late)  # either may be dropped
     assert search.backward(both) == push
+
+
+@pytest.mark.parametrize("needed", [True, False])
+def test_a_rival_keeps_a_spare_name_where_even_the_choice_that_it_surpasses_is_needed_in_place_of_the_rest(
+    needed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = platform("viscous = 0.02")
+    search = Search(fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.03}})), ())
+    one, choice, rival = Hypothesis(("a",)), Hypothesis(("a", "b")), Hypothesis(("a", "c"))
+    monkeypatch.setattr(search, "backward", lambda e: one if e == rival else e)
+    monkeypatch.setattr(search, "rivals", lambda best: [rival])
+    monkeypatch.setattr(search, "surpassing", lambda best, rivals: rival if best == choice else None)
+    monkeypatch.setattr(search.comparison, "needs", lambda larger, smaller: needed and (larger, smaller) == (choice, one))
+    assert search.exchanged(choice)[0] == (rival if needed else one)

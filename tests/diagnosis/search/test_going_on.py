@@ -50,6 +50,19 @@ def test_a_second_name_is_looked_for_beside_each_leading_one(
     assert len(search.go_on(BIAS).best.names) == names
 
 
+@pytest.mark.parametrize(("leave", "beside"), [(1e-3, 1), (1e6, 2)])
+def test_none_is_looked_for_beside_a_name_that_leaves_many_times_as_much_as_the_choice(
+    leave: float, beside: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search, looked = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS), []
+    search.limits = replace(search.limits, beginnings_leave=leave)
+    monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "pairs", list)
+    monkeypatch.setattr(search, "announce", lambda tried, hypothesis, passes=0: looked.append(hypothesis))
+    search.go_on(BIAS)
+    assert len(looked) == beside and {*looked} <= {DRY, BIAS}
+
+
 def test_what_follows_left_out_runs_worse_does_not_lead_though_it_has_more_names(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

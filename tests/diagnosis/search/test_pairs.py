@@ -135,6 +135,7 @@ def test_another_payload_is_found_and_what_scales_the_same_beside_it(times: floa
     assert found["axis.gravity.torque"] == pytest.approx(0.6 * times, rel=0.02)
 
 
+@pytest.mark.slow
 def test_no_pair_is_looked_for_where_one_name_explains_the_logs() -> None:
     rig = platform("viscous = 0.02")
     log = record(TIME, COMMAND, run(rig, record(TIME, COMMAND), {}, effects={"axis.bias_torque": {"T": 0.03}}))
@@ -169,7 +170,9 @@ def test_a_pair_sets_no_number_that_it_does_not_fit() -> None:
             assert moved <= own
 
 
-@pytest.mark.parametrize("checks", [3, 30, 60, 90])
+@pytest.mark.parametrize(
+    "checks", [pytest.param(3, marks=pytest.mark.slow), 30, 60, pytest.param(90, marks=pytest.mark.slow)]
+)
 def test_a_search_that_is_ended_among_the_pairs_keeps_their_fits_at_their_end(checks: int) -> None:
     fits = with_another_payload(1.5)
     known = Search(fits, NAMES).pairs()

@@ -45,6 +45,7 @@ def test_a_rival_that_stands_at_a_wrong_place_begins_again_from_the_choice() -> 
     assert all(len(fits(e).evaluation.local) for e in (choice, rival))  # as a parent of others needs
 
 
+@pytest.mark.slow
 def test_no_number_moves_that_its_hypothesis_leaves_as_the_rig_file_says() -> None:
     rig = platform(free='"axis.friction.viscous"')
     heavy = true_log(rig.with_values({"axis.inertia": 1.1 * rig.numbers["axis.inertia"]}))
@@ -57,6 +58,7 @@ def test_no_number_moves_that_its_hypothesis_leaves_as_the_rig_file_says() -> No
     assert fits(wrong).numbers()["axis.inertia"] == pytest.approx(1.1 * rig.numbers["axis.inertia"], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_stop_is_searched_from_every_place_that_differs() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.03")
     stop = {"high": 0.8, "low": -1e6, "k": 40.0, "d": 1.5}
