@@ -206,5 +206,7 @@ def test_a_rival_keeps_a_spare_name_where_even_the_choice_that_it_surpasses_is_n
     monkeypatch.setattr(search, "backward", lambda e: one if e == rival else e)
     monkeypatch.setattr(search, "rivals", lambda best: [rival])
     monkeypatch.setattr(search, "surpassing", lambda best, rivals: rival if best == choice else None)
-    monkeypatch.setattr(search.comparison, "needs", lambda larger, smaller: needed and (larger, smaller) == (choice, one))
+    monkeypatch.setattr(
+        search.comparison, "needs", lambda larger, smaller: needed and (larger, smaller) == (choice, one)
+    )
     assert search.exchanged(choice)[0] == (rival if needed else one)
