@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rwjax.diagnosis.hypothesis import candidates
-from rwjax.effects.library import BY_NAME
+from rwjax.effects.library import listed
 from rwjax.errors import InputError, nearest
 from rwjax.rig.model import Rig
 
@@ -56,7 +56,7 @@ def asked(rig: Rig, only: Sequence[str] = (), without: Sequence[str] = ()) -> As
         InputError: a name is none, or nothing is left; one sentence says what would be right.
     """
     every = candidates(rig)
-    known = {*every, *(name for name, effect in BY_NAME.items() if not effect.passes_for)}
+    known = {*every, *listed()}
     for name in (*only, *without):
         if name not in known:
             raise InputError(f"`{name}` is no effect and no fixed number of this rig; nearest `{nearest(name, every)}`")

@@ -21,7 +21,7 @@ from rwjax.diagnosis.localise.where import Missing, Where, locate, missing_torqu
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.outside_laws import why_not_claimed, with_outside_laws
+from rwjax.diagnosis.outside_laws import doing_as_well, outside_laws_of
 from rwjax.diagnosis.partial import BEATEN, Claim, claimed, further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
@@ -191,7 +191,7 @@ def _ended(further: "_Further") -> list[str]:
     if choice.complete:
         names = " and ".join(map(spoken, choice.best.names)) or "the rig as it is"
         return [
-            f"{why} ended the search for what {names} leaves, and nothing is claimed; every candidate was compared by then"
+            f"{why} ended the search before it was told whether {names} may be claimed, and nothing is; every candidate was compared by then"
         ]
     untried = (
         f"not compared were {', '.join(choice.untried)}" if choice.untried else "every candidate was compared by then"
@@ -257,7 +257,7 @@ class _Further:
     refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
     outside: tuple[
         Hypothesis, ...
-    ] = ()  # the set that would be claimed, and sets with a law outside the list that do as well
+    ] = ()  # a set that would be claimed, and the same with a law outside the list, which does as well
     ended: bool = False  # whether the budget ended this stage
     followed: bool = False  # whether only the held-out runs show a visible part
 
@@ -309,22 +309,27 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
 
 
 def _told_apart(further: _Further) -> _Further:
-    """The same, without the claim where a law outside the list of effects does as well in the place of one of its names."""
+    """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names."""
     judged, claim = further.judged, further.claim
     if not further.complete or (
         claim is None and (further.refused or _verdict_of(judged, further.choice) not in CLAIMS)
     ):
         return further
-    named = claim.named if claim else further.choice.best
+    beside = claim or further.choice
+    asked = outside_laws_of([claim.named if claim else further.choice.best, *beside.alternatives])
+    if not asked:
+        return further
     try:
         with judged.fits.headway.budget.searching():
-            found = with_outside_laws(judged.fits, named)
+            found = doing_as_well(judged.fits, asked)
     except Stopped:
-        return replace(further, ended=True)
+        return replace(further, judged=judged.anew(), ended=True)
+    further = replace(further, judged=judged.anew())
     if not found:
         return further
-    refused = {name: why_not_claimed(named, instead) for name, instead in found.items()}
-    return replace(further, claim=None, refused=further.refused | refused, outside=(named, *found.values()))
+    refused = {one.name: one.why for one in found}
+    refused |= {name: why for name, why in further.refused.items() if name not in refused}
+    return replace(further, claim=None, refused=refused, outside=(found[0].of, found[0].instead))
 
 
 def _verdict_of(judged: Judged, choice: Choice) -> Verdict:
@@ -491,7 +496,10 @@ def _next(fits: ModelFits, outcome: _Outcome, further: _Further, among: Asked) -
     if outcome.alternatives and len(rivals) < 2:
         return Proposal("none can tell them apart: for this kind of rig they are the same thing")
     if len(rivals) > 1 and fits.rig.kind in TWO_AXIS:
-        return Proposal("one motor at a time, then both at once, with slow triangles, steps and coast-downs of each")
+        rests = ", after rests of several lengths" if further.outside else ""
+        return Proposal(
+            f"one motor at a time, then both at once, with slow triangles, steps and coast-downs of each{rests}"
+        )
     if len(rivals) > 1:
         two = [Rival(e.names, fits.problem_of(e), fits(e).theta) for e in rivals[:2]]
         remains = {name: g.after for name, g in outcome.gaps.items()}

@@ -150,8 +150,9 @@ class Diagnosis:
         other = left_elsewhere(self.gaps, self.signal, self.settings.verdict)
         elsewhere = (other, self.gaps[other]) if other else None
         visible = other or leaves_a_visible_part(gap, self.settings.verdict)
-        if self.verdict == "unknown" and self.effects and self.refused and not visible:
-            return doubted_sentence(self.effects, gap, next(iter(self.refused.values())))
+        why = next((self.refused[name] for name in self.effects if name in self.refused), None)
+        if self.verdict == "unknown" and why and not visible:
+            return doubted_sentence(self.effects, gap, why)
         said = verdict_sentence(
             self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known, elsewhere
         )

@@ -32,6 +32,15 @@ BY_NAME: dict[str, type[Effect]] = {effect.name: effect for effect in LIBRARY}
 """Every effect that plants and fits know, those registered from outside the library last."""
 
 
+def listed() -> dict[str, type[Effect]]:
+    """The effects that rig files and answers may name.
+
+    Returns:
+        The effects by name, in the order of the library, without the laws outside the list.
+    """
+    return {name: effect for name, effect in BY_NAME.items() if not effect.passes_for}
+
+
 def of_kind(kind: str) -> dict[str, type[Effect]]:
     """The effects that a kind of rig may have.
 
@@ -41,11 +50,10 @@ def of_kind(kind: str) -> dict[str, type[Effect]]:
     Returns:
         The effects by name, in the order of the library.
     """
-    listed = {name: effect for name, effect in BY_NAME.items() if not effect.passes_for}
     if kind in TWO_AXIS:
-        return {name: e for name, e in listed.items() if e in ON_TWO_AXES or issubclass(e, two_axis.OF_THE_LOG)}
+        return {name: e for name, e in listed().items() if e in ON_TWO_AXES or issubclass(e, two_axis.OF_THE_LOG)}
     return {
-        name: e for name, e in listed.items() if e not in ON_TWO_AXES and kind in SUBSYSTEMS[name.partition(".")[0]]
+        name: e for name, e in listed().items() if e not in ON_TWO_AXES and kind in SUBSYSTEMS[name.partition(".")[0]]
     }
 
 
@@ -58,7 +66,7 @@ def passing_for(name: str) -> tuple[str, ...]:
     Returns:
         The names.
     """
-    return tuple(law.name for law in UNLISTED if name in law.passes_for)
+    return tuple(law.name for law in BY_NAME.values() if name in law.passes_for)
 
 
 def null_of_optional(number: str) -> float | None:

@@ -100,7 +100,10 @@ class AxisDry(Dry):
 
 
 class AxisAgeing(AxisDry):
-    """Dry friction of the axis that depends on how long it has rested. Its state is that time [s], 0 from the first step on that begins in motion."""
+    """Dry friction of the axis that depends on how long it has rested, for the library's exact step alone.
+
+    Its state is that time [s], 0 at the end of a step that begins in motion; other solvers leave it at 0.
+    """
 
     states: ClassVar[tuple[str, ...]] = ("rest",)
 

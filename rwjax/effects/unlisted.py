@@ -1,4 +1,4 @@
-"""Laws outside the list of effects: no rig file holds one, and no answer names one. Each passes for an effect, which it is told from before that is claimed."""
+"""Laws outside the list of effects: no rig file holds one, and no answer claims one. Each passes for an effect, which it is told from before that is claimed."""
 
 from typing import ClassVar
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rwjax.effects.library import BY_NAME
+from rwjax.effects.library import listed
 from rwjax.effects.parameter import parameters
 from rwjax.errors import InputError, nearest, printable
 from rwjax.kinds import NUMBERS
@@ -132,10 +132,11 @@ def _shared(command: str, given: Mapping[str, Any]) -> tuple[str, ...]:
     names = given.get("shared", [])
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise InputError(f'`shared` is {printable(repr(names))}; write a list of numbers, as ["axis.inertia"]')
+    effects = listed()
     for name in names:
         effect, _, number = name.rpartition(".")
-        if name not in NUMBERS and not (effect in BY_NAME and number in parameters(BY_NAME[effect])):
-            near = nearest(name, [*NUMBERS, *(f"{e}.{n}" for e in BY_NAME for n in parameters(BY_NAME[e]))])
+        if name not in NUMBERS and not (effect in effects and number in parameters(effects[effect])):
+            near = nearest(name, [*NUMBERS, *(f"{e}.{n}" for e in effects for n in parameters(effects[e]))])
             raise InputError(f"`shared` holds {printable(repr(name))}, which is no number; nearest `{near}`")
     return tuple(dict.fromkeys(names))
 
@@ -143,8 +144,8 @@ def _shared(command: str, given: Mapping[str, Any]) -> tuple[str, ...]:
 def _check_names(option: str, names: list) -> None:
     """Raises `InputError` for a name that is no effect's and no number's."""
     for one in names:
-        if not isinstance(one, str) or not (one in BY_NAME or one.startswith("parameter.")):
-            near = nearest(str(one), BY_NAME)
+        if not isinstance(one, str) or not (one in listed() or one.startswith("parameter.")):
+            near = nearest(str(one), listed())
             raise InputError(f"`options.{option}` holds {printable(repr(one))}, which is no effect; nearest `{near}`")
 
 

@@ -21,10 +21,10 @@ def effect_parameters(kind: str | None = None) -> "dict[str, dict[str, Parameter
         Effect name -> parameter name -> what is known of the parameter.
     """
     # The effects import JAX, which takes about a second: most rig files name none, and are read without it.
-    from rwjax.effects.library import BY_NAME, of_kind
+    from rwjax.effects.library import listed, of_kind
     from rwjax.effects.parameter import parameters
 
-    return {name: parameters(effect) for name, effect in (of_kind(kind) if kind else BY_NAME).items()}
+    return {name: parameters(effect) for name, effect in (of_kind(kind) if kind else listed()).items()}
 
 
 def effects(leaves: dict[str, Any], kind: str) -> dict[str, dict[str, float]]:

@@ -45,7 +45,6 @@ def test_the_fastest_slew_is_nearly_the_exact_one_and_never_faster(friction: flo
     assert np.max(np.abs(best.current)) < AMPS * 1.001 and np.max(np.abs(best.wheel)) < TOP * 1.001
 
 
-@pytest.mark.slow
 def test_the_wheel_s_limit_makes_a_hold() -> None:
     angle = np.radians(90.0)
     found = slew(rig(), angle, LIMITS)

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.diagnosis.outside_laws import why_not_claimed, with_outside_laws
+from rwjax.diagnosis.outside_laws import Stands, doing_as_well, outside_laws_of
+from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, fitted
 from rwjax.diagnosis.settings import SearchSettings, Settings
 from rwjax.logs.log import Log
@@ -44,36 +46,48 @@ def fits_of(truth: str) -> ModelFits:
     return fits
 
 
+ASKED = Stands("axis.stribeck", "axis.growing_stiction", STRIBECK, GROWS)
+WHY = "breakaway friction that grows with the time at rest does as well in its place, and is no effect of the list"
+
+
 @pytest.mark.parametrize("truth", LAWS)
 def test_a_law_outside_the_list_stands_for_a_name_where_it_is_the_truth_and_not_where_the_name_is(truth: str) -> None:
-    found = with_outside_laws(fits_of(truth), STRIBECK)
-    assert found == ({} if truth == "axis.stribeck" else {"axis.stribeck": GROWS})
+    found = doing_as_well(fits_of(truth), [ASKED])
+    assert found == ([] if truth == "axis.stribeck" else [ASKED])
 
 
-def test_a_name_for_which_no_law_passes_costs_no_fit() -> None:
-    logs = [triangles("axis.stribeck", 0)]
-    fits = ModelFits.of(RIG, logs, range(1))
-    assert with_outside_laws(fits, Hypothesis(("axis.bias_torque",))) == {} and len(list(fits)) == 0
+def test_it_is_asked_of_every_set_beside_the_other_names() -> None:
+    bias, both = Hypothesis(("axis.bias_torque",)), STRIBECK.plus("axis.bias_torque")
+    assert outside_laws_of([STRIBECK, bias]) == [ASKED] and outside_laws_of([bias]) == []
+    assert outside_laws_of([both])[0].instead == GROWS.plus("axis.bias_torque")
+    assert outside_laws_of([Hypothesis(("pitch.stribeck",))])[0].law == "pitch.growing_stiction"
+    assert ASKED.why == WHY
 
 
-def test_the_reason_names_the_law() -> None:
-    both = STRIBECK.plus("axis.bias_torque")
-    why = why_not_claimed(both, Hypothesis(("axis.growing_stiction", "axis.bias_torque")))
-    assert (
-        why
-        == "breakaway friction that grows with the time at rest does as well in its place, and is no effect of the list"
-    )
-
-
-@pytest.mark.parametrize("as_well", [False, True])
-def test_a_diagnosis_does_not_claim_it_and_proposes_what_tells_them_apart(as_well: bool) -> None:
-    settings = Settings(search=SearchSettings(close_outside=1e9 if as_well else 10.0))
+def diagnosed(close: float) -> Diagnosis:
     logs = [triangles("axis.stribeck", seed) for seed in range(3)]
-    found = diagnose(RIG, logs, settings=settings, only=("axis.stribeck", "axis.bias_torque"))
-    assert found.effects == STRIBECK.names
-    if not as_well:
-        assert found.verdict == "effect" and not found.refused and found.proposal is None
-        return
-    assert found.verdict == "unknown" and {*found.refused} == {*STRIBECK.names}
-    assert found.sentence.endswith("but this is no claim: " + why_not_claimed(STRIBECK, GROWS) + ".")
+    settings = Settings(search=SearchSettings(close_outside=close))
+    return diagnose(RIG, logs, settings=settings, only=("axis.stribeck", "axis.bias_torque"))
+
+
+def test_a_name_is_claimed_from_which_the_law_falls_short() -> None:
+    found = diagnosed(SearchSettings().close_outside)
+    assert found.verdict == "effect" and found.effects == STRIBECK.names
+    assert not found.refused and found.proposal is None
+
+
+def test_a_name_is_not_claimed_where_the_law_does_as_well_and_what_tells_them_apart_is_proposed() -> None:
+    found = diagnosed(1e9)
+    assert found.verdict == "unknown" and found.complete and found.effects == STRIBECK.names
+    assert found.refused == {"axis.stribeck": WHY} and found.sentence.endswith(f"but this is no claim: {WHY}.")
     assert found.proposal is not None and "axis.growing_stiction" in found.next_experiment
+
+
+def test_nothing_is_claimed_where_the_budget_ends_before_the_law_was_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended(fits: ModelFits, asked: list[Stands]) -> list[Stands]:
+        raise Stopped
+
+    monkeypatch.setattr("rwjax.diagnosis.diagnosis.doing_as_well", ended)
+    found = diagnosed(1e9)
+    assert found.verdict == "unknown" and not found.complete and not found.untried
+    assert any("before it was told whether Stribeck friction may be claimed" in note for note in found.notes)

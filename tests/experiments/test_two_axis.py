@@ -12,7 +12,6 @@ from experiments.two_axis.rigid import lopsided, simulate
 from tests.two_axes import motion
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("tilts", [True, False])
 def test_the_motion_is_that_of_rigid_bodies_in_mujoco(tilts: bool) -> None:
     bed = lopsided(tilts)

@@ -22,7 +22,6 @@ def test_a_bootstrap_over_many_short_logs_moves_in_every_draw() -> None:
         assert 0.5 < np.std(drawn[:, k]) / found.uncertainty.standard_error[name] < 2.0, name
 
 
-@pytest.mark.slow
 def test_a_bootstrap_draws_the_prior_too_and_leaves_open_what_is_open() -> None:
     rig = platform(free=ALL)
     log = log_of(rig, noise=1e-3)

@@ -20,7 +20,6 @@ def looped(x: Array) -> Array:
     return jax.lax.while_loop(lambda c: c[0] < 1, lambda c: (c[0] + 1, plain(x)), (0, jnp.zeros((2, 3))))[1]
 
 
-@pytest.mark.slow
 def test_value_and_derivatives_by_both_modes_are_those_of_the_function() -> None:
     wrapped, dx = with_jacobian(looped), jnp.asarray([1.0, 0.5, -0.2])
     y, forward = jax.jvp(wrapped, (X,), (dx,))

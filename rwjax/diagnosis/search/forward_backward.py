@@ -78,7 +78,17 @@ class Search:
         Returns:
             What no rival surpasses, and its rivals.
         """
-        best = self.backward(best)
+        return self.given_way(self.backward(best))
+
+    def given_way(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
+        """A hypothesis, or what surpasses it.
+
+        Args:
+            best: the hypothesis, all of whose names are needed.
+
+        Returns:
+            What no rival surpasses, and its rivals.
+        """
         rivals = self.rivals(best)
         for _ in range(self.limits.exchanges):
             if (better := self.surpassing(best, rivals)) is None:

@@ -48,7 +48,7 @@ class FurtherSearch(Search):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             self._look_beside_leading_names(best)
             ahead = self._ahead(best)
-            best, rivals = (best, self.rivals(best)) if ahead == best else self._settled(ahead)
+            best, rivals = self.given_way(best) if ahead == best else self._settled(ahead)
         return self.chosen(best, rivals)
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
@@ -93,7 +93,7 @@ class FurtherSearch(Search):
         Not where that was done with as good a fit of the first name, and not beside a name that leaves many times as much as the choice.
         """
         fits, leading = self.fits, [best] if len(best.names) == 1 else []
-        most = self.limits.beginnings_leave * max(self.comparison.excess(best), self.limits.nothing_left)
+        most = self.limits.beginnings_leave * self.comparison.excess(best)
         for e in self._by_cost([e for e in self._tried(best, 1, 1) if self.comparison.excess(e) < most]):
             if not any(e.contains(other) or other.contains(e) for other in leading):
                 leading.append(e)
