@@ -46,13 +46,15 @@ bench: .venv/.bench
 	@$(INSTALL) --no-build-isolation -e ".[bench]"
 	@touch $@
 
-# The pages of docs/ as a site in build/docs: notebooks are executed, and a warning ends it. `make pages` leaves the gallery of effects out.
+# The pages of docs/ as a site in build/docs: notebooks are executed, and a warning ends it. `make pages` leaves the gallery of effects out,
+# and what the notebooks print: that takes a minute.
 docs: .venv/.docs
 	@$(BIN)/python docs/gallery.py
-	@$(MAKE) -s pages
+	@$(MAKE) -s pages EXECUTED=force
 
+EXECUTED ?= off
 pages: .venv/.docs
-	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
+	@$(BIN)/sphinx-build -q -W --keep-going -b html -D nb_execution_mode=$(EXECUTED) docs build/docs
 	@echo "build/docs/index.html"
 
 .venv/.docs: $(READY) docs/requirements.lock

@@ -1,4 +1,4 @@
-"""The pages of this folder as a site, by Sphinx: `make docs` writes build/docs. Notebooks are executed; a warning ends the build."""
+"""The pages of this folder as a site, by Sphinx: `make docs` writes build/docs. It executes the notebooks; a warning ends the build."""
 
 from pathlib import Path
 
@@ -8,8 +8,9 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_co
 html_theme = "furo"
 html_title = "rwjax"
 myst_heading_anchors = 4  # links between pages name headings as GitHub does
-# links to files of the repository, which tests/test_docs.py follows; `csv`, which is no language to Pygments
-suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]
+# links to files of the repository, which tests/test_docs.py follows; `csv`, which is no language to Pygments; the language of notebooks,
+# which only their kernel tells, where `make pages` does not execute them
+suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure", "myst-nb.lexer"]
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True

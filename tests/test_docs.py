@@ -161,6 +161,23 @@ def test_the_readmes_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "notebooks").glob("*.md")), ids=lambda page: page.stem)
+def test_the_cells_of_a_notebook_run(page: Path) -> None:
+    """`make docs` executes the notebooks, `make pages` and so CI does not."""
+    cells = re.findall(r"^```\{code-cell\} ipython3\n(.*?)^```", page.read_text(), re.M | re.S)
+    assert len(cells) > 2
+    lines = "\n".join(cells).splitlines()
+    code = "\n".join(line for line in lines if not line.startswith("%"))  # what only a notebook understands
+    environment = os.environ | {"MPLBACKEND": "Agg"}
+    subprocess.run(
+        [sys.executable, "-W", "error::DeprecationWarning:__main__", "-c", code],
+        cwd=page.parent,
+        env=environment,
+        check=True,
+    )
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "least"), [("README.md", 12), ("docs/quickstart.md", 5)])
 def test_the_commands_of_a_page_run_as_printed(page: str, least: int, tmp_path: Path) -> None:
     (tmp_path / "data").symlink_to(ROOT / "data")

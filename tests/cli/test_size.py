@@ -8,6 +8,7 @@ import pytest
 from tests.cli.shell import DELAYED, Shell, table
 
 
+@pytest.mark.slow
 def test_size_names_the_lightest_ring_that_does_it(shell: Shell) -> None:
     code, out, err = shell(
         "size", "rig.toml", "--angle", "30", "--seconds", "3", "--amps", "3", "-o", "size.csv", "--json"

@@ -72,6 +72,7 @@ def test_the_wheel_takes_the_momentum_that_the_axis_gets() -> None:
     assert run.angle[-1] == pytest.approx(0.3, abs=1e-3)  # positive gains restore, though a command turns it backwards
 
 
+@pytest.mark.slow
 def test_friction_leaves_an_error_that_an_integral_or_a_feed_forward_removes() -> None:
     def left(**gains: float) -> float:
         run = run_rig(DRY, Controller(kp=2.0, kd=1.5, **gains), np.full(3000, 0.3))

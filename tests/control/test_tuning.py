@@ -35,6 +35,7 @@ def _arrays(controller: Controller) -> Controller:
     return Controller(*(jnp.asarray(float(v)) for v in controller))
 
 
+@pytest.mark.slow
 def test_the_slope_is_that_of_the_loss() -> None:
     structure, theta, _, sign = loop_setup(RIG, TIMING)
     gains = np.array([6.0, 0.7, 2.5])

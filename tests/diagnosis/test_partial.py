@@ -36,6 +36,7 @@ def test_a_true_name_holds_beside_a_motion_that_nothing_explains() -> None:
     assert claim is not None and claim.named == DRY and claim.alternatives == () and not refused
 
 
+@pytest.mark.slow
 def test_a_name_of_which_every_run_asks_for_another_amount_does_not_hold() -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
     search = searched(logs, BIAS, SPRING)
@@ -148,6 +149,7 @@ def test_two_names_that_stand_in_for_each_other_give_way_one_by_one() -> None:
     assert {*refused.values()} == {"it is not needed beside a remainder that is coloured noise"}
 
 
+@pytest.mark.slow
 def test_a_name_that_leaves_something_of_its_own_coordinate_has_not_the_right_form() -> None:
     truth = {"axis.quadratic_drag": {"c": 0.04}}
     linear, drag = Hypothesis(("parameter.axis.friction.viscous",)), Hypothesis(("axis.quadratic_drag",))

@@ -85,6 +85,7 @@ def test_two_recordings_of_the_same_board_are_equal_to_the_bit(tmp_path: Path) -
     assert len((tmp_path / "a.raw").read_bytes()) > 10_000
 
 
+@pytest.mark.slow
 def test_a_run_is_whole_though_every_answer_is_lost(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -95,9 +96,8 @@ def test_a_run_is_whole_though_every_answer_is_lost(
     assert done.failure is None and len(read_log(done.logs[0], rig).time) == 259
 
 
-@pytest.mark.parametrize(
-    "kind", [messages.ARM, *(pytest.param(kind, marks=pytest.mark.slow) for kind in (messages.PLAY, messages.DISARM))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [messages.ARM, messages.PLAY, messages.DISARM])
 def test_a_command_that_is_lost_is_sent_once_more(
     testbed: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kind: int
 ) -> None:

@@ -82,6 +82,7 @@ def test_every_regime_is_visited(kind: str, tmp_path: Path) -> None:
     assert np.sign(runs["coast_fast"][1]["yaw_rad"][-1]) == -np.sign(runs["coast_fast_back"][1]["yaw_rad"][-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("neutral", "per_us", "directions", "volts"),
     [
