@@ -73,7 +73,7 @@ WITH = {
 
 
 @pytest.mark.parametrize("share, moves", [(0.999, False), (1.001, True)])
-@pytest.mark.parametrize("kind", ["platform", "reaction", *WITH])
+@pytest.mark.parametrize("kind", ["platform", pytest.param("reaction", marks=pytest.mark.slow), *WITH])
 def test_breakaway_is_where_the_axis_lets_go(kind: str, share: float, moves: bool) -> None:
     friction = "coulomb = 0.01\nstatic = 0.015\nstribeck_velocity = 0.1"
     rig = reaction(friction) if kind == "reaction" else platform(friction)

@@ -15,6 +15,7 @@ from tests.fleet.small import write_small
 pytest.importorskip("distributed", reason="a fleet needs the extra `fleet`")
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_what_one_process_gives_and_does_nothing_twice(tmp_path: Path) -> None:
     plan = read_plan(write_small(tmp_path))
     (tmp_path / "logs" / "b" / "fast.csv").write_text("time_s\n")  # one rig fails, and is tried again

@@ -46,7 +46,7 @@ def mean(t: np.ndarray, u: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np
 
 @pytest.mark.parametrize("late", [{}, {"drive.delay": {"tau": 0.0437}}], ids=["at once", "late"])
 @pytest.mark.parametrize("overlap", [{}, {"sensor.delay": {"tau": 0.1}}], ids=["", "windows overlap"])
-@pytest.mark.parametrize("cut", [0, 50])
+@pytest.mark.parametrize("cut", [0, pytest.param(50, marks=pytest.mark.slow)])
 def test_steps_and_readings_see_the_mean_of_the_held_command(late: dict, overlap: dict, cut: int) -> None:
     rng = np.random.default_rng(2)
     t = np.cumsum(rng.choice([0.0021, 0.01, 0.0173, 0.05], 150))
@@ -135,7 +135,10 @@ COMMANDED = {
 }
 
 
-@pytest.mark.parametrize("case", COMMANDED)
+LONGER = ("two commands", "a goal", "a goal and the supply")  # to compile than those that they are like
+
+
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in LONGER else c for c in COMMANDED])
 def test_each_window_is_told_what_the_whole_log_has_there(case: str) -> None:
     rig, effects, more = COMMANDED[case]
     u = np.random.default_rng(5).normal(size=(len(TIME), 2) if rig.kind == "two_axis" else len(TIME))

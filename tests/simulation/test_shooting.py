@@ -28,7 +28,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(c, marks=pytest.mark.slow) if c in ("wheel", "reaction") else c for c in CASES]
+)
 def test_sensitivities_match_differences_of_the_free_run(case: str) -> None:
     rig, output, effects = CASES[case]
     structure = structure_of(rig).with_effects(*effects)
