@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-
-import numpy as np
+from dataclasses import dataclass, replace
 
 from rwjax.diagnosis.asked import Asked, asked
 from rwjax.diagnosis.budget import Budget, Stopped
 from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.estimates import estimates
 from rwjax.diagnosis.exact_fits import polish
+from rwjax.diagnosis.further import Further, may_be_claimed
 from rwjax.diagnosis.gap import Gap, HeldOut, gap, headline
 from rwjax.diagnosis.headway import Headway
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, shown_by, spoken
@@ -21,13 +20,11 @@ from rwjax.diagnosis.localise.where import Missing, Where, locate, missing_torqu
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.next_experiment import Proposal, Rival, propose
-from rwjax.diagnosis.outside_laws import doing_as_well, outside_laws_of
-from rwjax.diagnosis.partial import BEATEN, Claim, claimed, further_laws
+from rwjax.diagnosis.partial import further_laws
 from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.result import Diagnosis, Left, Ranked
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import ForwardBackward
-from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.so_far import so_far
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import fitted
@@ -38,7 +35,6 @@ from rwjax.diagnosis.verdict import (
     Verdict,
     closes_in_part,
     judge,
-    leaves_a_visible_part,
     left_elsewhere,
     stands_out,
 )
@@ -54,7 +50,6 @@ from rwjax.fitting.uncertainty import Uncertainty, uncertainty
 from rwjax.kinds import TWO_AXIS
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
-from rwjax.logs.segments import runs_of
 from rwjax.rig.model import Rig
 
 
@@ -128,7 +123,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
 
 def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
     """What is told of a choice."""
-    further = _told_apart(_gone_on(judged, choice, shown_by(among.names, judged.fits.outputs)))
+    further = may_be_claimed(judged, choice, shown_by(among.names, judged.fits.outputs))
     judged, choice = further.judged, further.choice
     fits, layout = judged.fits, judged.layout
     rig, before, signal = fits.rig, judged.before, judged.signal
@@ -182,7 +177,7 @@ def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> 
     return without_runaways(rig, corrected), runaway_words(rig, corrected)
 
 
-def _ended(further: "_Further") -> list[str]:
+def _ended(further: Further) -> list[str]:
     """The remark on a search that did not come to its end."""
     choice, budget = further.choice, further.judged.fits.headway.budget
     if further.complete:
@@ -247,115 +242,7 @@ def _by_importance(best: Hypothesis, judged: Judged) -> Hypothesis:
     return Hypothesis(tuple(sorted(best.names, key=lambda name: -judged.rms(best.without(name)))))
 
 
-@dataclass(frozen=True)
-class _Further:
-    """A choice after the search has gone on where it leaves a visible part."""
-
-    judged: Judged
-    choice: Choice
-    claim: Claim | None = None  # what holds though it leaves something
-    refused: dict[str, str] = field(default_factory=dict)  # names that do not hold, and why
-    outside: tuple[
-        Hypothesis, ...
-    ] = ()  # a set that would be claimed, and the same with a law outside the list, which does as well
-    ended: bool = False  # whether the budget ended this stage
-    followed: bool = False  # whether only the held-out runs show a visible part
-
-    @property
-    def complete(self) -> bool:
-        """Whether the whole search came to its end."""
-        return self.choice.complete and not self.ended
-
-
-def _may_ask(judged: Judged, choice: Choice) -> bool:
-    """Whether enough training runs were searched to tell what holds."""
-    fits = judged.fits
-    runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
-    searched = choice.complete and (bool(choice.best.names) or len(choice.criterion) > 1)
-    return searched and runs >= fits.settings.partial.runs
-
-
-def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> _Further:
-    """What holds of a choice that is not the whole answer, by the training runs.
-
-    Where these show that something is left, the search goes on first: a visible part of them, or anything where the held-out runs show that
-    it counts. Where the training runs leave nothing, it does not.
-    """
-    fits = judged.fits
-    if not _may_ask(judged, choice):
-        return _Further(judged, choice)
-    compare = ModelComparison(fits)
-    visible = compare.leaves_visible(choice.best)
-    if not visible and _verdict_of(judged, choice) != "unknown":
-        return _Further(judged, choice)
-    try:
-        with fits.headway.budget.searching():
-            search = FurtherSearch(fits, names)
-            further = search.go_on(choice.best) if compare.leaves_something(choice.best) else choice
-            if further.best.names:
-                polish(fits, further.best)
-            claim, refused = claimed(search, further)
-            if claim is not None and claim.named != further.best:
-                rivals = [e for e in claim.rivals if len(e.names) <= len(claim.named.names)]
-                further = search.chosen(claim.named, rivals)
-    except Stopped:
-        return _Further(judged.anew(), choice, ended=True)
-    judged = judged.anew()
-    if claim is not None and _beaten(judged, further, claim):
-        claim, refused = None, refused | dict.fromkeys(claim.named.names, BEATEN)
-    if claim is None:
-        return _Further(judged, choice, refused=refused)
-    return _Further(judged, further, claim, refused, followed=not visible)
-
-
-def _told_apart(further: _Further) -> _Further:
-    """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names."""
-    judged, claim = further.judged, further.claim
-    if not further.complete or (
-        claim is None and (further.refused or _verdict_of(judged, further.choice) not in CLAIMS)
-    ):
-        return further
-    beside = claim or further.choice
-    asked = outside_laws_of([claim.named if claim else further.choice.best, *beside.alternatives])
-    if not asked:
-        return further
-    try:
-        with judged.fits.headway.budget.searching():
-            found = doing_as_well(judged.fits, asked)
-    except Stopped:
-        return replace(further, judged=judged.anew(), ended=True)
-    further = replace(further, judged=judged.anew())
-    if not found:
-        return further
-    refused = {one.name: one.why for one in found}
-    refused |= {name: why for name, why in further.refused.items() if name not in refused}
-    return replace(further, claim=None, refused=refused, outside=(found[0].of, found[0].instead))
-
-
-def _verdict_of(judged: Judged, choice: Choice) -> Verdict:
-    """The outcome of a choice by the held-out runs."""
-    return judge(choice, judged.gaps(judged(choice.best)), judged.signal, judged.fits.settings.verdict)
-
-
-def _beaten(judged: Judged, choice: Choice, claim: Claim) -> bool:
-    """Whether another explanation than those of a claim, or the rig as it is, leaves so much less that the claim stands in for something else.
-
-    What counts are held-out runs, and the output that keeps a visible part.
-    """
-    settings, gaps = judged.fits.settings, judged.gaps(judged(claim.named))
-    signal = left_elsewhere(gaps, judged.signal, settings.verdict) or judged.signal
-    gap = gaps[signal]
-    if not leaves_a_visible_part(gap, settings.verdict):
-        return False
-    own = (claim.named, *claim.alternatives)
-    first = [NOTHING, *(e for e, _ in choice.ranking[: settings.report.ranked])]
-    others = [e for e in first if not any(e == one or e.contains(one) for one in own)]
-    judged.prepare(others)
-    most = (1.0 - settings.search.further_removes) * (gap.after**2 - gap.floor**2)
-    return any(judged(e).rms(signal) ** 2 - gap.floor**2 < most for e in others)
-
-
-def _how_far(further: _Further) -> _Outcome:
+def _how_far(further: Further) -> _Outcome:
     """How far the choice closes the gap on held-out logs, and the verdict."""
     judged, choice = further.judged, further.choice
     fits, settings = judged.fits, judged.fits.settings
@@ -444,7 +331,7 @@ def _waterfalls(
     return named_steps, tuple(judged.rung(other, first.numbers) for other in others)
 
 
-def _ranking(further: _Further, outcome: _Outcome) -> tuple[Ranked, ...]:
+def _ranking(further: Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     """The ranking, of the first ones with their held-out gap and with why they are not what is named."""
     judged, choice = further.judged, further.choice
     ranked, unit, most = [], UNIT[judged.signal], judged.fits.settings.report.ranked
@@ -483,7 +370,7 @@ def _shares(fits: ModelFits, choice: Choice) -> dict[str, float]:
     return found
 
 
-def _next(fits: ModelFits, outcome: _Outcome, further: _Further, among: Asked) -> Proposal:
+def _next(fits: ModelFits, outcome: _Outcome, further: Further, among: Asked) -> Proposal:
     """The next experiment that the outcome asks for."""
     if not further.complete:
         return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")

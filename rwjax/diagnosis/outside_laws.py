@@ -11,8 +11,8 @@ from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, fitted
 from rwjax.effects.library import passing_for
 
 
-class Stands(NamedTuple):
-    """A law outside the list that does as well as a name.
+class OutsideLaw(NamedTuple):
+    """A law outside the list in the place of a name.
 
     Attributes:
         name: the name.
@@ -28,11 +28,11 @@ class Stands(NamedTuple):
 
     @property
     def why(self) -> str:
-        """Why the name is not claimed, in words."""
+        """Why the name is not claimed where the law does as well, in words."""
         return f"{spoken(self.law)} does as well in its place, and is no effect of the list"
 
 
-def outside_laws_of(named: Sequence[Hypothesis]) -> list[Stands]:
+def outside_laws_of(named: Sequence[Hypothesis]) -> list[OutsideLaw]:
     """The laws outside the list that pass for a name of some sets.
 
     Args:
@@ -42,10 +42,10 @@ def outside_laws_of(named: Sequence[Hypothesis]) -> list[Stands]:
         Each law with the name for which it passes.
     """
     every = ((e, name, law) for e in named for name in e.names for law in passing_for(name))
-    return [Stands(name, law, e, e.without(name).plus(law)) for e, name, law in every]
+    return [OutsideLaw(name, law, e, e.without(name).plus(law)) for e, name, law in every]
 
 
-def doing_as_well(fits: ModelFits, asked: Sequence[Stands]) -> list[Stands]:
+def doing_as_well(fits: ModelFits, asked: Sequence[OutsideLaw]) -> list[OutsideLaw]:
     """Those of some laws that do as well as the names for which they pass, beside the other names of their sets.
 
     Such a law is one of many of its kind. So it need not have as good an information criterion, but one that comes near.

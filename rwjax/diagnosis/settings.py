@@ -145,8 +145,7 @@ class SearchSettings:
     )
     close_outside: float = _limit(
         10.0,
-        "the same for a law outside the list of effects in the place of the choice: of true Stribeck friction stiction that grows at rest "
-        "falls 20 short or more",
+        "the same for a law outside the list of effects in the place of a name: wider, since such a law is one of many of its kind",
     )
     tie: float = _limit(
         0.1,
@@ -181,8 +180,8 @@ class SearchSettings:
     )
     beginnings_leave: float = _limit(
         10.0,
-        "of these, the most that such a name may leave, over what the choice leaves: a dead zone that stood in for dry friction and a delay "
-        "left a quarter of what the dry friction left",
+        "the most that such a name may leave, over what the choice leaves: the first cause of two may leave several times as much as a name "
+        "that stands in for both",
     )
     removed_so_far: tuple[float, ...] = _limit(
         (0.0, 0.15, 0.4),

@@ -106,7 +106,7 @@ def test_the_search_goes_on_where_held_out_runs_show_a_small_share_of_what_is_fa
             begun.append(begin.names)
             return super().go_on(begin)
 
-    monkeypatch.setattr("rwjax.diagnosis.diagnosis.FurtherSearch", Watched)
+    monkeypatch.setattr("rwjax.diagnosis.further.FurtherSearch", Watched)
     monkeypatch.setattr("rwjax.diagnosis.model_comparison.ModelComparison.leaves_visible", lambda self, e: False)
     logs = [run_of(k, {"axis.coulomb": {"M_c": 0.06}}, disturbed=0.3) for k in range(3)]
     diagnose(RIG, logs, only=["axis.coulomb"])
@@ -293,9 +293,7 @@ def test_a_claim_that_leaves_more_of_another_output_than_the_rig_as_it_is_does_i
 @pytest.mark.slow
 def test_a_claim_that_has_less_evidence_than_another_explanation_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     stands_in = Hypothesis(("axis.spring",))
-    monkeypatch.setattr(
-        "rwjax.diagnosis.diagnosis.claimed", lambda search, choice: Holding(Claim(stands_in, (), ()), {})
-    )
+    monkeypatch.setattr("rwjax.diagnosis.further.claimed", lambda search, choice: Holding(Claim(stands_in, (), ()), {}))
     logs = [run_of(k, {"axis.bias_torque": {"T": 0.06}}, disturbed=0.3) for k in range(3)]
     found = diagnose(RIG, logs, only=["axis.bias_torque", "axis.spring"])
     assert (found.verdict, found.effects, found.ranking[0].effect) == ("partial", stands_in.names, "axis.bias_torque")
@@ -309,9 +307,7 @@ def test_a_claim_that_another_explanation_beats_on_the_held_out_runs_is_given_up
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     stands_in = Hypothesis(("axis.bias_torque",))
-    monkeypatch.setattr(
-        "rwjax.diagnosis.diagnosis.claimed", lambda search, choice: Holding(Claim(stands_in, (), ()), {})
-    )
+    monkeypatch.setattr("rwjax.diagnosis.further.claimed", lambda search, choice: Holding(Claim(stands_in, (), ()), {}))
     logs = [run_of(k, {"axis.coulomb": {"M_c": 0.06}}, disturbed=0.3) for k in range(3)]
     found = diagnose(RIG, logs, only=["axis.coulomb", "axis.bias_torque"])
     assert found.verdict == "unknown" and found.effects == ("axis.coulomb",)

@@ -9,7 +9,7 @@ from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.diagnosis import diagnose
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
-from rwjax.diagnosis.outside_laws import Stands, doing_as_well, outside_laws_of
+from rwjax.diagnosis.outside_laws import OutsideLaw, doing_as_well, outside_laws_of
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, fitted
 from rwjax.diagnosis.settings import SearchSettings, Settings
@@ -46,7 +46,7 @@ def fits_of(truth: str) -> ModelFits:
     return fits
 
 
-ASKED = Stands("axis.stribeck", "axis.growing_stiction", STRIBECK, GROWS)
+ASKED = OutsideLaw("axis.stribeck", "axis.growing_stiction", STRIBECK, GROWS)
 WHY = "breakaway friction that grows with the time at rest does as well in its place, and is no effect of the list"
 
 
@@ -83,11 +83,11 @@ def test_a_name_is_not_claimed_where_the_law_does_as_well_and_what_tells_them_ap
     assert found.proposal is not None and "axis.growing_stiction" in found.next_experiment
 
 
-def test_nothing_is_claimed_where_the_budget_ends_before_the_law_was_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    def ended(fits: ModelFits, asked: list[Stands]) -> list[Stands]:
+def test_a_budget_that_ends_before_the_law_was_asked_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended(fits: ModelFits, asked: list[OutsideLaw]) -> list[OutsideLaw]:
         raise Stopped
 
-    monkeypatch.setattr("rwjax.diagnosis.diagnosis.doing_as_well", ended)
+    monkeypatch.setattr("rwjax.diagnosis.further.doing_as_well", ended)
     found = diagnosed(1e9)
     assert found.verdict == "unknown" and not found.complete and not found.untried
     assert any("before it was told whether Stribeck friction may be claimed" in note for note in found.notes)

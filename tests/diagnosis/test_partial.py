@@ -212,7 +212,7 @@ def test_a_search_that_goes_on_asks_a_further_name_for_less(monkeypatch: pytest.
             asked.append(self.comparison.further_removes)
             return super().go_on(begin)
 
-    monkeypatch.setattr("rwjax.diagnosis.diagnosis.FurtherSearch", Watched)
+    monkeypatch.setattr("rwjax.diagnosis.further.FurtherSearch", Watched)
     diagnose(RIG, [run_of(k, FRICTION, disturbed=0.3) for k in range(3)], only=DRY.names)
     assert asked == [PartialSettings().further_removes]
 

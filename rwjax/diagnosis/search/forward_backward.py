@@ -93,7 +93,8 @@ class Search:
         for _ in range(self.limits.exchanges):
             if (better := self.surpassing(best, rivals)) is None:
                 break
-            smaller = self.backward(better)  # which stays out where even what is surpassed is needed in its place
+            smaller = self.backward(better)
+            # where even the choice is needed in place of the smaller set, so is what surpasses the choice
             best = better if self.comparison.needs(best, smaller) else smaller
             rivals = self.rivals(best)
         return best, rivals

@@ -1,0 +1,148 @@
+"""What may be claimed of a choice: names that hold though they leave something, and that no law outside the list can stand for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from rwjax.diagnosis.budget import Stopped
+from rwjax.diagnosis.exact_fits import polish
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
+from rwjax.diagnosis.judged import Judged
+from rwjax.diagnosis.model_comparison import ModelComparison
+from rwjax.diagnosis.outside_laws import doing_as_well, outside_laws_of
+from rwjax.diagnosis.partial import BEATEN, Claim, claimed
+from rwjax.diagnosis.search.choice import Choice
+from rwjax.diagnosis.search.going_on import FurtherSearch
+from rwjax.diagnosis.verdict import CLAIMS, Verdict, judge, leaves_a_visible_part, left_elsewhere
+from rwjax.logs.segments import runs_of
+
+
+@dataclass(frozen=True)
+class Further:
+    """A choice, and what of it may be claimed.
+
+    Attributes:
+        judged: held-out errors of hypotheses.
+        choice: the choice, after the search has gone on where it leaves a visible part.
+        claim: what holds though it leaves something, None where nothing does or the choice is the whole answer.
+        refused: names that may not be claimed, and why.
+        outside: a set that may not be claimed, and the same with a law outside the list in it, which does as well; else none.
+        ended: whether the budget ended this stage.
+        followed: whether only the held-out runs show a visible part.
+    """
+
+    judged: Judged
+    choice: Choice
+    claim: Claim | None = None
+    refused: dict[str, str] = field(default_factory=dict)
+    outside: tuple[Hypothesis, ...] = ()
+    ended: bool = False
+    followed: bool = False
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole search came to its end."""
+        return self.choice.complete and not self.ended
+
+
+def may_be_claimed(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
+    """What may be claimed of a choice; where it leaves a visible part, the search goes on first.
+
+    Args:
+        judged: held-out errors of hypotheses.
+        choice: what a search has chosen.
+        names: names that might be missing.
+
+    Returns:
+        The choice with what may be claimed of it.
+    """
+    return _told_apart(_gone_on(judged, choice, names))
+
+
+def _may_ask(judged: Judged, choice: Choice) -> bool:
+    """Whether enough training runs were searched to tell what holds."""
+    fits = judged.fits
+    runs = len(np.unique(runs_of(fits.problem.logs)[list(fits.train)]))
+    searched = choice.complete and (bool(choice.best.names) or len(choice.criterion) > 1)
+    return searched and runs >= fits.settings.partial.runs
+
+
+def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
+    """What holds of a choice that is not the whole answer, by the training runs.
+
+    Where these show that something is left, the search goes on first: a visible part of them, or anything where the held-out runs show that
+    it counts. Where the training runs leave nothing, it does not.
+    """
+    fits = judged.fits
+    if not _may_ask(judged, choice):
+        return Further(judged, choice)
+    compare = ModelComparison(fits)
+    visible = compare.leaves_visible(choice.best)
+    if not visible and _verdict_of(judged, choice) != "unknown":
+        return Further(judged, choice)
+    try:
+        with fits.headway.budget.searching():
+            search = FurtherSearch(fits, names)
+            further = search.go_on(choice.best) if compare.leaves_something(choice.best) else choice
+            if further.best.names:
+                polish(fits, further.best)
+            claim, refused = claimed(search, further)
+            if claim is not None and claim.named != further.best:
+                rivals = [e for e in claim.rivals if len(e.names) <= len(claim.named.names)]
+                further = search.chosen(claim.named, rivals)
+    except Stopped:
+        return Further(judged.anew(), choice, ended=True)
+    judged = judged.anew()
+    if claim is not None and _beaten(judged, further, claim):
+        claim, refused = None, refused | dict.fromkeys(claim.named.names, BEATEN)
+    if claim is None:
+        return Further(judged, choice, refused=refused)
+    return Further(judged, further, claim, refused, followed=not visible)
+
+
+def _told_apart(further: Further) -> Further:
+    """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names."""
+    judged, claim = further.judged, further.claim
+    if not further.complete or (
+        claim is None and (further.refused or _verdict_of(judged, further.choice) not in CLAIMS)
+    ):
+        return further
+    beside = claim or further.choice
+    asked = outside_laws_of([claim.named if claim else further.choice.best, *beside.alternatives])
+    if not asked:
+        return further
+    try:
+        with judged.fits.headway.budget.searching():
+            found = doing_as_well(judged.fits, asked)
+    except Stopped:
+        return replace(further, judged=judged.anew(), ended=True)
+    further = replace(further, judged=judged.anew())
+    if not found:
+        return further
+    refused = {one.name: one.why for one in found}
+    refused |= {name: why for name, why in further.refused.items() if name not in refused}
+    return replace(further, claim=None, refused=refused, outside=(found[0].of, found[0].instead))
+
+
+def _verdict_of(judged: Judged, choice: Choice) -> Verdict:
+    """The outcome of a choice by the held-out runs."""
+    return judge(choice, judged.gaps(judged(choice.best)), judged.signal, judged.fits.settings.verdict)
+
+
+def _beaten(judged: Judged, choice: Choice, claim: Claim) -> bool:
+    """Whether another explanation than those of a claim, or the rig as it is, leaves so much less that the claim stands in for something else.
+
+    What counts are held-out runs, and the output that keeps a visible part.
+    """
+    settings, gaps = judged.fits.settings, judged.gaps(judged(claim.named))
+    signal = left_elsewhere(gaps, judged.signal, settings.verdict) or judged.signal
+    gap = gaps[signal]
+    if not leaves_a_visible_part(gap, settings.verdict):
+        return False
+    own = (claim.named, *claim.alternatives)
+    first = [NOTHING, *(e for e, _ in choice.ranking[: settings.report.ranked])]
+    others = [e for e in first if not any(e == one or e.contains(one) for one in own)]
+    judged.prepare(others)
+    most = (1.0 - settings.search.further_removes) * (gap.after**2 - gap.floor**2)
+    return any(judged(e).rms(signal) ** 2 - gap.floor**2 < most for e in others)
