@@ -52,6 +52,7 @@ class Spring(AxisTorque):
     name: ClassVar[str] = "axis.spring"
     label: ClassVar[str] = "spring"
     coordinate: ClassVar[str] = "yaw"
+    light: ClassVar[bool] = True
     at_angle: ClassVar[bool] = True
     meaning: ClassVar[str] = "restoring torque of a cable or hose, at rest at ψ_0 = T_0/k"
     equation: ClassVar[str] = "k ψ − T_0 + k_3 (ψ − ψ_0)³"
@@ -87,6 +88,7 @@ class BiasTorque(AxisTorque):
     name: ClassVar[str] = "axis.bias_torque"
     label: ClassVar[str] = "constant torque"
     coordinate: ClassVar[str] = "load"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "constant torque, positive forward"
     equation: ClassVar[str] = "drives with T"
     T: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, -0.03), scale="torque", tex="T")

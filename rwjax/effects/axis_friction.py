@@ -29,6 +29,7 @@ class Viscous(AxisTorque):
     name: ClassVar[str] = "axis.viscous"
     label: ClassVar[str] = "viscous friction"
     coordinate: ClassVar[str] = "yaw_rate"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "friction proportional to speed, where the rig has none"
     equation: ClassVar[str] = "b w"
     modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.viscous", "axis.friction.b2")
@@ -57,6 +58,7 @@ class Coulomb(AxisDry):
     name: ClassVar[str] = "axis.coulomb"
     label: ClassVar[str] = "dry friction"
     coordinate: ClassVar[str] = "yaw_rate"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "dry friction, where the rig has none"
     equation: ClassVar[str] = "M_c sgn w"
     modelled_by: ClassVar[tuple[str, ...]] = ("axis.friction.coulomb", "axis.friction.b3")
@@ -169,6 +171,7 @@ class AsymmetricFriction(AxisDry):
     name: ClassVar[str] = "axis.asymmetric_friction"
     label: ClassVar[str] = "direction-dependent dry friction"
     coordinate: ClassVar[str] = "yaw_rate"
+    light: ClassVar[bool] = True
     equation: ClassVar[str] = "(M_c + d sgn w) sgn w"
     includes: ClassVar[str] = "axis.coulomb"
     shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}

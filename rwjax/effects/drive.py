@@ -36,6 +36,7 @@ class DeadZone(CommandMap):
     name: ClassVar[str] = "drive.deadzone"
     label: ClassVar[str] = "dead zone of the drive"
     coordinate: ClassVar[str] = "voltage"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = (
         "small commands give nothing, larger ones lose u_0; with j > 0 the drive starts with a jump"
     )
@@ -228,6 +229,7 @@ class DriveBias(CommandMap):
     name: ClassVar[str] = "drive.bias"
     label: ClassVar[str] = "offset of the command"
     coordinate: ClassVar[str] = "voltage"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "constant offset on the command"
     equation: ClassVar[str] = "u + u_b"
     u_b: Scalar = param("V", bounds=(-jnp.inf, jnp.inf), starts=(0.03, -0.03), scale="command", tex="u_b")
@@ -258,6 +260,7 @@ class AsymmetricGain(CommandMap):
     name: ClassVar[str] = "drive.asymmetric_gain"
     label: ClassVar[str] = "direction-dependent gain of the drive"
     coordinate: ClassVar[str] = "voltage"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "gain that differs forward and reverse"
     equation: ClassVar[str] = "(1 + a sgn u) u"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 2}
@@ -286,6 +289,7 @@ class SupplySag(Supply):
     name: ClassVar[str] = "drive.supply_sag"
     label: ClassVar[str] = "sagging supply"
     coordinate: ClassVar[str] = "current"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "supply voltage that drops with load (`platform`: u for i, in V)"
     equation: ClassVar[str] = "u (1 − ρ abs(u i))"
     like_larger: ClassVar[tuple[str, ...]] = ("motor.resistance",)
@@ -367,6 +371,7 @@ class SquareLaw(CommandMap):
     name: ClassVar[str] = "drive.square_law"
     label: ClassVar[str] = "square law of the drive"
     coordinate: ClassVar[str] = "voltage"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "torque or thrust with the square of the command, as of a propeller (s = 1)"
     equation: ClassVar[str] = "(1 − s) u + s u abs(u)/u_1"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 1}
@@ -396,6 +401,7 @@ class OneSided(CommandMap):
     name: ClassVar[str] = "drive.one_sided"
     label: ClassVar[str] = "drive that acts one way only"
     coordinate: ClassVar[str] = "voltage"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "commands of one sign give nothing: negative ones with s = 1, positive ones with s = −1"
     equation: ClassVar[str] = "(1 − s) u for u < 0 and s > 0, (1 + s) u for u > 0 and s < 0, else u"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 2}

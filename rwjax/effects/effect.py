@@ -89,6 +89,10 @@ class Effect(eqx.Module):
     states: ClassVar[tuple[str, ...]] = ()
     """Names of its own states, each 0 at a run's first sample."""
 
+    light: ClassVar[bool] = False
+    """Whether it costs next to nothing in a simulation, and at its nulls changes nothing: free runs of plants without it may then use
+    the program of those with it (`rwjax.simulation.shared_program`)."""
+
     limits: ClassVar[tuple[str, ...]] = ()
     """Names of other effects that are a special case or a limit of it. A number that both have under one name means the same
     thing: a fit of one begins with the other's estimate."""

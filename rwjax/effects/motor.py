@@ -51,6 +51,7 @@ class Saturation(MotorTorque):
     name: ClassVar[str] = "motor.saturation"
     label: ClassVar[str] = "saturation of the motor"
     coordinate: ClassVar[str] = "current"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "torque per ampere that falls with the current"
     equation: ClassVar[str] = "K/(1 + a i²)"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 3}
@@ -74,6 +75,7 @@ class DriverLimit(CurrentLimit):
     name: ClassVar[str] = "motor.current_limit"
     label: ClassVar[str] = "current limit of the driver"
     coordinate: ClassVar[str] = "current"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "current clipped by the driver"
     equation: ClassVar[str] = "abs(i) ≤ i_m"
     i_m: Scalar = param("A", bounds=(1e-6, 1e6), null=1e6, starts=(1.0, 0.8, 0.5), scale="peak_ampere", tex="i_m")

@@ -23,6 +23,7 @@ class Scale(Encoder):
     name: ClassVar[str] = "sensor.scale"
     label: ClassVar[str] = "scale of the encoder"
     coordinate: ClassVar[str] = "load"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "counts per revolution off"
     equation: ClassVar[str] = "(1 + s) ψ"
     s: Scalar = param("1", bounds=(-0.9, 9.0), starts=(0.03, -0.03), tex="s")
@@ -124,6 +125,7 @@ class LoggerClock(Clock):
     name: ClassVar[str] = "sensor.clock"
     label: ClassVar[str] = "clock of the logger"
     coordinate: ClassVar[str] = "time"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "the logger's clock runs fast (e > 0) or slow"
     equation: ClassVar[str] = "t = (1 − e) t_log"
     shown_by: ClassVar[Mapping[str, int]] = {FAST: 1}
@@ -147,6 +149,7 @@ class Offset(Reading):
     name: ClassVar[str] = "sensor.offset"
     label: ClassVar[str] = "offset of a rate or current sensor"
     coordinate: ClassVar[str] = "time"
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "constant offset of a sensor that reads a rate or a current"
     equation: ClassVar[str] = "readings w + w_b of the axis, Ω + Omega_b of the wheel, i + i_b"
     shown_by: ClassVar[Mapping[str, int]] = {COASTING: 1}

@@ -46,6 +46,7 @@ class WheelDrag(WheelTorque):
     name: ClassVar[str] = "wheel.drag"
     label: ClassVar[str] = "air drag of the wheel"
     coordinate: ClassVar[str] = "wheel_rate"
+    light: ClassVar[bool] = True
     equation: ClassVar[str] = "c Ω abs(Ω)"
     shown_by: ClassVar[Mapping[str, int]] = {COASTING: 0}
     c: Scalar = param("N m s2/rad2", bounds=(0.0, jnp.inf), starts=(0.05,), scale="torque_per_spin2", tex="c")

@@ -15,7 +15,9 @@ import numpy as np
 
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import THREADS, pool_of_threads
+from rwjax.plant.structure import Structure
 from rwjax.simulation.free_run import free_runs
+from rwjax.simulation.shared_program import numbers_with_light_effects, with_light_effects
 
 BATCH = 16
 """Free runs in one call."""
@@ -60,17 +62,28 @@ class _Request:
         self.y = np.empty((self.missing, self.wanted.windows, slots, len(self.wanted.problem.structure.outputs)))
 
     @cached_property
+    def structure(self) -> Structure:
+        """Structure of the program, which other plants may share."""
+        return with_light_effects(self.wanted.problem.structure)
+
+    @cached_property
     def program(self) -> int:
         """Number of the program and the batch: runs of the same one and of the same log may share a call."""
-        problem, batch = self.wanted.problem, self.wanted.problem.batch
-        parts = (batch.slot_step, batch.theta_index, batch.theta_offset)
-        return hash((problem.structure, problem.solver, self.wanted.windows, *map(id, parts)))
+        batch = self.wanted.problem.batch
+        return hash((self.code, self.wanted.windows, id(batch.slot_step), id(batch.u_command)))
 
     @cached_property
     def code(self) -> int:
         """Number of the machine code, which batches of other logs may share."""
         problem = self.wanted.problem
-        return hash((problem.structure, problem.solver, problem.batch.slot_step.shape))
+        return hash((self.structure, problem.solver, problem.batch.slot_step.shape))
+
+    def numbers(self, run: int) -> np.ndarray:
+        """Numbers of the plant of a run in `structure` `(1, q)` [SI]."""
+        b, k = divmod(run, len(self.wanted.logs))
+        problem, log = self.wanted.problem, self.wanted.logs[k]
+        own = self.wanted.theta[b, problem.batch.theta_index[log]] + problem.batch.theta_offset[log]
+        return numbers_with_light_effects(problem.structure, own[None])
 
     def shared(self, run: int) -> tuple[int, int, int]:
         """What runs that may share a call have in common."""
@@ -85,13 +98,14 @@ _Run = tuple[_Request, int]
 
 def _simulated(runs: list[_Run]) -> np.ndarray:
     """Readings of up to `BATCH` runs of one log."""
-    wanted = runs[0][0].wanted
-    row = [divmod(run, len(request.wanted.logs)) for request, run in runs]
-    log = int(wanted.logs[row[0][1]])
-    theta = np.stack([request.wanted.theta[b] for (request, _), (b, _) in zip(runs, row, strict=True)])
-    start = np.stack([request.wanted.start[b, log] for (request, _), (b, _) in zip(runs, row, strict=True)])
-    problem = wanted.problem
-    return free_runs(problem.structure, theta, start, wanted.windows, problem.batch.of(log), solver=problem.solver)
+    first, run = runs[0]
+    wanted, structure = first.wanted, first.structure
+    log = int(wanted.logs[run % len(wanted.logs)])
+    numbers = np.concatenate([request.numbers(run) for request, run in runs])
+    start = np.stack([request.wanted.start[run // len(request.wanted.logs), log] for request, run in runs])
+    own = np.arange(numbers.shape[1])[None]
+    batch = wanted.problem.batch.of(log)._replace(theta_index=own, theta_offset=np.zeros(own.shape))
+    return free_runs(structure, numbers, start, wanted.windows, batch, solver=wanted.problem.solver)
 
 
 def together(searches: Sequence[Simulating[T]], threads: int = THREADS) -> list[T]:

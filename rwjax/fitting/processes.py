@@ -1,6 +1,6 @@
 """Searches on several processes: what the threads of one Python do in turn, processes do at once.
 
-A `Team` is this process and helpers. A few searches of one structure stay together, since their free runs share batches and a program; each
+A `Team` is this process and helpers. A few searches of one program stay together, since their free runs share batches; each
 process takes those that come next. Nothing else changes: a search gives the same bytes wherever it runs.
 
 A helper takes searches from its standard input and puts their results on its standard output, both by `pickle`. It ends with its
@@ -30,10 +30,11 @@ from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.garbage import seldom_collected
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import THREADS
+from rwjax.simulation.shared_program import with_light_effects
 
 T = TypeVar("T")
 PIECE = 12
-"""Searches of one structure that stay together at most: their free runs fill several batches."""
+"""Searches of one program that stay together at most: their free runs fill several batches."""
 LARGE = 4096
 """Size of an array from which on it is sent once, though several problems hold it [bytes]."""
 MOST_HELPERS = 7
@@ -234,13 +235,13 @@ ALONE = Team(0)
 
 
 class _Shared:
-    """Searches that several processes share, in pieces of one structure each."""
+    """Searches that several processes share, in pieces of one program each."""
 
     def __init__(self, searches: Sequence[Task], done: Callable[[int, Any], None]) -> None:
         self.searches, self.done = searches, done
         alike: dict[object, list[int]] = {}
         for number, search in enumerate(searches):
-            alike.setdefault(search.problem.structure, []).append(number)
+            alike.setdefault(with_light_effects(search.problem.structure), []).append(number)
         self.left = deque(every[k : k + PIECE] for every in alike.values() for k in range(0, len(every), PIECE))
         self.found: dict[int, Any] = {}
         self.lost: list[_Helper] = []

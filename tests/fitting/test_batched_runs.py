@@ -1,5 +1,6 @@
 """Searches whose free runs share batches."""
 
+from dataclasses import replace
 from threading import Barrier
 
 import numpy as np
@@ -7,11 +8,12 @@ import pytest
 
 from rwjax.fitting import batched_runs
 from rwjax.fitting.batched_runs import BATCH, Simulating, Wanted, together
-from rwjax.fitting.problem import Problem
+from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.secant import residuals
 from rwjax.plant.from_rig import theta_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
+from rwjax.simulation.free_run import free_run, free_runs
 from tests.fitting.moving_runs import alone, several
 from tests.systems import platform, reaction
 
@@ -88,3 +90,32 @@ def test_the_first_windows_are_those_of_the_whole_run() -> None:
     few, whole = together([search(2), search(problem.batch.windows)])
     assert few.shape[2] == 2
     assert np.array_equal(few, whole[:, :, :2])
+
+
+def test_plants_that_differ_by_light_effects_share_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, calls = several(platform()), []
+    structures = [problem.structure.with_effects(*names) for names in ((), ("drive.bias",), ("axis.spring",))]
+
+    def counted(structure: Structure, theta: np.ndarray, *given, **more) -> np.ndarray:
+        calls.append(len(theta))
+        return free_runs(structure, theta, *given, **more)
+
+    def posed(structure: Structure) -> Problem:
+        own = pose(structure, problem.logs, problem.noise).batch
+        batch = problem.batch._replace(theta_index=own.theta_index, theta_offset=own.theta_offset)
+        return replace(problem, structure=structure, batch=batch)
+
+    def search(other: Problem, theta: np.ndarray) -> Simulating[np.ndarray]:
+        return (yield Wanted(other, theta[None], other.start[None], np.array([1]), other.batch.windows))
+
+    problems = [posed(structure) for structure in structures]
+    thetas = [theta_of(platform(), structure) for structure in structures]
+    for theta in thetas[1:]:
+        theta[len(problem.structure.names)] = 0.3
+    monkeypatch.setattr(batched_runs, "free_runs", counted)
+    found = together([search(*each) for each in zip(problems, thetas, strict=True)], threads=1)
+    assert calls == [3]
+    for other, theta, y in zip(problems, thetas, found, strict=True):
+        alone, _ = free_run(other.structure, theta, other.start, other.batch)
+        assert np.max(np.abs(y[0, 0] - alone[1])) <= 1e-9 * np.max(np.abs(alone[1]))
+    assert np.max(np.abs(found[1] - found[0])) > 0.01 < np.max(np.abs(found[2] - found[0]))

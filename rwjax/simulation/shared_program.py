@@ -1,0 +1,62 @@
+"""Plants that share a program of free runs: they differ by light effects alone, which the program holds at their nulls."""
+
+from functools import cache
+
+import numpy as np
+from jaxtyping import Float
+
+from rwjax.effects.library import BY_NAME, LIBRARY, of_kind
+from rwjax.effects.parameter import parameters
+from rwjax.effects.ports import AxisDry
+from rwjax.plant.structure import Structure
+
+
+@cache
+def with_light_effects(structure: Structure) -> Structure:
+    """The structure whose program serves a plant: with every light effect of the library (`Effect.light`) that it may have.
+
+    Dry friction joins no body that has none: such a body takes half the time.
+
+    Args:
+        structure: What the plant is made of.
+
+    Returns:
+        A structure with the same states and outputs.
+    """
+    rubbed = {_part(name) for name in structure.effects if issubclass(BY_NAME[name], AxisDry)}
+
+    def joins(name: str) -> bool:
+        light = BY_NAME[name].light and BY_NAME[name] in LIBRARY
+        return light and (_part(name) in rubbed or not issubclass(BY_NAME[name], AxisDry))
+
+    return structure.with_effects(*filter(joins, of_kind(structure.kind)))
+
+
+def numbers_with_light_effects(structure: Structure, numbers: Float[np.ndarray, "b p"]) -> Float[np.ndarray, "b q"]:
+    """Numbers of the same plants in the structure of `with_light_effects`.
+
+    Args:
+        structure: What the plants are made of.
+        numbers: Numbers of each plant in the order of the structure's names `(b, p)` [SI].
+
+    Returns:
+        Numbers `(b, q)` in the order of the larger structure's names [SI], those of what is added at their nulls.
+    """
+    nulls, own = _places(structure)
+    found = np.tile(nulls, (len(numbers), 1))
+    found[:, own] = numbers
+    return found
+
+
+@cache
+def _places(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
+    """Nulls of the larger structure's numbers, 0 for the base numbers, and where a structure's own stand among them."""
+    names = with_light_effects(structure).names
+    of_effects = ((f"{e}.{n}", p.null) for e in BY_NAME for n, p in parameters(BY_NAME[e]).items())
+    null = dict(of_effects)
+    return np.array([null.get(name, 0.0) for name in names]), np.array([names.index(n) for n in structure.names], int)
+
+
+def _part(name: str) -> str:
+    """The part of a rig on which an effect acts."""
+    return name.partition(".")[0]
