@@ -376,8 +376,8 @@ def _next(fits: ModelFits, outcome: _Outcome, further: Further, among: Asked) ->
         return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
     if outcome.uninformative == DROWNED:
         return Proposal("runs that begin at rest, half a second before the command")
-    if outcome.uninformative:
-        return Proposal(f"runs in which {part_of(outcome.diverged)} turns")
+    if outcome.uninformative or further.held:
+        return Proposal(f"runs in which {part_of(outcome.diverged or further.held)} turns")
     rivals = [e for e in dict.fromkeys([outcome.named, *outcome.alternatives]) if e not in outcome.equivalents]
     rivals, verdict = list(further.outside) or rivals, outcome.verdict
     if outcome.alternatives and len(rivals) < 2:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rwjax.diagnosis.budget import Stopped
+from rwjax.diagnosis.corrected_rig import corrected_rig
 from rwjax.diagnosis.exact_fits import polish
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.judged import Judged
@@ -14,7 +15,11 @@ from rwjax.diagnosis.outside_laws import doing_as_well, outside_laws_of
 from rwjax.diagnosis.partial import BEATEN, Claim, claimed
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.going_on import FurtherSearch
+from rwjax.diagnosis.uninformative import diverged_numbers
 from rwjax.diagnosis.verdict import CLAIMS, Verdict, judge, leaves_a_visible_part, left_elsewhere
+from rwjax.diagnosis.words import beside_runaways
+from rwjax.fitting.ran_away import ran_away
+from rwjax.fitting.uncertainty import uncertainty
 from rwjax.logs.segments import runs_of
 
 
@@ -28,6 +33,7 @@ class Further:
         claim: what holds though it leaves something, None where nothing does or the choice is the whole answer.
         refused: names that may not be claimed, and why.
         outside: a set that may not be claimed, and the same with a law outside the list in it, which does as well; else none.
+        held: numbers of the rig that ran away beside names that may not be claimed for it.
         ended: whether the budget ended this stage.
         followed: whether only the held-out runs show a visible part.
     """
@@ -37,6 +43,7 @@ class Further:
     claim: Claim | None = None
     refused: dict[str, str] = field(default_factory=dict)
     outside: tuple[Hypothesis, ...] = ()
+    held: tuple[str, ...] = ()
     ended: bool = False
     followed: bool = False
 
@@ -57,7 +64,7 @@ def may_be_claimed(judged: Judged, choice: Choice, names: Sequence[str]) -> Furt
     Returns:
         The choice with what may be claimed of it.
     """
-    return _told_apart(_gone_on(judged, choice, names))
+    return _told_apart(_moving(_gone_on(judged, choice, names)))
 
 
 def _may_ask(judged: Judged, choice: Choice) -> bool:
@@ -101,15 +108,43 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
     return Further(judged, further, claim, refused, followed=not visible)
 
 
+def _claims(further: Further) -> Hypothesis | None:
+    """The names that are to be claimed, None where nothing is."""
+    if not further.complete:
+        return None
+    if further.claim:
+        return further.claim.named
+    claims = not further.refused and _verdict_of(further.judged, further.choice) in CLAIMS
+    return further.choice.best if claims else None
+
+
+def _moving(further: Further) -> Further:
+    """The same, without a claim beside which a number of the rig left its size altogether and is no surer for it.
+
+    What holds a part at rest looks like a number without end. So something holds it that is not named.
+    """
+    named = _claims(further)
+    if named is None:
+        return further
+    fits = further.judged.fits
+    left = diverged_numbers(fits.rig, fits(named), fits.settings.remarks)
+    if not left:
+        return further
+    fitted = corrected_rig(fits.rig, named, fits(named), uncertainty(fits(named)))
+    away = tuple(name for name in left if name in ran_away(fits.rig, fitted))
+    if not away:
+        return further
+    why = beside_runaways({name: fitted.values[name] / fits.rig.values[name] for name in away})
+    refused = further.refused | dict.fromkeys(named.names, why)
+    return replace(further, claim=None, refused=refused, held=away)
+
+
 def _told_apart(further: Further) -> Further:
     """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names."""
-    judged, claim = further.judged, further.claim
-    if not further.complete or (
-        claim is None and (further.refused or _verdict_of(judged, further.choice) not in CLAIMS)
-    ):
+    judged, named = further.judged, _claims(further)
+    if named is None:
         return further
-    beside = claim or further.choice
-    asked = outside_laws_of([claim.named if claim else further.choice.best, *beside.alternatives])
+    asked = outside_laws_of([named, *(further.claim or further.choice).alternatives])
     if not asked:
         return further
     try:

@@ -1,6 +1,6 @@
 """The diagnosis in words, for the terminal and the head of the report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite
 
 from rwjax.diagnosis.gap import Gap
@@ -114,6 +114,20 @@ def doubted_sentence(effects: tuple[str, ...], gap: Gap, why: str) -> str:
     """
     closed = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
     return f"Unknown: {_listed(effects)} would close {closed}, but this is no claim: {why}."
+
+
+def beside_runaways(times: Mapping[str, float]) -> str:
+    """Why names are not claimed beside which numbers of the rig ran away, as a clause.
+
+    Args:
+        times: each number's estimate over its value in the rig file [1], by its name.
+
+    Returns:
+        The clause.
+    """
+    told = " and ".join(f"{name} ({x:.2g} times the file's)" for name, x in times.items())
+    runs = "runs" if len(times) == 1 else "run"
+    return f"beside it {told} {runs} away, as where something holds a part, and what that is is not named"
 
 
 def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str:

@@ -1,4 +1,4 @@
-"""What may be claimed of a choice, where a law outside the list of effects may stand for one of its names."""
+"""What may be claimed of a choice: where a law outside the list may stand for a name, and where something holds a part of the rig."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rwjax import diagnose
 from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.further import Further, may_be_claimed
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
@@ -14,7 +15,8 @@ from rwjax.diagnosis.layout import laid_out
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.outside_laws import OutsideLaw
 from rwjax.diagnosis.search.forward_backward import ForwardBackward
-from tests.diagnosis.several_runs import RIG, run_of
+from tests.diagnosis.several_runs import RIG, TIME, run_of
+from tests.systems import record, run, wheel
 
 DRY, STRIBECK = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
 OUTSIDE = "rwjax.diagnosis.further.doing_as_well"
@@ -60,3 +62,29 @@ def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeyp
 
     monkeypatch.setattr(OUTSIDE, ended)
     assert claimed_of_dry_friction(()).complete and not claimed_of_dry_friction((STRIBECK,)).complete
+
+
+@pytest.mark.parametrize(("far", "unsure", "held"), [(True, True, True), (True, False, False), (False, True, False)])
+def test_nothing_is_claimed_beside_a_number_of_the_rig_that_ran_away(
+    far: bool, unsure: bool, held: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    away = ("axis.inertia",)
+    monkeypatch.setattr("rwjax.diagnosis.further.diverged_numbers", lambda rig, fitted, limits: away if far else ())
+    monkeypatch.setattr("rwjax.diagnosis.further.ran_away", lambda rig, fitted: away if unsure else ())
+    found = claimed_of_dry_friction(())
+    assert found.complete and found.held == (away if held else ())
+    assert {*found.refused} == ({*DRY.names} if held else set())
+
+
+def test_a_wheel_that_something_holds_is_not_explained_by_what_warms_up() -> None:
+    rig, logs = replace(wheel(0.0), free=("wheel.inertia", "motor.friction")), []
+    for k in range(3):
+        command = np.where(TIME > 0.6, (0.6 + 0.2 * k) * np.sign(np.sin((0.8 + 0.2 * k) * TIME)), 0.0)
+        truth = {"wheel.coulomb": {"M_c": 1.0}, "motor.heating": {"c": 0.05, "tau": 5.0}}
+        y, rng = run(rig, record(TIME, command), {}, effects=truth), np.random.default_rng(k)
+        outputs = {name: y[name] + rng.normal(0.0, 0.01, len(TIME)) for name in ("wheel_rad_s", "current_A")}
+        logs.append(replace(record(TIME, command, outputs), name=f"{k}.csv"))
+    found = diagnose(rig, logs, only=("motor.heating",))
+    assert found.verdict == "unknown"
+    assert "runs away, as where something holds a part" in found.refused["motor.heating"]
+    assert found.next_experiment.startswith("runs in which what") and found.next_experiment.endswith("turns")

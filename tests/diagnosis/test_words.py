@@ -9,6 +9,7 @@ from rwjax.diagnosis.settings import ReportSettings
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import (
     UNIT,
+    beside_runaways,
     gap_line,
     moved,
     numbers_of,
@@ -159,6 +160,14 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
 )
 def test_an_unfinished_search_says_what_leads_and_what_is_left(effects, untried: int, said: str) -> None:
     assert unfinished_sentence(effects, untried, GAP) == f"Unfinished: {said}"
+
+
+def test_it_is_said_beside_which_runaways_nothing_is_claimed() -> None:
+    assert beside_runaways({"wheel.inertia": 4.81e7}) == (
+        "beside it wheel.inertia (4.8e+07 times the file's) runs away, as where something holds a part, and what that is is not named"
+    )
+    both = beside_runaways({"a": 1e5, "b": 2e6})
+    assert both.startswith("beside it a (1e+05 times the file's) and b (2e+06 times the file's) run away, as")
 
 
 def test_a_gap_is_a_line() -> None:
