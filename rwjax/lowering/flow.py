@@ -120,7 +120,8 @@ def _without_repeats(program: Program) -> Program:
 
     def name(v: Any) -> Any:
         if isinstance(v, Literal) and not np.ndim(v.val):
-            return ("literal", np.asarray(v.val).dtype, repr(v.val))
+            value = np.asarray(v.val)
+            return ("literal", value.dtype, value.tobytes())  # which tells -0.0 from 0.0
         return id(stands_for.get(id(v), v))
 
     for q in program.equations:
