@@ -71,10 +71,10 @@ def fit(
     from rwjax.text_files import write_text
 
     check_segments(segments)
-    read, identify = _chosen(method, bootstrap, solver, smooth, segments)
     if output is not None:
         check_file(output, rig_file, *log_files)
     with progress(quiet) as show:
+        read, identify = _chosen(method, bootstrap, solver, smooth, segments, show)
         rig = read(rig_file)
         show("looking at the logs")
         logs = with_segments(rig, read_logs(log_files, rig), segments)
@@ -112,7 +112,12 @@ def _check_runaways(rig: "Rig", fitted: "Rig") -> None:
 
 
 def _chosen(
-    method: FitMethod, bootstrap: int, solver: SolverName, smooth: float | None, segments: float | None
+    method: FitMethod,
+    bootstrap: int,
+    solver: SolverName,
+    smooth: float | None,
+    segments: float | None,
+    show: "Callable[[str], None]",
 ) -> "tuple[Callable[[Path], Rig], Callable[[Rig, Sequence[Log]], RigFit | Identified]]":
     """The functions that read the rig file and that fit. Raises `InputError` for options that the method does not have."""
     if method is not FitMethod.E2E and (solver is not SolverName.EXACT or smooth is not None):
@@ -138,7 +143,7 @@ def _chosen(
 
     if 0 < bootstrap < FEWEST_DRAWS:
         raise InputError(f"--bootstrap {bootstrap}: percentiles need at least {FEWEST_DRAWS} refits; 200 is usual")
-    return read_rig, partial(estimate, bootstrap=bootstrap, solver=solver_of(solver, smooth))
+    return read_rig, partial(estimate, bootstrap=bootstrap, solver=solver_of(solver, smooth), progress=show)
 
 
 def _into(output: Path, log_files: "Sequence[Path]") -> list[object]:

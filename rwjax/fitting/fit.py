@@ -1,6 +1,6 @@
 """Fit of a rig file's free numbers to logs: from `Rig` and `Log` to a fitted `Rig`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -77,6 +77,7 @@ def fit(
     refine: int = 1,
     solver: Solver = EXACT,
     segments: float | None = None,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> RigFit:
     """Fit of a rig's free numbers to logs by free-run least squares, over whole runs where free runs can follow them.
 
@@ -88,6 +89,7 @@ def fit(
         solver: What moves the plant through a log.
         segments: Length of the segments [s] in which free runs follow the logs, infinite for whole runs; chosen by the
             rig and the logs without it.
+        progress: Hears of what takes long.
 
     Returns:
         The fitted rig with standard errors, intervals, RMS errors and notes.
@@ -118,7 +120,7 @@ def fit(
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     begins = [moves.clip(np.where(free, factor * theta, theta)) for factor in OFF_BY]
-    best = _first_fit(problem, moves, begins)
+    best = _first_fit(problem, moves, begins, progress)
     if rig.prior:  # a prior counts as many readings as carry the information of one, which the fit now tells
         best = _fit_again(replace(problem, prior_weight=readings_per_independent_one(best)), best)
     _check_run(rig, best)
@@ -134,9 +136,8 @@ def fit(
     notes += [] if best.converged else [UNSETTLED]
     smooth = problem.solver.acts_on(rig)
     notes += [*_bent(problem.solver, smooth), *_misfit(best, smooth), *_far_from_prior(rig, best)]
-    interval, of_intervals = intervals(best, found, bootstrap)
-    fitted = _estimated_rig(rig, best, found)
-    return RigFit(fitted, best, found, interval, _rms(best), tuple(notes + of_intervals))
+    interval, of_intervals = intervals(best, found, bootstrap, progress)
+    return RigFit(_estimated_rig(rig, best, found), best, found, interval, _rms(best), tuple(notes + of_intervals))
 
 
 def _check_free(rig: Rig, structure: Structure) -> None:
@@ -161,18 +162,20 @@ def _taken(rig: Rig, structure: Structure) -> list[str]:
     return found
 
 
-def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray]) -> Fit:
+def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], progress: Callable[[str], None]) -> Fit:
     """The fit carried to its end from the best of several starts."""
     if problem.solver.smooth:
         from rwjax.fitting.smooth_fit import fit_smooth  # with it comes optimistix, which the exact way does not need
 
         return fit_smooth(problem, moves, begins)
     tried = []
-    for begin in begins:
+    for k, begin in enumerate(begins):
+        progress(f"fitting, start {k + 1} of {len(begins)} at most")
         nodes = measured_nodes(problem, begin)
         tried.append(least_squares(problem, moves, begin, nodes=nodes, most_steps=FIRST_STEPS))
         if reaches_noise(tried[-1].cost, tried[-1].theta, problem):
             break
+    progress("fitting, to its end")
     return fit_from_start(min(tried, key=lambda f: f.cost))
 
 

@@ -3,6 +3,9 @@
 The standard error gives them; the profile where a standard error says little; the bootstrap where one is asked for.
 """
 
+from collections.abc import Callable
+from time import monotonic
+
 import numpy as np
 
 from rwjax.fitting.bootstrap import bootstrap
@@ -17,19 +20,25 @@ WIDE = 0.2
 FIRST_STEP = 0.05
 """First step of a profile where there is no standard error, in units of the number's size [1]."""
 
+MOST_TIME = 20.0
+"""Time that the profiles of a fit may take together [s]: those of numbers that hardly any log tells go on for minutes."""
+
 Intervals = dict[str, tuple[float, float]]
 """Lower and upper end by name [SI]."""
 
 
-def intervals(fitted: Fit, errors: Uncertainty, draws: int) -> tuple[Intervals, list[str]]:
+def intervals(
+    fitted: Fit, errors: Uncertainty, draws: int, progress: Callable[[str], None]
+) -> tuple[Intervals, list[str]]:
     """95 % interval of each free number.
 
-    A number that the logs say nothing about has its bounds. Through a smooth solver no profiles are made.
+    A number that the logs say nothing about has its bounds. Through a smooth solver no profiles are made, and none after `MOST_TIME`.
 
     Args:
         fitted: The fit.
         errors: Its standard errors.
         draws: Refits of the bootstrap, 0 for none [1].
+        progress: Hears of what takes long.
 
     Returns:
         The intervals [SI], and a sentence for each that does not come from the standard error.
@@ -37,7 +46,10 @@ def intervals(fitted: Fit, errors: Uncertainty, draws: int) -> tuple[Intervals, 
     moves = fitted.coordinates
     on_bound = np.logical_or(*moves.on_bound(fitted.theta))
     found, notes = {}, []
+    if draws:
+        progress(f"{draws} refits to resampled stretches")
     drawn = np.percentile(bootstrap(fitted, draws), (2.5, 97.5), axis=0).T if draws else None
+    check = _timer(MOST_TIME)
     for k, name in enumerate(fitted.free):
         error = errors.standard_error[name]
         low, high = found[name] = _normal(fitted, error, k)
@@ -53,10 +65,33 @@ def intervals(fitted: Fit, errors: Uncertainty, draws: int) -> tuple[Intervals, 
                 found[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])
             notes.append(f"{name}: a standard error says little; a fit by the exact solver gives its profile")
         else:
-            unit = error if np.isfinite(error) else FIRST_STEP * moves.size[k]
-            low, high = found[name] = interval(fitted, int(moves.index[k]), float(errors.inflation[k]), float(unit))
-            notes.append(f"{name}: {interval_words(low, high, 3)} by its profile, since a standard error says little")
+            progress(f"how far {name} may go, {k + 1} of {len(fitted.free)} numbers")
+            unit = float(error if np.isfinite(error) else FIRST_STEP * moves.size[k])
+            try:
+                ends = interval(fitted, int(moves.index[k]), float(errors.inflation[k]), unit, check)
+            except _OutOfTime:
+                if not np.isfinite(error):
+                    found[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])
+                notes.append(f"{name}: a standard error says little, and its profile takes more than {MOST_TIME:g} s")
+                continue
+            found[name] = ends
+            notes.append(f"{name}: {interval_words(*ends, 3)} by its profile, since a standard error says little")
     return found, notes
+
+
+class _OutOfTime(Exception):
+    """Raised where the profiles have taken their time."""
+
+
+def _timer(seconds: float) -> Callable[[], None]:
+    """What raises `_OutOfTime` from some time after now on [s]."""
+    end = monotonic() + seconds
+
+    def check() -> None:
+        if monotonic() > end:
+            raise _OutOfTime
+
+    return check
 
 
 def interval_words(low: float, high: float, digits: int = 6) -> str:

@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
+from rwjax import Log
+from rwjax.fitting import intervals
 from rwjax.fitting.bootstrap import bootstrap
 from rwjax.fitting.fit import fit
 from rwjax.fitting.intervals import interval_words
 from rwjax.fitting.profile import interval
+from rwjax.rig.model import Rig
 from tests.fitting.logs import ALL, FREE, log_of
 from tests.systems import platform
 
@@ -35,3 +38,30 @@ def test_numbers_that_only_scale_together_have_no_interval() -> None:
 def test_an_open_end_is_said_in_words() -> None:
     said = [interval_words(*ends, 3) for ends in ((1.0, 2.0), (1.0, np.inf), (-np.inf, 2.0), (np.nan, np.nan))]
     assert said == ["95 %: 1 to 2", "95 %: above 1", "95 %: below 2", "95 %: any value"]
+
+
+def held_at_zero() -> tuple[Rig, Log]:
+    """A rig whose dry friction ends on its bound, and its log."""
+    truth = platform("viscous = 0.02\ncoulomb = 0.0", free=FREE)
+    return truth.with_values({"axis.friction.coulomb": 0.01}), log_of(truth, noise=1e-3)
+
+
+def test_what_takes_long_is_heard_of() -> None:
+    rig, log = held_at_zero()
+    heard: list[str] = []
+    fit(rig, [log], progress=heard.append)
+    assert heard[0].startswith("fitting, start 1 of")
+    assert "how far axis.friction.coulomb may go, 3 of 3 numbers" in heard
+
+
+def test_a_profile_that_takes_too_long_is_left_to_the_standard_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(intervals, "MOST_TIME", 0.0)
+    rig, log = held_at_zero()
+    found = fit(rig, [log])
+    k, name = 2, "axis.friction.coulomb"
+    value, error = found.fit.theta[found.fit.coordinates.index[k]], found.uncertainty.standard_error[name]
+    if np.isfinite(error):
+        assert found.interval[name] == pytest.approx((value - 1.96 * error, value + 1.96 * error))
+    else:
+        assert found.interval[name] == tuple(found.fit.coordinates.bounds[k])
+    assert f"{name}: a standard error says little, and its profile takes more than 0 s" in found.notes
