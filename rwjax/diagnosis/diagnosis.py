@@ -39,7 +39,7 @@ from rwjax.diagnosis.verdict import (
     stands_out,
 )
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, evidence_elsewhere, why_not
+from rwjax.diagnosis.words import UNIT, evidence_elsewhere, sure_of, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.processes import Team
@@ -161,7 +161,15 @@ def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
         refused=further.refused if outcome.verdict in ("partial", "unknown") else {},
-        remarks=(*told, *layout.split.said(), *away, *among.said(), *_ended(further), *_evidence(choice, outcome)),
+        remarks=(
+            *told,
+            *layout.split.said(),
+            *away,
+            *among.said(),
+            *_ended(further),
+            *_evidence(choice, outcome),
+            *_wrong(outcome),
+        ),
         split=layout.split,
         corrected=corrected,
         before=before,
@@ -201,6 +209,12 @@ def _evidence(choice: Choice, outcome: _Outcome) -> list[str]:
     if (first := choice.ranking[0][0]) in (outcome.named, *outcome.alternatives):
         return []
     return [evidence_elsewhere(first.names)]
+
+
+def _wrong(outcome: _Outcome) -> list[str]:
+    """The remark on each number of the rig file that a claim, or what stands beside it, says is wrong."""
+    claimed = [outcome.named, *outcome.alternatives] if outcome.verdict in CLAIMS else []
+    return [sure_of(f"parameter.{number}") for number in dict.fromkeys(n for e in claimed for n in e.numbers)]
 
 
 def _which(fits: ModelFits, layout: Layout, strategy: Strategy, among: Asked) -> tuple[HeldOut, str, Choice]:

@@ -102,7 +102,9 @@ class Headway:
             residuals(fitted, fitted.problem.logs_with_readings.tolist()).get(self.signal, [np.zeros(1)])
         )
         rms = fitted.problem.noise[self.signal] * float(np.sqrt(np.mean(left**2)))
-        words = f"{' and '.join(map(spoken, hypothesis.names))} ({rms:.3g} {unit_of(self.signal)} left)"
+        words = (
+            f"{' and '.join(map(spoken, hypothesis.names))} ({rms:.3g} {unit_of(self.signal)} left of the fitted runs)"
+        )
         with self._lock:
             self._best = min(self._best, (fitted.cost, words))
 

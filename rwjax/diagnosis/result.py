@@ -18,10 +18,12 @@ from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import (
     UNIT,
     doubted_sentence,
+    explanations,
     gap_line,
     left_words,
     moved,
     numbers_of,
+    several_sentence,
     unfinished_sentence,
     verdict_sentence,
     where_words,
@@ -145,7 +147,7 @@ class Diagnosis:
         """What the diagnosis says, as one sentence."""
         gap, unit = self.gaps[self.signal], UNIT[self.signal]
         if not self.complete:
-            return unfinished_sentence(self.effects, len(self.untried), gap)
+            return unfinished_sentence(self.effects, len(self.untried), gap, unit)
         known = "candidate asked for" if self.restricted else "effect of the library"
         other = left_elsewhere(self.gaps, self.signal, self.settings.verdict)
         elsewhere = (other, self.gaps[other]) if other else None
@@ -158,6 +160,18 @@ class Diagnosis:
         )
         claims = self.verdict in CLAIMS
         return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
+
+    @property
+    def headline(self) -> str:
+        """The sentence, without the explanations where these logs cannot tell several apart (`explanations`)."""
+        if not self.alternatives:
+            return self.sentence
+        return several_sentence(self.verdict, 1 + len(self.alternatives), self.gaps[self.signal])
+
+    @property
+    def explanations(self) -> tuple[str, ...]:
+        """What the rig lacks by each of several explanations that cannot be told apart, a clause each; none where there are not several."""
+        return explanations(self.effects, self.alternatives) if self.alternatives else ()
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -38,10 +38,51 @@ def _missing(names: tuple[str, ...], file: str = "its file") -> str:
     """What a rig lacks, and in which numbers its file is wrong; `file` is how the file is called where nothing is lacking."""
     numbers = tuple(name for name in names if name.startswith("parameter."))
     lacks = _listed(tuple(name for name in names if name not in numbers))
-    wrong = " and ".join(f"{name.removeprefix('parameter.')} ({name})" for name in numbers)
+    wrong = " and ".join(name.removeprefix("parameter.") for name in numbers)
     if not numbers:
         return f"the rig lacks {lacks}"
     return f"the rig lacks {lacks}, and its file is wrong in {wrong}" if lacks else f"{file} is wrong in {wrong}"
+
+
+def explanations(effects: tuple[str, ...], alternatives: tuple[tuple[str, ...], ...]) -> tuple[str, ...]:
+    """What a rig lacks, in words, by each of the sets of names that cannot be told apart.
+
+    Args:
+        effects: the named effects.
+        alternatives: the sets of names that cannot be told apart from them.
+
+    Returns:
+        A clause for each set, the named one first.
+    """
+    return _missing(effects, "the rig's file"), *map(_missing, alternatives)
+
+
+def several_sentence(verdict: Verdict, count: int, gap: Gap) -> str:
+    """What a diagnosis says that claims one of several explanations, without saying which they are.
+
+    Args:
+        verdict: the outcome, `ambiguous` or `partial`.
+        count: how many explanations there are [1].
+        gap: the gap of the headline signal [SI].
+
+    Returns:
+        The sentence.
+    """
+    closes = f"; the first closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
+    said = f"these logs do not tell which of {count} explanations is true{closes}."
+    return f"Only in part, and {said}" if verdict == "partial" else f"{said[0].upper()}{said[1:]}"
+
+
+def sure_of(number: str) -> str:
+    """What to do about a number of the rig file that is said to be wrong, where its owner knows better, as one sentence.
+
+    Args:
+        number: name of the number, as `parameter.motor.resistance`.
+
+    Returns:
+        The sentence.
+    """
+    return f"{number} says that the rig file's number is wrong; if you are sure of that number, ask again with `--without {number}`"
 
 
 def verdict_sentence(
@@ -69,7 +110,7 @@ def verdict_sentence(
     Returns:
         The sentence.
     """
-    either = "; or ".join([_missing(effects, "the rig's file"), *map(_missing, alternatives)])
+    either = "; or ".join(explanations(effects, alternatives))
     closed = f" and closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
     if uninformative:
         return f"Unknown: {uninformative}, so that they do not say whether anything is missing."
@@ -98,7 +139,12 @@ def verdict_sentence(
     if effects:
         explain = "explains" if len(effects) == 1 else "together explain"
         return f"Unknown: {_listed(effects)} {explain} {part}, but {stands}, and no {known} was found that holds."
-    return f"Unknown: a gap above the floor remains, and no {known} was found that explains it."
+    return f"Unknown: {_remaining(gap, unit)}, and no {known} was found that explains it."
+
+
+def _remaining(gap: Gap, unit: str) -> str:
+    """That a gap is left, as a clause."""
+    return f"a gap above the floor remains ({gap.before:.3g} of {gap.floor:.3g} {unit})"
 
 
 def doubted_sentence(effects: tuple[str, ...], gap: Gap, why: str) -> str:
@@ -130,13 +176,14 @@ def beside_runaways(times: Mapping[str, float]) -> str:
     return f"beside it {told} {runs} away, as where something holds a part, and what that is is not named"
 
 
-def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str:
+def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap, unit: str) -> str:
     """What a diagnosis says whose search did not come to its end, as one sentence.
 
     Args:
         effects: what leads so far.
         untried: how many candidates were not compared.
         gap: the gap of the headline signal [SI].
+        unit: the signal's unit.
 
     Returns:
         The sentence.
@@ -144,7 +191,7 @@ def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap) -> str
     many = f"{untried} candidate{'s' if untried > 1 else ''}"
     ended = f"with {many} not compared" if untried else "before it was through"
     if not effects:
-        return f"Unfinished: a gap above the floor remains, and the search was ended {ended}."
+        return f"Unfinished: {_remaining(gap, unit)}, and the search was ended {ended}."
     close = "close" if len(effects) > 1 else "closes"
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
     return f"Unfinished: so far {_listed(effects)} {close} {part}, which is no claim: the search was ended {ended}."

@@ -57,6 +57,7 @@ def _least_squares(columns: np.ndarray, residual: np.ndarray, damping: float) ->
     return np.where(scale > 1e-140, share / scale, 0.0)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a run that leaves the range of numbers: its start stays
 def linearised_initial_states(
     problem: Problem, by_state: np.ndarray, start: np.ndarray, residual: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

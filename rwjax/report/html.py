@@ -84,7 +84,6 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         "report.html.j2",
         words,
         d=d,
-        sentence=d.sentence,
         figures=drawn,
         shows=FIGURES,
         unit=UNIT,

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
@@ -76,6 +76,21 @@ def by_chance(p: float) -> str:
     return f"about 1 in {1.0 / p:.0f}" if p >= 1e-3 else "less than 1 in 1000"
 
 
+def code(text: str) -> Markup:
+    """A text in which what stands between backticks is set as code.
+
+    Args:
+        text: the text.
+
+    Returns:
+        The same as HTML.
+    """
+    parts = [escape(part) for part in printable_lines(text).split("`")]
+    if len(parts) % 2 == 0:  # a backtick of its own
+        return escape(printable_lines(text))
+    return Markup("").join(Markup("<code>{}</code>").format(part) if k % 2 else part for k, part in enumerate(parts))
+
+
 def _part(name: str) -> Markup:
     """A style sheet or script of this package, as it stands on the page."""
     return Markup((files("rwjax.report") / name).read_text(encoding="utf-8"))
@@ -120,7 +135,7 @@ def rendered_page(template: str, words: Mapping[str, Callable[..., Any]], **valu
 
     Args:
         template: name of its template in this package.
-        words: filters of this page alone, by name; `short`, `percent`, `signed` and `by_chance` are those of every page.
+        words: filters of this page alone, by name; `short`, `percent`, `signed`, `by_chance` and `code` are those of every page.
         values: what it shows, by name.
 
     Returns:
@@ -131,5 +146,6 @@ def rendered_page(template: str, words: Mapping[str, Callable[..., Any]], **valu
         autoescape=jinja2.select_autoescape(["j2"], default=True),
         finalize=_shown,
     )
-    environment.filters |= {"short": short, "percent": percent, "signed": signed, "by_chance": by_chance, **words}
+    shared = {"short": short, "percent": percent, "signed": signed, "by_chance": by_chance, "code": code}
+    environment.filters |= {**shared, **words}
     return environment.get_template(template).render(part=_part, **values)

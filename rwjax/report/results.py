@@ -6,7 +6,6 @@ from pathlib import Path
 
 from rwjax.diagnosis.record import RECORD, record
 from rwjax.diagnosis.result import Diagnosis
-from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.errors import InputError, printable
 from rwjax.planning.files import clear_plan, write_next
 from rwjax.report.answer import json_text
@@ -75,9 +74,7 @@ def clear_results(folder: Path) -> None:
 
 def _cautions(d: Diagnosis) -> tuple[str, ...]:
     """What is not sure of a corrected rig of which nothing is claimed, or which is one of several."""
-    if not d.effects:
-        return ()
-    if not d.complete or d.verdict not in CLAIMS:
+    if not d.complete or d.verdict == "unknown":
         return (f"not claimed: {printable(d.sentence)}",)
     if d.alternatives:
         others = "; or ".join(" + ".join(names) for names in d.alternatives)

@@ -87,6 +87,8 @@ def test_what_leaves_least_is_told_by_its_error() -> None:
     fits.headway.enter([right, wrong], "candidates", besides=0.0, further=0.0)
     SuccessiveHalving(fits).fit([wrong, right], Hypothesis())
     assert told[0].startswith("0 of 2 candidates")
-    found = re.match(r"2 of 2 candidates, best so far constant torque \((.*) rad left\), about", told[-1])
+    found = re.match(
+        r"2 of 2 candidates, best so far constant torque \((.*) rad left of the fitted runs\), about", told[-1]
+    )
     assert found and 0.5 * 2e-3 < float(found[1]) < 3.0 * 2e-3  # the noise, and what a few steps leave
     assert fits.headway.compared == {right, wrong}

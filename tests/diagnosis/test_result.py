@@ -148,7 +148,15 @@ def test_a_claim_among_some_candidates_says_so() -> None:
         replace(asked, verdict="none", effects=()).sentence == replace(DIAGNOSIS, verdict="none", effects=()).sentence
     )
     unknown = replace(asked, verdict="unknown", effects=()).sentence
-    assert unknown == "Unknown: a gap above the floor remains, and no candidate asked for was found that explains it."
+    assert unknown.startswith("Unknown: a gap above the floor remains (0.05 of ")
+    assert unknown.endswith(" rad), and no candidate asked for was found that explains it.")
+
+
+def test_of_several_explanations_the_headline_says_how_many_and_the_list_which() -> None:
+    several = replace(DIAGNOSIS, verdict="ambiguous", alternatives=(("axis.stribeck",), ("parameter.axis.inertia",)))
+    assert "which of 3 explanations is true" in several.headline and len(several.explanations) == 3
+    assert several.explanations[2] == "its file is wrong in axis.inertia"
+    assert DIAGNOSIS.headline == DIAGNOSIS.sentence and DIAGNOSIS.explanations == ()
 
 
 def test_where_nothing_is_missing_no_place_is_told() -> None:

@@ -10,9 +10,12 @@ from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import (
     UNIT,
     beside_runaways,
+    explanations,
     gap_line,
     moved,
     numbers_of,
+    several_sentence,
+    sure_of,
     unfinished_sentence,
     verdict_sentence,
     where_words,
@@ -78,7 +81,7 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("parameter.drive.gain",),
             (("axis.inertia",), ("a", "b")),
             None,
-            "The rig's file is wrong in drive.gain (parameter.drive.gain); or the rig lacks axis.inertia (axis.inertia); or the rig lacks "
+            "The rig's file is wrong in drive.gain; or the rig lacks axis.inertia (axis.inertia); or the rig lacks "
             "a (a) and b (b): these logs cannot tell them apart.",
         ),
         (
@@ -102,7 +105,7 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("a",),
             (("b", "parameter.c"),),
             None,
-            "Only in part: the rig lacks a (a); or the rig lacks b (b), and its file is wrong in c (parameter.c); this closes 98 % of the gap on "
+            "Only in part: the rig lacks a (a); or the rig lacks b (b), and its file is wrong in c; this closes 98 % of the gap on "
             "held-out runs, and for the 0.01 rad that stay (1.1 times the floor) no effect of the library was found that holds.",
         ),
         (
@@ -110,7 +113,7 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             (),
             (),
             None,
-            "Unknown: a gap above the floor remains, and no effect of the library was found that explains it.",
+            "Unknown: a gap above the floor remains (0.05 of 0.009 rad), and no effect of the library was found that explains it.",
         ),
         (
             "unknown",
@@ -124,6 +127,19 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
 )
 def test_every_verdict_has_its_sentence(verdict, effects, alternatives, uninformative, said: str) -> None:
     assert verdict_sentence(verdict, effects, alternatives, GAP, "rad", uninformative) == said
+
+
+def test_several_explanations_are_a_sentence_and_a_list() -> None:
+    assert several_sentence("ambiguous", 3, GAP) == (
+        "These logs do not tell which of 3 explanations is true; the first closes 98 % of the gap."
+    )
+    assert several_sentence("partial", 2, GAP).startswith("Only in part, and these logs do not tell which of 2")
+    said = explanations(("a", "parameter.c"), (("parameter.d",),))
+    assert said == ("the rig lacks a (a), and its file is wrong in c", "its file is wrong in d")
+
+
+def test_it_is_said_how_a_number_is_kept_that_is_known() -> None:
+    assert sure_of("parameter.c").endswith("ask again with `--without parameter.c`")
 
 
 def test_it_is_said_why_a_candidate_is_not_named() -> None:
@@ -145,7 +161,11 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
 @pytest.mark.parametrize(
     ("effects", "untried", "said"),
     [
-        ((), 36, "a gap above the floor remains, and the search was ended with 36 candidates not compared."),
+        (
+            (),
+            36,
+            "a gap above the floor remains (0.05 of 0.009 rad), and the search was ended with 36 candidates not compared.",
+        ),
         (
             ("axis.coulomb",),
             1,
@@ -159,7 +179,7 @@ def test_it_is_said_why_a_candidate_is_not_named() -> None:
     ],
 )
 def test_an_unfinished_search_says_what_leads_and_what_is_left(effects, untried: int, said: str) -> None:
-    assert unfinished_sentence(effects, untried, GAP) == f"Unfinished: {said}"
+    assert unfinished_sentence(effects, untried, GAP, "rad") == f"Unfinished: {said}"
 
 
 def test_it_is_said_beside_which_runaways_nothing_is_claimed() -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 from jinja2 import UndefinedError
 
-from rwjax.report.page import by_chance, drawing, percent, rendered_page, short, signed, svg_of
+from rwjax.report.page import by_chance, code, drawing, percent, rendered_page, short, signed, svg_of
 
 
 def test_numbers_are_short_and_missing_ones_dashes() -> None:
@@ -35,3 +35,8 @@ def test_a_figure_is_the_same_text_every_time() -> None:
 def test_a_page_without_what_it_shows_is_no_page() -> None:
     with pytest.raises(UndefinedError):
         rendered_page("fleet.html.j2", dict.fromkeys(("report", "change_words"), str))
+
+
+def test_what_stands_between_backticks_is_code_and_everything_is_text() -> None:
+    assert code("take `--a <b>` & `c`") == "take <code>--a &lt;b&gt;</code> &amp; <code>c</code>"
+    assert code("one ` alone <b>") == "one ` alone &lt;b&gt;"

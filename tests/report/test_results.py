@@ -31,13 +31,15 @@ def test_everything_is_written_and_goes_away_again(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.parametrize("of", [{}, {"effects": ()}, {"effects": (), "complete": False}])
 def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    of: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     draws_one_figure(monkeypatch)
-    write_results(diagnosed(verdict="unknown"), tmp_path)
-    assert (tmp_path / "corrected.toml").read_text().startswith("# caution: not claimed: Unknown:")
-    assert read_rig(tmp_path / "corrected.toml").cautions[0].startswith("not claimed: Unknown:")
+    write_results(diagnosed(verdict="unknown", **of), tmp_path)
+    said = "not claimed: Unfinished:" if "complete" in of else "not claimed: Unknown:"
+    assert (tmp_path / "corrected.toml").read_text().startswith(f"# caution: {said}")
+    assert read_rig(tmp_path / "corrected.toml").cautions[0].startswith(said)
 
 
 def test_a_rig_file_that_was_not_sure_before_stays_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,4 +63,6 @@ def test_a_corrected_rig_that_is_one_explanation_of_several_names_the_others(
         == f"# caution: this is one explanation{part} of several: {named}; or drive.bias; or axis.spring + drive.delay"
     )
     assert read_rig(tmp_path / "corrected.toml").kind == "platform"
-    assert "is the rig with what is named first, one explanation of several" in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "is the rig with what is named first, one explanation of several" in page
+    assert page.count("<li>the rig lacks") == 3 and "of 3 explanations is true" in page
