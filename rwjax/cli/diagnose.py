@@ -76,12 +76,8 @@ def diagnose(
             fit = "fit", corrected, *log_files, "-o", output / "fitted.toml"
             told.append(next_command(*fit, segments=segments, force=force))
         elif result.verdict == "unknown":
-            holds = (
-                "with what leads, which is not claimed"
-                if result.effects
-                else "nothing but the rig's own numbers, fitted again"
-            )
-            told.append(f"  {corrected}: {holds}; go on from {rig_file}")
+            holds = "what leads, which is not claimed" if result.effects else "only the rig's own numbers, fitted again"
+            told.append(f"  {corrected}: with {holds}; go on from {rig_file}")
         say("\n".join([str(result), *told]))
     note(*asked)
     if limit.stopped:

@@ -161,15 +161,7 @@ def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
         waterfall=waterfall,
         alternatives_waterfall=alternatives_waterfall,
         refused=further.refused if outcome.verdict in ("partial", "unknown") else {},
-        remarks=(
-            *told,
-            *layout.split.said(),
-            *away,
-            *among.said(),
-            *_ended(further),
-            *_evidence(choice, outcome),
-            *_wrong(outcome),
-        ),
+        remarks=(*told, *layout.split.said(), *away, *among.said(), *_of_the_answer(further, outcome)),
         split=layout.split,
         corrected=corrected,
         before=before,
@@ -183,6 +175,11 @@ def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> 
     """The corrected rig, in which numbers that ran away are those of the rig as it is, and a sentence on each of them."""
     corrected = corrected_rig(rig, named, found, spread)
     return without_runaways(rig, corrected), runaway_words(rig, corrected)
+
+
+def _of_the_answer(further: Further, outcome: _Outcome) -> list[str]:
+    """Remarks on how the search ended, and on what is claimed."""
+    return [*_ended(further), *_evidence(further.choice, outcome), *_wrong(outcome)]
 
 
 def _ended(further: Further) -> list[str]:

@@ -18,6 +18,7 @@ from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.settings import Limits, RemarkSettings, ReportSettings, Settings
 from rwjax.diagnosis.uninformative import diverged_numbers
+from rwjax.diagnosis.words import sure_of
 from rwjax.fitting.fit import fit
 from rwjax.fitting.processes import Team
 from rwjax.rig.model import Rig
@@ -312,3 +313,13 @@ def test_a_claim_that_another_explanation_beats_on_the_held_out_runs_is_given_up
     found = diagnose(RIG, logs, only=["axis.coulomb", "axis.bias_torque"])
     assert found.verdict == "unknown" and found.effects == ("axis.coulomb",)
     assert found.refused == {"axis.bias_torque": "another explanation leaves clearly less of the held-out runs"}
+
+
+def test_it_is_said_how_to_keep_a_number_that_the_answer_says_is_wrong() -> None:
+    rig = replace(RIG.with_values({"drive.gain": 0.8 * RIG.values["drive.gain"]}), free=())
+    logs = [run_of(k, {}) for k in range(2)]
+    found = diagnose(rig, logs, only=["parameter.drive.gain"])
+    assert found.effects == ("parameter.drive.gain",)
+    told = [remark for remark in found.remarks if "--without" in remark]
+    assert told == [sure_of("parameter.drive.gain")]
+    assert not any("--without" in remark for remark in diagnose(RIG, logs, only=["parameter.drive.gain"]).remarks)
