@@ -28,7 +28,11 @@ class Target(StrEnum):
 
 Logs = Annotated[
     list[Path] | None,
-    typer.Argument(metavar="[LOG…]", help="logs, to say how large what is left out is", show_default=False),
+    typer.Argument(
+        metavar="[LOG…]",
+        help="logs, to say how large what is left out is, and for a duty's supply_V where RIG has no drive.supply",
+        show_default=False,
+    ),
 ]
 To = Annotated[Target, typer.Option("--to", help="the tool", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", metavar="FILE", help="stdout without it")]
@@ -53,6 +57,7 @@ def export(
     """
     from rwjax.errors import InputError, RigError
     from rwjax.export.targets import export as exported
+    from rwjax.export.targets import with_logged_supply
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
     from rwjax.text_files import write_text
@@ -60,13 +65,16 @@ def export(
     if output is not None:
         check_file(output, rig_file, *(log_files or ()), *([answer] if answer else ()))
     rig = read_rig(rig_file)
-    with of_file(rig_file, RigError):
-        found = exported(rig, to.value, answer)
     with progress(quiet) as show:
         show("working out what is left out")
-        notes = [f"not in it: {name}: {why}" for name, why in found.left_out.items()]
-        if log_files:
-            notes += _size(rig, found, read_logs(log_files, rig))
+        logs = read_logs(log_files, rig) if log_files else ()
+        rig, supply = with_logged_supply(rig, to.value, logs)
+        with of_file(rig_file, RigError):
+            found = exported(rig, to.value, answer)
+        notes = [supply] if supply else []
+        notes += [f"not in it: {name}: {why}" for name, why in found.left_out.items()]
+        if logs:
+            notes += _size(rig, found, logs)
     if output is None:
         document(found.text)
     else:
@@ -84,12 +92,15 @@ def _size(rig: "Rig", found: "Exported", logs: "Sequence[Log]") -> list[str]:
 
     if found.held is None:
         return ["the logs are not used: how far what is left out moves their runs is said with `--to mjcf` alone"]
-    if found.held == rig:
+    if {*found.left_out} == {*found.uncounted}:
         return ["no rig file is without it, so that no run says how far it moves them"] if found.left_out else []
     try:
         moved = moved_by(rig, found.held, logs)
     except InputError as why:
         return [f"how far what is left out moves runs cannot be said: {why}"]
-    return [
-        "what is left out moves free runs by " + ", ".join(f"{v:.3g} {unit_of(k)} rms ({k})" for k, v in moved.items())
-    ]
+    far = ", ".join(f"{v:.3g} {unit_of(k)} rms ({k})" for k, v in moved.items())
+    if found.uncounted:
+        far += f"; not counting {', '.join(found.uncounted)}, which no rig file is without"
+    off = any(log.enabled is not None and not log.enabled.all() for log in logs)
+    switch = "torque is off in both runs where `enabled` is 0; the model has no such switch, and that is not counted"
+    return [f"what is left out moves free runs by {far}", *([switch] if off else [])]

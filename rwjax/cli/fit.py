@@ -96,7 +96,7 @@ def fit(
         if isinstance(result, RigFit) and result.lacks_something:
             ahead = next_command("diagnose", output, *log_files, segments=segments, force=force)
         else:
-            ahead = next_command("predict", output, *log_files, *_into(output, log_files), segments=segments)
+            ahead = next_command("predict", output, *log_files, *_ahead(result, output, log_files), segments=segments)
         say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}", ahead]))
     note(*dict.fromkeys([*asked, *rig.cautions, *result.notes]))
     if asked and output is not None:
@@ -146,9 +146,14 @@ def _chosen(
     return read_rig, partial(estimate, bootstrap=bootstrap, solver=solver_of(solver, smooth), progress=show)
 
 
-def _into(output: Path, log_files: "Sequence[Path]") -> list[object]:
-    """Where `predict` writes: of one log beside the fitted rig file."""
-    return ["-o", output.with_name("predicted.csv")] if len(log_files) == 1 else []
+def _ahead(result: "RigFit | Identified", output: Path, log_files: "Sequence[Path]") -> list[object]:
+    """The options of `predict`: of one log it writes beside the fitted rig file; a smooth solver is the one of the fit."""
+    from rwjax.fitting.rig_fit import RigFit
+
+    options: list[object] = ["-o", output.with_name("predicted.csv")] if len(log_files) == 1 else []
+    if isinstance(result, RigFit) and (solver := result.fit.problem.solver).smooth:
+        options += ["--solver", solver.name, "--smooth", f"{solver.sign_width:.6g}"]
+    return options
 
 
 def _estimates(result: "RigFit | Identified") -> list[str]:

@@ -27,8 +27,15 @@ Supply = Annotated[float | None, typer.Option(help="voltage at which the datashe
 StallTorque = Annotated[float | None, typer.Option(help="at standstill, behind the gear [N m]")]
 NoLoadSpeed = Annotated[float | None, typer.Option(help="speed without a load, behind the gear [1/min]")]
 Resistance = Annotated[float | None, typer.Option(help="of the winding [ohm]")]
-Mass = Annotated[float | None, typer.Option(help="of what the axis carries, as of a rod [kg]")]
-Length = Annotated[float | None, typer.Option(help="of that rod, from the axis [m]")]
+Mass = Annotated[float | None, typer.Option(help="of what the axis carries, a rod or with --bob a bob [kg]")]
+Length = Annotated[float | None, typer.Option(help="of that rod, or of the arm of that bob, from the axis [m]")]
+Bob = Annotated[
+    bool,
+    typer.Option(
+        "--bob",
+        help="the mass sits at the end of --length: inertia m l2, gravity m g l; of a rod, taken without it, a third and half of that",
+    ),
+]
 FromMjcf = Annotated[
     Path | None, typer.Option("--from-mjcf", metavar="MODEL.xml", help="numbers of one hinge of a MuJoCo model")
 ]
@@ -53,6 +60,7 @@ def init(
     axis_inertia: AxisInertia = None,
     mass: Mass = None,
     length: Length = None,
+    bob: Bob = False,
     counts: Counts = None,
     from_mjcf: FromMjcf = None,
     joint: Joint = None,
@@ -75,11 +83,13 @@ def init(
     given |= {"torque-constant": torque_constant, "wheel-inertia": wheel_inertia, "axis-inertia": axis_inertia}
     given |= {"mass": mass, "length": length, "counts": counts}
     _check(given, kind, from_mjcf, joint)
+    if bob and mass is None:
+        raise InputError("--bob says how the mass of --mass and --length is spread: give both")
     speed = None if no_load_speed is None else no_load_speed * RATE
     with progress(quiet) as show:
         show("looking at the logs")
         numbers = {name.replace("-", "_"): value for name, value in given.items()}
-        datasheet = Datasheet(**(numbers | {"no_load_speed": speed}))
+        datasheet = Datasheet(**(numbers | {"no_load_speed": speed}), bob=bob)
         model = mujoco_joint(from_mjcf, joint) if from_mjcf else None
         found = first_rig(log_files, datasheet, kind.value if kind else None, model)
     if output is None:
@@ -94,7 +104,7 @@ def init(
 def _check(given: dict[str, float | None], kind: Kind | None, from_mjcf: Path | None, joint: str | None) -> None:
     """Raises `InputError` for options that do not go together, or a number that none of them can have."""
     if (given["mass"] is None) != (given["length"] is None):
-        raise InputError("--mass and --length go together: both are of one rod")
+        raise InputError("--mass and --length go together: both are of one rod, or of one bob")
     if joint is not None and from_mjcf is None:
         raise InputError("--joint names a hinge of the model that --from-mjcf gives")
     other = [name for name, value in given.items() if value is not None and name != "counts"] + ["kind"] * (

@@ -10,6 +10,7 @@ from rwjax.errors import RigError
 from rwjax.export import Exported
 from rwjax.export.template import rendered
 from rwjax.kinds import UNIT_GIVEN
+from rwjax.logs.driven import NEEDED
 from rwjax.rig.model import Rig
 
 TEMPLATE = "feed_forward.h.j2"
@@ -56,9 +57,10 @@ def c_header(rig: Rig) -> Exported:
         per_torque=_command_per_torque(rig),
         number=literal,
     )
-    return Exported(
-        text, {name: "no function of the rate or the command is written for it" for name in order if name not in held}
-    )
+    left = {name: "no function of the rate or the command is written for it" for name in order if name not in held}
+    if lacking := _lacking(rig):
+        left[f"{_identifier(rig.name)}_friction_command"] = f"without `{lacking}` no command is known for a torque"
+    return Exported(text, left)
 
 
 def _identifier(name: str) -> str:
@@ -78,19 +80,27 @@ def _given(rig: Rig) -> str:
     return rig.servo.acts_on if rig.servo is not None and rig.kind == "joint" else "voltage"
 
 
+def _lacking(rig: Rig) -> str | None:
+    """The first number without which no command is known for a torque; None where the rig file has them all."""
+    if rig.kind == "platform":
+        return None
+    needed = NEEDED[_given(rig)] + (("drive.supply",) if _given(rig) == "duty" else ())
+    return next((name for name in needed if name not in rig.numbers), None)
+
+
 def _command_per_torque(rig: Rig) -> float | None:
     """Command for a torque at the axis while the motor does not turn [unit of the command per N m]; None where the rig file does not say."""
-    if rig.kind == "platform":
-        return 1.0 / rig.numbers["drive.gain"]
+    if _lacking(rig):
+        return None
     given, known = _given(rig), rig.numbers
-    K, R, V = (known.get(name) for name in ("motor.torque_constant", "motor.resistance", "drive.supply"))
+    if rig.kind == "platform":
+        return 1.0 / known["drive.gain"]
     if given == "torque":
         return 1.0
-    if K is None:
-        return None
-    amperes = (-1.0 if rig.kind == "reaction" else 1.0) / (K * known.get("gear.ratio", 1.0))
+    amperes = (-1.0 if rig.kind == "reaction" else 1.0) / (
+        known["motor.torque_constant"] * known.get("gear.ratio", 1.0)
+    )
     if given == "current":
         return amperes
-    if R is None or (given == "duty" and V is None):
-        return None
-    return amperes * R if given == "voltage" else amperes * R / V  # type: ignore[operator]  # V is there with a duty
+    volts = amperes * known["motor.resistance"]
+    return volts / known["drive.supply"] if given == "duty" else volts

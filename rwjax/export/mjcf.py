@@ -4,11 +4,9 @@ from math import atan2, ceil, cos, hypot, inf, sin
 from xml.etree import ElementTree as Xml
 
 from rwjax.export import Exported
-from rwjax.export.mujoco_model import Drive, Hinge, mujoco_model
+from rwjax.export.mujoco_model import STEP, Drive, Hinge, mujoco_model
 from rwjax.rig.model import Rig
 
-STEP = 1e-3
-"""Time step of the model [s]."""
 GRAVITY = 9.81
 """Gravity of the model [m/s²], which with the mass makes the torque of the rig's load."""
 SHARE = 0.5
@@ -56,7 +54,8 @@ def mjcf(rig: Rig) -> Exported:
         Xml.SubElement(sensors, "jointvel", name=f"{name}_rad_s", joint=name)
     Xml.indent(root)
     own = () if model.wheel is not None else _own(body, actuators, model.drive)
-    return Exported(Xml.tostring(root, encoding="unicode") + "\n", model.left_out, model.held, own)
+    text = Xml.tostring(root, encoding="unicode") + "\n"
+    return Exported(text, model.left_out, model.held, own, model.uncounted)
 
 
 def _own(body: Xml.Element, actuators: Xml.Element, drive: Drive) -> tuple[str, ...]:
@@ -126,5 +125,5 @@ def _constant(actuators: Xml.Element, name: str, joint: str, torque: float) -> N
 
 
 def _text(value: float) -> str:
-    """A number with every digit that counts."""
-    return f"{value:.9g}"
+    """A number with every digit that counts, 0 without a sign."""
+    return f"{value + 0.0:.9g}"

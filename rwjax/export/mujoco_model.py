@@ -22,6 +22,8 @@ from rwjax.errors import RigError
 from rwjax.rig.model import Rig
 
 IN_THE_LOOP = "it acts inside the servo's loop, where an actuator has no place for it"
+STEP = 1e-3
+"""Time step of the model [s]."""
 SERVO_OF_WHEEL = "an actuator's loop reads the joint that it drives, here the wheel; the control is the voltage"
 
 
@@ -100,6 +102,7 @@ class Model:
         held: The rig without what is left out, as far as a rig file can say it.
         wheel: The wheel that the body of the axis carries, where there is one.
         left_out: What is left out, and why.
+        uncounted: What of that `held` has all the same, as no rig file is without it.
     """
 
     axis: Hinge
@@ -107,6 +110,7 @@ class Model:
     held: Rig
     wheel: Hinge | None = None
     left_out: dict[str, str] = field(default_factory=dict)
+    uncounted: tuple[str, ...] = ()
 
     def plus(self, name: str, value: float) -> "Model":
         """With more of one thing.
@@ -125,17 +129,21 @@ class Model:
         new = min(old, value) if name == "limit" else old + value
         return replace(self, **{part: replace(getattr(self, part), **{name: new})})
 
-    def without(self, name: str, why: str) -> "Model":
+    def without(self, name: str, why: str, held: Rig | None = None) -> "Model":
         """With one more thing that is left out.
 
         Args:
             name: Its name.
             why: Why, in words.
+            held: The rig without it; None where no rig file is without it.
 
         Returns:
             The model.
         """
-        return replace(self, left_out=self.left_out | {name: why})
+        left_out = self.left_out | {name: why}
+        if held is None:
+            return replace(self, left_out=left_out, uncounted=(*self.uncounted, name))
+        return replace(self, left_out=left_out, held=held)
 
 
 def mujoco_model(rig: Rig) -> Model:
@@ -158,10 +166,20 @@ def mujoco_model(rig: Rig) -> Model:
             model = _with_effect(model, effect, given)
     for name, given in rig.effects.items():
         model = _with_effect(model, BY_NAME[name], given)
-    for name, part in (("damping", "viscous friction"), ("frictionloss", "dry friction")):
+    for name, part, number in _FRICTION:
         if (value := getattr(model.axis, name)) < 0.0:
-            model = model.plus(name, -value).without(name, f"{part} of {value:.3g} is negative, 0 stands for it")
+            known = model.held.numbers
+            held = model.held.with_values({number: known[number] - value}) if number in known else None
+            why = f"{part} of {value:.3g} is negative, 0 stands for it"
+            model = model.plus(name, -value).without(name, why, held)
     return model
+
+
+_FRICTION = (
+    ("damping", "viscous friction", "axis.friction.viscous"),
+    ("frictionloss", "dry friction", "axis.friction.coulomb"),
+)
+"""Friction that a hinge cannot have below 0: its attribute, what it is, and the number of a rig file that makes up for it."""
 
 
 def _number(rig: Rig, name: str) -> float:
@@ -231,24 +249,58 @@ def _with_servo(model: Model, rig: Rig) -> Model:
     scale = copysign(1.0, model.drive.gain)
     if rig.servo.acts_on == "duty":
         if "drive.supply" not in rig.numbers:
-            raise RigError("`drive.supply` is missing, without which a duty is no voltage")
+            raise RigError(
+                "`drive.supply` is missing, without which a duty is no voltage; write [drive] supply = 12 (volts), "
+                "or give logs that hold `supply_V`"
+            )
         scale *= rig.numbers["drive.supply"]
-        model = model.without("drive.supply", "the duty is not clipped at 1")
-    if model.drive.winding:
-        model = model.without("motor.inductance", "the current of a servo's actuator follows at once")
-    for name, why in _LACKING.items():
-        if _number(rig, f"drive.servo.{name}"):
-            model = model.without(f"drive.servo.{name}", why)
-    if _number(rig, "drive.servo.kd") and rig.servo.damping_on == "error":
-        model = model.without("drive.servo.damping_on", "its rate gain multiplies the speed, not the error's rate")
-    force = inf
-    if limit := _number(rig, "drive.servo.limit"):
-        if rig.servo.acts_on in ("current", "torque") or rig.kind == "platform":
-            force = abs(model.drive.gain) * limit
-        else:
-            model = model.without("drive.servo.limit", "it limits the voltage before the back-EMF")
+    limit, force = _number(rig, "drive.servo.limit"), inf
+    if limit and (rig.servo.acts_on in ("current", "torque") or rig.kind == "platform"):
+        force = abs(model.drive.gain) * limit
+    held = _by_actuator(rig, limited=force < inf)
+    for name, why in _left_of_servo(rig, limited=force < inf).items():
+        model = model.without(name, why, held)
     kp, kd = (scale * _number(rig, f"drive.servo.{name}") for name in ("kp", "kd"))
     return replace(model, drive=replace(model.drive, servo=True, kp=kp, kd=kd, force=force))
+
+
+def _left_of_servo(rig: Rig, limited: bool) -> dict[str, str]:
+    """What of a servo an actuator does not have, and why; `limited` where its force has the limit of the servo."""
+    servo, left = rig.servo, {}
+    if servo is None:
+        return left
+    if servo.acts_on == "duty":
+        left["drive.supply"] = "the duty is not clipped at 1, and the supply does not change"
+    if _number(rig, "motor.inductance") and servo.acts_on in ("voltage", "duty"):
+        left["motor.inductance"] = "the current of a servo's actuator follows at once"
+    most = {"period": STEP}  # up to which the model's steps are as good
+    left |= {
+        f"drive.servo.{name}": why
+        for name, why in _LACKING.items()
+        if _number(rig, f"drive.servo.{name}") > most.get(name, 0.0)
+    }
+    if _number(rig, "drive.servo.kd") and servo.damping_on == "error":
+        left["drive.servo.damping_on"] = "its rate gain multiplies the speed, not the error's rate"
+    if _number(rig, "drive.servo.limit") and not limited:
+        left["drive.servo.limit"] = "it limits the voltage before the back-EMF"
+    return left
+
+
+def _by_actuator(rig: Rig, limited: bool) -> Rig:
+    """A rig whose servo does what an actuator does: gains of the goal's error and of the speed alone, at every step of the model."""
+    servo, numbers = rig.servo, dict(rig.numbers)
+    if servo is None:
+        return rig
+    volts = numbers["drive.supply"] if servo.acts_on == "duty" else 1.0
+    for gain in ("drive.servo.kp", "drive.servo.kd"):
+        numbers[gain] = volts * _number(rig, gain)
+    numbers["drive.servo.period"] = min(numbers.get("drive.servo.period", STEP), STEP)
+    gone = {"motor.inductance", *(f"drive.servo.{name}" for name in _LACKING if name != "period")}
+    gone |= set() if limited else {"drive.servo.limit"}
+    numbers = {name: value for name, value in numbers.items() if name not in gone}
+    acts_on = "voltage" if servo.acts_on == "duty" else servo.acts_on
+    servo = servo._replace(acts_on=acts_on, damping_on="speed")
+    return replace(rig, servo=servo, numbers=numbers, free=(), per_run=(), tied={})
 
 
 def _with_effect(model: Model, effect: type[Effect], given: Mapping[str, float]) -> Model:
@@ -256,12 +308,12 @@ def _with_effect(model: Model, effect: type[Effect], given: Mapping[str, float])
     name, drive, added = effect.name, model.drive, effect.in_mujoco(given)
     if refused := _refused(drive, effect, added):
         kept = {other: numbers for other, numbers in model.held.effects.items() if other != name}
-        return replace(model.without(name, refused), held=replace(model.held, effects=kept))
+        return model.without(name, refused, replace(model.held, effects=kept))
     known = parameters(effect)
     for number, what in effect.mujoco_drops.items():
         null = known[number].null if number in known else 0.0
         if given.get(number, null) != null:
-            model = replace(model.without(name, what), held=_lacking(model.held, effect, number, null))
+            model = model.without(name, what, _lacking(model.held, effect, number, null))
     for key, value in (added or {}).items():
         model = model.plus(key, value)
     return model

@@ -1,6 +1,7 @@
 """The tools that a rig may be written for, and how large what each cannot express is."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,8 @@ TARGETS: dict[str, Callable[[Rig], Exported]] = {
     "json": numbers,
 }
 """What writes a rig, by the tool's name."""
+OF_DUTY = {"mjcf": ("joint", "platform"), "c": ("joint",)}
+"""Kinds of rig whose servo's duty has to be a voltage, by the tool's name."""
 
 
 def export(rig: Rig, to: str, answer: Path | None = None) -> Exported:
@@ -44,6 +47,27 @@ def export(rig: Rig, to: str, answer: Path | None = None) -> Exported:
     if TARGETS[to] is not numbers:
         raise InputError(f"{answer}: covariance and noise go into JSON alone, not into {to}")
     return numbers(rig, answer)
+
+
+def with_logged_supply(rig: Rig, to: str, logs: Sequence[Log]) -> tuple[Rig, str]:
+    """A rig with the supply's voltage, by the logs where its file lacks it and the tool needs it.
+
+    Args:
+        rig: The rig.
+        to: A key of `TARGETS`.
+        logs: Logs, of which some may hold the voltage [V].
+
+    Returns:
+        The rig, with the mean of the logged voltage [V] as its supply, and a sentence on that; the rig as it is and "" where nothing
+        is lacking, or the logs do not tell it.
+    """
+    logged = [log.supply for log in logs if log.supply is not None]
+    lacks = rig.servo is not None and rig.servo.acts_on == "duty" and "drive.supply" not in rig.numbers
+    if rig.kind not in OF_DUTY.get(to, ()) or not lacks or not logged:
+        return rig, ""
+    volts = float(f"{np.mean(np.concatenate(logged)):.6g}")
+    said = f"drive.supply is missing in the rig file: {volts:.4g} V is taken for it, the mean of the logged `supply_V`"
+    return replace(rig, numbers=rig.numbers | {"drive.supply": volts}), said
 
 
 def moved_by(rig: Rig, held: Rig, logs: Sequence[Log]) -> dict[str, float]:

@@ -39,12 +39,13 @@ class Datasheet(NamedTuple):
         stall_torque: Torque at standstill [N m], behind the gear.
         no_load_speed: Speed without a load [rad/s], behind the gear.
         resistance: Resistance of the winding [ohm].
-        mass: Mass of the link, as of a rod [kg].
+        mass: Mass of the link [kg]: of a rod, or of a bob at the end of an arm whose own mass does not count.
         length: Its length from the axis [m].
         counts: Counted edges per turn of the encoder [1].
         torque_constant: Torque constant of the motor [N m/A], behind the gear.
         wheel_inertia: Moment of inertia of wheel and rotor [kg m²].
         axis_inertia: Moment of inertia of what the axis carries [kg m²].
+        bob: Whether the mass sits at the end of the length; along all of it where it does not.
     """
 
     supply: float | None = None
@@ -57,6 +58,7 @@ class Datasheet(NamedTuple):
     torque_constant: float | None = None
     wheel_inertia: float | None = None
     axis_inertia: float | None = None
+    bob: bool = False
 
     @property
     def of_a_motor(self) -> bool:
@@ -64,6 +66,9 @@ class Datasheet(NamedTuple):
         return bool(self.torque_constant or self.resistance)
 
 
+OF_A_VALUE = ("counts", "bob")
+"""What of a datasheet is no number that others are worked out from."""
+SUPPLY_ALONE = "; it tells a motor together with --no-load-speed or --stall-torque, and a duty its voltage"
 OF_TWO_AXES = {*columns_of("two_axis")} - {name for kind in ONE_AXIS for name in columns_of(kind)}
 """Columns that rigs with two axes alone have."""
 OF_A_WEIGHT = [
@@ -128,6 +133,7 @@ def first_rig(
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
         raise LogError(f"{sheet.where(None)}: no column holds counts, and an angle needs no --counts: leave it out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
+    unused = () if model else _unused(kind, datasheet, columns)
     for what, number in OWN_NUMBERS.items():
         if getattr(datasheet, what) is not None and not model and number not in numbers:
             option = what.replace("_", "-")
@@ -145,14 +151,26 @@ def first_rig(
         return FirstRig("".join(f"# {note}\n" for note in model.notes) + text(numbers))
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:
-        head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax fit`.\n"
-        return FirstRig(head + text(numbers))
+        head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax check`.\n"
+        return FirstRig(head + text(numbers), unused)
     K = numbers.get("motor.torque_constant")
     try:
         found = first_estimates(rig, logs, numbers, by_no_load_speed=K is not None and K.why == BY_NO_LOAD)
     except InputError as why:
-        return FirstRig(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}")
-    return FirstRig(text(found.numbers), found.notes)
+        return FirstRig(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}", unused)
+    return FirstRig(text(found.numbers), (*unused, *found.notes))
+
+
+def _unused(kind: str, datasheet: Datasheet, columns: set[str]) -> tuple[str, ...]:
+    """A sentence on each number of the datasheet that no number of the rig file comes from: another value would leave the file as it is."""
+    numbers, said = _numbers(kind, datasheet, columns), []
+    for name, value in datasheet._asdict().items():
+        if name in OF_A_VALUE or value is None:
+            continue
+        if _numbers(kind, datasheet._replace(**{name: 2.0 * value}), columns) == numbers:
+            more = SUPPLY_ALONE if name == "supply" else ""
+            said.append(f"--{name.replace('_', '-')} is not used: no number of this file comes from it{more}")
+    return tuple(said)
 
 
 def _check_columns(sheet: Sheet) -> None:
@@ -251,14 +269,14 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     if "duty" in columns:
         found["drive.supply"] = Known(d.supply, GIVEN) if d.supply else Known(12.0, GUESS)
     if kind in TURNING:
-        rod = d.mass * d.length**2 / 3.0 if d.mass and d.length else None
-        inertia = Known(rounded(rod), "of a rod, m l²/3", free=True) if rod else Known(0.1, GUESS, free=True)
-        found["axis.inertia"] = Known(d.axis_inertia, GIVEN) if d.axis_inertia else inertia
+        found["axis.inertia"] = Known(d.axis_inertia, GIVEN) if d.axis_inertia else _inertia(d)
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)
         if kind == "joint" and d.mass and d.length:
-            torque = rounded(0.5 * d.mass * GRAVITY * d.length)
-            found["axis.gravity.torque"] = Known(torque, "of a rod, m g l/2", free=True)
-            found["axis.gravity.angle"] = Known(0.0, "0 where the rod hangs down at angle 0")
+            share, why = (
+                (1.0, "of a bob, m g l") if d.bob else (0.5, "of a rod, m g l/2; of a bob at its end twice that")
+            )
+            found["axis.gravity.torque"] = Known(rounded(share * d.mass * GRAVITY * d.length), why, free=True)
+            found["axis.gravity.angle"] = Known(0.0, f"0 where the {'bob' if d.bob else 'rod'} hangs down at angle 0")
     if "goal_rad" in columns:
         found = servo_numbers(
             found,
@@ -267,6 +285,16 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             wheel_measured=bool({"wheel_rad_s", "wheel_rad", "wheel_counts"} & columns),
         )
     return found
+
+
+def _inertia(d: Datasheet) -> Known:
+    """Inertia of what the axis carries, by its mass and length."""
+    if not d.mass or not d.length:
+        return Known(0.1, GUESS, free=True)
+    share, why = (
+        (1.0, "of a bob, m l²") if d.bob else (1.0 / 3.0, "of a rod, m l²/3; of a bob at its end three times that")
+    )
+    return Known(rounded(share * d.mass * d.length**2), why, free=True)
 
 
 def _gain(d: Datasheet) -> Known:

@@ -101,6 +101,8 @@ def envelope(
             command that cannot drive the rig.
     """
     most = dict(most or {})
+    if goal is not None and rig.servo is not None and rig.servo.acts_on == "duty" and "drive.supply" not in rig.numbers:
+        raise InputError("a duty needs the supply's voltage; write [drive] supply = 12 (volts; logs do not count here)")
     rig = driven_by(rig, "voltage_V" if goal is None else GOAL)
     if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
         raise InputError(

@@ -2,7 +2,11 @@
 
 from xml.etree import ElementTree
 
+import numpy as np
+
+from rwjax import simulate, write_log, write_rig
 from tests.cli.shell import DEMO, LOGS, Shell
+from tests.joints import joint, servo
 
 
 def test_export_writes_a_model_and_says_what_it_leaves_out(shell: Shell) -> None:
@@ -23,3 +27,24 @@ def test_export_of_a_rig_that_the_tool_cannot_hold_is_refused_in_one_line(shell:
     )
     code, _, err = shell("export", "rig.toml", "--to", "c")
     assert code == 2 and err.count("\n") == 1 and "rig.toml" in err
+
+
+def test_a_duty_takes_the_logged_supply_and_what_the_number_does_not_hold_is_said(shell: Shell) -> None:
+    t = 0.01 * np.arange(300)
+    rig = servo(joint(), "duty", kp=2.5)
+    goal, on, volts = 1.5 * np.sign(np.sin(3.0 * t)) * (t > 0.6), (t < 2.5).astype(float), np.full(len(t), 11.8)
+    columns = {"time_s": t, "goal_rad": goal, "enabled": on, "supply_V": volts}
+    moved = np.asarray(simulate(rig, t, {name: columns[name] for name in columns if name != "time_s"})["yaw_rad"])
+    write_log(shell.folder / "run.csv", columns | {"yaw_rad": moved}, {})
+    (shell.folder / "joint.toml").write_text(write_rig(rig))
+    code, out, err = shell("export", "joint.toml", "run.csv", "--to", "mjcf", "--quiet")
+    supply, *others, far, switch = err.splitlines()
+    assert code == 0 and "gainprm" in out and "11.8 V is taken for it, the mean of the logged `supply_V`" in supply, err
+    assert any(line.startswith("note: not in it: drive.supply: the duty is not clipped at 1") for line in others)
+    assert far.startswith("note: what is left out moves free runs by ") and float(far.split()[9]) > 0.05
+    assert (
+        switch
+        == "note: torque is off in both runs where `enabled` is 0; the model has no such switch, and that is not counted"
+    )
+    code, _, err = shell("export", "joint.toml", "--to", "mjcf")
+    assert code == 2 and "write [drive] supply = 12 (volts), or give logs that hold `supply_V`" in err

@@ -1,14 +1,16 @@
 """`rwjax fit`, as a user calls it."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from rwjax import read_rig
+from rwjax import read_rig, simulate, write_log, write_rig
 from tests.cli.shell import DEMO, LOGS, Shell, program
+from tests.systems import platform
 
 MOTOR = """kind = "wheel"
 [motor]
@@ -115,3 +117,20 @@ def test_a_fit_that_misses_its_logs_leads_to_the_diagnosis(shell: Shell) -> None
     code, out, err = shell("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", "--force")
     assert code == 0 and "the model lacks something" in err, err
     assert out.splitlines()[-1] == f"next: rwjax diagnose fitted.toml {LOGS[0]} --force"
+
+
+def test_a_fit_by_the_smooth_solver_leads_to_a_prediction_by_it(shell: Shell) -> None:
+    t = 0.01 * np.arange(300)
+    volts = 2.0 * np.sign(np.sin(4.0 * t)) * (t > 0.6)
+    rig = replace(platform("viscous = 0.02\ncoulomb = 0.3"), free=("axis.inertia",))
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(len(t))
+    write_log(
+        shell.folder / "run.csv",
+        {"time_s": t, "voltage_V": volts, "yaw_rad": np.asarray(simulate(rig, t, volts)["yaw_rad"]) + noise},
+        {},
+    )
+    (shell.folder / "rig.toml").write_text(write_rig(rig))
+    code, out, err = shell("fit", "rig.toml", "run.csv", "--solver", "diffrax", "-o", "smooth.toml", "--quiet")
+    (width,) = re.findall(r"takes --smooth ([\d.e-]+),", err)
+    wanted = f"next: rwjax predict smooth.toml run.csv -o predicted.csv --solver diffrax --smooth {width}"
+    assert code == 0 and out.splitlines()[-1] == wanted

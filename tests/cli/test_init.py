@@ -31,6 +31,7 @@ def test_a_model_of_mujoco_and_numbers_of_a_datasheet_do_not_go_together(shell: 
     for arguments, words in (
         (["--from-mjcf", "model.xml", "--mass", "1", "--length", "1"], "--mass does not go with --from-mjcf"),
         (["--joint", "elbow"], "--joint names a hinge"),
+        (["--bob"], "--bob says how the mass of --mass and --length is spread: give both"),
     ):
         code, _, err = shell("init", LOGS[0], *arguments)
         assert code == 2 and words in err and err.count("\n") == 1

@@ -85,6 +85,25 @@ def test_the_command_is_what_the_servo_acts_on(acts_on: str, per_torque: float, 
     assert values(rig, tmp_path, "friction_command", np.array([1.0])) == pytest.approx([0.3 * per_torque], rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("acts_on", "motor", "lacks"),
+    [
+        ("duty", "resistance = 2.0\ntorque_constant = 0.02", "drive.supply"),
+        ("voltage", "torque_constant = 0.02", "motor.resistance"),
+        ("current", "", "motor.torque_constant"),
+        ("torque", "", ""),
+    ],
+)
+def test_a_function_that_the_header_lacks_is_said_with_the_number_that_is_missing(
+    acts_on: str, motor: str, lacks: str
+) -> None:
+    text = f'kind = "joint"\nname = "elbow"\n[motor]\n{motor}\n[drive.servo]\nacts_on = "{acts_on}"\nkp = 1.0\n'
+    found = c_header(parse_rig(f"{text}[axis]\ninertia = 0.1\n"))
+    assert ("elbow_friction_command(" in found.text) == (not lacks)
+    said = {"elbow_friction_command": f"without `{lacks}` no command is known for a torque"}
+    assert found.left_out == (said if lacks else {})
+
+
 def test_names_of_all_letters_stand_in_the_header(tmp_path: Path) -> None:
     (tmp_path / "a.c").write_text(c_header(replace(platform(), name="a */ b \\ 7")).text)
     subprocess.run(["gcc", "-fsyntax-only", *WARNINGS, "a.c"], cwd=tmp_path, check=True)

@@ -10,7 +10,10 @@ import pytest
 
 from rwjax import RigError, parse_rig, simulate
 from rwjax.export.mjcf import mjcf
+from rwjax.export.targets import moved_by
+from rwjax.fitting.predict import predict
 from rwjax.rig.model import Rig
+from tests.joints import joint, logged, servo
 from tests.systems import platform, reaction, wheel
 
 if os.environ.get("RWJAX_FIRMWARE") != "required":  # where the continuous test sets it, nothing may be missing
@@ -96,6 +99,25 @@ def test_an_effect_that_the_model_holds_moves_it_as_the_rig(effect: str, given: 
 def test_the_control_of_a_servo_is_its_goal() -> None:
     rig = parse_rig(JOINT + SERVO)
     assert off_by(rig, 0.5 * np.sign(np.sin(3.0 * TIME)), "goal_rad") < 1e-2
+
+
+def test_the_number_of_a_clipped_duty_is_how_far_the_played_model_is_off() -> None:
+    rig = servo(joint(drive__supply=12.0, axis__friction__coulomb=0.05), "duty", kp=2.5, period=0.001)
+    rig = replace(rig, effects={"axis.spring": {"k": 0.5, "T_0": 0.0, "k_3": 0.3}})
+    goal = 1.5 * np.sign(np.sin(3.0 * TIME)) * (TIME > 0.6)
+    log = logged(rig, TIME, goal_rad=goal)
+    found = mjcf(rig)
+    assert found.held is not None
+    ours = predict(rig, log).columns["yaw_rad"]
+    off = float(np.sqrt(np.mean((played(found.text, TIME, goal)["yaw_rad"] - ours) ** 2)))
+    without_spring = replace(rig, effects={"axis.spring": {"k": 0.5, "T_0": 0.0, "k_3": 0.0}})
+    assert moved_by(rig, found.held, [log])["yaw_rad"] == pytest.approx(off, rel=0.02)
+    assert off > 3.0 * moved_by(rig, without_spring, [log])["yaw_rad"]
+
+
+def test_no_number_of_a_model_is_a_minus_zero() -> None:
+    text = mjcf(servo(joint(axis__gravity__torque=0.4), "torque", limit=1.0)).text
+    assert 'pos="0 0 -0.' in text and not re.search(r'[" ]-0[" ]', text)
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from math import inf
+from typing import Any
 
 import pytest
 
 from rwjax import RigError, parse_rig
 from rwjax.export.mujoco_model import IN_THE_LOOP, mujoco_model
 from rwjax.rig.model import Rig
+from tests.joints import joint, servo
 from tests.systems import platform, reaction
 
 SERVO = '[drive.servo]\nacts_on = "{}"\nkp = 20.0\nkd = 0.3\ndamping_on = "speed"\nlimit = 2.0\n'
@@ -38,7 +40,7 @@ def test_a_gain_of_zero_is_a_servo_all_the_same() -> None:
 
 def test_a_servo_of_a_reaction_wheel_is_left_out() -> None:
     model = mujoco_model(with_servo(reaction(), "voltage"))
-    assert not model.drive.servo and {*model.left_out} == {"drive.servo"}
+    assert not model.drive.servo and {*model.left_out} == {*model.uncounted} == {"drive.servo"}
 
 
 def test_what_lies_in_the_loop_is_left_out_and_what_lies_before_it_is_not() -> None:
@@ -59,6 +61,33 @@ def test_a_joint_without_a_motor_takes_a_torque() -> None:
 def test_negative_friction_is_said() -> None:
     model = mujoco_model(platform("viscous = -0.02"))
     assert model.axis.damping == 0.0 and "-0.02" in model.left_out["damping"]
+    assert model.held.numbers["axis.friction.viscous"] == 0.0 and not model.uncounted
+    by_effect = mujoco_model(replace(platform("coulomb = 0.05"), effects={"axis.viscous": {"b": -0.03}}))
+    assert {*by_effect.left_out} == {*by_effect.uncounted} == {"damping"}  # no number of the file makes up for it
+
+
+def test_the_held_rig_has_of_a_duty_s_loop_what_an_actuator_has() -> None:
+    given: dict[str, Any] = {
+        "kd": 0.1,
+        "ki": 0.4,
+        "limit": 0.8,
+        "error_limit": 0.5,
+        "derivative_filter": 0.01,
+        "period": 0.004,
+    }
+    rig = replace(servo(joint(drive__supply=12.0, motor__inductance=1e-3), "duty", **given), free=("drive.servo.ki",))
+    model = mujoco_model(rig)
+    lacks = {f"drive.servo.{name}" for name in (*given, "damping_on")} - {"drive.servo.kd"}
+    assert {*model.left_out} == lacks | {"drive.supply", "motor.inductance"} and not model.uncounted
+    held = {name: value for name, value in model.held.numbers.items() if name.startswith("drive.servo.")}
+    assert held == pytest.approx(
+        {"drive.servo.kp": 12.0 * 8.0, "drive.servo.kd": 12.0 * 0.1, "drive.servo.period": 0.001}
+    )
+    assert model.held.servo is not None and model.held.servo[:2] == ("voltage", "speed")
+    assert "motor.inductance" not in model.held.numbers and model.held.free == ()
+    of_torque = mujoco_model(servo(joint(), "torque", limit=0.8, period=0.001))
+    assert of_torque.held.numbers["drive.servo.limit"] == 0.8  # as the actuator's force has it
+    assert not of_torque.left_out  # nor the period, which is that of the model's steps
 
 
 def test_the_held_rig_lacks_only_what_is_left_out() -> None:

@@ -8,8 +8,28 @@ import pytest
 
 from rwjax import InputError, parse_rig, simulate
 from rwjax.cli.export import Target
-from rwjax.export.targets import TARGETS, export, moved_by
+from rwjax.export.targets import TARGETS, export, moved_by, with_logged_supply
+from tests.joints import joint, logged, servo
 from tests.systems import platform, record
+
+
+def test_the_logs_tell_the_supply_that_a_file_lacks_where_the_tool_needs_it() -> None:
+    t = 0.01 * np.arange(200)
+    rig, volts = servo(joint(), "duty"), np.where(t < 1.0, 12.0, 11.0)
+    log = logged(rig, t, goal_rad=np.sin(t), supply_V=volts)
+    for to in ("mjcf", "c"):
+        known, said = with_logged_supply(rig, to, [replace(log, supply=None), log])
+        assert known.numbers["drive.supply"] == pytest.approx(11.5) and "11.5 V is taken for it, the mean" in said
+        assert export(known, to).text
+    for other, to, logs in (
+        (rig, "json", [log]),
+        (rig, "mjcf", []),
+        (servo(joint(drive__supply=10.0), "duty"), "c", [log]),
+        (servo(joint()), "mjcf", [log]),
+    ):
+        assert with_logged_supply(other, to, logs) == (other, "")
+    with pytest.raises(InputError, match=r"write \[drive\] supply = 12 \(volts\), or give logs that hold `supply_V`"):
+        export(rig, "mjcf")
 
 
 @pytest.mark.parametrize("to", TARGETS)
@@ -44,4 +64,4 @@ def test_what_an_effect_moves_is_the_difference_of_free_runs() -> None:
 
 def test_a_load_without_an_angle_hangs_down() -> None:
     rig = parse_rig('kind = "joint"\n[axis]\ninertia = 0.1\n[axis.gravity]\ntorque = 0.3\n')
-    assert 'pos="-0 0 -' in export(rig, "mjcf").text and "friction_torque" in export(rig, "c").text
+    assert 'pos="0 0 -' in export(rig, "mjcf").text and "friction_torque" in export(rig, "c").text

@@ -93,7 +93,7 @@ def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_known_of_a_motor_tells_the_kind_where_the_columns_do_not(
-    header: str, given: dict[str, float], kind: str, tmp_path: Path
+    header: str, given: dict[str, Any], kind: str, tmp_path: Path
 ) -> None:
     rows = [f"{10 * k},{100 * (-1) ** (k // 50)},{30 * k},{12 * k % 7}" for k in range(200)]
     columns = header.count(",") + 1
@@ -224,7 +224,7 @@ def test_a_log_without_a_command_is_told_what_commands_there_are(tmp_path: Path,
     ids=["nothing", "inertia", "weight", "speed"],
 )
 @pytest.mark.parametrize("kind", ["joint", "platform"])
-def test_logs_of_a_servo_tell_every_number_that_is_free(kind: str, given: dict[str, float], tmp_path: Path) -> None:
+def test_logs_of_a_servo_tell_every_number_that_is_free(kind: str, given: dict[str, Any], tmp_path: Path) -> None:
     t = 0.01 * np.arange(600)
     goal = np.sign(np.sin(2.0 * t)) * (t > 0.3) + 0.3 * np.sin(9.0 * t)
     text = f'kind = "{kind}"\naxis.inertia = 0.02\naxis.friction.viscous = 0.05\ndrive.servo.kp = 2.0\ndrive.servo.acts_on = "voltage"\n'
@@ -261,3 +261,41 @@ def test_a_measured_servo_tells_every_number_that_is_free(realdata: Path) -> Non
     log = realdata / "feetech_sts3215_pendulum" / "sin_sin_L100_m0535_kp16.csv"
     rig = parse_rig(text_of([log], NOTHING))
     assert not [finding for finding in check(rig, read_logs([log], rig)) if finding.about == "numbers"]
+
+
+def servo_log(folder: Path) -> list[Path]:
+    """A log of a servo's goal and position."""
+    t = 0.01 * np.arange(200)
+    write_log(folder / "run.csv", {"time_s": t, "goal_rad": np.sin(t), "position_rad": np.sin(t - 0.1)}, {})
+    return [folder / "run.csv"]
+
+
+@pytest.mark.parametrize(("bob", "inertia", "torque"), [(False, 0.4 * 0.09 / 3.0, 0.2), (True, 0.4 * 0.09, 0.4)])
+def test_a_mass_is_that_of_a_rod_or_of_a_bob(bob: bool, inertia: float, torque: float, tmp_path: Path) -> None:
+    text = text_of(servo_log(tmp_path), Datasheet(mass=0.4, length=0.3, bob=bob))
+    found = parse_rig(text)
+    assert found.numbers["axis.inertia"] == pytest.approx(inertia, rel=1e-2)
+    assert found.numbers["axis.gravity.torque"] == pytest.approx(torque * 9.81 * 0.3, rel=1e-2)
+    assert ("of a bob, m l²" in text) == bob and ("of a bob at its end twice that" in text) == (not bob)
+
+
+def test_a_number_of_the_datasheet_that_the_file_does_not_use_is_said(tmp_path: Path) -> None:
+    paths = servo_log(tmp_path)
+    (said,) = first_rig(paths, Datasheet(supply=12.0, resistance=1.4), "joint").notes
+    assert said.startswith(
+        "--supply is not used: no number of this file comes from it; it tells a motor together with --no-load"
+    )
+    given = Datasheet(supply=12.0, no_load_speed=6.0, stall_torque=2.0, torque_constant=0.1, resistance=2.0)
+    assert unused(paths, given) == ["--supply", "--stall-torque", "--no-load-speed"]
+    assert unused(paths, Datasheet(supply=12.0, stall_torque=2.0, no_load_speed=6.0, mass=0.4, length=0.3)) == []
+    volts = logs_of(wheel(0.0), tmp_path, ("wheel_rad_s",))
+    assert unused(volts, Datasheet(mass=0.4, length=0.3)) == ["--mass", "--length"]
+
+
+def unused(paths: list[Path], given: Datasheet) -> list[str]:
+    """Options that the notes of a first rig call unused."""
+    return [note.split()[0] for note in first_rig(paths, given).notes if "is not used" in note]
+
+
+def test_the_file_of_a_servo_says_the_command_that_the_terminal_says(tmp_path: Path) -> None:
+    assert text_of(servo_log(tmp_path), NOTHING).splitlines()[0].endswith("then `rwjax check`.")

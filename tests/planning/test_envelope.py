@@ -77,5 +77,10 @@ def test_goals_have_limits_of_their_own() -> None:
         InputError, match="add --volts, such as --volts 12; for goals of its servo --goal, such as --goal 45deg"
     ):
         envelope(rig)
-    with pytest.raises(InputError, match="a duty needs the supply's voltage"):
+    with pytest.raises(InputError) as said:
         envelope(servo(joint(), "duty"), goal=0.8)
+    assert (
+        str(said.value)
+        == "a duty needs the supply's voltage; write [drive] supply = 12 (volts; logs do not count here)"
+    )
+    assert envelope(servo(joint(drive__supply=12.0), "duty"), goal=0.8).volts == 0.8
