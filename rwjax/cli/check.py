@@ -41,7 +41,10 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)] if fitted else []
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
-        raise InputError(f"{rig_file}: {next(finding for finding in found if finding.about == 'units')}")
+        asked = next(finding for finding in found if finding.about == "units")
+        raise InputError(
+            f"{rig_file}: {asked if as_json else 'its logs are asked about, as the findings about units say'}"
+        )
 
 
 def _json(usable: bool, logs: "tuple[Log, ...]", found: "list[Finding]") -> dict[str, Any]:

@@ -21,6 +21,8 @@ FROZEN = 10
 """Equal readings in a row of a sensor whose readings otherwise differ."""
 COARSE = 0.01
 """Smallest change of a reading, in its large ones, from which a sensor counts as one in steps, which a rest leaves at one reading [1]."""
+SETTLED = 0.01
+"""Range of a command at the end of a run, over its range in the run, up to which it has settled [1]."""
 COUNTERS = {256: "8-bit", 4096: "12-bit", 16384: "14-bit", 65536: "16-bit"}
 """Counts after which a counter begins again."""
 NEAR = 0.1
@@ -185,17 +187,29 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
         off = log.enabled is not None and not np.any(
             log.enabled[first : last + 1]
         )  # an arm that is let go comes to rest
-        if not off and not _rests(y, int(last)):
+        if not off and not _rests(log, name, int(first), int(last)):
             return int(first), many
     return None
 
 
-def _rests(y: np.ndarray, last: int) -> bool:
-    """Whether coarse readings that stay the same up to a sample go on from there as from rest: with a step, and no leap."""
-    jump = np.abs(np.diff(y))
+def _rests(log: Log, name: str, first: int, last: int) -> bool:
+    """Whether an output that stays the same between two samples rests there.
+
+    Its logged speed says so, which is 0 for most of that time. So do coarse readings that go on from there with a step and no leap, or
+    that have come there so by the end of the run, under a command that has settled.
+    """
+    speed = log.outputs.get(f"{name}_s") if is_angle(name) else None
+    if speed is not None and np.mean(speed[first : last + 1] == 0.0) > 0.5:
+        return True
+    jump = np.abs(np.diff(log.outputs[name]))
     moving = jump[jump > 0.0]
     large = float(np.quantile(moving, 0.9))
-    return float(np.min(moving)) > COARSE * large and last < len(jump) and bool(jump[last] <= large)
+    if float(np.min(moving)) <= COARSE * large:
+        return False
+    if last < len(jump):
+        return bool(jump[last] <= large)
+    changes = np.ptp(log.command[first : last + 1], axis=0)
+    return bool(jump[first - 1] <= large) and bool(np.all(changes <= SETTLED * np.ptp(log.command, axis=0)))
 
 
 def _about_loop(log: Log) -> Iterator[str]:

@@ -86,8 +86,8 @@ def mapped(
         The table of those columns that `[columns]` names and of the others that go by rwjax's names; all else is passed over.
 
     Raises:
-        LogError: For a column that `[columns]` names and the file lacks, but for a command beside another one; and for one that the
-            file has twice.
+        LogError: For a column that `[columns]` names and the file lacks, though it holds one of rwjax's name, but for a command
+            beside another one; and for one that the file has twice.
     """
     names = [name for name in sheet.names if name not in left_out]
     sources = {name: source for name, source in sources.items() if source.column not in left_out}
@@ -102,7 +102,7 @@ def mapped(
     given = {*held, *own}
     commanded = any(name in COMMANDS for name in given)
     for name, source in sources.items():
-        if name in given or (commanded and name in COMMANDS):
+        if name in held or (commanded and name in COMMANDS and name not in own):
             continue
         found = ", ".join(f"`{each}`" for each in sheet.names[:30])
         near = f", nearest `{nearest(source.column, sheet.names)}`" if alike(source.column, sheet.names) else ""

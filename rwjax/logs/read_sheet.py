@@ -33,6 +33,8 @@ def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     """
     try:
         content = Path(path).read_bytes()
+    except IsADirectoryError:
+        raise LogError(f"{path}: is a folder; name its files, such as `{Path(path) / '*.csv'}`") from None
     except OSError as bad:
         raise LogError(cannot_be_read(path, bad)) from None
     return _sheet(path, _unpacked(path, content))

@@ -37,6 +37,18 @@ def test_logs_in_other_units_end_with_status_2(
     assert said["findings"][0]["about"] == "units" and np.isclose(said["logs"][0]["seconds"], 5.99)
 
 
+def test_a_question_is_printed_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = log(U)
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    columns = {"time_s": run.time, "voltage_V": run.command, "yaw_rad": 57.3 * run.outputs["yaw_rad"]}
+    write_log(tmp_path / "run.csv", columns)
+    with pytest.raises(InputError) as error:
+        check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
+    printed = capsys.readouterr()
+    assert (printed.out + printed.err + str(error.value)).count("are the readings in degrees?") == 1
+    assert "asked about" in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("free", "role", "suggested"), [(("axis.inertia",), "", "fit"), ((), "", "diagnose"), ((), "validate", "")]
 )

@@ -133,6 +133,23 @@ def test_a_rest_between_two_motions_is_no_dropout_and_a_leap_after_equal_reading
         ] == [True]
 
 
+def test_an_arm_that_rests_at_the_end_of_a_run_is_no_dropout() -> None:
+    comes = np.where(T < 15.0, np.sin(T), np.sin(15.0) + np.cos(15.0) * (1.0 - np.exp(15.0 - T)))
+    angle = np.where(T < 18.0, comes, comes[1800])
+    creeps = angle + 1e-3 * np.exp(-T)  # a goal that has settled but for less than a hundredth of its range
+    for command, many in ((angle, 0), (creeps, 0), (np.sin(T), 1)):
+        log = replace(steps_of(angle), command=command, input="goal_rad")
+        assert sum("stays the same" in str(f) for f in findings(log)) == many
+        speed = np.gradient(angle, T)
+        slow = replace(log, outputs=log.outputs | {"yaw_rad_s": np.where(T < 18.0, speed, 0.0)})
+        assert not any("yaw_rad stays the same" in str(f) for f in findings(slow))
+    hangs = np.where(T < 18.0, np.sin(T), np.sin(18.0))
+    leaps = replace(
+        steps_of(at(hangs, slice(1800, 2000), 0.2)), command=np.where(T < 17.0, np.sin(T), 0.0), input="goal_rad"
+    )
+    assert sum("stays the same" in str(f) for f in findings(leaps)) == 1
+
+
 def test_no_loop_is_seen_across_a_gap_and_one_is_seen_beside_it() -> None:
     angle = COUNT * np.round(np.cumsum(np.cumsum(4.0 * np.sign(np.sin(0.7 * T)))) * 1e-4 / COUNT)
     steps = replace(

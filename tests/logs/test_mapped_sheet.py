@@ -46,8 +46,16 @@ def test_messages_name_the_files_own_column(tmp_path, before: str, after: str, m
 
 def test_columns_under_rwjaxs_names_count_and_others_are_passed_over(tmp_path) -> None:
     content = text().replace("angle", "yaw_rad").replace("state", "current_A")
-    log = log_of(tmp_path, content)
+    log = log_of(tmp_path, content, replace(RIG, sources={n: s for n, s in RIG.sources.items() if n != "yaw_rad"}))
     assert log.outputs["yaw_rad"][1] == float(content.split("\n")[2].split(",")[2]) and "current_A" not in log.outputs
+
+
+@pytest.mark.parametrize(
+    ("column", "name"), [("ms", "time_s"), ("pwm", "voltage_V"), ("angle", "yaw_rad"), ("rpm", "yaw_rad_s")]
+)
+def test_a_misspelt_column_is_refused_though_the_file_has_one_of_rwjaxs_name(tmp_path, column: str, name: str) -> None:
+    with pytest.raises(LogError, match=re.escape(f"no column `{column}`, which [columns] names for `{name}`; found ")):
+        log_of(tmp_path, text().replace(column, name, 1))
 
 
 def test_a_file_in_rwjaxs_layout_by_its_note_is_read_as_it_is(tmp_path) -> None:

@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import re
 import sys
 import zipfile
 from pathlib import Path
@@ -83,6 +84,13 @@ def test_what_is_no_table_is_refused_in_one_line(tmp_path: Path, content: bytes,
         read_sheet(tmp_path / "run.x")
     assert message in str(error.value) and str(error.value).startswith(f"{tmp_path / 'run.x'}:")
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_folder_is_refused_with_what_to_name_in_its_place(tmp_path: Path) -> None:
+    with pytest.raises(
+        LogError, match=re.escape(f"{tmp_path}: is a folder; name its files, such as `{tmp_path / '*.csv'}`")
+    ):
+        read_sheet(tmp_path)
 
 
 def test_a_log_of_rwjaxs_own_layout_needs_no_library_that_takes_time_to_import(

@@ -5,11 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
 from rwjax.fitting.questions.readings import about_readings
+from rwjax.fitting.questions.servo import about_servos
 from rwjax.fitting.questions.signs import about_lost_signs
 from rwjax.logs.driven import driven
 from rwjax.logs.dropouts import dropouts, without_dropouts
@@ -50,6 +52,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         The questions, one sentence each.
     """
     dropped, problem, theta = _without_dropouts(problem, theta)
+    if contradicted := about_servos(_read(problem)):  # no simulation tells more of readings that contradict one another
+        return [*dropped, *contradicted]
     runs = _free_runs(problem, theta, problem.batch, problem.start)
     if unsigned := about_lost_signs(runs):
         problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
@@ -117,6 +121,8 @@ def _runs(problem: Problem) -> list[list[int]]:
 
 def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
     """Free runs in the logs' time multiplied by a factor; first rates that were taken from angles change with it."""
+    if factor > 1.0 and all(np.ptp(log.time) < START_S for log in problem.logs):
+        return _laid_out_in_time(problem, theta, factor)
     batch, start = problem.batch, problem.start.copy()
     for k, log in enumerate(problem.logs):
         for _, rate, _, rate_name in problem.structure.turning:
@@ -124,6 +130,21 @@ def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
                 start[k, problem.structure.states.index(rate)] /= factor
     scaled = batch._replace(h=factor * batch.h, t_command=factor * batch.t_command, t0=factor * batch.t0)
     return _free_runs(problem, theta, scaled, start)
+
+
+def _laid_out_in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
+    """`_in_time` of runs so short that their steps would be coarse in the other time, and that no part of them is their first 0.5 s."""
+    logs = [
+        replace(
+            log,
+            time=factor * log.time,
+            origin=factor * log.origin,
+            earlier=(factor * log.earlier[0], log.earlier[1]),
+        )
+        for log in _read(problem)
+    ]
+    other, theta = _posed_anew(problem, theta, logs)
+    return _free_runs(other, theta, other.batch, other.start)
 
 
 def _under(problem: Problem, theta: np.ndarray, volts: Sequence[np.ndarray]) -> list[Run]:

@@ -10,8 +10,8 @@ SEGMENTS = 8
 """Parts of a run over which the coherence is averaged [1]."""
 LEAST_CHANGING = 4
 """Parts of a run in which the command has to change to say anything [1]."""
-FEWEST = 256
-"""Samples below which nothing can be said [1]."""
+FEWEST, SHORTEST_S = 256, 1.0
+"""Samples [1], and length of a run [s], below which nothing can be said: the averages and the lags below have to fit in."""
 SMOOTHED_S = 0.15
 """Time over which readings and command are averaged before they are differentiated [s]."""
 LAGS_S = (0.0, 0.05, 0.1, 0.15, 0.2)
@@ -55,7 +55,7 @@ def _signals(log: Log) -> list[tuple[str, np.ndarray, np.ndarray, float]]:
     """Name, readings [SI] and command [V] at equal intervals, and the interval [s], for every reading and every command."""
     interval = float(np.median(np.diff(log.time)))
     time = np.arange(log.time[0], log.time[-1], interval)
-    if len(time) < FEWEST:
+    if len(time) < FEWEST or log.time[-1] - log.time[0] < SHORTEST_S:
         return []
     at = np.searchsorted(log.time, time, side="right") - 1
     commands = [u[at] for u in log.at_drive.reshape(len(log.at_drive), -1).T if _changes(u)]

@@ -11,6 +11,8 @@ from rwjax.logs.log import Log
 
 ALIKE = 0.8
 """Correlation of measured and simulated motion from which one follows the other [1]."""
+SHARE = 0.5
+"""Share of a short run within which the change of an angle is taken [1]."""
 GIVEN = "what the rig file's numbers give"
 
 
@@ -66,11 +68,13 @@ def motion(log: Log, name: str, values: np.ndarray) -> np.ndarray:
         values: Its readings `(…, time)`, measured or simulated [SI].
 
     Returns:
-        A rate as it is; of an angle its change within 0.5 s, since a free axis drifts `(…, m)` [SI].
+        A rate as it is; of an angle its change within 0.5 s, or within half of a run that lasts less than 1 s, since a free axis
+        drifts `(…, m)` [SI].
     """
     if not is_angle(name):
         return values
-    later = np.searchsorted(log.time, log.time + START_S)
+    apart = min(START_S, SHARE * float(np.ptp(log.time)))  # a run in the wrong time may last a few ms
+    later = np.searchsorted(log.time, log.time + apart)
     later = later[: np.searchsorted(later, len(log.time))]
     with np.errstate(invalid="ignore"):  # a run that has failed is infinite
         return values[..., later] - values[..., : len(later)]

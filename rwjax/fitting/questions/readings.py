@@ -14,11 +14,12 @@ from rwjax.logs.log import Log
 from rwjax.logs.noise_level import noise_level
 
 UNITS = {
-    "_rad": (("degrees", 180.0 / np.pi),),
-    "_rad_s": (("1/min", 30.0 / np.pi), ("°/s", 180.0 / np.pi)),
-    "_A": (("mA", 1000.0),),
+    "_rad": (("degrees", "deg", 180.0 / np.pi),),
+    "_rad_s": (("rpm", "rpm", 30.0 / np.pi), ("°/s", "deg/s", 180.0 / np.pi)),
+    "_A": (("mA", "mA", 1000.0),),
 }
-"""Units that readings are taken in by mistake, by the end of the column's name: how many of them make the SI unit."""
+"""Units that readings are taken in by mistake, by the end of the column's name: in words, as [columns] takes them, and how many make
+the SI unit."""
 COUNTED = 180.0 / np.pi
 """Ratio of an angle in degrees to one in rad; a still larger one may be in counts [1]."""
 EDGES = 4.0
@@ -86,10 +87,12 @@ def _about_unit(name: str, times: float) -> list[Question]:
     found = []
     size = f"{name} is {times:.3g} times {GIVEN}"
     units = next((units for end, units in UNITS.items() if name.endswith(end)), ())
-    for unit, many in units:
+    for words, unit, many in units:
         if 1.0 / ABOUT < times / many < ABOUT:
             found.append(
-                Question(f"{size}: are the readings in {unit}? Say so in [columns], or divide them by {many:.5g}")
+                Question(
+                    f'{size}: are the readings in {words}? Write unit = "{unit}" in [columns], or divide them by {many:.5g}'
+                )
             )
     if is_angle(name) and times > ABOUT * COUNTED:
         turn, column = f"about {2.0 * np.pi * times:.2g} to a turn", name.removesuffix("_rad") + "_counts"

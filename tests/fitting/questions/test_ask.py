@@ -8,7 +8,8 @@ import pytest
 from experiments.questions.mistakes import MISTAKES
 from rwjax import Log, parse_rig, simulate
 from rwjax.fitting.questions.ask import questions
-from tests.fitting.questions.runs import LOGS, RIG
+from tests.fitting.questions.runs import LOGS, RIG, TIME
+from tests.joints import joint, logged, servo
 
 ASKED = {
     "clock x10": "Divide `time_s` by 10",
@@ -19,7 +20,7 @@ ASKED = {
     "command of another run": "square.csv: the readings do not follow the command",
     "constant reading": "yaw_rad stays the same while the command changes",
     "degrees": "are the readings in degrees",
-    "1/min": "are the readings in 1/min",
+    "1/min": "are the readings in rpm",
     "sign": "is its sign, or that of the command, wrong",
     "mV": "is the command in mV",
 }
@@ -36,6 +37,27 @@ def test_every_mistake_is_asked_about(mistake: str) -> None:
     found = questions(RIG, MISTAKES[mistake](LOGS))
     assert any(ASKED[mistake] in question for question in found)
     assert all(question.isprintable() and "?" in question for question in found)
+
+
+@pytest.mark.filterwarnings("error")
+def test_seconds_that_are_taken_for_thousandths_are_asked_about_though_the_run_then_lasts_a_few_ms() -> None:
+    fast = [replace(log, time=1e-3 * log.time) for log in LOGS]
+    (question,) = questions(RIG, fast)
+    assert (
+        question.startswith("square.csv and 2 more: 1000 times faster than") and "Multiply `time_s` by 1000" in question
+    )
+    rig = servo(joint())
+    good = logged(rig, TIME, goal_rad=0.8 * np.sin(2.0 * TIME))
+    (question,) = questions(rig, [replace(good, time=1e-3 * TIME)])
+    assert question.startswith("run.csv: 1000 times faster than")
+
+
+def test_a_servo_whose_readings_contradict_one_another_is_asked_about_that_alone() -> None:
+    rig = servo(joint())
+    good = logged(rig, TIME, goal_rad=0.8 * np.sin(2.0 * TIME))
+    assert questions(rig, [good]) == []
+    (question,) = questions(rig, [replace(good, outputs={"yaw_rad": np.rad2deg(good.outputs["yaw_rad"])})])
+    assert question.startswith("run.csv: yaw_rad moves about 57.3 times as far as goal_rad says")
 
 
 def test_a_log_that_does_not_begin_at_rest_is_asked_about_its_clock() -> None:
@@ -73,7 +95,7 @@ def test_a_rate_without_its_sign_is_asked_about_in_place_of_the_command() -> Non
         (question,) = questions(RIG, logs)
         assert question.startswith("yaw_rad_s never goes below 0")
     rpm = [replace(log, outputs={"yaw_rad_s": 30.0 / np.pi * log.outputs["yaw_rad_s"]}) for log in sizes]
-    assert ["unsigned" in question or "1/min" in question for question in questions(RIG, rpm)] == [True, True]
+    assert ["unsigned" in question or "in rpm" in question for question in questions(RIG, rpm)] == [True, True]
 
 
 def test_a_drop_out_is_asked_about_in_place_of_the_command() -> None:

@@ -51,3 +51,9 @@ def test_a_command_that_hardly_changes_says_nothing(command: np.ndarray) -> None
 def test_a_short_log_says_nothing() -> None:
     log = record(TIME[:200], RANDOM[:200], {"yaw_rad_s": OTHER[:200]})
     assert driven_share(log) == coherent_share(log) == 1.0
+
+
+def test_a_log_of_many_samples_in_a_few_ms_says_nothing() -> None:
+    log = pendulum(0.0, 0.0)
+    fast = record(1e-3 * TIME, log.command, log.outputs)
+    assert driven_share(fast) == coherent_share(fast) == 1.0

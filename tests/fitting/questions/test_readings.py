@@ -9,6 +9,7 @@ import pytest
 from rwjax.fitting.questions.likeness import Run
 from rwjax.fitting.questions.readings import about_readings
 from rwjax.logs.log import Log
+from rwjax.rig.columns_section import sources
 from tests.systems import platform, record, run
 
 TIME = np.arange(600) * 0.01
@@ -25,7 +26,7 @@ def log(factor: float) -> Log:
     ("factor", "says"),
     [
         (-1.0, "is its sign"),
-        (180.0 / np.pi, "in degrees? Say so in [columns], or divide them by 57.296"),
+        (180.0 / np.pi, 'in degrees? Write unit = "deg" in [columns], or divide them by 57.296'),
         (2048 / (2.0 * np.pi), "are the readings counts, about 1.7e+03 to a turn? Their column is called yaw_counts"),
         (1e-3, "is the command in mV?"),
     ],
@@ -33,6 +34,18 @@ def log(factor: float) -> Log:
 def test_one_question_is_asked(factor: float, says: str) -> None:
     (question,) = about_readings([Run(log(factor), {"yaw_rad": 1.2 * YAW})])
     assert says in question
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "words"),
+    [("yaw_rad_s", 30.0 / np.pi, "rpm"), ("yaw_rad_s", 180.0 / np.pi, "deg/s"), ("current_A", 1e3, "mA")],
+)
+def test_a_question_names_a_unit_that_columns_take(name: str, factor: float, words: str) -> None:
+    (question,) = about_readings([Run(record(TIME, COMMAND, {name: factor * YAW}), {name: YAW})])
+    assert f'Write unit = "{words}" in [columns]' in question
+    assert sources({f"{name}.column": "x", f"{name}.unit": words}, "reaction")[name].factor == pytest.approx(
+        1.0 / factor
+    )
 
 
 def counted(factor: float) -> Log:

@@ -1,0 +1,95 @@
+"""Questions about a servo's log by itself: a position that follows neither its goal nor its logged speed, but in degrees or with the other sign.
+
+A position loop that works brings the position near its goal, and a position changes by the integral of its speed. No model is asked.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rwjax.fitting.questions.likeness import ALIKE, Question, Run, likeness, names_of
+from rwjax.kinds import GOAL
+from rwjax.logs.log import Log
+
+POSITION, SPEED = "yaw_rad", "yaw_rad_s"
+"""What a goal is about, and its rate."""
+DEGREES = 180.0 / np.pi
+"""Degrees in a radian [1]."""
+TIMES = (DEGREES, 1.0 / DEGREES, -1.0)
+"""Position as a multiple of what it should be, by a mistake [1]."""
+NEAR, NEARER = 0.5, 0.5
+"""Distance from the goal, as a share of the goal's own motion and of the distance as logged, below which a position follows it [1]."""
+ABOUT = 1.6
+"""Factor by which a logged speed may be wrong besides [1]."""
+
+
+def about_servos(logs: Sequence[Log]) -> list[Question]:
+    """Questions about the unit or the sign of positions that contradict their goal or their logged speed.
+
+    Nothing is asked of samples without torque, of a goal that stays the same, and of a servo that hardly follows: of a position
+    that does not come near its goal in degrees or with the other sign either.
+
+    Args:
+        logs: The logs; those without a goal or without positions are passed over.
+
+    Returns:
+        The questions, one sentence each.
+    """
+    odd: dict[float, list[Log]] = {}
+    against: dict[float, set[str]] = {}
+    for log in logs:
+        if log.input != GOAL or POSITION not in log.outputs:
+            continue
+        found = {GOAL: _times_the_goal(log), SPEED: _times_the_way(log)}
+        for times in {given for given in found.values() if given is not None}:
+            odd.setdefault(times, []).append(log)
+            against.setdefault(times, set()).update(name for name, given in found.items() if given == times)
+    return [_question(names_of(odd[times]), times, sorted(against[times])) for times in TIMES if times in odd]
+
+
+def _question(names: str, times: float, against: Sequence[str]) -> Question:
+    """The question about a position that is so many times what others say."""
+    others, are, say = " and ".join(against), *(("is", "says") if len(against) == 1 else ("are", "say"))
+    if times < 0.0:
+        return Question(
+            f"{names}: {POSITION} goes against what {others} {say}: is its sign wrong, or that of {others}? `sign` in [columns] turns it"
+        )
+    large, small = (POSITION, others) if times > 1.0 else (others, POSITION)
+    in_, already = ("is", are) if times > 1.0 else (are, "is")
+    return Question(
+        f"{names}: {POSITION} moves about {times:.3g} times as far as {others} {say}: {in_} {large} in degrees, or {already} {small} in "
+        "radians already? Give the right `unit` in [columns]"
+    )
+
+
+def _times_the_goal(log: Log) -> float | None:
+    """How many times its goal a position is by a mistake, None where it may be right."""
+    used = np.isfinite(log.outputs[POSITION]) & (True if log.enabled is None else log.enabled.astype(bool))
+    position, goal = log.outputs[POSITION][used], log.command[used]
+    moves = float(np.std(goal)) if len(goal) else 0.0
+
+    def away(times: float) -> float:
+        return float(np.sqrt(np.mean((position / times - goal) ** 2)))
+
+    return _first(lambda times: away(times) < min(NEAR * moves, NEARER * away(1.0))) if moves else None
+
+
+def _times_the_way(log: Log) -> float | None:
+    """How many times the integral of the logged speed a position's changes are by a mistake, None where they may be right."""
+    seen = np.isfinite(log.outputs.get(SPEED, np.full(1, np.nan)))
+    if not seen.any():
+        return None
+    speed = np.interp(log.time, log.time[seen], log.outputs[SPEED][seen])
+    way = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(log.time)))
+    found = likeness(Run(replace(log, outputs={POSITION: log.outputs[POSITION]}), {POSITION: way}), POSITION)
+    if abs(found.correlation) < ALIKE:
+        return None
+    if found.times < 0.0:
+        return -1.0
+    return _first(lambda times: 1.0 / ABOUT < found.times / times < ABOUT)
+
+
+def _first(holds: Callable[[float], bool]) -> float | None:
+    """The first mistake for which something holds."""
+    return next((times for times in TIMES if holds(times)), None)
