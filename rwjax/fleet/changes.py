@@ -1,16 +1,19 @@
 r"""Which rigs of a fleet changed: each against its siblings, and against itself in earlier sessions.
 
 An estimate $\hat\theta_i$ of a rig has the covariance $\Sigma_i$ that its logs leave, and rigs differ: $\hat\theta_i \sim N(\mu, \Sigma_i + D)$
-with $D$ diagonal. Both come from medians over the fleet, which a tenth of worn rigs does not spoil, and then from mean and variance of what lies
-within 2.5 standard deviations of them. Against itself the same holds of $\hat\theta_i$ less the mean of the rig's $n$ earlier estimates. $\mu$ is then what all rigs changed by in
+with $D$ diagonal. Both come from Huber's second proposal (Robust Statistics, 1981, section 6.4), which counts what lies beyond one standard
+deviation as if it lay there, so that a tenth of worn rigs does not spoil it, and then from mean and variance of what lies within a limit. That is
+2.5 standard deviations of many rigs. Of few it is Student's quantile of the same probability: otherwise a spread that is too small by chance
+leaves sound rigs out, and grows smaller for it. The limit is applied again to what came of it, so that rigs come back.
+Against itself the same holds of $\hat\theta_i$ less the mean of the rig's $n$ earlier estimates. $\mu$ is then what all rigs changed by in
 the same time, and $D$, which counts $1 + 1/n$ times, what a sound rig changes by from session to session.
 
 Where number $k$ alone moved, its change is estimated by
 
 $$\delta_k = \frac{(V^{-1}d)_k}{(V^{-1})_{kk}}, \qquad z_k = \frac{(V^{-1}d)_k}{\sqrt{(V^{-1})_{kk}}},$$
 
-with $d = \hat\theta_i - \mu$ and $V = \Sigma_i + D$. The sum of squares falls by $z_k^2$: the largest names the number, and others that fall
-nearly as much stand beside it. Where more than chance is left, a further number moved: numbers are added while they are needed, and left
+with $d = \hat\theta_i - \mu$ and $V = \Sigma_i + D$ plus the covariance of $\mu$. The sum of squares falls by $z_k^2$: the largest names the number,
+and others that fall nearly as much stand beside it. Where more than chance is left, a further number moved: numbers are added while they are needed, and left
 out again where they are not, and the changes are those of all of them together. The misfit of a fit, RMS error over noise, is one more number, whose spread is the fleet's alone: an effect
 that appears raises it.
 
@@ -24,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from scipy.special import ndtr, ndtri, stdtr, stdtrit
+from scipy.special import ndtr, stdtr, stdtrit
 from scipy.stats import false_discovery_control
 
 from rwjax.fleet import FALSE
@@ -34,15 +37,21 @@ FURTHER = 1e-3
 """Probability of chance below which a further number of a rig that changed counts as one that moved, too [1]."""
 NEAR = 9.0
 """Fall of the sum of squares, against the best, within which another number may be the one that moved: three standard deviations."""
+BOUND = 1.0
+"""Standard deviations to which Huber's second proposal brings in what lies beyond [1]."""
+OF_BOUNDED = float(
+    2.0 * (ndtr(BOUND) - 0.5 - BOUND * np.exp(-0.5 * BOUND**2) / np.sqrt(2.0 * np.pi) + BOUND**2 * ndtr(-BOUND))
+)
+"""Mean square of standard normal numbers that are brought in so [1]."""
 WITHIN = 2.5
-"""Standard deviations from the median within which numbers count for mean and spread [1]."""
+"""Standard deviations from the centre within which numbers of many rigs count for mean and spread [1]."""
 OF_VARIANCE = float(1.0 - 2.0 * WITHIN * np.exp(-0.5 * WITHIN**2) / np.sqrt(2.0 * np.pi) / (2.0 * ndtr(WITHIN) - 1.0))
 """Mean square of normal numbers within that [1]."""
 EFFICIENCY = 0.7
 """Degrees of freedom of such a spread, against those of a standard deviation of as many normal numbers [1]; the tests hold it against fleets
 where nothing changed."""
-OF_MEDIAN = float(ndtri(0.75))
-"""Median absolute deviation of a standard normal number."""
+ROUNDS = 5
+"""How often centre and spread are found in turn, and how often the limit is applied."""
 TINY, SMALL = np.finfo(float).tiny, 1e-9
 """What stands for 0 in a divisor; an information below which nothing is told [1]."""
 STEPS = 60
@@ -143,14 +152,28 @@ def changes(rows: pl.DataFrame, false: float = FALSE, shared: Collection[str] = 
     sessions = sessions_of(rows)
     names = common(sessions)
     now, since = latest(sessions, names), since_before(sessions, names)
+    rigs, earlier = (one.rigs if len(one.rigs) >= FEWEST else () for one in (now, since))
+    return Changes(alarms(now, since, false, shared), rigs, earlier, lacking(sessions, now.names))
+
+
+def alarms(now: Estimates, since: Estimates, false: float = FALSE, shared: Collection[str] = ()) -> pl.DataFrame:
+    """Numbers of rigs that differ from those of their siblings, or from their own in earlier sessions.
+
+    Args:
+        now: Estimates of the latest session of each rig.
+        since: What each rig has changed by since the sessions before.
+        false: Share of the alarms that may be false, on average [1].
+        shared: Names of numbers that are one and the same in all sound rigs; from session to session they may change.
+
+    Returns:
+        The alarms, as `Changes` has them; none of fewer than `rwjax.fleet.sessions.FEWEST` rigs.
+    """
     both = ((now, "siblings", shared), (since, "itself", ()))
     judged = [_judged(one, which, of) for one, which, of in both if len(one.rigs) >= FEWEST]
     through = let_through(np.concatenate([np.zeros(0), *(one.p for one in judged)]), false)
     ends = np.cumsum([len(one.p) for one in judged])
     found = [_alarms(one, which) for one, which in zip(judged, np.split(through, ends[:-1]), strict=False)]
-    alarms = pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when", maintain_order=True)
-    rigs, earlier = (one.rigs if len(one.rigs) >= FEWEST else () for one in (now, since))
-    return Changes(alarms, rigs, earlier, lacking(sessions, now.names))
+    return pl.concat([pl.DataFrame(schema=ALARM), *found]).sort("p", "rig", "when", maintain_order=True)
 
 
 def compared(of: Estimates, shared: Collection[str] = ()) -> Compared:
@@ -165,13 +188,16 @@ def compared(of: Estimates, shared: Collection[str] = ()) -> Compared:
     """
     variance = np.diagonal(of.covariance, axis1=1, axis2=2)
     same = np.array([name in shared for name in of.names], bool)
-    expected, spread = _centre_and_spread(of.value, variance, of.sessions, same)
+    expected, spread, share = _centre_and_spread(of.value, variance, of.sessions, same)
     # in units of each number's own deviation, since numbers differ by powers of ten
     unit = np.sqrt(np.median(variance, axis=0) + spread**2)
     unit = np.where(unit > 0.0, unit, 1.0)
     told = np.isfinite(of.value)
     V = np.where(told[:, :, None] & told[:, None, :], of.covariance / np.outer(unit, unit), 0.0)
     V += of.sessions[:, :, None] * np.diag((spread / unit) ** 2)
+    V += (
+        told[:, :, None] * told[:, None, :] * np.einsum("rj,rjk,rk->jk", share, V, share)
+    )  # the centre has an error, too
     information = np.linalg.pinv(V, hermitian=True)
     pull = np.einsum("rjk,rk->rj", information, np.where(told, (of.value - expected) / unit, 0.0))
     freedom = EFFICIENCY * (told.sum(axis=0) - 1)
@@ -180,28 +206,39 @@ def compared(of: Estimates, shared: Collection[str] = ()) -> Compared:
 
 def _centre_and_spread(
     value: np.ndarray, variance: np.ndarray, sessions: np.ndarray, same: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """What is expected of each number, and its spread beyond the variances (numbers,), none where it is the same in all rigs."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Centre and spread of each number (numbers,), no spread where it is the same in all rigs, and the rigs' shares in the centre."""
 
     def sizes(centre: np.ndarray, spread: np.ndarray) -> np.ndarray:
-        off = np.abs(value - centre)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(told, np.abs(value - centre), 0.0)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return np.where(off == 0.0, 0.0, off / np.sqrt(variance + sessions * spread**2))
 
-    centre = np.nanmedian(value, axis=0)
-    highest = 10.0 * np.nanmedian(np.abs(value - centre), axis=0) / OF_MEDIAN + TINY
-    spread = np.where(same, 0.0, _spread(lambda s: np.nanmedian(sizes(centre, s), axis=0) > OF_MEDIAN, highest))
-    kept = np.where(sizes(centre, spread) < WITHIN, value, np.nan)
-    weight = np.where(np.isfinite(kept), 1.0 / np.maximum(variance + sessions * spread**2, TINY), 0.0)
-    weight = np.where(np.isfinite(kept) & (weight.max(axis=0) >= 1.0 / TINY), 1.0, weight)
-    mean = np.nansum(weight * kept, axis=0) / weight.sum(axis=0)
+    def shares(counts: np.ndarray, spread: np.ndarray) -> np.ndarray:
+        weight = counts / np.maximum(variance + sessions * spread**2, TINY)
+        weight = np.where(weight.max(axis=0) >= 1.0 / TINY, counts, weight)
+        return weight / weight.sum(axis=0)
 
-    def beyond(s: np.ndarray) -> np.ndarray:
-        with np.errstate(over="ignore"):
-            squares = np.where(np.isfinite(kept), sizes(mean, s) ** 2, np.nan)
-        return np.nanmean(squares, axis=0) > OF_VARIANCE
+    def spread_of(squares: Callable[[np.ndarray], np.ndarray], count: np.ndarray, usual: float) -> np.ndarray:
+        return np.where(same, 0.0, _spread(lambda s: squares(s).sum(axis=0) > usual * (count - 1.0), highest))
 
-    return mean, np.where(same, 0.0, _spread(beyond, highest))
+    def moved_on(centre: np.ndarray, share: np.ndarray) -> np.ndarray:
+        return centre + np.where(told, share * (value - centre), 0.0).sum(axis=0)
+
+    told = np.isfinite(value)
+    count, centre = told.sum(axis=0), np.nanmedian(value, axis=0)
+    highest = 4.0 * np.nanmax(np.abs(value - centre), axis=0) + TINY
+    for _ in range(ROUNDS):
+        spread = spread_of(lambda s, c=centre: np.minimum(sizes(c, s), BOUND) ** 2, count, OF_BOUNDED)
+        beyond = np.maximum(sizes(centre, spread), BOUND)
+        centre = moved_on(centre, shares(np.where(told, BOUND / beyond, 0.0), spread))
+    for _ in range(ROUNDS):
+        limit = stdtrit(np.maximum(count - 2.0, 1.0), ndtr(WITHIN)) * np.sqrt(1.0 + 1.0 / count)
+        kept = told & (sizes(centre, spread) < limit)
+        count, share = kept.sum(axis=0), shares(kept, spread)
+        centre = moved_on(centre, share)
+        spread = spread_of(lambda s, c=centre, k=kept: np.where(k, sizes(c, s) ** 2, 0.0), count, OF_VARIANCE)
+    return centre, spread, share
 
 
 def _spread(beyond: Callable[[np.ndarray], np.ndarray], highest: np.ndarray) -> np.ndarray:
