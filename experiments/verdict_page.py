@@ -280,7 +280,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),
-    "pairs-final": before_and_after("final", "final_pairs", shared=True),
+    "pairs-final": before_and_after("final", "final_now", shared=True),
     "subsystems": of(lambda among, alike: families("subsystem", among, alike), "single"),
     "coordinates": of(lambda among, alike: families("coordinate", among, alike), "single"),
     "said": of(lambda among, _: calibrations(among)[0]),

@@ -15,7 +15,7 @@ from rwjax.diagnosis.outside_laws import doing_as_well, outside_laws_of
 from rwjax.diagnosis.partial import BEATEN, Claim, claimed
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.going_on import FurtherSearch
-from rwjax.diagnosis.uninformative import diverged_numbers
+from rwjax.diagnosis.uninformative import diverged_numbers, stands_still
 from rwjax.diagnosis.verdict import CLAIMS, Verdict, judge, leaves_a_visible_part, left_elsewhere
 from rwjax.diagnosis.words import beside_runaways
 from rwjax.fitting.ran_away import ran_away
@@ -119,7 +119,7 @@ def _claims(further: Further) -> Hypothesis | None:
 
 
 def _moving(further: Further) -> Further:
-    """The same, without a claim beside which a number of the rig left its size altogether and is no surer for it.
+    """The same, without a claim beside which an output stands still by a number of the rig that ran away.
 
     What holds a part at rest looks like a number without end. So something holds it that is not named.
     """
@@ -128,7 +128,7 @@ def _moving(further: Further) -> Further:
         return further
     fits = further.judged.fits
     left = diverged_numbers(fits.rig, fits(named), fits.settings.remarks)
-    if not left:
+    if not left or not stands_still(fits(named), fits.settings.remarks):
         return further
     fitted = corrected_rig(fits.rig, named, fits(named), uncertainty(fits(named)))
     away = tuple(name for name in left if name in ran_away(fits.rig, fitted))

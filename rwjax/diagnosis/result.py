@@ -158,6 +158,10 @@ class Diagnosis:
         said = verdict_sentence(
             self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known, elsewhere
         )
+        return self._among(said)
+
+    def _among(self, said: str) -> str:
+        """A sentence that claims something, with the candidates among which it does."""
         claims = self.verdict in CLAIMS
         return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
 
@@ -166,7 +170,10 @@ class Diagnosis:
         """The sentence, without the explanations where these logs cannot tell several apart (`explanations`)."""
         if not self.alternatives:
             return self.sentence
-        return several_sentence(self.verdict, 1 + len(self.alternatives), self.gaps[self.signal])
+        name = left_elsewhere(self.gaps, self.signal, self.settings.verdict) or self.signal
+        stays = f"{self.gaps[name].after:.3g} {UNIT[name]} of {name}"
+        said = several_sentence(self.verdict, 1 + len(self.alternatives), self.gaps[self.signal], stays)
+        return self._among(said)
 
     @property
     def explanations(self) -> tuple[str, ...]:

@@ -414,6 +414,10 @@ class RemarkSettings:
         0.2, "range without commands, as a share of the largest, beside a dead zone that is worth a remark"
     )
     near_width: float = _limit(1.1, "times a dead zone's width up to which a command moves nothing that could be seen")
+    outermost: float = _limit(
+        0.05,
+        "share of an output's readings at either end that does not count as a motion: a first rate that dies out at once",
+    )
     diverged: float = _limit(
         1e4, "times the rig file's value above which a fitted number says that its part does not move in these logs"
     )

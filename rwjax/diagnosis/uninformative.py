@@ -9,6 +9,7 @@ from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_by_output
 from rwjax.rig.model import Rig
+from rwjax.simulation.free_run import free_run
 
 
 def moves(log: Log, limits: RemarkSettings) -> bool:
@@ -45,6 +46,27 @@ def diverged_numbers(rig: Rig, fitted: Fit, limits: RemarkSettings) -> tuple[str
     """
     value = fitted.numbers()
     return tuple(name for name in rig.free if 0.0 < rig.values.get(name, 0.0) * limits.diverged < value[name])
+
+
+def stands_still(fitted: Fit, limits: RemarkSettings) -> bool:
+    """Whether some output hardly moves in a fitted rig, by less than its noise in every run.
+
+    Args:
+        fitted: the fit.
+        limits: which of its readings count.
+
+    Returns:
+        True where one does.
+    """
+    problem = fitted.problem
+    y, _ = free_run(problem.structure, fitted.theta, fitted.start, problem.batch, solver=problem.solver)
+    seen = problem.batch.weight > 0.0
+    for k, name in enumerate(problem.structure.outputs):
+        runs = [run[of_run] for run, of_run in zip(y[..., k], seen[..., k], strict=True) if of_run.any()]
+        moved = [np.ptp(np.quantile(run, (limits.outermost, 1.0 - limits.outermost))) for run in runs]
+        if moved and max(moved) < problem.noise[name]:
+            return True
+    return False
 
 
 def why_uninformative(logs: Sequence[Log], diverged: tuple[str, ...], limits: RemarkSettings) -> str | None:

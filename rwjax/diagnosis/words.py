@@ -54,23 +54,24 @@ def explanations(effects: tuple[str, ...], alternatives: tuple[tuple[str, ...], 
     Returns:
         A clause for each set, the named one first.
     """
-    return _missing(effects, "the rig's file"), *map(_missing, alternatives)
+    return tuple(_missing(names, "the rig's file") for names in (effects, *alternatives))
 
 
-def several_sentence(verdict: Verdict, count: int, gap: Gap) -> str:
+def several_sentence(verdict: Verdict, count: int, gap: Gap, stays: str) -> str:
     """What a diagnosis says that claims one of several explanations, without saying which they are.
 
     Args:
         verdict: the outcome, `ambiguous` or `partial`.
         count: how many explanations there are [1].
         gap: the gap of the headline signal [SI].
+        stays: what is left of which output, in words.
 
     Returns:
         The sentence.
     """
     closes = f"; the first closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
-    said = f"these logs do not tell which of {count} explanations is true{closes}."
-    return f"Only in part, and {said}" if verdict == "partial" else f"{said[0].upper()}{said[1:]}"
+    said = f"these logs do not tell which of {count} explanations is true{closes}"
+    return f"Only in part, and {said}; {stays} stay." if verdict == "partial" else f"{said[0].upper()}{said[1:]}."
 
 
 def sure_of(number: str) -> str:
@@ -110,7 +111,7 @@ def verdict_sentence(
     Returns:
         The sentence.
     """
-    either = "; or ".join(explanations(effects, alternatives))
+    either = "; or ".join([_missing(effects, "the rig's file"), *map(_missing, alternatives)])
     closed = f" and closes {100 * gap.closed:.0f} % of the gap" if gap.closed is not None else ""
     if uninformative:
         return f"Unknown: {uninformative}, so that they do not say whether anything is missing."

@@ -70,9 +70,10 @@ def intervals(
             try:
                 ends = interval(fitted, int(moves.index[k]), float(errors.inflation[k]), unit, check)
             except _OutOfTime:
-                if not np.isfinite(error):
-                    found[name] = float(moves.bounds[k, 0]), float(moves.bounds[k, 1])
-                notes.append(f"{name}: a standard error says little, and its profile takes more than {MOST_TIME:g} s")
+                found[name] = max(low, float(moves.bounds[k, 0])), min(high, float(moves.bounds[k, 1]))
+                notes.append(
+                    f"{name}: a standard error says little; there is no profile, since those of all numbers had taken {MOST_TIME:g} s"
+                )
                 continue
             found[name] = ends
             notes.append(f"{name}: {interval_words(*ends, 3)} by its profile, since a standard error says little")

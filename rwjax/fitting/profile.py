@@ -70,7 +70,7 @@ def _side(fitted: Fit, number: int, growth: float, unit: float, bound: float, ch
         else:  # the root of the growth is about linear in the value
             share = (1.0 - np.sqrt(inside.grown)) / (np.sqrt(outside.grown) - np.sqrt(inside.grown))
             value = inside.value + float(np.clip(share, 0.1, 0.9)) * (outside.value - inside.value)
-        theta, start = _between(outside or before, inside, value)
+        theta, start = _between(outside if outside and outside.fit.converged else before, inside, value)
         theta[number] = value
         tolerance = min(0.1 * CLOSE * growth / max(inside.fit.cost, 1.0), COARSEST)
         trial = least_squares(

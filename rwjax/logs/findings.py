@@ -195,19 +195,25 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
 def _rests(log: Log, name: str, first: int, last: int) -> bool:
     """Whether an output that stays the same between two samples rests there.
 
-    Its logged speed says so, which is 0 for most of that time. So do coarse readings that go on from there with a step and no leap, or
-    that have come there so by the end of the run, under a command that has settled.
+    It goes on without a leap. Its logged speed, which moves elsewhere, is 0 for most of that time; or its readings are coarse and go on by
+    a step, or have come there so by the end of the run, under a command that has settled.
     """
-    speed = log.outputs.get(f"{name}_s") if is_angle(name) else None
-    if speed is not None and np.mean(speed[first : last + 1] == 0.0) > 0.5:
-        return True
     jump = np.abs(np.diff(log.outputs[name]))
     moving = jump[jump > 0.0]
+    if not len(moving):
+        return True
     large = float(np.quantile(moving, 0.9))
+    if last < len(jump) and not jump[last] <= large:
+        return False
+    speed = log.outputs.get(f"{name}_s") if is_angle(name) else None
+    if speed is not None:
+        within = np.isin(np.arange(len(speed)), np.arange(first, last + 1))
+        if np.mean(speed[within] == 0.0) > 0.5 and np.mean(speed[~within] != 0.0) > 0.5:
+            return True
     if float(np.min(moving)) <= COARSE * large:
         return False
     if last < len(jump):
-        return bool(jump[last] <= large)
+        return True
     changes = np.ptp(log.command[first : last + 1], axis=0)
     return bool(jump[first - 1] <= large) and bool(np.all(changes <= SETTLED * np.ptp(log.command, axis=0)))
 

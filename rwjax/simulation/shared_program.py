@@ -15,7 +15,7 @@ from rwjax.plant.structure import Structure
 def with_light_effects(structure: Structure) -> Structure:
     """The structure whose program serves a plant: with every light effect of the library (`Effect.light`) that it may have.
 
-    Dry friction joins no body that has none: such a body takes half the time.
+    Dry friction joins no plant that has none among its effects of that part: a body without any takes half the time.
 
     Args:
         structure: What the plant is made of.

@@ -64,16 +64,25 @@ def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeyp
     assert claimed_of_dry_friction(()).complete and not claimed_of_dry_friction((STRIBECK,)).complete
 
 
-@pytest.mark.parametrize(("far", "unsure", "held"), [(True, True, True), (True, False, False), (False, True, False)])
-def test_nothing_is_claimed_beside_a_number_of_the_rig_that_ran_away(
-    far: bool, unsure: bool, held: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("no", ["", "far", "unsure", "still"])
+def test_nothing_is_claimed_where_an_output_stands_still_by_a_number_that_ran_away(
+    no: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    away = ("axis.inertia",)
+    away, far, unsure, held = ("axis.inertia",), no != "far", no != "unsure", not no
+    monkeypatch.setattr("rwjax.diagnosis.further.stands_still", lambda fitted, limits: no != "still")
     monkeypatch.setattr("rwjax.diagnosis.further.diverged_numbers", lambda rig, fitted, limits: away if far else ())
     monkeypatch.setattr("rwjax.diagnosis.further.ran_away", lambda rig, fitted: away if unsure else ())
     found = claimed_of_dry_friction(())
     assert found.complete and found.held == (away if held else ())
     assert {*found.refused} == ({*DRY.names} if held else set())
+
+
+def test_a_number_that_the_file_only_guesses_takes_no_claim_away() -> None:
+    guessed = replace(RIG.with_values({"axis.friction.viscous": 1e-9}), free=("axis.friction.viscous",))
+    logs = [run_of(k, {"axis.coulomb": {"M_c": 0.06}}) for k in range(3)]
+    found = diagnose(guessed, logs, only=["axis.coulomb"])
+    assert found.corrected.values["axis.friction.viscous"] > 1e5 * 1e-9
+    assert found.effects == ("axis.coulomb",) and found.verdict in ("effect", "ambiguous") and not found.refused
 
 
 def test_a_wheel_that_something_holds_is_not_explained_by_what_warms_up() -> None:

@@ -155,7 +155,9 @@ def test_a_claim_among_some_candidates_says_so() -> None:
 def test_of_several_explanations_the_headline_says_how_many_and_the_list_which() -> None:
     several = replace(DIAGNOSIS, verdict="ambiguous", alternatives=(("axis.stribeck",), ("parameter.axis.inertia",)))
     assert "which of 3 explanations is true" in several.headline and len(several.explanations) == 3
-    assert several.explanations[2] == "its file is wrong in axis.inertia"
+    assert several.explanations[2] == "the rig's file is wrong in axis.inertia"
+    assert replace(several, restricted=True).headline.endswith("; only the candidates asked for were compared.")
+    assert f"{several.gaps['yaw_rad'].after:.3g} rad of yaw_rad stay" in replace(several, verdict="partial").headline
     assert DIAGNOSIS.headline == DIAGNOSIS.sentence and DIAGNOSIS.explanations == ()
 
 

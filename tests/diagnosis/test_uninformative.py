@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rwjax.diagnosis.settings import RemarkSettings
-from rwjax.diagnosis.uninformative import diverged_numbers, drowned, moves, part_of, why_uninformative
+from rwjax.diagnosis.uninformative import diverged_numbers, drowned, moves, part_of, stands_still, why_uninformative
 from rwjax.fitting.fit import fit
 from tests.diagnosis.simulated import COMMAND, TIME
 from tests.systems import record, run, wheel
@@ -43,6 +43,20 @@ def test_numbers_of_a_turning_wheel_do_not_diverge_unless_the_limit_says_so() ->
     fitted = fit(rig, [record(TIME, COMMAND, run(rig, asked, {}))]).fit
     assert diverged_numbers(rig, fitted, SETTINGS) == ()
     assert diverged_numbers(rig, fitted, replace(SETTINGS, diverged=0.5)) == rig.free
+
+
+@pytest.mark.parametrize(("inertia", "still"), [(1.24e-4, False), (1e3, True)])
+def test_a_wheel_that_its_inertia_holds_stands_still(inertia: float, still: bool) -> None:
+    rig = wheel()
+    asked = record(TIME, COMMAND, {"wheel_rad_s": TIME, "current_A": TIME})
+    rng = np.random.default_rng(3)
+    noisy = {
+        name: y + rng.normal(0.0, 0.01, len(y)) for name, y in run(rig, asked, {}).items() if name in asked.outputs
+    }
+    fitted = fit(rig, [record(TIME, COMMAND, noisy)]).fit
+    theta = fitted.theta.copy()
+    theta[fitted.problem.names.index("wheel.inertia")] = inertia
+    assert stands_still(replace(fitted, theta=theta), SETTINGS) is still
 
 
 def test_the_reason_names_what_hardly_moves() -> None:

@@ -130,12 +130,15 @@ def test_every_verdict_has_its_sentence(verdict, effects, alternatives, uninform
 
 
 def test_several_explanations_are_a_sentence_and_a_list() -> None:
-    assert several_sentence("ambiguous", 3, GAP) == (
+    assert several_sentence("ambiguous", 3, GAP, "0.01 rad of yaw_rad") == (
         "These logs do not tell which of 3 explanations is true; the first closes 98 % of the gap."
     )
-    assert several_sentence("partial", 2, GAP).startswith("Only in part, and these logs do not tell which of 2")
+    assert several_sentence("partial", 2, GAP, "0.01 rad of yaw_rad") == (
+        "Only in part, and these logs do not tell which of 2 explanations is true; the first closes 98 % of the gap; "
+        "0.01 rad of yaw_rad stay."
+    )
     said = explanations(("a", "parameter.c"), (("parameter.d",),))
-    assert said == ("the rig lacks a (a), and its file is wrong in c", "its file is wrong in d")
+    assert said == ("the rig lacks a (a), and its file is wrong in c", "the rig's file is wrong in d")
 
 
 def test_it_is_said_how_a_number_is_kept_that_is_known() -> None:

@@ -59,9 +59,7 @@ def test_a_profile_that_takes_too_long_is_left_to_the_standard_error(monkeypatch
     rig, log = held_at_zero()
     found = fit(rig, [log])
     k, name = 2, "axis.friction.coulomb"
-    value, error = found.fit.theta[found.fit.coordinates.index[k]], found.uncertainty.standard_error[name]
-    if np.isfinite(error):
-        assert found.interval[name] == pytest.approx((value - 1.96 * error, value + 1.96 * error))
-    else:
-        assert found.interval[name] == tuple(found.fit.coordinates.bounds[k])
-    assert f"{name}: a standard error says little, and its profile takes more than 0 s" in found.notes
+    low, high = found.fit.coordinates.bounds[k]
+    assert low <= found.interval[name][0] < found.interval[name][1] <= high
+    assert f"{name}: a standard error says little; there is no profile" in "\n".join(found.notes)
+    assert not any("by its profile" in note for note in found.notes)

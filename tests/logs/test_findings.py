@@ -150,6 +150,18 @@ def test_an_arm_that_rests_at_the_end_of_a_run_is_no_dropout() -> None:
     assert sum("stays the same" in str(f) for f in findings(leaps)) == 1
 
 
+def test_a_speed_that_is_always_0_excuses_no_dropout() -> None:
+    hangs = at(np.sin(T), slice(600, 800), float(np.sin(T[600])))
+    for dead in ({}, {"yaw_rad_s": np.zeros(len(T))}):
+        log = replace(GOOD, outputs={"yaw_rad": hangs, **dead}, resolution={})
+        assert any("yaw_rad stays the same" in str(f) for f in findings(log))
+
+
+def test_readings_that_stay_the_same_and_then_end_are_no_traceback() -> None:
+    ends = np.where(np.arange(len(T)) < 300, 0.1, np.nan)
+    assert not any("stays the same" in says for _, says in said(of(yaw_rad=ends)))
+
+
 def test_no_loop_is_seen_across_a_gap_and_one_is_seen_beside_it() -> None:
     angle = COUNT * np.round(np.cumsum(np.cumsum(4.0 * np.sign(np.sin(0.7 * T)))) * 1e-4 / COUNT)
     steps = replace(

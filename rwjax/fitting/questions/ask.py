@@ -52,7 +52,9 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         The questions, one sentence each.
     """
     dropped, problem, theta = _without_dropouts(problem, theta)
-    if contradicted := about_servos(_read(problem)):  # no simulation tells more of readings that contradict one another
+    if contradicted := about_servos(
+        _read(problem), problem.structure.unsigned
+    ):  # no simulation tells more of readings that contradict one another
         return [*dropped, *contradicted]
     runs = _free_runs(problem, theta, problem.batch, problem.start)
     if unsigned := about_lost_signs(runs):

@@ -3,7 +3,7 @@
 A position loop that works brings the position near its goal, and a position changes by the integral of its speed. No model is asked.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,18 +20,22 @@ TIMES = (DEGREES, 1.0 / DEGREES, -1.0)
 """Position as a multiple of what it should be, by a mistake [1]."""
 NEAR, NEARER = 0.5, 0.5
 """Distance from the goal, as a share of the goal's own motion and of the distance as logged, below which a position follows it [1]."""
+RESTED = 0.5
+"""Time after which a position has come to a goal that stays the same [s]."""
 ABOUT = 1.6
 """Factor by which a logged speed may be wrong besides [1]."""
 
 
-def about_servos(logs: Sequence[Log]) -> list[Question]:
+def about_servos(logs: Sequence[Log], unsigned: Collection[str] = ()) -> list[Question]:
     """Questions about the unit or the sign of positions that contradict their goal or their logged speed.
 
     Nothing is asked of samples without torque, of a goal that stays the same, and of a servo that hardly follows: of a position
-    that does not come near its goal in degrees or with the other sign either.
+    that does not come near its goal in degrees or with the other sign either. A servo that is driven faster than it can follow goes
+    against its goal, so that the sign is asked about by a goal that rests, or by the speed.
 
     Args:
         logs: The logs; those without a goal or without positions are passed over.
+        unsigned: Outputs of which the logs hold the size alone.
 
     Returns:
         The questions, one sentence each.
@@ -41,7 +45,7 @@ def about_servos(logs: Sequence[Log]) -> list[Question]:
     for log in logs:
         if log.input != GOAL or POSITION not in log.outputs:
             continue
-        found = {GOAL: _times_the_goal(log), SPEED: _times_the_way(log)}
+        found = {GOAL: _times_the_goal(log), SPEED: _times_the_way(log) if SPEED not in unsigned else None}
         for times in {given for given in found.values() if given is not None}:
             odd.setdefault(times, []).append(log)
             against.setdefault(times, set()).update(name for name, given in found.items() if given == times)
@@ -66,19 +70,25 @@ def _question(names: str, times: float, against: Sequence[str]) -> Question:
 def _times_the_goal(log: Log) -> float | None:
     """How many times its goal a position is by a mistake, None where it may be right."""
     used = np.isfinite(log.outputs[POSITION]) & (True if log.enabled is None else log.enabled.astype(bool))
-    position, goal = log.outputs[POSITION][used], log.command[used]
-    moves = float(np.std(goal)) if len(goal) else 0.0
+    changed = np.append(True, np.diff(log.command) != 0.0)
+    since = log.time - log.time[np.maximum.accumulate(np.where(changed, np.arange(len(changed)), 0))]
 
-    def away(times: float) -> float:
-        return float(np.sqrt(np.mean((position / times - goal) ** 2)))
+    def follows(times: float) -> bool:
+        taken = used & (since >= RESTED) if times < 0.0 else used
+        position, goal = log.outputs[POSITION][taken], log.command[taken]
 
-    return _first(lambda times: away(times) < min(NEAR * moves, NEARER * away(1.0))) if moves else None
+        def away(many: float) -> float:
+            return float(np.sqrt(np.mean((position / many - goal) ** 2)))
+
+        return bool(taken.any()) and away(times) < min(NEAR * float(np.std(goal)), NEARER * away(1.0))
+
+    return _first(follows)
 
 
 def _times_the_way(log: Log) -> float | None:
     """How many times the integral of the logged speed a position's changes are by a mistake, None where they may be right."""
     seen = np.isfinite(log.outputs.get(SPEED, np.full(1, np.nan)))
-    if not seen.any():
+    if not seen.any() or np.min(log.outputs[SPEED][seen]) >= 0.0:  # it may be the size alone
         return None
     speed = np.interp(log.time, log.time[seen], log.outputs[SPEED][seen])
     way = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(log.time)))

@@ -10,7 +10,7 @@ from rwjax.logs.log import Log
 from tests.joints import joint, logged, servo
 
 TIME = 0.01 * np.arange(800)
-GOAL = 0.8 * np.sin(2.0 * TIME) + np.where(TIME > 4.0, 0.5, 0.0)
+GOAL = np.where(TIME < 3.0, 0.8 * np.sin(2.0 * TIME), np.where(TIME < 5.5, 0.5, -0.7))
 DEGREES = 180.0 / np.pi
 
 
@@ -121,3 +121,17 @@ def test_missing_readings_and_a_log_without_positions_are_borne() -> None:
     assert "57.3 times" in question
     assert about_servos([replace(log, outputs={"yaw_rad_s": log.outputs["yaw_rad_s"]})]) == []
     assert about_servos([replace(log, outputs={**log.outputs, "yaw_rad_s": np.full(len(TIME), np.nan)})]) != []
+
+
+def test_a_speed_of_which_the_size_alone_is_logged_says_no_sign() -> None:
+    log = measured(np.where(TIME < 2.0, 0.0, np.where(TIME < 5.0, -0.8, -1.3)))
+    size = replace(log, outputs=log.outputs | {"yaw_rad_s": np.abs(log.outputs["yaw_rad_s"])})
+    assert about_servos([log]) == about_servos([size]) == []
+    noisy = replace(size, outputs=size.outputs | {"yaw_rad_s": size.outputs["yaw_rad_s"] - 1e-4})
+    assert about_servos([noisy], unsigned=("yaw_rad_s",)) == []
+
+
+def test_a_servo_that_is_driven_faster_than_it_can_follow_is_not_asked_about_its_sign() -> None:
+    goal = 0.4 * np.sin(10.0 * TIME)
+    late = replace(measured(goal), outputs={"yaw_rad": -0.9 * goal})
+    assert about_servos([late]) == []
