@@ -9,7 +9,7 @@ thesis does. The bodies' inertias make up for that: $I$ of the body alone, and $
 the motor's make of the wheel's rate stays, a share $J/I$ of it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from math import copysign, inf
 
@@ -19,7 +19,7 @@ from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Reading
 from rwjax.effects.rig_terms import terms_of
 from rwjax.errors import RigError
-from rwjax.rig.model import Rig
+from rwjax.rig.model import Rig, Servo
 
 IN_THE_LOOP = "it acts inside the servo's loop, where an actuator has no place for it"
 STEP = 1e-3
@@ -257,18 +257,17 @@ def _with_servo(model: Model, rig: Rig) -> Model:
     limit, force = _number(rig, "drive.servo.limit"), inf
     if limit and (rig.servo.acts_on in ("current", "torque") or rig.kind == "platform"):
         force = abs(model.drive.gain) * limit
-    held = _by_actuator(rig, limited=force < inf)
-    for name, why in _left_of_servo(rig, limited=force < inf).items():
+    left = _left_of_servo(rig, rig.servo, limited=force < inf)
+    held = _by_actuator(rig, rig.servo, left)
+    for name, why in left.items():
         model = model.without(name, why, held)
     kp, kd = (scale * _number(rig, f"drive.servo.{name}") for name in ("kp", "kd"))
     return replace(model, drive=replace(model.drive, servo=True, kp=kp, kd=kd, force=force))
 
 
-def _left_of_servo(rig: Rig, limited: bool) -> dict[str, str]:
+def _left_of_servo(rig: Rig, servo: Servo, limited: bool) -> dict[str, str]:
     """What of a servo an actuator does not have, and why; `limited` where its force has the limit of the servo."""
-    servo, left = rig.servo, {}
-    if servo is None:
-        return left
+    left = {}
     if servo.acts_on == "duty":
         left["drive.supply"] = "the duty is not clipped at 1, and the supply does not change"
     if _number(rig, "motor.inductance") and servo.acts_on in ("voltage", "duty"):
@@ -277,7 +276,7 @@ def _left_of_servo(rig: Rig, limited: bool) -> dict[str, str]:
     left |= {
         f"drive.servo.{name}": why
         for name, why in _LACKING.items()
-        if _number(rig, f"drive.servo.{name}") > most.get(name, 0.0)
+        if abs(_number(rig, f"drive.servo.{name}")) > most.get(name, 0.0)
     }
     if _number(rig, "drive.servo.kd") and servo.damping_on == "error":
         left["drive.servo.damping_on"] = "its rate gain multiplies the speed, not the error's rate"
@@ -286,21 +285,15 @@ def _left_of_servo(rig: Rig, limited: bool) -> dict[str, str]:
     return left
 
 
-def _by_actuator(rig: Rig, limited: bool) -> Rig:
-    """A rig whose servo does what an actuator does: gains of the goal's error and of the speed alone, at every step of the model."""
-    servo, numbers = rig.servo, dict(rig.numbers)
-    if servo is None:
-        return rig
-    volts = numbers["drive.supply"] if servo.acts_on == "duty" else 1.0
-    for gain in ("drive.servo.kp", "drive.servo.kd"):
-        numbers[gain] = volts * _number(rig, gain)
-    numbers["drive.servo.period"] = min(numbers.get("drive.servo.period", STEP), STEP)
-    gone = {"motor.inductance", *(f"drive.servo.{name}" for name in _LACKING if name != "period")}
-    gone |= set() if limited else {"drive.servo.limit"}
-    numbers = {name: value for name, value in numbers.items() if name not in gone}
+def _by_actuator(rig: Rig, servo: Servo, left: Collection[str]) -> Rig:
+    """A rig whose servo lacks what is left out: gains of the goal's error and of the speed alone, at every step of the model."""
+    volts = rig.numbers["drive.supply"] if servo.acts_on == "duty" else 1.0
+    gains = {name: volts * _number(rig, name) for name in ("drive.servo.kp", "drive.servo.kd")}
+    kept = {name: value for name, value in rig.numbers.items() if name not in left or name == "drive.supply"}
+    period = {"drive.servo.period": min(_number(rig, "drive.servo.period") or STEP, STEP)}
     acts_on = "voltage" if servo.acts_on == "duty" else servo.acts_on
     servo = servo._replace(acts_on=acts_on, damping_on="speed")
-    return replace(rig, servo=servo, numbers=numbers, free=(), per_run=(), tied={})
+    return replace(rig, servo=servo, numbers=kept | gains | period, free=(), per_run=(), tied={})
 
 
 def _with_effect(model: Model, effect: type[Effect], given: Mapping[str, float]) -> Model:
