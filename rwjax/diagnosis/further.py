@@ -1,4 +1,5 @@
-"""What may be claimed of a choice: names that hold though they leave something, and that no law outside the list can stand for."""
+"""What may be claimed of a choice: names that hold though they leave something, beside which no part of the rig is held, and that no law outside
+the list can stand for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
