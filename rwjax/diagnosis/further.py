@@ -1,5 +1,4 @@
-"""What may be claimed of a choice: names that hold though they leave something, beside which no part of the rig is held, and that no law outside
-the list can stand for."""
+"""What may be claimed of a choice: names that hold, beside which nothing else holds a part, and for which no law outside the list can stand."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
