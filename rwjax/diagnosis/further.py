@@ -140,11 +140,15 @@ def _moving(further: Further) -> Further:
 
 
 def _told_apart(further: Further) -> Further:
-    """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names."""
+    """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names.
+
+    Where the claimed names are a special case of the law, they stand by themselves: what the law adds is not needed.
+    """
     judged, named = further.judged, _claims(further)
     if named is None:
         return further
-    asked = outside_laws_of([named, *(further.claim or further.choice).alternatives])
+    stated = [named, *(further.claim or further.choice).alternatives]
+    asked = [one for one in outside_laws_of(stated) if not one.instead.contains(named)]
     if not asked:
         return further
     try:

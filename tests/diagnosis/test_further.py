@@ -18,20 +18,21 @@ from rwjax.diagnosis.search.forward_backward import ForwardBackward
 from tests.diagnosis.several_runs import RIG, TIME, run_of
 from tests.systems import record, run, wheel
 
-DRY, STRIBECK = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.stribeck",))
+DRY, STRIBECK, BIAS = (Hypothesis((name,)) for name in ("axis.coulomb", "axis.stribeck", "axis.bias_torque"))
+TRUTH = {DRY: {"axis.coulomb": {"M_c": 0.06}}, BIAS: {"axis.bias_torque": {"T": 0.02}}}
 OUTSIDE = "rwjax.diagnosis.further.doing_as_well"
 
 
-def claimed_of_dry_friction(alternatives: Sequence[Hypothesis]) -> Further:
-    """What may be claimed of dry friction, which explains its runs, where some sets stand beside it."""
-    layout = laid_out(RIG, [run_of(k, {"axis.coulomb": {"M_c": 0.06}}) for k in range(3)])
+def claimed_of(truth: Hypothesis, alternatives: Sequence[Hypothesis]) -> Further:
+    """What may be claimed of a name that explains its runs, where some sets stand beside it."""
+    layout = laid_out(RIG, [run_of(k, TRUTH[truth]) for k in range(3)])
     fits = ModelFits.of(RIG, layout.logs, layout.train)
     fits(NOTHING)
     fits.start_from_first_readings()
-    choice = ForwardBackward().choose(fits, (*DRY.names, *STRIBECK.names))
-    assert choice.best == DRY
+    choice = ForwardBackward().choose(fits, (*truth.names, *STRIBECK.names))
+    assert choice.best == truth
     judged = Judged(fits, layout, errors_of_the_rig(fits, layout), "yaw_rad")
-    return may_be_claimed(judged, replace(choice, alternatives=tuple(alternatives)), DRY.names)
+    return may_be_claimed(judged, replace(choice, alternatives=tuple(alternatives)), truth.names)
 
 
 @pytest.mark.parametrize("alternatives", [(), (STRIBECK,)])
@@ -39,21 +40,27 @@ def test_a_law_is_asked_of_what_stands_beside_the_choice_too(
     alternatives: tuple[Hypothesis, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(OUTSIDE, lambda fits, asked: list(asked))
-    found = claimed_of_dry_friction(alternatives)
+    found = claimed_of(BIAS, alternatives)
     assert found.complete and {*found.refused} == {name for e in alternatives for name in e.names}
     assert found.outside == tuple(e for one in alternatives for e in (one, Hypothesis(("axis.growing_stiction",))))
 
 
+def test_a_law_takes_no_claim_away_that_is_its_special_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(OUTSIDE, lambda fits, asked: list(asked))
+    found = claimed_of(DRY, (STRIBECK,))
+    assert found.complete and not found.refused and not found.outside
+
+
 def test_errors_are_judged_anew_behind_the_fits_of_a_law(monkeypatch: pytest.MonkeyPatch) -> None:
     def moved(fits: ModelFits, asked: Sequence[OutsideLaw]) -> list[OutsideLaw]:
-        better = fits(DRY)
+        better = fits(BIAS)
         worse = replace(better, theta=better.theta * np.where(np.arange(len(better.theta)) == 0, 1.2, 1.0))
-        fits.put(DRY, worse, ended=True)
+        fits.put(BIAS, worse, ended=True)
         return []
 
-    before = claimed_of_dry_friction(()).judged.rms(DRY)
+    before = claimed_of(BIAS, ()).judged.rms(BIAS)
     monkeypatch.setattr(OUTSIDE, moved)
-    assert claimed_of_dry_friction((STRIBECK,)).judged.rms(DRY) > 1.5 * before
+    assert claimed_of(BIAS, (STRIBECK,)).judged.rms(BIAS) > 1.5 * before
 
 
 def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,7 +68,7 @@ def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeyp
         raise Stopped
 
     monkeypatch.setattr(OUTSIDE, ended)
-    assert claimed_of_dry_friction(()).complete and not claimed_of_dry_friction((STRIBECK,)).complete
+    assert claimed_of(BIAS, ()).complete and not claimed_of(BIAS, (STRIBECK,)).complete
 
 
 @pytest.mark.parametrize("no", ["", "far", "unsure", "still"])
@@ -72,7 +79,7 @@ def test_nothing_is_claimed_where_an_output_stands_still_by_a_number_that_ran_aw
     monkeypatch.setattr("rwjax.diagnosis.further.stands_still", lambda fitted, limits: no != "still")
     monkeypatch.setattr("rwjax.diagnosis.further.diverged_numbers", lambda rig, fitted, limits: away if far else ())
     monkeypatch.setattr("rwjax.diagnosis.further.ran_away", lambda rig, fitted: away if unsure else ())
-    found = claimed_of_dry_friction(())
+    found = claimed_of(DRY, ())
     assert found.complete and found.held == (away if held else ())
     assert {*found.refused} == ({*DRY.names} if held else set())
 
