@@ -8,7 +8,6 @@ import numpy as np
 from rwjax.errors import printable
 from rwjax.logs.fields import fields_of
 from rwjax.logs.layouts import read_columns
-from rwjax.logs.mapped_sheet import LAYOUT
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.rig.model import Rig
 
@@ -30,4 +29,4 @@ def converted(path: str | os.PathLike[str], rig: Rig) -> tuple[dict[str, np.ndar
     fields_of(sheet, rig, outputs_required=False)
     _, series = read_columns(sheet, rig)
     notes = {key: value for key, value in sheet.notes.items() if key != "ignore"}  # what it leaves out is gone
-    return series, {**notes, LAYOUT[0]: LAYOUT[1], "from": printable(Path(path).name)}
+    return series, {**notes, "from": printable(Path(path).name)}

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from rwjax.errors import LogError, printable
+from rwjax.logs.mapped_sheet import LAYOUT
 from rwjax.logs.sheet import FREE_TEXT, ROLES
 from rwjax.text_files import write_text
 
@@ -17,8 +18,8 @@ def write_log(
 
     Args:
         path: The file; one that is there is replaced.
-        columns: Columns (n,) by name, in the units of their names; NaN becomes an empty cell.
-        notes: Notes above the header by key, each on one line.
+        columns: Columns (n,) by rwjax's names, in the units of these; NaN becomes an empty cell.
+        notes: Notes above the header by key, each on one line, below the one that says so.
 
     Raises:
         LogError: Where the file cannot be written, and where a number is infinite: nothing is written then.
@@ -29,7 +30,7 @@ def write_log(
     for name, column in columns.items():
         if np.isinf(np.asarray(column, float)).any():
             raise LogError(f"{path}: not written, since `{name}` is not finite: check the rig's numbers")
-    head = [_note(key, value) for key, value in (notes or {}).items()]
+    head = [_note(key, value) for key, value in (dict([LAYOUT]) | dict(notes or {})).items()]
     cells = [["" if x != x else repr(x) for x in np.asarray(column).tolist()] for column in columns.values()]
     rows = [",".join(row) for row in zip(*cells, strict=True)]
     write_text(path, "\n".join([*head, ",".join(columns), *rows, ""]), LogError)

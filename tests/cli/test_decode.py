@@ -18,7 +18,7 @@ def test_a_raw_stream_becomes_a_log(
     assert within(monkeypatch, "decode", RIG, raw) == 0
     said = capsys.readouterr()
     assert said.out == f"{tmp_path / 'cut.csv'}\n" and said.err == "note: cut.csv: gap of 4 samples before 0.44 s\n"
-    assert len((tmp_path / "cut.csv").read_text().splitlines()) == 85 + 3
+    assert len((tmp_path / "cut.csv").read_text().splitlines()) == 85 + 4
 
 
 @pytest.mark.parametrize(

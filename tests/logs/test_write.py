@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from rwjax.errors import LogError, printable
 from rwjax.logs.read import read_log
 from rwjax.logs.write import write_log
+from rwjax.rig.columns_section import Source
 from tests.logs.texts import PLATFORM
 
 
@@ -46,7 +48,9 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
 def test_the_file_is_notes_header_and_rows(tmp_path) -> None:
     columns = {"time_s": np.array([0.0, 0.1]), "yaw_counts": np.array([3, -4]), "yaw_rad_s": np.array([np.nan, 1e-9])}
     write_log(tmp_path / "run.csv", columns, {"rig": "testbed"})
-    assert (tmp_path / "run.csv").read_text() == "# rig: testbed\ntime_s,yaw_counts,yaw_rad_s\n0.0,3,\n0.1,-4,1e-09\n"
+    assert (
+        tmp_path / "run.csv"
+    ).read_text() == "# layout: rwjax\n# rig: testbed\ntime_s,yaw_counts,yaw_rad_s\n0.0,3,\n0.1,-4,1e-09\n"
 
 
 @given(
@@ -61,8 +65,14 @@ def test_a_note_stays_one_note_whatever_it_says(tmp_path_factory, notes: dict[st
     path = tmp_path_factory.mktemp("log") / "run.csv"
     write_log(path, {"time_s": 0.1 * np.arange(10), "voltage_V": np.zeros(10), "yaw_rad": np.zeros(10)}, notes)
     run = read_log(path, PLATFORM)
-    assert run.notes == {key: printable(value).strip() for key, value in notes.items()}
+    assert run.notes == {"layout": "rwjax"} | {key: printable(value).strip() for key, value in notes.items()}
     assert not run.validate and run.added == {}
+
+
+def test_what_was_written_is_read_as_it_is_whatever_other_files_of_the_rig_call_their_columns(tmp_path) -> None:
+    path, rig = tmp_path / "run.csv", replace(PLATFORM, sources={"time_s": Source("t"), "voltage_V": Source("u")})
+    write_log(path, {"time_s": 0.1 * np.arange(10), "voltage_V": np.ones(10), "yaw_rad": np.zeros(10)})
+    assert read_log(path, rig).command[0] == 1.0
 
 
 def test_a_note_that_would_read_back_as_a_role_is_refused(tmp_path) -> None:
