@@ -17,6 +17,7 @@ UNITS = (
     (r"deg\s*/\s*s|°\s*/\s*s|deg_s|dps", "deg/s"),
     (r"rpm|rev\s*/\s*min|1\s*/\s*min|min-1", "rpm"),
     (r"[km]?hz", "Hz"),
+    (r"n\s*m", "N m"),
     (r"ms|milli\w*", "ms"),
     (r"us|µs|micro\w*", "us"),
     (r"deg|degrees?|°|grad", "deg"),
@@ -32,7 +33,7 @@ UNITS = (
 """Words of a column's name, and the unit that they mean; the first that is there counts."""
 WORDS = (
     ("time_s", r"t|time\w*|zeit|timestamp|millis|micros|clock|ms|us|sec\w*"),
-    ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
+    ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|des|desired|soll\w*"),
     ("supply_V", r"v?bat\w*|supply\w*|vbus|bus"),
     ("enabled", r"enabled?|torque_?on|torque"),
     ("voltage_V", r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty"),
@@ -49,6 +50,7 @@ RATES = ("rad/s", "deg/s", "rpm")
 """Units of rates, which no command in volts has."""
 QUANTITIES = {
     "voltage_V": ("V", "mV", "percent", "count"),
+    "enabled": (),
     "angle": ("rad", "deg", "count"),
     "rate": (*RATES, "rad", "deg", "count"),
     "current_A": ("A", "mA", "count"),
@@ -128,8 +130,9 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
             found.setdefault(one.name, one)
     volts = found.get("voltage_V")
     given = _values(sheet, volts.column) if volts is not None else None
-    if "goal_rad" in found and given is not None and given.min() < 0.0:
-        del found["goal_rad"]  # a voltage of both signs is what drives, whatever goal it follows
+    drives = any(_unit(column) == "N m" and _is_commanded(_parts(column)) for column in sheet.names)
+    if "goal_rad" in found and (drives or (given is not None and given.min() < 0.0)):
+        del found["goal_rad"]  # a torque, or a voltage of both signs, is what drives, whatever goal it follows
     if "goal_rad" in found:  # a log holds one command
         found.pop("duty", None)
         volts = found.pop("voltage_V", None)
@@ -171,8 +174,12 @@ def _meaning(column: str, parts: Sequence[str]) -> str:
     agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]
     if means[:1] == ["voltage_V"] and in_rates:
         agreed = ["rate"]
-    commanded = any(re.fullmatch(COMMANDED, part) for part in parts)
-    return agreed[0] if agreed and not (means[0] == "voltage_V" != agreed[0] and commanded) else ""
+    return agreed[0] if agreed and not (means[0] == "voltage_V" != agreed[0] and _is_commanded(parts)) else ""
+
+
+def _is_commanded(parts: Sequence[str]) -> bool:
+    """Whether one of the words of a column's name says that it is a command."""
+    return any(re.fullmatch(COMMANDED, part) for part in parts)
 
 
 def _ends_otherwise(column: str, units: Collection[str] | None) -> bool:

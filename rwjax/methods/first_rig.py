@@ -175,8 +175,14 @@ def _unused(kind: str, datasheet: Datasheet, columns: set[str]) -> tuple[str, ..
 
 def _check_columns(sheet: Sheet) -> None:
     """Raises `LogError` where no column is taken for the time, a command or a reading: by a value that is no number, if there is one."""
-    if {*sheet.names} & OF_TWO_AXES:
-        raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command")
+    if second := [name for name in sheet.names if name in OF_TWO_AXES]:
+        alone = {"pitch_rad", "pitch_rad_s", "pitch_counts"}.issuperset(second) and not any(
+            "yaw" in n for n in sheet.names
+        )
+        one = (
+            f"; a rig with the pitch axis alone calls it yaw: `{second[0].replace('pitch', 'yaw')}` in the log's header"
+        )
+        raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command{one * alone}")
     if [*sheet.names] == [*THESIS_COLUMNS]:
         needed = 'pulse = "pwm_1"` and [drive] `pwm = { neutral_us = …, volts_per_us = … }`'
         raise LogError(

@@ -6,7 +6,7 @@ import pytest
 
 from rwjax.cli.loop import controller_of, reference_of
 from rwjax.errors import InputError
-from tests.systems import reaction
+from tests.systems import platform, reaction
 
 
 def test_a_reference_is_a_step_in_radians() -> None:
@@ -24,3 +24,5 @@ def test_a_controller_has_the_options_in_si_units() -> None:
     assert (timing.period, timing.steps, timing.delay_steps) == (0.01, 4, 2.0)  # half of the four steps of the plant
     with pytest.raises(InputError, match="^--ki: must not be negative$"):
         controller_of(reaction(), ki=-1.0, volts=5.0, rpm=60.0, period=0.01, late=0.0, smooth=0.0)
+    with pytest.raises(InputError, match="^--rpm: a `platform` rig has no rate of the wheel; leave the option out$"):
+        controller_of(platform(), ki=0.0, volts=5.0, rpm=60.0, period=0.01, late=0.0, smooth=0.0)

@@ -21,8 +21,8 @@ DRIVEN = 11.0
 """Rate [1/s] at which negative viscous friction would speed an axis up that no rig has: by a factor of e in 0.1 s."""
 POSITIVE = ("inertia", "torque_constant", "resistance", "stribeck_velocity")
 NOT_NEGATIVE = ("inductance", "motor.friction", "motor_1.friction", "motor_2.friction", "coulomb", "static")
-PLAIN_NOTES = {"run", "experiment", "role", "why"}
-"""Notes of a run's log, as far as a plan decides them."""
+PLAIN_NOTES = {"layout", "run", "experiment", "role", "why"}
+"""Notes of a run's file: that its columns are rwjax's, and what the plan decides."""
 
 
 def of_rig(rig: Rig) -> Iterator[str]:

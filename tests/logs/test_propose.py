@@ -118,6 +118,14 @@ def test_a_voltage_of_both_signs_drives_whatever_goal_stands_beside_it() -> None
     assert "goal_rad" in section and 'supply_V = "motor_V"' in section
 
 
+def test_a_commanded_torque_drives_whatever_angle_is_desired_beside_it() -> None:
+    columns = {"t": 0.01 * K, "position_des_rad": 0.01 * K, "torque_meas_Nm": 0.1 * np.sin(K), "angle": 0.01 * K}
+    assert 'goal_rad = "position_des_rad"' in proposal(ArraySheet("run", {}, [*columns], columns), "joint")
+    columns["torque_cmd_Nm"] = 0.1 * np.sin(K)
+    section = proposal(ArraySheet("run", {}, [*columns], columns), "joint")
+    assert 'yaw_rad = "angle"' in section and "goal_rad" not in section and "enabled" not in section
+
+
 def test_a_load_without_a_unit_is_no_current() -> None:
     columns = {"t": 0.01 * K, "u": 0.1 * K, "speed": K, "load_raw": 300.0 * K}
     assert proposal(ArraySheet("run", {}, [*columns], columns), "wheel").endswith("# passed over: load_raw")

@@ -177,7 +177,14 @@ def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Pat
 @pytest.mark.parametrize(
     ("header", "message"),
     [
-        ("time_s,voltage_1_V,voltage_2_V,yaw_rad,pitch_rad,temp", "a rig with two axes"),
+        (
+            "time_s,voltage_1_V,voltage_2_V,yaw_rad,pitch_rad,temp",
+            "a rig with two axes; `init` writes rigs with one command",
+        ),
+        (
+            "time_s,voltage_V,pitch_rad,a,b,c",
+            "a rig with the pitch axis alone calls it yaw: `yaw_rad` in the log's header",
+        ),
         (
             "t,pos1,pos2,speed2,pwm_1,pwm_2",
             'the thesis layout; write a rig file by hand with [columns] `position = "pos1"`',
@@ -199,8 +206,8 @@ def test_a_number_in_a_name_makes_no_second_axis(tmp_path: Path) -> None:
 
 
 def test_a_commanded_torque_is_told_by_lines_that_are_a_rig_file(tmp_path: Path) -> None:
-    rows = [f"{k / 100},{(-1) ** (k // 50) * 0.1},{0.09},{math.sin(0.05 * k)}" for k in range(200)]
-    (tmp_path / "run.csv").write_text("\n".join(["time_s,torque_meas_Nm,torque_cmd_Nm,angle_rad", *rows]))
+    rows = [f"{k / 100},{(-1) ** (k // 50) * 0.1},{0.09},{math.sin(0.05 * k)},{0.1}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["time_s,torque_meas_Nm,torque_cmd_Nm,angle_rad,angle_des_rad", *rows]))
     with pytest.raises(LogError, match="`torque_cmd_Nm` looks like a commanded torque") as said:
         first_rig([tmp_path / "run.csv"], NOTHING)
     assert "docs" not in str(said.value) and "\n" not in str(said.value)

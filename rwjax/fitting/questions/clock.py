@@ -5,7 +5,10 @@ A clock that runs ten times too slowly looks like an inertia that is ten times t
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from rwjax.fitting.questions.likeness import GIVEN, Question, Run, explained, names_of
+from rwjax.logs.log import Log
 
 FACTORS = (0.1, 10.0, 1e-3, 1e3)
 """True time over the time in the log [1]."""
@@ -15,6 +18,9 @@ LEFT = 0.2
 """Share of the motion's square that another time may leave [1]."""
 LEAVES = 0.25
 """Share of what the time as it is leaves that another time may leave [1]."""
+
+SHORTEST_S, COARSEST_S = 1.0, 1.0
+"""Length [s] of the shortest run, and time [s] between samples of the coarsest one, that anybody records of such a rig."""
 
 
 def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) -> dict[Question, list[int]]:
@@ -30,14 +36,21 @@ def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) 
     shares = {k: share for k, run in enumerate(runs) if (share := explained(run)) < AS_IT_IS}
     found: dict[Question, list[int]] = {}
     for factor in FACTORS:
-        other = in_time(factor) if shares else []
-        if not any(1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share)) for k, share in shares.items()):
+        asked = {k: share for k, share in shares.items() if _plausible(runs[k].log, factor)}
+        other = in_time(factor) if asked else []
+        if not any(1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share)) for k, share in asked.items()):
             continue
         # beside a log whose time is plainly another one, so are those that it explains better
         slow = [k for k, run in enumerate(runs) if explained(other[k]) > explained(run)]
         shares = {k: share for k, share in shares.items() if k not in slow}
         found[_question(names_of([runs[k].log for k in slow]), factor)] = slow
     return found
+
+
+def _plausible(log: Log, factor: float) -> bool:
+    """Whether a log in another time is one that somebody records: numbers of a first rig file are guesses, and may ask for any time."""
+    length, step = np.ptp(log.time), np.median(np.diff(log.time))
+    return bool(length * factor >= SHORTEST_S and step * factor <= COARSEST_S)
 
 
 def _question(names: str, factor: float) -> Question:

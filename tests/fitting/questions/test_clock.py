@@ -52,3 +52,17 @@ def test_right_clocks_are_not_asked_about_and_no_other_time_is_tried() -> None:
         raise AssertionError("simulated in vain")
 
     assert about_clock([Run(log, run(RIG, log, {})) for log in LOGS], never) == {}
+
+
+@pytest.mark.parametrize("longer", [0.01, 100.0])
+def test_a_time_in_which_nobody_records_is_not_asked_about(longer: float) -> None:
+    """A run of a tenth of a second, and samples a second apart and more."""
+    runs = [
+        Run(
+            replace(log, time=longer * log.time, origin=longer * log.origin),
+            {n: 0.0 * y for n, y in log.outputs.items()},
+        )
+        for log in LOGS
+    ]
+    true = [Run(each.log, each.log.outputs) for each in runs]
+    assert about_clock(runs, lambda factor: true if (factor > 1.0) == (longer > 1.0) else runs) == {}
