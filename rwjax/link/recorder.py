@@ -14,6 +14,7 @@ from rwjax.link.ctrl_c import CtrlC
 from rwjax.link.messages import Sample
 from rwjax.link.port import LinkError, open_port
 from rwjax.link.session import Session
+from rwjax.link.stream import read_stream
 from rwjax.link.stream_to_logs import numbered, refuse_existing, write_logs
 from rwjax.planning.experiment import TICK_HZ
 from rwjax.rig.model import Rig
@@ -114,17 +115,16 @@ def record(
         What is on disk, and what ended the recording early.
 
     Raises:
-        InputError: Where nothing could begin; then nothing stays on disk.
+        InputError: Where nothing could begin, or nothing of an experiment was played; then nothing stays on disk.
     """
     pwm_of(rig)
     check_new(output)
     with closing(open_port(url)) as port, CtrlC() as ctrl_c:
-        failure, begun, found = None, False, {}
+        failure, begun, found, beside = None, False, {}, output.with_suffix(".notes")
         with closing(Raw(output.with_suffix(".raw"))) as raw:
             session = Session(port, raw.write, watch, lambda: ctrl_c.pressed)
             try:
                 started = {"date": f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %z}", "rig": rig.name}
-                beside = raw.path.with_suffix(".notes")
                 write_text(beside, _lines(notes | started), LinkError)
                 check_board(session.greet(), rig)
                 found = ready(session)
@@ -135,9 +135,9 @@ def record(
                 failure = error
             finally:
                 session.leave()
-        if failure and not begun:
+        if failure and not (begun and _worth_keeping(raw.path, notes)):
             raw.path.unlink()
-            raw.path.with_suffix(".notes").unlink(missing_ok=True)
+            beside.unlink(missing_ok=True)
             raise failure
         try:
             logs, remarks = write_logs(raw.path, rig, output)
@@ -146,6 +146,11 @@ def record(
         if ctrl_c.pressed:  # also of one that came too late for the session: nobody wants the next run
             failure = failure or KeyboardInterrupt()
     return Recorded(logs, [*found.values(), *remarks], failure)
+
+
+def _worth_keeping(raw: Path, notes: dict[str, str]) -> bool:
+    """Whether a stream shows any of what was to be recorded: of an experiment, that some of it was played."""
+    return "experiment" not in notes or any(stretch.playing.any() for stretch in read_stream(raw)[0])
 
 
 def _lines(notes: dict[str, str]) -> str:

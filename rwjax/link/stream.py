@@ -21,12 +21,12 @@ MOST_LATE = 10
 WRAP = 2**32
 """At which a board's counters begin again."""
 COUNTERS = {
-    "missed": "ticks missed",
-    "dropped": "frames dropped for lack of room on the line",
-    "damaged": "frames of the host damaged",
-    "overruns": "bytes of the host lost",
+    "missed": ("tick", "missed"),
+    "dropped": ("frame", "dropped for lack of room on the line"),
+    "damaged": ("frame", "of the host damaged"),
+    "overruns": ("byte", "of the host lost"),
 }
-"""What a board counts since its start, and what that is in words."""
+"""What a board counts since its start: in words one of them, and what became of it."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,9 @@ class Stretch:
             In words, what it counted during the stretch, and why it had started where that was a failure.
         """
         more = (self.counters[-1] - self.counters[0]) % [2**16, 2**16, 2**16, 2**8]
-        found = [f"{n} {words}" for n, words in zip(more, COUNTERS.values(), strict=True) if n]
+        found = [
+            f"{counted(n, one)} {what}" for n, (one, what) in zip(more.tolist(), COUNTERS.values(), strict=True) if n
+        ]
         if self.hello is not None and unwanted_reset(self.hello):
             found.append(f"its last start was by {reset_causes(self.hello)}")
         return found
@@ -83,6 +85,20 @@ class Stretch:
         """
         names = ("tick", "count", "pulse", "battery", "playing", "counters")
         return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+
+def counted(number: int, one: str, end: str = "s") -> str:
+    """A number of things in words.
+
+    Args:
+        number: How many [1].
+        one: The word for one of them.
+        end: What the word for several has at its end.
+
+    Returns:
+        The number and the word: "1 sample", "3 samples".
+    """
+    return f"{number} {one}{end * (number != 1)}"
 
 
 def read_stream(path: Path) -> tuple[list[Stretch], int]:

@@ -7,10 +7,10 @@ import numpy as np
 
 from rwjax.errors import LogError, printable
 from rwjax.link.channels import channels, check_board, pwm_of
-from rwjax.link.stream import Stretch, read_stream
+from rwjax.link.stream import MOST_LOST, WRAP, Stretch, counted, read_stream
 from rwjax.logs.sheet import FEWEST
 from rwjax.logs.write import write_log
-from rwjax.planning.experiment import TICK_HZ
+from rwjax.planning.experiment import REST_S, TICK_HZ, length_in
 from rwjax.rig.model import Rig
 from rwjax.text_files import read_text
 
@@ -77,11 +77,13 @@ def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]
     hellos = dict.fromkeys(s.hello for s in all_found if s.hello)
     if any(hello.tick_hz == 0 for hello in hellos):
         raise LogError(f"{raw}: the board says that it ticks 0 times a second; is this its stream, and undamaged?")
-    remarks = list(dict.fromkeys(remark for hello in hellos for remark in check_board(hello, rig)))
+    counts = list(dict.fromkeys(remark for hello in hellos for remark in check_board(hello, rig)))
     found, left_out = _worth_a_log(all_found, "experiment" in notes)
-    remarks += left_out
+    ended = _early_end(all_found, notes.get("experiment", ""))
+    remarks = [*counts, *left_out, *(f"the run ended {end}" for end in ended)]
     if damaged:
-        remarks.append(f"{damaged} damaged frames")
+        remarks.append(counted(damaged, "damaged frame"))
+    notes |= {key: "; ".join(said) for key, said in (("counts", counts), ("ended", ended)) if said}
     names = [output] if len(found) == 1 else [numbered(output, k + 1) for k in range(len(found))]
     refuse_existing(*names)
     for name, stretch in zip(names, found, strict=True):
@@ -95,11 +97,28 @@ def _worth_a_log(found: list[Stretch], experiment: bool) -> tuple[list[Stretch],
     if experiment:
         played = [s for s in played if s.playing.any()]
         if idle := len(found) - len(played):
-            remarks.append(f"{idle} stretches in which nothing was played are left out")
+            remarks.append(_left_out(idle, "in which nothing was played"))
     long = [s for s in played if len(s.tick) >= FEWEST]
     if short := len(played) - len(long):
-        remarks.append(f"{short} stretches of under {FEWEST} samples are left out")
+        remarks.append(_left_out(short, f"of under {FEWEST} samples"))
     return long, remarks
+
+
+def _left_out(number: int, which: str) -> str:
+    return f"{counted(number, 'stretch', 'es')} {which} {'is' if number == 1 else 'are'} left out"
+
+
+def _early_end(found: list[Stretch], experiment: str) -> list[str]:
+    """When a run ended, in words, where that was before the end of its experiment; nothing where that is not known."""
+    playing, length = [s for s in found if s.playing.any()], length_in(experiment)
+    if not playing or length is None:
+        return []
+    first, last = playing[0], playing[-1]
+    ticks = int(last.tick[last.playing][-1] - first.tick[first.playing][0]) % WRAP + 1
+    hertz, wanted = first.hello.tick_hz if first.hello else TICK_HZ, REST_S + length
+    if ticks + 2 * MOST_LOST >= hertz * wanted:  # samples may have been lost at either end
+        return []
+    return [f"early, after {ticks / hertz:g} s of {wanted:g} s"]
 
 
 def _write(path: Path, stretch: Stretch, rig: Rig, notes: dict[str, str]) -> list[str]:
@@ -107,7 +126,7 @@ def _write(path: Path, stretch: Stretch, rig: Rig, notes: dict[str, str]) -> lis
     about = notes | {"firmware": f"{stretch.hello.firmware:08x}"} if stretch.hello else notes
     table = columns(stretch, rig)
     no_supply = [] if "supply_V" in table else [f"{path.name}: the battery reads 0 V, so `supply_V` is left out"]
-    gaps = [f"{n} samples before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
+    gaps = [f"{counted(n, 'sample')} before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
     troubles = stretch.troubles()
     said = {"gap": "; ".join(gaps), "board": "; ".join(troubles)}
     write_log(path, table, about | {key: value for key, value in said.items() if value})

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 
-from rwjax.effects.library import shown_in
+from rwjax.effects.library import BY_NAME, shown_in
 from rwjax.errors import InputError
 from rwjax.kinds import GOAL
 from rwjax.planning.amplitude import size_designs
 from rwjax.planning.designs import DESIGNS, Design
-from rwjax.planning.envelope import Envelope, commanded_volts, rad_and_degrees
+from rwjax.planning.envelope import LIMITS, Envelope, commanded_volts, rad_and_degrees
 from rwjax.planning.files import Run
 from rwjax.planning.motion import WAIT_S
 from rwjax.planning.sequence import PlayedRun, play_runs
@@ -40,12 +40,15 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
     """
     designs = _possible(rig, within)
     found = play_runs(rig, within, size_designs(rig, within, designs))
-    runs = [run for name, played in found.items() for run in _runs(rig, name, designs[name], played)]
+    runs = [
+        run
+        for name, played in found.items()
+        for run in _runs(name, designs[name], _tells_apart(rig, within, designs[name]), played)
+    ]
     if not runs:
         rest = f", or lets it come to rest within {WAIT_S:g} s" if within.limits_travel else ""
         raise InputError(
-            f"within these limits ({within.volts:g} {unit_of(within.input)} at most) no run moves the simulated rig{rest}; raise them, or check its "
-            "numbers"
+            f"within these limits ({_in_words(within)}) no run moves the simulated rig{rest}; raise them, or check its numbers"
         )
     missing = [name for name in designs if name not in found]
     remarks = [*_left_out(within, missing), *_of_the_drive(rig, within), *_of_the_travel(within), *_of_the_file(rig)]
@@ -66,9 +69,20 @@ def _possible(rig: Rig, within: Envelope) -> dict[str, Design]:
     return {name: replace(design, direction=direction) for name, design in forward.items()}
 
 
-def _runs(rig: Rig, name: str, design: Design, played: list[PlayedRun]) -> list[Run]:
+def _in_words(within: Envelope) -> str:
+    """The limits that are known, such as "12 V, travel of the axis 0.01 rad"."""
+    words = {within.input: "", **{name: f"{limit.words.partition(' [')[0]} " for name, limit in LIMITS.items()}}
+    return ", ".join(f"{words[name]}{value:g} {unit_of(name)}" for name, value in within.known.items())
+
+
+def _tells_apart(rig: Rig, within: Envelope, design: Design) -> tuple[str, ...]:
+    """The effects that runs of a design tell apart; those of a servo only where the runs are its goals."""
+    names = shown_in(design.shows, rig.kind)
+    return tuple(name for name in names if within.input == GOAL or not BY_NAME[name].needs_servo)
+
+
+def _runs(name: str, design: Design, tells_apart: tuple[str, ...], played: list[PlayedRun]) -> list[Run]:
     """The runs of a design in the plan, those that repeat numbered."""
-    tells_apart = shown_in(design.shows, rig.kind)
     names = [name] if design.repeats == 1 else [f"{name}_{number + 1}" for number in range(design.repeats)]
     return [
         Run(each, one.experiment, design.role, design.why, tells_apart, one.reaches, one.angle_range)

@@ -3,6 +3,7 @@
 A command is a voltage, or the goal of a servo. What coasts after a goal has its torque off.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -125,3 +126,16 @@ class Experiment:
         unit = unit_of(self.input)
         shape = f"{self.kind}, {self.amplitude:g} {unit} about {self.offset:g} {unit}"
         return f"{shape}, period {self.period:g} s, {self.length:g} s"
+
+
+def length_in(words: str) -> float | None:
+    """The length of an experiment that a note tells.
+
+    Args:
+        words: The note, as `Experiment.words` has it.
+
+    Returns:
+        Length [s], after `REST_S` of rest; None where the words tell none.
+    """
+    found = re.search(r", (\d+(?:\.\d+)?) s$", words)
+    return float(found[1]) if found else None

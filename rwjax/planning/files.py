@@ -4,7 +4,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ SHORTEST_S, LONGEST_S = 0.04, 3600.0
 """Shortest and longest period and length of an experiment [s]: four ticks of the board, and the longest run that it plays."""
 MOST = RANGES["rad"].most
 """Largest size of a limit, a peak or an angle [SI]."""
+COLUMNS = {"time_s", *NUMBERS, "enabled"}
+"""All columns that a run's CSV may have."""
 KEYS = ("name", "kind", *NUMBERS["voltage_V"], *NUMBERS[GOAL], "role", "why", "tells_apart", "reaches", "way_rad")
 
 
@@ -124,7 +127,7 @@ def replaced(folder: Path, rig: str) -> str | None:
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:
-    """Writes `plan.toml`, last, and a CSV for each run. Nothing of an earlier plan stays.
+    """Writes `plan.toml`, last, and a CSV for each run. Nothing of an earlier plan stays; a log is never replaced.
 
     Args:
         folder: The folder.
@@ -134,8 +137,12 @@ def write_plan(folder: Path, plan: Plan) -> Path:
         Path of `plan.toml`.
 
     Raises:
-        InputError: Where a file cannot be written.
+        InputError: Where a run has the name of a log that is there, and nothing is written then; where a file cannot be written.
     """
+    if log := next((path for run in plan.runs if holds_readings(path := folder / f"{run.name}.csv")), None):
+        raise InputError(
+            f"{log}: holds readings, which the plan's run of that name would replace; write the plan into another folder"
+        )
     clear_plan(folder)
     for run in plan.runs:
         time, given = run.experiment.command()
@@ -155,20 +162,42 @@ def write_plan(folder: Path, plan: Plan) -> Path:
 def clear_plan(folder: Path) -> None:
     """Removes an earlier plan from a folder, with its runs, which might be played for those of the next one.
 
+    A log that was put in a run's place stays.
+
     Args:
         folder: The folder; it may hold no plan.
     """
     if (folder / FILE).exists():
         with suppress(InputError):  # what cannot be read names no runs
             for run in read_plan(folder).runs:
-                (folder / f"{run.name}.csv").unlink(missing_ok=True)
+                if not holds_readings(path := folder / f"{run.name}.csv"):
+                    path.unlink(missing_ok=True)
         (folder / FILE).unlink()
+
+
+def holds_readings(path: Path) -> bool:
+    """Whether a file holds more than a run's command: logs of a plan's runs have their names.
+
+    Args:
+        path: The file, which need not be there.
+
+    Returns:
+        True for a header that names another column than a run's CSV does, and for a file that cannot be read.
+    """
+    if not path.is_file():
+        return False
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
+            header = next((line for line in file if line.strip() and not line.lstrip().startswith("#")), "")
+    except OSError:
+        return True
+    return not {name.strip() for name in header.split(",")} <= {*COLUMNS, ""}
 
 
 def write_next(folder: Path, plan: Plan | None) -> Path | None:
     """Writes the plan of a diagnosis's next experiment into `next` in the diagnosis's folder.
 
-    No plan of an earlier diagnosis stays there.
+    No plan of an earlier diagnosis stays there. A run with the name of a log that is there gets a number: the log stays.
 
     Args:
         folder: The diagnosis's folder.
@@ -185,7 +214,13 @@ def write_next(folder: Path, plan: Plan | None) -> Path | None:
         clear_plan(target)
         return None
     target.mkdir(exist_ok=True)
-    return write_plan(target, plan)
+    return write_plan(target, replace(plan, runs=tuple(_beside_logs(target, run) for run in plan.runs)))
+
+
+def _beside_logs(folder: Path, run: Run) -> Run:
+    """The run, with the first number behind its name that no log in a folder has, where a log has its name."""
+    names = chain([run.name], (f"{run.name}_{k}" for k in count(2)))
+    return replace(run, name=next(name for name in names if not holds_readings(folder / f"{name}.csv")))
 
 
 def as_document(plan: Plan) -> dict[str, Any]:
@@ -252,7 +287,7 @@ def _plan(document: dict[str, Any]) -> Plan:
     if not isinstance(runs, list) or not runs or not all(isinstance(run, dict) for run in runs):
         raise _Wrong("holds no runs; write each under a header [[runs]]")
     found = tuple(_run(run, f"run {number + 1}") for number, run in enumerate(runs))
-    if twice := next((name for name, count in Counter(run.name for run in found).items() if count > 1), None):
+    if twice := next((name for name, times in Counter(run.name for run in found).items() if times > 1), None):
         raise _Wrong(f"two runs are called `{twice}`; each needs a name of its own")
     for name in limits:
         _text(name, "a name in `limits`")

@@ -1,6 +1,7 @@
 """`rwjax plan`, as a user calls it."""
 
 import json
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -23,6 +24,8 @@ def test_a_plan_is_written_and_told(
     for run in written["runs"]:
         assert (tmp_path / "plan" / f"{run['name']}.csv").exists() and run["reaches"]["yaw_rad_s"] <= 5.0
     assert {run["role"] for run in written["runs"]} == {"train", "validate"}
+    told = {name for run in written["runs"] for name in run["tells_apart"]}
+    assert "drive.lag" in told and "drive.goal_delay" not in told  # the rig has no servo
     unlimited, frictionless, by_hand = err.splitlines()
     assert unlimited.endswith("--travel (travel of the axis [rad])") and "known inertia" in by_hand
     assert "holds no dry friction" in frictionless  # the demo's file, though its rig sticks
@@ -40,6 +43,21 @@ def test_a_plan_is_written_and_told(
         assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
         notes = capsys.readouterr().err
         assert said in notes and ("replaces" in notes) == bool(said)
+
+
+def test_a_folder_of_logs_is_refused_and_stays_as_it_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for log in ("square.csv", "mixed.csv"):
+        shutil.copy(DEMO / log, logs)
+    assert within(monkeypatch, "plan", DEMO / "rig.toml", "--volts", 6, "--rate", 5, "-o", logs) == 2
+    said = "holds readings, which the plan's run of that name would replace; write the plan into another folder"
+    assert capsys.readouterr().err == f"rwjax: {logs / 'square.csv'}: {said}\n"
+    assert {path.name: path.read_bytes() for path in logs.iterdir()} == {
+        log: (DEMO / log).read_bytes() for log in ("square.csv", "mixed.csv")
+    }
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,12 @@ from firmware.simavr.avr import Avr, build
 from firmware.simavr.bench import Bench
 from firmware.simavr.protocol_simavr import url
 from firmware.simavr.spin import Spin, constant, still
-from rwjax.link import rest
+from rwjax.link import messages, recorder, rest
 from tests.boards import need_simavr
 from tests.cli.shell import DEMO
 from tests.command import refuses
 from tests.command import rwjax as within
+from tests.link.stubborn import Stubborn
 
 
 @pytest.mark.slow
@@ -44,6 +45,20 @@ def test_an_experiment_that_begins_while_the_rig_moves_says_so(
     said = capsys.readouterr()
     assert said.out == f"{log}\n" and said.err == "note: the rig still moved after a wait of 60 s\n"
     assert "# start: the rig still moved after a wait of 60 s\n" in log.read_text()
+
+
+def test_after_a_latched_fault_the_command_works_as_it_is_told(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port, log = Stubborn(), tmp_path / "run.csv"
+    port.state = messages.FAULT
+    monkeypatch.setattr(recorder, "open_port", lambda _: port)
+    asked = ("run-experiment", RIG, "port", "-o", log, "--kind", "square", "--seconds", 1)
+    assert within(monkeypatch, *asked) == 2
+    said = "scripted: fault: silence of the host; `rwjax run-experiment --clear` clears it"
+    assert capsys.readouterr().err == f"rwjax: {said}\n" and list(tmp_path.iterdir()) == []
+    assert within(monkeypatch, *asked, "--clear") == 0
+    assert capsys.readouterr().out == f"{log}\n"
 
 
 @pytest.mark.parametrize(

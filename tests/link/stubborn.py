@@ -51,6 +51,8 @@ class Stubborn(Scripted):
             self.state = messages.ARMED
         elif kind == messages.PLAY and "begin" not in self.without:
             self.playing = True
+        elif kind == messages.CLEAR:
+            self.state = messages.DISARMED
         elif kind == messages.DISARM and "disarm" not in self.without:
             self.state, self.playing = messages.DISARMED, False
 

@@ -133,8 +133,11 @@ def test_a_fault_ends_an_experiment_and_its_log_is_kept(tmp_path: Path) -> None:
         if sample.playing and sample.tick % 50 == 0:
             on.avr.battery(8_000.0)
 
-    done = record(url(on), rig, tmp_path / "run.csv", {}, play(Experiment("square", 2.0, 0.0, 1.0, 9.0), rig), empty)
+    notes = {"experiment": LONG.words()}
+    done = record(url(on), rig, tmp_path / "run.csv", notes, play(LONG, rig), empty)
     assert str(done.failure) == "the board has stopped the experiment: battery low"
+    played = len(read_log(done.logs[0], rig).time)
+    assert read_log(done.logs[0], rig).notes["ended"] == f"early, after {played / 100:g} s of 9.6 s"
     assert 90 < len(read_log(done.logs[0], rig).time) < 160  # half a second of it below 9 V
     on.run(on.avr.cycle + F_CPU // 20)
     assert on.widths == (1500.0, 1500.0)
@@ -308,6 +311,28 @@ def test_where_nothing_came_nothing_stays(scripted, tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="no board of the testbed answers"):
         record("port", read_rig(RIG), tmp_path / "run.csv", {}, listen(1.0))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("does_not", ("arm", "begin"))
+def test_where_nothing_of_an_experiment_was_played_nothing_stays(scripted, tmp_path: Path, does_not: str) -> None:
+    (tmp_path / "other.raw").write_bytes(b"precious")
+    scripted(Stubborn(does_not))
+    rig = read_rig(RIG)
+    with pytest.raises(LinkError, match=f"the board does not {does_not}"):
+        record("port", rig, tmp_path / "run.csv", {"experiment": SQUARE.words()}, play(SQUARE, rig))
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"precious"]
+
+
+def test_what_was_played_stays_though_it_is_too_short_for_a_log(scripted, tmp_path: Path) -> None:
+    port, rig = scripted(Stubborn()), read_rig(RIG)
+
+    def faulty(session: Session, sample: messages.Sample) -> None:
+        if sample.playing:
+            port.state = messages.FAULT
+
+    done = record("port", rig, tmp_path / "run.csv", {"experiment": SQUARE.words()}, play(SQUARE, rig), faulty)
+    assert str(done.failure).startswith("the board has stopped the experiment") and done.logs == []
+    assert {path.name for path in tmp_path.iterdir()} == {"run.raw", "run.notes"}
 
 
 @pytest.mark.parametrize("name", ("run.raw", "run.notes", "run.csv", "run-1.csv"))

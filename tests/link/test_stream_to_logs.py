@@ -1,5 +1,6 @@
 """Logs from raw streams: every frame that arrived is in them, and what was lost is noted."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def test_gaps_are_noted_and_long_ones_end_a_log(tmp_path: Path) -> None:
     raw.write_bytes(b"".join(stream([*range(50), *range(53, 100), *range(140, 200), 230, 231], LIKE_RIG)))
     paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
     assert [p.name for p in paths] == ["run-1.csv", "run-2.csv"]
-    assert remarks == ["1 stretches of under 10 samples are left out", "run-1.csv: gap of 3 samples before 0.53 s"]
+    assert remarks == ["1 stretch of under 10 samples is left out", "run-1.csv: gap of 3 samples before 0.53 s"]
     log = read_log(paths[0], RIG)
     assert log.notes["gap"] == "3 samples before 0.53 s" and len(log.time) == 97
 
@@ -47,7 +48,7 @@ def test_a_gap_in_which_the_command_changed_ends_a_log(tmp_path: Path) -> None:
     raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
     paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
     assert [len(read_log(path, RIG).time) for path in paths] == [78, 78]  # ends where 79 and 81 differ
-    assert remarks == ["run-1.csv: gap of 2 samples before 0.62 s", "run-2.csv: gap of 1 samples before 0.45 s"]
+    assert remarks == ["run-1.csv: gap of 2 samples before 0.62 s", "run-2.csv: gap of 1 sample before 0.45 s"]
 
 
 def test_what_the_board_counted_reaches_the_notes(tmp_path: Path) -> None:
@@ -59,7 +60,7 @@ def test_what_the_board_counted_reaches_the_notes(tmp_path: Path) -> None:
     (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
     told = [
         "3 ticks missed",
-        "1 frames dropped for lack of room on the line",
+        "1 frame dropped for lack of room on the line",
         "3 bytes of the host lost",
         "its last start was by the watchdog",
     ]
@@ -73,6 +74,25 @@ def test_only_what_was_played_is_the_log_of_an_experiment(tmp_path: Path) -> Non
     raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
     (path,), _ = write_logs(raw, RIG, tmp_path / "run.csv")
     assert len(read_log(path, RIG).time) == 40
+
+
+@pytest.mark.parametrize(
+    ("ticks", "ended"),
+    [
+        (range(20, 60), "early, after 0.4 s of 3.6 s"),
+        ([*range(20, 60), *range(90, 130)], "early, after 1.1 s of 3.6 s"),  # a gap that ends a log
+        (range(20, 360), ""),  # samples may be lost at either end
+        (range(20, 380), ""),
+    ],
+    ids=("broke off", "broke off after a gap", "nearly whole", "whole"),
+)
+def test_a_log_says_at_its_head_that_its_run_ended_early(tmp_path: Path, ticks: Iterable[int], ended: str) -> None:
+    raw = tmp_path / "run.raw"
+    raw.write_bytes(b"".join(wire(SAMPLE._replace(tick=k, playing=1), k) for k in ticks))
+    (tmp_path / "run.notes").write_text("experiment: square, 2 V about 0 V, period 1 s, 3 s\n")
+    paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    assert {read_log(path, RIG).notes.get("ended", "") for path in paths} == {ended}
+    assert [remark for remark in remarks if "ended" in remark] == ([f"the run ended {ended}"] if ended else [])
 
 
 def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
@@ -93,7 +113,7 @@ def test_nothing_is_the_log_of_an_experiment_that_was_not_played(tmp_path: Path)
     (tmp_path / "run.notes").write_text("experiment: square\n")
     assert write_logs(raw, RIG, tmp_path / "run.csv") == (
         [],
-        ["1 stretches in which nothing was played are left out"],
+        ["1 stretch in which nothing was played is left out"],
     )
     said = [SAMPLE._replace(tick=k, playing=k >= 140) for k in (*range(100), *range(130, 200))]
     raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
@@ -114,10 +134,11 @@ def test_no_log_is_written_where_one_of_them_is_there_already(tmp_path: Path) ->
 def test_a_board_that_disagrees_with_the_rig_file_is_told(tmp_path: Path) -> None:
     raw = tmp_path / "run.raw"
     raw.write_bytes(b"".join(stream(range(50))))
-    _, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
     assert remarks == [
         "the firmware's config.h has 2048 counts a turn for the encoder of the wheel, the rig file 1024, which is used"
     ]
+    assert [read_log(path, RIG).notes["counts"]] == remarks
     raw.write_bytes(b"".join(stream(range(50), LIKE_RIG._replace(pulse_neutral=2000))))
     with pytest.raises(RigError, match="`neutral_us` is 1500, and the board's neutral pulse lasts 1000 us"):
         write_logs(raw, RIG, tmp_path / "other.csv")

@@ -125,14 +125,18 @@ def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
         envelope(demo)
     with pytest.raises(InputError, match="--rpm: a `platform` rig has no rate of the wheel; leave the option out"):
         envelope(demo, 10.0, {"wheel_rad_s": 100.0})
-    with pytest.raises(InputError, match=r"within these limits \(0.1 V at most\) no run moves the simulated rig"):
+    with pytest.raises(InputError, match=r"within these limits \(0.1 V\) no run moves the simulated rig; raise"):
         recommend(RIGS["platform"], envelope(RIGS["platform"], 0.1))
+    said = r"\(12 V, rate of the axis 3 rad/s, travel of the axis 0.01 rad\) no run moves the simulated rig, or lets it come to rest"
+    with pytest.raises(InputError, match=said):
+        recommend(demo, envelope(demo, 12.0, {"yaw_rad": 0.01, "yaw_rad_s": 3.0}))
 
 
 @pytest.mark.slow
 def test_a_servo_is_planned_by_goals_and_let_go() -> None:
     rig = servo(joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3), kp=15.0, period=0.01)
     runs, _ = recommend(rig, envelope(rig, most={"yaw_rad_s": 2.0}, goal=1.0))
+    assert any("drive.goal_delay" in run.tells_apart for run in runs)
     assert {run.experiment.input for run in runs} == {"goal_rad"} and any(run.experiment.switches for run in runs)
     assert max(run.experiment.most_volts for run in runs) <= 1.0
     assert 1.0 < max(run.reaches["yaw_rad_s"] for run in runs) <= 2.0

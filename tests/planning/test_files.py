@@ -1,5 +1,6 @@
 """Plan files: what is written reads back equal, and what cannot be read is one line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from rwjax import InputError
 from rwjax.planning.experiment import SHAPES, Experiment
-from rwjax.planning.files import NUMBERS, ROLES, Plan, Run, read_plan, write_next, write_plan
+from rwjax.planning.files import NUMBERS, ROLES, Plan, Run, clear_plan, read_plan, write_next, write_plan
 
 NUMBER = st.floats(-1e3, 1e3)
 SECONDS = st.integers(4, 2000).map(lambda ticks: ticks / 100)
@@ -80,6 +81,50 @@ def test_no_run_of_an_earlier_plan_stays_beside_the_next_one(tmp_path: Path) -> 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.csv", "other.csv", "plan.toml"]
 
 
+LOG = "# rig: a\ntime_s,voltage_V,yaw_rad\n0.0,1.0,0.0\n"
+
+
+@pytest.mark.parametrize("log", [LOG, "t;pos1\n0;1\n", "0.0,1.0\n0.01,2.0\n"], ids=["own", "foreign", "bare"])
+def test_a_log_with_the_name_of_a_run_is_never_replaced(tmp_path: Path, log: str) -> None:
+    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
+    write_plan(tmp_path, Plan("rig", {}, (one,)))
+    (tmp_path / "other.csv").write_text(log)
+    before = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    with pytest.raises(
+        InputError, match=r"other\.csv: holds readings, which the plan's run of that name would replace; "
+    ):
+        write_plan(tmp_path, Plan("rig", {}, (one, other)))
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("name", ["one", "other"])
+def test_a_log_in_the_place_of_an_earlier_run_stays(tmp_path: Path, name: str) -> None:
+    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
+    write_plan(tmp_path, Plan("rig", {}, (one, other)))
+    (tmp_path / f"{name}.csv").write_text(LOG)
+    clear_plan(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [f"{name}.csv"]
+    assert (tmp_path / f"{name}.csv").read_text() == LOG
+
+
+def test_a_switched_run_of_an_earlier_plan_is_replaced(tmp_path: Path) -> None:
+    coast = Experiment("coast-down", 1.0, 0.0, 1.0, 2.0, "goal_rad")
+    for length in (1.0, 2.0):
+        write_plan(tmp_path, Plan("rig", {}, (Run("one", replace(coast, length=length), "train", "", (), {}),)))
+    assert (tmp_path / "one.csv").read_text().splitlines()[-1].startswith("2.6,")
+
+
+def test_the_next_experiment_gets_a_name_that_no_log_beside_it_has(tmp_path: Path) -> None:
+    plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
+    (tmp_path / "next").mkdir()
+    (tmp_path / "next" / "next.csv").write_text(LOG)
+    for _ in range(2):  # its own CSV of before is no log
+        write_next(tmp_path, plan)
+        assert [run.name for run in read_plan(tmp_path / "next").runs] == ["next_2"]
+    assert {path.name for path in (tmp_path / "next").iterdir()} == {"next.csv", "next_2.csv", "plan.toml"}
+    assert (tmp_path / "next" / "next.csv").read_text() == LOG
+
+
 def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
     assert write_next(tmp_path, None) is None and not (tmp_path / "next").exists()
     plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
@@ -112,6 +157,8 @@ def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
         ("= 4.0", f"= 1{400 * '0'}", "run `one`: `period_s` is inf; it has to be a finite number"),
         ("= 2.0", f"= 0x{3900 * 'f'}", "run `one`: `amplitude_V` is inf; it has to be a finite number"),
         ("= 2.0", f"= [0x{3900 * 'f'}]", "run `one`: `amplitude_V` is a number of thousands of digits; it has to be"),
+        ("= 2.0", '= "2"', "run `one`: `amplitude_V` is '2'; it has to be a number"),
+        ("= 4.0", '= "4"', "run `one`: `period_s` is '4'; it has to be a number"),
         ("= 2.0", "= true", "run `one`: `amplitude_V` is True; it has to be a number"),
         ("= 2.0", "= 1e300", "run `one`: `amplitude_V` is 1e+300; it lies between -1e+06 and 1e+06 V"),
         ("length_s", "offset_V = -1e300\nlength_s", "run `one`: `offset_V` is -1e+300; it lies between"),
