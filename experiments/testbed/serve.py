@@ -8,18 +8,19 @@ import select
 import sys
 import time
 import tty
+from typing import TYPE_CHECKING
 
-from experiments.testbed.campaign import bench
-from experiments.testbed.cases import CHANGES, truth
 from firmware.simavr.avr import F_CPU, missing
-from firmware.simavr.bench import Bench
+
+if TYPE_CHECKING:
+    from firmware.simavr.bench import Bench
 
 SLICE_S = 0.002  # s between two looks at the line
 MOST = F_CPU // 50
 """Cycles in one go. On a machine that is too slow, simulated time falls behind; leaps would starve the board of heartbeats."""
 
 
-def serve(on: Bench, master: int, seconds: float | None = None) -> None:
+def serve(on: "Bench", master: int, seconds: float | None = None) -> None:
     """Keeps a board's line and a pseudo terminal joined, so long or until interrupted; simulated time is real time."""
     start, from_cycle = time.monotonic(), on.avr.cycle
     while seconds is None or time.monotonic() - start < seconds:
@@ -36,6 +37,11 @@ def serve(on: Bench, master: int, seconds: float | None = None) -> None:
 
 def main(arguments: list[str]) -> None:
     """Serves until Ctrl-C."""
+    try:
+        from experiments.testbed.campaign import bench
+        from experiments.testbed.cases import CHANGES, truth
+    except ModuleNotFoundError as why:
+        sys.exit(f"needs {why.name}: pip install '.[experiments,link]'")
     case = arguments[0] if arguments else "none"
     if case not in CHANGES:
         sys.exit(f"no case {case}: what the rig file lacks, one of {', '.join(CHANGES)}; none without an argument")

@@ -1,6 +1,6 @@
 """What the commands for control share: options, what is read off them, and how tables, figures and notes are given back."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,6 +56,24 @@ def pairs(example: str = "0:100:101", **options: str) -> "tuple[np.ndarray, np.n
         given = " ".join(f"--{name} {text}" for name, text in options.items())
         raise InputError(f"{given}: {len(first) * len(second)} pairs are more than {MOST_PAIRS}; take fewer")
     return first, second
+
+
+def on_edge(given: dict[str, str], ranges: "Sequence[np.ndarray]", best: "Sequence[int]") -> list[str]:
+    """Lines on what was found best and lies on an edge of its range.
+
+    Args:
+        given: text of each range by its option's name, as `pairs` takes it.
+        ranges: their values [unit of the option], in the same order.
+        best: index of what was found best in each of them.
+
+    Returns:
+        A line for each range to widen. The edge at 0 has nothing beyond it, nor has a range of one value an edge.
+    """
+    return [
+        f"it lies on the edge of --{name} {text}: widen that range"
+        for (name, text), values, k in zip(given.items(), ranges, best, strict=True)
+        if len(values) > 1 and values[k] > 0.0 and values[k] in (values.min(), values.max())
+    ]
 
 
 def timing_of(rig: "Rig", period: float, late: float, smooth: float) -> "LoopTiming":

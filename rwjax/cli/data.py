@@ -1,7 +1,7 @@
 """The command `data`: logs of real rigs that others published."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -10,7 +10,7 @@ from rwjax.cli.progress import progress
 from rwjax.cli.terminal import next_command, say
 from rwjax.errors import InputError
 
-Action = Annotated[Literal["fetch"] | None, typer.Argument(metavar="[fetch", help="fetches a set", show_default=False)]
+Action = Annotated[str | None, typer.Argument(metavar="[fetch", help="fetches a set", show_default=False)]
 Name = Annotated[str | None, typer.Argument(metavar="NAME]", help="its name", show_default=False)]
 Output = Annotated[Path | None, typer.Option("-o", metavar="DIR", help="folder; the set's name without it")]
 
@@ -26,6 +26,10 @@ def data(action: Action = None, name: Name = None, output: Output = None, quiet:
         for known, one in SETS.items():
             say(f"{known}: {one.rig}\n  source: {one.source}\n  licence: {one.licence}")
         return
+    if action != "fetch":
+        raise InputError(
+            f"data {action}: is not known; `rwjax data` lists the sets, `rwjax data fetch NAME` brings one"
+        )
     if name not in SETS:
         said = f"no published set `{name}`" if name else "which set"
         raise InputError(f"{said}: known are {', '.join(SETS)}, as in `rwjax data fetch {next(iter(SETS))}`")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.control import Output, Rpm, Volts, check_table, pairs, remark, write_results
+from rwjax.cli.control import Output, Rpm, Volts, check_table, on_edge, pairs, remark, write_results
 from rwjax.cli.manoeuvre import Amps, Degrees, limits_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, positive
 from rwjax.errors import InputError
@@ -73,7 +73,7 @@ def size(
     figure = partial(draw_sizes, ring, found, seconds, f"{angle:g}° within {seconds:g} s: rings of {density:g} kg/m³")
     written = write_results(output, csv(columns), figure, answer, as_json)
     delay = [f"the drive's delay of {found.delay:g} s is in these times"] if found.delay else []
-    remark(quiet, *_notes(ring, found, seconds), *written, *delay)
+    remark(quiet, *_notes(ring, found, seconds, {"radius": radius, "thickness": thickness}), *written, *delay)
 
 
 def _sizes(radius: str, thickness: str, inner: float) -> "tuple[np.ndarray, np.ndarray]":
@@ -87,8 +87,8 @@ def _sizes(radius: str, thickness: str, inner: float) -> "tuple[np.ndarray, np.n
     return outer, thick
 
 
-def _notes(ring: "Ring", found: "WheelBudget", seconds: float) -> list[str]:
-    """What the turn needs, and the lightest wheel that does it."""
+def _notes(ring: "Ring", found: "WheelBudget", seconds: float, given: dict[str, str]) -> list[str]:
+    """What the turn needs, the lightest wheel that does it, and whether it lies on the edge of a range that the user gave."""
     import numpy as np
 
     from rwjax.control.sizing import LIMITS
@@ -107,4 +107,5 @@ def _notes(ring: "Ring", found: "WheelBudget", seconds: float) -> list[str]:
         needed,
         f"lightest that does it: {1e3 * outer[i]:.3g} mm by {1e3 * thick[j]:.3g} mm, {1e3 * mass[i, j]:.3g} g, "
         f"{inertia[i, j]:.3g} kg m², {found.time[i, j]:.3g} s; {LIMITS[int(found.limit[i, j])]} binds",
+        *on_edge(given, (outer, thick), (int(i), int(j))),
     ]

@@ -16,6 +16,7 @@ from rwjax.cli.control import (
     Volts,
     check_table,
     finite_json,
+    on_edge,
     own_delay,
     pairs,
     remark,
@@ -88,9 +89,5 @@ def _notes(swept: "GainSweep", given: dict[str, str]) -> list[str]:
     if swept.fastest is not None:
         i, j = swept.fastest
         notes.append(f"fastest: kp {swept.kp[i]:g}, kd {swept.kd[j]:g} after {float(settling[i, j]):.3g} s")
-        notes += [
-            f"it lies on the edge of --{name} {given[name]}: widen that range"
-            for name, values, k in (("kp", swept.kp, i), ("kd", swept.kd, j))
-            if len(values) > 1 and values[k] > 0.0 and values[k] in (values.min(), values.max())
-        ]
+        notes += on_edge(given, (swept.kp, swept.kd), swept.fastest)
     return notes

@@ -80,7 +80,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
     bound = 0.0 if changes else rig.values["wheel.inertia"] * abs(spin) / room + delay
     best, missed = _search(rig, spin, limits, margin, _torque(rig, spin, limits, room, held))
     if missed > REACHED:
-        raise InputError(_shortfall(best, spin))
+        raise InputError(_shortfall(best, spin, -torque_at(rig, limits, abs(spin)), room))
     return Dump(bound, best, delay)
 
 
@@ -125,8 +125,13 @@ def _search(rig: Rig, spin: float, limits: Limits, margin: float, torque: float)
     return minimum_time(manoeuvre, task, Guess(commands, torque_voltage))
 
 
-def _shortfall(best: Trajectory, spin: float) -> str:
-    """What to say of a dump that was not found: what the best try lacks."""
+def _shortfall(best: Trajectory, spin: float, brakes: float, room: float) -> str:
+    """What to say of a dump that was not found: that the drive `brakes` more than friction has `room` for [N m], or what the best lacks."""
+    if brakes > room:
+        return (
+            f"no dump from {spin:g} rad/s was found: at this rate the back-EMF brakes with {brakes:.3g} N m whatever the voltage does, and "
+            f"static friction bears {room:.3g} N m; begin at a lower rate of the wheel, or raise the voltage"
+        )
     left, moved = abs(float(best.wheel[-1]) / spin), float(np.max(np.abs(best.angle)))
     what = f"the axis moves by {np.degrees(moved):.2g}°; begin at a lower rate of the wheel" if moved > 0.0 else ""
     slow = f"{100.0 * left:.2g} % of the rate are left; raise the voltage or the current" if left > REACHED else ""

@@ -10,6 +10,8 @@ from rwjax.control.drive_limits import Limits, check_manoeuvre, fastest_rate, to
 from rwjax.control.minimum_time import PIECES, REACHED, Guess, Manoeuvre, Task, minimum_time
 from rwjax.control.on_off import OnOff, on_off, on_off_voltage
 from rwjax.control.open_loop import Trajectory, command_delay, open_loop, steady_state
+from rwjax.control.resistance import resisting_torque
+from rwjax.effects.library import BY_NAME
 from rwjax.errors import InputError
 from rwjax.rig.model import Rig
 
@@ -88,12 +90,27 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     manoeuvre = Manoeuvre(structure, _still if structure.inductive else _arrived, slides_from=1)
     best, missed = minimum_time(manoeuvre, task, Guess(commands, torque_voltage))
     if missed > REACHED:
-        raise InputError(
-            f"{np.degrees(angle):g}° are not reached within these limits (the search ends at "
-            f"{np.degrees(float(best.angle[-1])):.3g}°): friction may take the wheel's momentum; "
-            "turn less far, or spin the wheel the other way beforehand"
-        )
+        raise InputError(_shortfall(rig, angle, limits, spin, best))
     return Slew(ideal, top, followed, float(followed.angle[-1]) - angle, best, delay)
+
+
+def _shortfall(rig: Rig, angle: float, limits: Limits, spin: float, best: Trajectory) -> str:
+    r"""What to say of a slew that was not found.
+
+    The axis has what the wheel gives less what friction of m or more has taken, $I w \le h - m t$, and turns no further than $h^2/(2 I m)$.
+    """
+    I, J = rig.values["axis.inertia"], rig.values["wheel.inertia"]
+    h = J * (fastest_rate(rig, limits) + float(np.sign(angle)) * spin)
+    m = float(resisting_torque(rig, abs(angle), h / I, 0.0)[1])
+    known = m > 0.0 and not any(BY_NAME[name].changes_over_time for name in rig.effects)
+    reach = h**2 / (2.0 * I * m) if known else np.inf
+    if abs(angle) > reach:
+        why = f"what resists the axis, {m:.3g} N m at least, takes the {h:.3g} N m s that the wheel can give within {np.degrees(reach):.3g}°"
+    else:
+        ends = np.degrees(float(best.angle[-1]))
+        why = f"the search ends at {ends:.3g}°; friction may take the wheel's momentum"
+    advice = "turn less far, or spin the wheel the other way beforehand"
+    return f"{np.degrees(angle):g}° are not reached within these limits: {why}; {advice}"
 
 
 def _followed(rig: Rig, ideal: OnOff, way: float) -> Trajectory:

@@ -9,7 +9,7 @@ thesis does. The bodies' inertias make up for that: $I$ of the body alone, and $
 the motor's make of the wheel's rate stays, a share $J/I$ of it.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import copysign, inf
 
@@ -166,20 +166,24 @@ def mujoco_model(rig: Rig) -> Model:
             model = _with_effect(model, effect, given)
     for name, given in rig.effects.items():
         model = _with_effect(model, BY_NAME[name], given)
-    for name, part, number in _FRICTION:
+    for name, part, numbers in _FRICTION:
         if (value := getattr(model.axis, name)) < 0.0:
-            known = model.held.numbers
-            held = model.held.with_values({number: known[number] - value}) if number in known else None
             why = f"{part} of {value:.3g} is negative, 0 stands for it"
-            model = model.plus(name, -value).without(name, why, held)
+            model = model.plus(name, -value).without(name, why, _raised(model.held, numbers, -value))
     return model
 
 
 _FRICTION = (
-    ("damping", "viscous friction", "axis.friction.viscous"),
-    ("frictionloss", "dry friction", "axis.friction.coulomb"),
+    ("damping", "viscous friction", ("axis.friction.b2", "axis.friction.viscous")),
+    ("frictionloss", "dry friction", ("axis.friction.b3", "axis.friction.coulomb")),
 )
-"""Friction that a hinge cannot have below 0: its attribute, what it is, and the number of a rig file that makes up for it."""
+"""Friction that a hinge cannot have below 0: its attribute, what it is, and the numbers of a rig file of which one makes up for it."""
+
+
+def _raised(rig: Rig, names: Sequence[str], by: float) -> Rig:
+    """A rig with more of the first of these numbers that its file has; of the last one where it has none."""
+    name = next((name for name in names if name in rig.numbers), names[-1])
+    return replace(rig, numbers=rig.numbers | {name: _number(rig, name) + by})
 
 
 def _number(rig: Rig, name: str) -> float:

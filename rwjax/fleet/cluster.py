@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 WAITS_S = 15.0
 """How long a scheduler that does not answer is waited for [s]."""
+NO_PAUSE = {"distributed.worker.memory.pause": False}
+"""A process that Dask pauses near its limit has one job alone, and nothing that could free its memory: it would wait for ever."""
+LEAST_MIB = 256
+"""Memory of a process at least [MiB]: rwjax alone takes 217 where it is loaded, and a process that takes its limit is ended again and again."""
 LOGGERS = (
     "distributed",
     *(f"distributed.{part}" for part in ("client", "core", "nanny", "scheduler", "utils", "worker")),
@@ -36,21 +40,17 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
         The client.
 
     Raises:
-        InputError: No scheduler answers, it has no worker, the memory is no size, or Dask is not installed.
+        InputError: No scheduler answers, it has no worker, the memory is no size or too little, or Dask is not installed.
     """
     try:
         from dask import config
-        from dask.utils import parse_bytes
 
         with config.set(logging=dict.fromkeys(LOGGERS, "critical")):  # read when `distributed` is first imported
             from distributed import Client, LocalCluster
     except ImportError:
         raise InputError("a fleet needs Dask: pip install 'distributed>=2026.8'") from None
-    try:
-        limit = "auto" if memory is None else parse_bytes(memory)
-    except ValueError:
-        raise InputError(f"--memory {memory}: is no size; write one as 2GiB") from None
-    with config.set({"distributed.comm.timeouts.connect": WAITS_S}), ExitStack() as both:
+    limit = "auto" if memory is None else _size(memory)
+    with config.set({"distributed.comm.timeouts.connect": WAITS_S} | NO_PAUSE), ExitStack() as both:
         if scheduler is not None:
             _check(scheduler)
         address: Any = scheduler
@@ -74,6 +74,19 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
         except TimeoutError:
             raise InputError(f"--scheduler {scheduler}: has no worker; start one with `dask worker`") from None
         yield client
+
+
+def _size(memory: str) -> int:
+    """Bytes of a size in words. Raises `InputError` for one that is none, or with which no process could begin."""
+    from dask.utils import parse_bytes
+
+    try:
+        found = parse_bytes(memory)
+    except ValueError:
+        raise InputError(f"--memory {memory}: is no size; write one as 2GiB") from None
+    if found < LEAST_MIB * 2**20:
+        raise InputError(f"--memory {memory}: a process needs {LEAST_MIB} MiB at least; write one as 2GiB")
+    return found
 
 
 def _check(scheduler: str) -> None:

@@ -41,7 +41,7 @@ class Fleet(NamedTuple):
         appeared: Effects that few rigs have (`rwjax.fleet.appeared.appeared`).
         pooled: Numbers of the fleet and of its rigs.
         false: Share of the alarms that may be false [1].
-        on_shared: What to know of numbers that the rigs are said to share, one sentence each.
+        remarks: What to know of the plan: of numbers that rigs are said to share, of rigs without logs; one sentence each.
     """
 
     command: str
@@ -50,7 +50,7 @@ class Fleet(NamedTuple):
     appeared: pl.DataFrame
     pooled: Pooled
     false: float
-    on_shared: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """The result in lines."""
@@ -83,7 +83,7 @@ class Fleet(NamedTuple):
     @property
     def notes(self) -> list[str]:
         """What to know besides, one sentence each."""
-        notes = [*self.on_shared]
+        notes = [*self.remarks]
         several = self.rows.filter(status="done").group_by("rig").len().filter(pl.col("len") > 1).height
         if self.changes.rigs and several and not self.changes.earlier:
             notes.append(

@@ -3,7 +3,7 @@
 import glob
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,12 +60,14 @@ class FleetPlan(NamedTuple):
         options: Options of the command.
         jobs: The jobs, sorted by rig and session.
         shared: Names of numbers that are one and the same in all rigs.
+        unlogged: Names of rigs whose rig files are there, and whose logs are not.
     """
 
     command: str
     options: dict[str, Any]
     jobs: tuple[Job, ...]
     shared: tuple[str, ...] = ()
+    unlogged: tuple[str, ...] = ()
 
 
 def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
@@ -80,7 +82,7 @@ def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
     Raises:
         InputError: The file is no plan, or no log is there.
     """
-    text = read_text(path, InputError)
+    text, own = read_text(path, InputError), Path(os.path.abspath(path))
     try:
         given = parse_toml(text)
     except ValueError as bad:
@@ -88,10 +90,10 @@ def read_plan(path: str | os.PathLike[str]) -> FleetPlan:
     try:
         command, options = _command(given)
         shared = _shared(command, given)
-        jobs = _jobs(given, Path(os.path.abspath(path)).parent)
+        jobs = _jobs(given, own.parent)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return FleetPlan(command, options, tuple(sorted(jobs)), shared)
+    return FleetPlan(command, options, tuple(sorted(jobs)), shared, _unlogged(given, jobs, own))
 
 
 def _stamp(path: str) -> str:
@@ -174,13 +176,9 @@ def _of_patterns(rig: str, logs: str, folder: Path) -> list[Job]:
     """Jobs by the places that a pattern of logs names."""
     if "{rig}" not in logs:
         raise InputError(f'`logs` is "{printable(logs)}"; it has to hold {{rig}}, which stands for the name of a rig')
-    before = "" if Path(logs).is_absolute() else f"{folder}/"
-    pattern = re.compile(re.escape(before) + _regular(logs))
     found: dict[tuple[str, str], list[str]] = {}
-    for path in sorted(glob.glob(glob.escape(before) + _globbed(logs))):
-        if match := pattern.fullmatch(path):
-            of = match.groupdict()
-            found.setdefault((of["rig"], of.get("when", "")), []).append(path)
+    for path, of in _matches(logs, folder):
+        found.setdefault((of["rig"], of.get("when", "")), []).append(path)
     if not found:
         raise InputError(f'no file is as `logs` says, "{printable(logs)}"')
     return [
@@ -192,6 +190,24 @@ def _of_patterns(rig: str, logs: str, folder: Path) -> list[Job]:
         )
         for (name, when), paths in found.items()
     ]
+
+
+def _unlogged(given: Mapping[str, Any], jobs: Sequence[Job], plan: Path) -> tuple[str, ...]:
+    """Names of rigs that have a file by the pattern of rig files, and no job; the plan itself is no rig's."""
+    rig = given.get("rig", "")
+    if "{rig}" not in rig:
+        return ()
+    there = {printable(of["rig"]) for path, of in _matches(rig, plan.parent) if path != str(plan)}
+    return tuple(sorted(there - {job.rig for job in jobs}))
+
+
+def _matches(pattern: str, folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Paths of the files that are as a pattern says, sorted, each with what stands at its places."""
+    before = "" if Path(pattern).is_absolute() else f"{folder}/"
+    regular = re.compile(re.escape(before) + _regular(pattern))
+    for path in sorted(glob.glob(glob.escape(before) + _globbed(pattern))):
+        if match := regular.fullmatch(path):
+            yield path, match.groupdict()
 
 
 def _parts(pattern: str) -> list[str]:

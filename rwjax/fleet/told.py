@@ -22,6 +22,8 @@ from rwjax.text_files import write_files, write_text
 
 NEXT, NEXT_TABLE = "changed.toml", "changed.csv"
 """The plan that diagnoses the rigs that changed, and its table."""
+MOST_LISTED = 20
+"""Rigs that a note names one by one."""
 TABLE = "numbers.csv"
 """Numbers of the rigs, alone and beside their siblings."""
 
@@ -46,7 +48,17 @@ def told(plan: FleetPlan, rows: pl.DataFrame, false: float = FALSE) -> Fleet:
     shared, notes = alike(now, plan.shared)
     found = changes(own, false, shared)
     apart = set(found.alarms.filter(against="siblings")["rig"])
-    return Fleet(plan.command, own, found, appeared(own), pooled(now, shared, apart), false, tuple(notes))
+    return Fleet(plan.command, own, found, appeared(own), pooled(now, shared, apart), false, (*notes, *_unlogged(plan)))
+
+
+def _unlogged(plan: FleetPlan) -> list[str]:
+    """A sentence on the rig files that have no logs."""
+    names = plan.unlogged
+    if not names:
+        return []
+    listed = ", ".join(names) if len(names) <= MOST_LISTED else f"{names[0]} to {names[-1]}"
+    have = "rig file has" if len(names) == 1 else "rig files have"
+    return [f"{len(names)} {have} no logs, for which nothing was done: {listed}"]
 
 
 def write_plan_of_changed(plan: FleetPlan, fleet: Fleet, folder: Path) -> Path | None:

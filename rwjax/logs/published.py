@@ -1,7 +1,10 @@
 """Logs of real rigs that others published, fetched from where they lie: each file with its check sum, and a first rig file beside it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import urlsplit
 
 from rwjax.errors import InputError
 from rwjax.rig.read import parse_rig, read_rig
@@ -72,25 +75,46 @@ def fetch(name: str, folder: Path, address: str | None = None) -> list[Path]:
         The rig file, then the logs.
 
     Raises:
-        InputError: pooch is not installed, a file cannot be fetched or is not the published one, or the folder holds another rig file.
+        InputError: pooch is not installed, the folder cannot be made, a file cannot be fetched or is not the published one, or the folder holds another rig file.
     """
     try:
         import pooch
+        from requests import ConnectionError, Timeout
     except ImportError as why:
-        raise InputError("fetching a published set needs pooch: pip install pooch") from why
+        raise InputError("fetching a published set needs pooch: pip install '.[data]'") from why
     one, rig_file = SETS[name], folder / RIG_FILE
     base = address or one.address
     if rig_file.exists() and read_rig(rig_file).name != parse_rig(one.text).name:
         raise InputError(f"{rig_file}: is of another rig; give another folder with -o")
     pooch.get_logger().setLevel("WARNING")
-    found = []
-    for file, digest in one.files.items():
-        if (there := folder / file).exists() and pooch.file_hash(str(there)) != digest:
-            raise InputError(f"{there}: is not the published file; remove it, or give another folder with -o")
-        try:
-            found.append(Path(pooch.retrieve(base + file, f"sha256:{digest}", file, folder)))
-        except (OSError, ValueError) as why:  # no network, no room; another file than the published one
-            raise InputError(f"{base + file}: cannot be fetched: {' '.join(str(why).split())}") from why
+    with _made(folder):
+        found = []
+        for file, digest in one.files.items():
+            if (there := folder / file).exists() and pooch.file_hash(str(there)) != digest:
+                raise InputError(f"{there}: is not the published file; remove it, or give another folder with -o")
+            try:
+                found.append(Path(pooch.retrieve(base + file, f"sha256:{digest}", file, folder)))
+            except (ConnectionError, Timeout) as why:
+                host = urlsplit(base).netloc
+                raise InputError(f"{host}: cannot be reached, where {file} lies; try again with a network") from why
+            except (OSError, ValueError) as why:  # no such file there, no room; another file than the published one
+                raise InputError(f"{base + file}: cannot be fetched: {' '.join(str(why).split())}") from why
     if not rig_file.exists():
         write_text(rig_file, one.text, InputError)
     return [rig_file, *found]
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Makes a folder, which stays where something was put into it. Raises `InputError` where it cannot be made."""
+    new = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as bad:
+        raise InputError(f"{folder}: cannot make this folder ({bad.strerror}); give another one with -o") from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # the first that holds something stays, and those above it
+            for path in new:
+                path.rmdir()

@@ -33,6 +33,15 @@ def test_one_row_of_wheels_or_gains_is_drawn_too(shell: Shell) -> None:
     assert (shell.folder / "size.png").exists() and (shell.folder / "row.png").exists()
 
 
+def test_the_lightest_ring_on_an_edge_is_said(shell: Shell) -> None:
+    wheels = ("size", "rig.toml", "--angle", "30", "--seconds", "3", "--amps", "3", "--radius")
+    code, _, err = shell(*wheels, "20:50:31")
+    assert code == 0 and "lightest that does it: 50 mm" in err, err
+    assert "it lies on the edge of --radius 20:50:31: widen that range\n" in err and "edge of --thickness" not in err
+    err = shell(*wheels, "50:50:1")[2]
+    assert "lightest that does it: 50 mm" in err and "edge" not in err
+
+
 def test_size_says_that_the_delay_is_in_its_times(shell: Shell) -> None:
     (shell.folder / "late.toml").write_text(DELAYED)
     wheels = ("--angle", "30", "--seconds", "3", "--amps", "3", "--radius", "50:50:1", "--json")

@@ -98,6 +98,15 @@ def test_what_a_dump_lacks_is_said(wheel: float, angle: float, words: str, monke
         dump(loose(), SPIN, Limits(10.0))
 
 
+def test_a_wheel_that_the_voltage_cannot_hold_is_to_blame(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = at_rest(loose())._replace(angle=jnp.array([0.0, 1e-20]), wheel=jnp.array([SPIN, 0.0]))
+    monkeypatch.setattr(momentum_dump, "minimum_time", lambda *_: (tried, 1.0))
+    brakes = (K * SPIN - 5.0) * K / R  # what 5 V leave of the back-EMF
+    words = rf"the back-EMF brakes with {brakes:.3g} N m whatever .* bears 0\.009 N m; begin at a lower rate"
+    with pytest.raises(InputError, match=words):
+        dump(loose(), SPIN, Limits(5.0))
+
+
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(
         InputError, match=r"`axis\.presliding`: the axis moves a little before it is held; leave it out"

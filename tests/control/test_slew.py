@@ -79,6 +79,16 @@ def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
     assert float(found.best.angle[-1]) == pytest.approx(np.radians(90.0), rel=1e-4)
 
 
+def test_an_angle_beyond_what_friction_leaves_of_the_momentum_is_said_with_it() -> None:
+    friction = 0.02
+    reach = np.degrees((J * TOP) ** 2 / (2.0 * I * friction))
+    words = (
+        rf"what resists the axis, 0\.02 N m at least, takes the {J * TOP:.3g} N m s .* within {reach:.3g}°; turn less"
+    )
+    with pytest.raises(InputError, match=words):
+        slew(rig(friction), np.radians(3.0 * reach), LIMITS)
+
+
 @pytest.mark.slow
 def test_with_a_delay_the_same_commands_do_the_same_so_much_later() -> None:
     angle = np.radians(20.0)

@@ -3,12 +3,13 @@
 import os
 import re
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
 
-from rwjax import RigError, parse_rig, simulate
+from rwjax import RigError, parse_rig, read_logs, read_rig, simulate
 from rwjax.export.mjcf import mjcf
 from rwjax.export.targets import moved_by
 from rwjax.fitting.predict import predict
@@ -21,6 +22,7 @@ if os.environ.get("RWJAX_FIRMWARE") != "required":  # where the continuous test 
 
 from experiments.exports.played import played
 
+DATA = Path(__file__).resolve().parents[2] / "data"
 TIME = 0.01 * np.arange(400)
 VOLTS = 2.0 * np.sign(np.sin(2.0 * TIME)) * (TIME > 0.2) + np.sin(7.0 * TIME)
 JOINT = """
@@ -113,6 +115,26 @@ def test_the_number_of_a_clipped_duty_is_how_far_the_played_model_is_off() -> No
     without_spring = replace(rig, effects={"axis.spring": {"k": 0.5, "T_0": 0.0, "k_3": 0.0}})
     assert moved_by(rig, found.held, [log])["yaw_rad"] == pytest.approx(off, rel=0.02)
     assert off > 3.0 * moved_by(rig, without_spring, [log])["yaw_rad"]
+
+
+def test_the_number_of_friction_that_falls_with_speed_is_how_far_the_played_model_is_off() -> None:
+    rig = read_rig(DATA / "thesis" / "yaw.toml")
+    (log,) = read_logs([DATA / "testbed" / "square.csv"], rig)
+    found = mjcf(rig)
+    assert found.held is not None and not found.uncounted
+    ours = predict(rig, log).columns["yaw_rad"]
+    off = float(np.sqrt(np.mean((played(found.text, log.time, log.command)["yaw_rad"] - ours) ** 2)))
+    assert moved_by(rig, found.held, [log])["yaw_rad"] == pytest.approx(off, rel=0.05) and off > 0.015
+
+
+@pytest.mark.parametrize("viscous", ["", "viscous = 0.01\n"])
+def test_a_negative_effect_is_made_up_for_in_the_held_rig(viscous: str) -> None:
+    rig = replace(platform(f"{viscous}coulomb = 0.3"), effects={"axis.viscous": {"b": -0.03}})
+    found = mjcf(rig)
+    assert found.held is not None
+    model = played(found.text, TIME, VOLTS)["yaw_rad"]
+    held, ours = (np.asarray(simulate(r, TIME, VOLTS)["yaw_rad"]) for r in (found.held, rig))
+    assert np.max(np.abs(model - held)) < 0.1 * np.max(np.abs(model - ours))
 
 
 def test_no_number_of_a_model_is_a_minus_zero() -> None:

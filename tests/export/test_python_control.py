@@ -27,6 +27,10 @@ def test_the_plant_without_dry_friction_is_the_linearised_rig() -> None:
     assert complex(found(s)) == pytest.approx(complex(wanted), rel=1e-9)
 
 
+def test_the_file_says_what_it_needs() -> None:
+    assert "\n# It needs python-control: pip install control\n" in python_control(reaction()).text
+
+
 def test_the_slope_of_a_constant_level_is_that_of_the_textbook() -> None:
     a = np.array([0.1, 1.0, 10.0])
     assert describing_function(platform("coulomb = 0.05"), a) == pytest.approx(4.0 * 0.05 / (np.pi * a), rel=1e-5)

@@ -38,3 +38,10 @@ def test_a_scheduler_without_a_worker_is_said(monkeypatch: pytest.MonkeyPatch) -
 def test_a_memory_that_is_no_size_is_said() -> None:
     with pytest.raises(InputError, match="--memory much: is no size; write one as 2GiB"), connected(None, 1, "much"):
         pass
+
+
+@pytest.mark.parametrize("memory", ["2", "200", "1MiB", "255MiB", "-2GiB"])
+def test_a_memory_with_which_no_process_begins_is_refused(memory: str) -> None:
+    refused = pytest.raises(InputError, match=f"--memory {memory}: a process needs 256 MiB at least; write one as 2GiB")
+    with refused, connected(None, 1, memory):
+        pass

@@ -42,6 +42,17 @@ def test_a_pattern_names_rigs_and_sessions(tmp_path: Path) -> None:
     ]
 
 
+def test_rig_files_without_logs_are_named(tmp_path: Path) -> None:
+    laid(tmp_path, "rig.r1.toml", "rig.r6.toml", "rig.r8.toml", "logs/r1/1.csv", "logs/r2/1.csv")
+    found = read_plan(plan_of(tmp_path, 'command = "check"\nrig = "rig.{rig}.toml"\nlogs = "logs/{rig}/*.csv"\n'))
+    assert [job.rig for job in found.jobs] == ["r1", "r2"] and found.unlogged == ("r6", "r8")
+    laid(tmp_path, "r1.toml")
+    beside = read_plan(plan_of(tmp_path, 'command = "check"\nrig = "{rig}1.toml"\nlogs = "logs/{rig}1/*.csv"\n'))
+    assert beside.unlogged == ("rig.r",)
+    (tmp_path / "fleet.toml").rename(tmp_path / "fleet1.toml")  # the plan is as the pattern says, and no rig file
+    assert read_plan(tmp_path / "fleet1.toml").unlogged == ("rig.r",)
+
+
 def test_places_may_stand_within_a_name_and_again(tmp_path: Path) -> None:
     laid(tmp_path, "r[1]/r[1]_7.csv", "r[1]/r2_7.csv", "r2/r2_8.csv")
     found = read_plan(plan_of(tmp_path, 'command = "check"\nrig = "rig.toml"\nlogs = "{rig}/{rig}_{when}.csv"\n'))

@@ -20,6 +20,16 @@ def test_rigs_that_the_plan_has_no_more_do_not_count() -> None:
     assert told(FleetPlan("diagnose", {}, JOBS), ROWS).rows["rig"].to_list() == ["a", "b & c"]
 
 
+def test_rig_files_without_logs_are_said() -> None:
+    plan = FleetPlan("diagnose", {}, JOBS)
+    assert told(plan._replace(unlogged=("r6",)), ROWS).notes == [
+        "1 rig file has no logs, for which nothing was done: r6"
+    ]
+    many = told(plan._replace(unlogged=tuple(f"r{k:02d}" for k in range(30))), ROWS)
+    assert "note: 30 rig files have no logs, for which nothing was done: r00 to r29\n" in str(many)
+    assert not told(plan, ROWS).notes
+
+
 def test_a_rig_leads_to_its_report_where_there_is_one(tmp_path: Path) -> None:
     for job in JOBS:
         page = tmp_path / REPORTS / report_folder(job) / "report.html"

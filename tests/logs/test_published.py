@@ -2,6 +2,7 @@
 
 import gc
 import hashlib
+import socket
 import threading
 from collections.abc import Iterator
 from functools import partial
@@ -71,7 +72,7 @@ def test_another_file_than_the_published_one_is_refused_and_not_kept(served: tup
         (folder / name).write_bytes(b"something else")
     with pytest.raises(InputError, match=r"DATA_EMPS\.mat: cannot be fetched: .*hash") as refused:
         fetch("emps", tmp_path / "emps", address)
-    assert "\n" not in str(refused.value) and not list((tmp_path / "emps").glob("*"))
+    assert "\n" not in str(refused.value) and not (tmp_path / "emps").exists()
 
 
 def test_what_a_user_has_there_is_not_replaced(
@@ -95,6 +96,21 @@ def test_no_such_address_is_said_in_one_line(served: tuple[Path, str], tmp_path:
     with pytest.raises(InputError, match=r"DATA_EMPS\.mat: cannot be fetched: 404") as refused:
         fetch("emps", tmp_path / "emps", served[1])
     assert "\n" not in str(refused.value)
+
+
+def test_a_host_that_is_not_reached_is_said_in_short_and_no_folder_stays(tmp_path: Path) -> None:
+    with socket.socket() as taken:  # bound, and not listened at: nothing answers there
+        taken.bind(("127.0.0.1", 0))
+        host = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(InputError, match=rf"^{host}: cannot be reached, where DATA_EMPS\.mat lies; try again"):
+            fetch("emps", tmp_path / "some" / "emps", f"http://{host}/some/")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_made_is_to_blame(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"file/x: cannot make this folder \(Not a directory\); give another one"):
+        fetch("emps", tmp_path / "file" / "x")
 
 
 def test_the_published_files_are_those_of_the_check_sums(realdata: Path) -> None:
