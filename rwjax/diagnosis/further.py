@@ -142,13 +142,12 @@ def _moving(further: Further) -> Further:
 def _told_apart(further: Further) -> Further:
     """The same, without a claim of which a law outside the list of effects does as well in the place of one of the names.
 
-    Where the claimed names are a special case of the law, they stand by themselves: what the law adds is not needed.
+    Where the claimed names are a special case of the law, they stand unless what the law adds is needed.
     """
     judged, named = further.judged, _claims(further)
     if named is None:
         return further
-    stated = [named, *(further.claim or further.choice).alternatives]
-    asked = [one for one in outside_laws_of(stated) if not one.instead.contains(named)]
+    asked = outside_laws_of([named, *(further.claim or further.choice).alternatives])
     if not asked:
         return further
     try:
@@ -156,6 +155,8 @@ def _told_apart(further: Further) -> Further:
             found = doing_as_well(judged.fits, asked)
     except Stopped:
         return replace(further, judged=judged.anew(), ended=True)
+    gain, needed = ModelComparison(judged.fits).gain, judged.fits.settings.search.needed
+    found = [one for one in found if not one.instead.contains(named) or gain(one.instead, named) > needed]
     further = replace(further, judged=judged.anew())
     if not found:
         return further

@@ -33,7 +33,7 @@ UNITS = (
 """Words of a column's name, and the unit that they mean; the first that is there counts."""
 WORDS = (
     ("time_s", r"t|time\w*|zeit|timestamp|millis|micros|clock|ms|us|sec\w*"),
-    ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|des|desired|soll\w*"),
+    ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
     ("supply_V", r"v?bat\w*|supply\w*|vbus|bus"),
     ("enabled", r"enabled?|torque_?on|torque"),
     ("voltage_V", r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty"),
@@ -46,11 +46,18 @@ WHEEL = r"(fly|reaction_?)?wheels?(speed|rate|angle|pos)?|rw"
 """Words of a column's name that say that the motion is a wheel's."""
 COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""
+DESIRED = "des"
+"""Word of what is asked for: of an angle a goal, and no reading of anything."""
+TORQUE = r"nm|torque"
+"""Words of a torque."""
+ASKED_FOR = r"cmd\w*|command\w*|ref\w*|set\w*|target\w*|des\w*|soll\w*"
+"""Words of a torque that is asked for."""
 RATES = ("rad/s", "deg/s", "rpm")
 """Units of rates, which no command in volts has."""
 QUANTITIES = {
     "voltage_V": ("V", "mV", "percent", "count"),
     "enabled": (),
+    "goal_rad": ("rad", "deg", "count"),
     "angle": ("rad", "deg", "count"),
     "rate": (*RATES, "rad", "deg", "count"),
     "current_A": ("A", "mA", "count"),
@@ -130,8 +137,10 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
             found.setdefault(one.name, one)
     volts = found.get("voltage_V")
     given = _values(sheet, volts.column) if volts is not None else None
-    drives = any(_unit(column) == "N m" and _is_commanded(_parts(column)) for column in sheet.names)
-    if "goal_rad" in found and (drives or (given is not None and given.min() < 0.0)):
+    driven = given is not None and given.min() < 0.0
+    torques = (_values(sheet, column) for column in sheet.names if is_commanded_torque(column))
+    driven |= any(values is not None and values.any() for values in torques)
+    if driven and "goal_rad" in found and found["goal_rad"].column != "goal_rad":
         del found["goal_rad"]  # a torque, or a voltage of both signs, is what drives, whatever goal it follows
     if "goal_rad" in found:  # a log holds one command
         found.pop("duty", None)
@@ -144,6 +153,19 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         for name, one in found.items()
         if name not in COLUMNS or not COLUMNS[name].encoder or COLUMNS[name].output not in angles
     }
+
+
+def is_commanded_torque(column: str) -> bool:
+    """Whether a column is a torque that is asked for, by its name.
+
+    Args:
+        column: The column's name.
+
+    Returns:
+        True where a word of it is of a torque, and another one of a command.
+    """
+    words = re.split(r"[\W_]+", column.lower())
+    return all(any(re.fullmatch(pattern, word) for word in words) for pattern in (TORQUE, ASKED_FOR))
 
 
 def _values(sheet: Sheet, column: str) -> np.ndarray | None:
@@ -174,12 +196,17 @@ def _meaning(column: str, parts: Sequence[str]) -> str:
     agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]
     if means[:1] == ["voltage_V"] and in_rates:
         agreed = ["rate"]
-    return agreed[0] if agreed and not (means[0] == "voltage_V" != agreed[0] and _is_commanded(parts)) else ""
+    if agreed[:1] != ["time_s"] and ("goal_rad" in means or DESIRED in parts):
+        return _asked_for([word for word in agreed if word != "goal_rad"], "goal_rad" in agreed)
+    commanded = any(re.fullmatch(COMMANDED, part) for part in parts)
+    return agreed[0] if agreed and not (means[0] == "voltage_V" != agreed[0] and commanded) else ""
 
 
-def _is_commanded(parts: Sequence[str]) -> bool:
-    """Whether one of the words of a column's name says that it is a command."""
-    return any(re.fullmatch(COMMANDED, part) for part in parts)
+def _asked_for(of: Sequence[str], goal: bool) -> str:
+    """What is asked for means, by what it is of: a voltage drives, and an angle is a servo's goal; a rate or a current is neither."""
+    if "voltage_V" in of:
+        return "voltage_V"
+    return "goal_rad" if "angle" in of or (goal and not of) else ""
 
 
 def _ends_otherwise(column: str, units: Collection[str] | None) -> bool:

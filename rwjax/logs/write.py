@@ -19,7 +19,7 @@ def write_log(
     Args:
         path: The file; one that is there is replaced.
         columns: Columns (n,) by rwjax's names, in the units of these; NaN becomes an empty cell.
-        notes: Notes above the header by key, each on one line, below the one that says so.
+        notes: Notes above the header by key, each on one line, below the note `layout`, which is the writer's own.
 
     Raises:
         LogError: Where the file cannot be written, and where a number is infinite: nothing is written then.
@@ -30,7 +30,8 @@ def write_log(
     for name, column in columns.items():
         if np.isinf(np.asarray(column, float)).any():
             raise LogError(f"{path}: not written, since `{name}` is not finite: check the rig's numbers")
-    head = [_note(key, value) for key, value in (dict([LAYOUT]) | dict(notes or {})).items()]
+    others = [(key, value) for key, value in (notes or {}).items() if key.lower() != LAYOUT[0]]
+    head = [_note(key, value) for key, value in (LAYOUT, *others)]
     cells = [["" if x != x else repr(x) for x in np.asarray(column).tolist()] for column in columns.values()]
     rows = [",".join(row) for row in zip(*cells, strict=True)]
     write_text(path, "\n".join([*head, ",".join(columns), *rows, ""]), LogError)

@@ -1,7 +1,6 @@
 """A first rig file, from the columns of logs and the numbers of a datasheet. What is guessed is free where logs can tell it, and said."""
 
 import json
-import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import NamedTuple
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
-from rwjax.logs.propose import proposal, proposed
+from rwjax.logs.propose import is_commanded_torque, proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
@@ -81,10 +80,6 @@ OF_A_WEIGHT = [
 COLUMNS_OF_MOTION = {name for name, column in COLUMNS.items() if "joint" in column.kinds} - {"current_A"}
 """Columns of a joint's motion."""
 GUESS, GIVEN, BY_NO_LOAD = "a guess", "given", "voltage over the speed without a load"
-TORQUE = r"nm|torque"
-"""Words of a column's name that holds a torque."""
-COMMANDED = r"cmd\w*|command\w*|ref\w*|set\w*|target\w*|des\w*|soll\w*"
-"""Words of a column's name that holds what is asked for."""
 
 
 class FirstRig(NamedTuple):
@@ -175,14 +170,12 @@ def _unused(kind: str, datasheet: Datasheet, columns: set[str]) -> tuple[str, ..
 
 def _check_columns(sheet: Sheet) -> None:
     """Raises `LogError` where no column is taken for the time, a command or a reading: by a value that is no number, if there is one."""
-    if second := [name for name in sheet.names if name in OF_TWO_AXES]:
-        alone = {"pitch_rad", "pitch_rad_s", "pitch_counts"}.issuperset(second) and not any(
-            "yaw" in n for n in sheet.names
-        )
-        one = (
-            f"; a rig with the pitch axis alone calls it yaw: `{second[0].replace('pitch', 'yaw')}` in the log's header"
-        )
-        raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command{one * alone}")
+    second = [name for name in sheet.names if name in OF_TWO_AXES]
+    if second and all(name.startswith("pitch") for name in second) and "yaw_rad" not in sheet.names:
+        calls = ", ".join(f"`{name.replace('pitch', 'yaw')}` for `{name}`" for name in second)
+        raise LogError(f"{sheet.where(None)}: `init` writes rigs with one axis, which is called yaw: write {calls}")
+    if second:
+        raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command")
     if [*sheet.names] == [*THESIS_COLUMNS]:
         needed = 'pulse = "pwm_1"` and [drive] `pwm = { neutral_us = …, volts_per_us = … }`'
         raise LogError(
@@ -211,8 +204,7 @@ def _check_columns(sheet: Sheet) -> None:
 
 def _commands_by_hand(sheet: Sheet) -> str:
     """How a rig file says which column is the command: one for a torque, where a column's name says that it is one."""
-    torques = (name for name in sheet.names if _has_word(TORQUE, name) and _has_word(COMMANDED, name))
-    if (torque := next(torques, None)) is None:
+    if (torque := next(filter(is_commanded_torque, sheet.names), None)) is None:
         return (
             ', under [columns], such as `voltage_V = "NAME"`: or duty, command_A (a current), command_Nm (a torque, kind = "joint") '
             "or goal_rad (an angle that a servo is to reach)"
@@ -225,11 +217,6 @@ def _commands_by_hand(sheet: Sheet) -> str:
         f'`kind = "joint"`, `axis.inertia = 0.1` (a guess, kg m2), `axis.friction.viscous = 0.0`, `columns = {{ {printable(lines)} }}` '
         'and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig'
     )
-
-
-def _has_word(pattern: str, name: str) -> bool:
-    """Whether one of the words of a column's name is of a pattern."""
-    return any(re.fullmatch(pattern, word) for word in re.split(r"[\W_]+", name.lower()))
 
 
 def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:

@@ -45,10 +45,17 @@ def test_a_law_is_asked_of_what_stands_beside_the_choice_too(
     assert found.outside == tuple(e for one in alternatives for e in (one, Hypothesis(("axis.growing_stiction",))))
 
 
-def test_a_law_takes_no_claim_away_that_is_its_special_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(OUTSIDE, lambda fits, asked: list(asked))
+@pytest.mark.parametrize(("better_by", "stands"), [(1.0, True), (50.0, False)])
+def test_a_law_takes_a_claim_that_is_its_special_case_away_where_it_is_needed(
+    better_by: float, stands: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def found_better(fits: ModelFits, asked: Sequence[OutsideLaw]) -> list[OutsideLaw]:
+        monkeypatch.setattr("rwjax.diagnosis.further.ModelComparison.gain", lambda self, larger, smaller: better_by)
+        return list(asked)
+
+    monkeypatch.setattr(OUTSIDE, found_better)
     found = claimed_of(DRY, (STRIBECK,))
-    assert found.complete and not found.refused and not found.outside
+    assert found.complete and {*found.refused} == (set() if stands else {*STRIBECK.names})
 
 
 def test_errors_are_judged_anew_behind_the_fits_of_a_law(monkeypatch: pytest.MonkeyPatch) -> None:

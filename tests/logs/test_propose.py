@@ -45,6 +45,16 @@ K = np.arange(100.0)
         ("cmd_angle_deg", K, "# passed over: cmd_angle_deg"),
         ("enc_a", K, 'yaw_counts = "enc_a"'),
         ("goal", 0.01 * K, 'goal_rad = "goal"   # needs [drive.servo]'),
+        ("pos_des", 0.01 * K, 'goal_rad = "pos_des"   # needs [drive.servo]'),
+        ("voltage_des_V", 0.1 * K, 'voltage_V = "voltage_des_V"'),
+        ("voltage_des", 0.1 * K, 'voltage_V = "voltage_des"'),
+        ("torque_des_Nm", K, "# passed over: torque_des_Nm"),
+        ("torque_ref_Nm", K, "# passed over: torque_ref_Nm"),
+        ("tau_des", K, "# passed over: tau_des"),
+        ("i_des_A", K, "# passed over: i_des_A"),
+        ("vel_des", K, "# passed over: vel_des"),
+        ("speed_des_rad_s", K, "# passed over: speed_des_rad_s"),
+        ("target_speed_rpm", K, "# passed over: target_speed_rpm"),
         ("vbat", 12 + 0 * K, 'supply_V = "vbat"'),
         ("yaw_rad", K, 'yaw_rad = "yaw_rad"'),
     ],
@@ -118,10 +128,13 @@ def test_a_voltage_of_both_signs_drives_whatever_goal_stands_beside_it() -> None
     assert "goal_rad" in section and 'supply_V = "motor_V"' in section
 
 
-def test_a_commanded_torque_drives_whatever_angle_is_desired_beside_it() -> None:
+@pytest.mark.parametrize("torque", ["torque_cmd_Nm", "torque_setpoint_Nm"])
+def test_a_commanded_torque_drives_whatever_angle_is_desired_beside_it(torque: str) -> None:
     columns = {"t": 0.01 * K, "position_des_rad": 0.01 * K, "torque_meas_Nm": 0.1 * np.sin(K), "angle": 0.01 * K}
     assert 'goal_rad = "position_des_rad"' in proposal(ArraySheet("run", {}, [*columns], columns), "joint")
-    columns["torque_cmd_Nm"] = 0.1 * np.sin(K)
+    idle = columns | {torque: 0.0 * K}  # a feed-forward that is not used
+    assert "goal_rad" in proposal(ArraySheet("run", {}, [*idle], idle), "joint")
+    columns[torque] = 0.1 * np.sin(K)
     section = proposal(ArraySheet("run", {}, [*columns], columns), "joint")
     assert 'yaw_rad = "angle"' in section and "goal_rad" not in section and "enabled" not in section
 

@@ -71,8 +71,10 @@ def test_a_note_stays_one_note_whatever_it_says(tmp_path_factory, notes: dict[st
 
 def test_what_was_written_is_read_as_it_is_whatever_other_files_of_the_rig_call_their_columns(tmp_path) -> None:
     path, rig = tmp_path / "run.csv", replace(PLATFORM, sources={"time_s": Source("t"), "voltage_V": Source("u")})
-    write_log(path, {"time_s": 0.1 * np.arange(10), "voltage_V": np.ones(10), "yaw_rad": np.zeros(10)})
-    assert read_log(path, rig).command[0] == 1.0
+    columns = {"time_s": 0.1 * np.arange(10), "voltage_V": np.ones(10), "yaw_rad": np.zeros(10)}
+    write_log(path, columns, {"layout": "bench 3", "Layout": "x", "run": "a"})
+    log = read_log(path, rig)
+    assert log.command[0] == 1.0 and log.notes == {"layout": "rwjax", "run": "a"}
 
 
 def test_a_note_that_would_read_back_as_a_role_is_refused(tmp_path) -> None:

@@ -182,9 +182,10 @@ def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Pat
             "a rig with two axes; `init` writes rigs with one command",
         ),
         (
-            "time_s,voltage_V,pitch_rad,a,b,c",
-            "a rig with the pitch axis alone calls it yaw: `yaw_rad` in the log's header",
+            "time_s,voltage_V,pitch_rad,pitch_rad_s,b,c",
+            "one axis, which is called yaw: write `yaw_rad` for `pitch_rad`, `yaw_rad_s` for `pitch_rad_s`",
         ),
+        ("time_s,voltage_V,pitch_rad,yaw_rad,b,c", "a rig with two axes"),
         (
             "t,pos1,pos2,speed2,pwm_1,pwm_2",
             'the thesis layout; write a rig file by hand with [columns] `position = "pos1"`',

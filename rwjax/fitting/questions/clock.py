@@ -19,7 +19,7 @@ LEFT = 0.2
 LEAVES = 0.25
 """Share of what the time as it is leaves that another time may leave [1]."""
 
-SHORTEST_S, COARSEST_S = 1.0, 1.0
+LEAST_S, COARSEST_S = 0.3, 1.0
 """Length [s] of the shortest run, and time [s] between samples of the coarsest one, that anybody records of such a rig."""
 
 
@@ -41,7 +41,7 @@ def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) 
         if not any(1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share)) for k, share in asked.items()):
             continue
         # beside a log whose time is plainly another one, so are those that it explains better
-        slow = [k for k, run in enumerate(runs) if explained(other[k]) > explained(run)]
+        slow = [k for k, run in enumerate(runs) if explained(other[k]) > explained(run) and _plausible(run.log, factor)]
         shares = {k: share for k, share in shares.items() if k not in slow}
         found[_question(names_of([runs[k].log for k in slow]), factor)] = slow
     return found
@@ -50,7 +50,7 @@ def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) 
 def _plausible(log: Log, factor: float) -> bool:
     """Whether a log in another time is one that somebody records: numbers of a first rig file are guesses, and may ask for any time."""
     length, step = np.ptp(log.time), np.median(np.diff(log.time))
-    return bool(length * factor >= SHORTEST_S and step * factor <= COARSEST_S)
+    return bool(length * factor >= LEAST_S and step * factor <= COARSEST_S)
 
 
 def _question(names: str, factor: float) -> Question:
