@@ -40,12 +40,12 @@ def controller_of(
         InputError: an option is out of its range.
     """
     from rwjax.control.controller import Controller
-    from rwjax.rig.columns import columns_of
+    from rwjax.planning.envelope import check_has
 
     finite(ki=ki, volts=volts)
     positive(volts=volts, rpm=rpm)
-    if rpm < math.inf and "wheel_rad_s" not in columns_of(rig.kind):
-        raise InputError(f"--rpm: a `{rig.kind}` rig has no rate of the wheel; leave the option out")
+    if rpm < math.inf:
+        check_has(rig.kind, "wheel_rad_s")
     if ki < 0.0:
         raise InputError("--ki: must not be negative")
     timing = timing_of(rig, period, late, smooth)

@@ -151,7 +151,7 @@ class ResultFolder:
                     if now != late and now in (None, kept.get(name)):
                         there.parent.mkdir(parents=True, exist_ok=True)
                         os.replace(old / name, there)
-                    else:
+                    elif now == late or name in kept:  # else it came in under a result's name, and stays
                         os.unlink(old / name)
                 for path, _, _ in os.walk(old, topdown=False):
                     with suppress(OSError):  # a file has come in

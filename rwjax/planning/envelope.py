@@ -104,10 +104,8 @@ def envelope(
     if goal is not None and rig.servo is not None and rig.servo.acts_on == "duty" and "drive.supply" not in rig.numbers:
         raise InputError("a duty needs the supply's voltage; write [drive] supply = 12 (volts; logs do not count here)")
     rig = driven_by(rig, "voltage_V" if goal is None else GOAL)
-    if wrong := next((name for name in most if rig.kind not in LIMITS[name].kinds), None):
-        raise InputError(
-            f"{LIMITS[wrong].option}: a `{rig.kind}` rig has no {LIMITS[wrong].words}; leave the option out"
-        )
+    for name in most:
+        check_has(rig.kind, name)
     effects = [(BY_NAME[name], given) for name, given in rig.effects.items()]
     most["yaw_rad"] = min([most.get("yaw_rad", math.inf), *(e.travel(given) for e, given in effects)])
     limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
@@ -124,6 +122,20 @@ def envelope(
         goals = "; for goals of its servo --goal, such as --goal 45deg" if rig.servo is not None else ""
         raise InputError(f"nothing says how many volts the drive gives; add --volts, such as --volts 12{goals}")
     return Envelope(min(known), limits, directions)
+
+
+def check_has(kind: str, name: str) -> None:
+    """Refuses a limit of something that a kind of rig does not have.
+
+    Args:
+        kind: The kind.
+        name: The output that the limit is of (`LIMITS`).
+
+    Raises:
+        InputError: For such a limit.
+    """
+    if kind not in (limit := LIMITS[name]).kinds:
+        raise InputError(f"{limit.option}: a `{kind}` rig has no {limit.words}; leave the option out")
 
 
 def check_neutral(pwm: Pwm) -> None:

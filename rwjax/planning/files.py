@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import tomlkit
@@ -36,8 +37,6 @@ SHORTEST_S, LONGEST_S = 0.04, 3600.0
 """Shortest and longest period and length of an experiment [s]: four ticks of the board, and the longest run that it plays."""
 MOST = RANGES["rad"].most
 """Largest size of a limit, a peak or an angle [SI]."""
-COLUMNS = {"time_s", *NUMBERS, "enabled"}
-"""All columns that a run's CSV may have."""
 KEYS = ("name", "kind", *NUMBERS["voltage_V"], *NUMBERS[GOAL], "role", "why", "tells_apart", "reaches", "way_rad")
 
 
@@ -127,7 +126,7 @@ def replaced(folder: Path, rig: str) -> str | None:
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:
-    """Writes `plan.toml`, last, and a CSV for each run. Nothing of an earlier plan stays; a log is never replaced.
+    """Writes `plan.toml`, last, and a CSV for each run. No run of an earlier plan stays; what no plan wrote is never replaced.
 
     Args:
         folder: The folder.
@@ -137,19 +136,20 @@ def write_plan(folder: Path, plan: Plan) -> Path:
         Path of `plan.toml`.
 
     Raises:
-        InputError: Where a run has the name of a log that is there, and nothing is written then; where a file cannot be written.
+        InputError: Where a file has the name of a run's CSV and is neither this nor one of the plan that lies there, and nothing
+            is changed then; where a file cannot be written.
     """
-    if log := next((path for run in plan.runs if holds_readings(path := folder / f"{run.name}.csv")), None):
-        raise InputError(
-            f"{log}: holds readings, which the plan's run of that name would replace; write the plan into another folder"
-        )
+    earlier = _runs_in(folder)
+    for run in plan.runs:
+        path = folder / f"{run.name}.csv"
+        if path.exists() and not any(_is_csv_of(path, own) for own in (run, *earlier) if own.name == run.name):
+            raise InputError(
+                f"{path}: is not the CSV of a run that a plan here wrote, and would be replaced; write the plan into another "
+                "folder, or move that file"
+            )
     clear_plan(folder)
     for run in plan.runs:
-        time, given = run.experiment.command()
-        columns = {"time_s": time, run.experiment.input: given}
-        if run.experiment.switches:
-            columns["enabled"] = run.experiment.enabled().astype(int)
-        write_log(folder / f"{run.name}.csv", columns, run.notes)
+        _write_csv(folder / f"{run.name}.csv", run)
     plain = as_document(plan)
     for run in plain["runs"]:
         reaches = tomlkit.inline_table()
@@ -162,42 +162,49 @@ def write_plan(folder: Path, plan: Plan) -> Path:
 def clear_plan(folder: Path) -> None:
     """Removes an earlier plan from a folder, with its runs, which might be played for those of the next one.
 
-    A log that was put in a run's place stays.
+    A file with the name of a run's CSV that is not what the plan's run makes, such as its log, stays.
 
     Args:
         folder: The folder; it may hold no plan.
     """
+    for run in _runs_in(folder):
+        if _is_csv_of(path := folder / f"{run.name}.csv", run):
+            path.unlink(missing_ok=True)
     if (folder / FILE).exists():
-        with suppress(InputError):  # what cannot be read names no runs
-            for run in read_plan(folder).runs:
-                if not holds_readings(path := folder / f"{run.name}.csv"):
-                    path.unlink(missing_ok=True)
         (folder / FILE).unlink()
 
 
-def holds_readings(path: Path) -> bool:
-    """Whether a file holds more than a run's command: logs of a plan's runs have their names.
+def _runs_in(folder: Path) -> tuple[Run, ...]:
+    """The runs of the plan in a folder; none where there is no plan, and where it cannot be read."""
+    try:
+        return read_plan(folder / FILE).runs
+    except InputError:
+        return ()
 
-    Args:
-        path: The file, which need not be there.
 
-    Returns:
-        True for a header that names another column than a run's CSV does, and for a file that cannot be read.
-    """
+def _write_csv(path: Path, run: Run) -> None:
+    """Writes the CSV of a run."""
+    time, given = run.experiment.command()
+    columns = {"time_s": time, run.experiment.input: given}
+    if run.experiment.switches:
+        columns["enabled"] = run.experiment.enabled().astype(int)
+    write_log(path, columns, run.notes)
+
+
+def _is_csv_of(path: Path, run: Run) -> bool:
+    """Whether a file is the CSV of a run to the letter, and not a log, which has the run's name as well."""
     if not path.is_file():
         return False
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            header = next((line for line in file if line.strip() and not line.lstrip().startswith("#")), "")
-    except OSError:
-        return True
-    return not {name.strip() for name in header.split(",")} <= {*COLUMNS, ""}
+    with suppress(InputError, OSError), TemporaryDirectory() as place:
+        _write_csv(own := Path(place) / "run.csv", run)
+        return read_text(path, InputError) == read_text(own, InputError)
+    return False  # what cannot be read is kept
 
 
 def write_next(folder: Path, plan: Plan | None) -> Path | None:
     """Writes the plan of a diagnosis's next experiment into `next` in the diagnosis's folder.
 
-    No plan of an earlier diagnosis stays there. A run with the name of a log that is there gets a number: the log stays.
+    No plan of an earlier diagnosis stays there. A run with the name of a file that stays there gets a number.
 
     Args:
         folder: The diagnosis's folder.
@@ -207,20 +214,26 @@ def write_next(folder: Path, plan: Plan | None) -> Path | None:
         Path of its `plan.toml`, or None.
 
     Raises:
-        InputError: As `write_plan` does.
+        InputError: Where a file cannot be written.
     """
     target = folder / "next"
+    clear_plan(target)
     if plan is None:
-        clear_plan(target)
         return None
     target.mkdir(exist_ok=True)
-    return write_plan(target, replace(plan, runs=tuple(_beside_logs(target, run) for run in plan.runs)))
+    names = [run.name for run in plan.runs]
+    for k, name in enumerate(names):
+        names[k] = _free_name(target, name, {*names[:k], *names[k + 1 :]})
+    runs = (replace(run, name=name) for run, name in zip(plan.runs, names, strict=True))
+    return write_plan(target, replace(plan, runs=tuple(runs)))
 
 
-def _beside_logs(folder: Path, run: Run) -> Run:
-    """The run, with the first number behind its name that no log in a folder has, where a log has its name."""
-    names = chain([run.name], (f"{run.name}_{k}" for k in count(2)))
-    return replace(run, name=next(name for name in names if not holds_readings(folder / f"{name}.csv")))
+def _free_name(folder: Path, name: str, others: set[str]) -> str:
+    """A run's name, with the first number behind it that makes it free where another run or a file of a log has it."""
+    ends = chain([""], (f"_{k}" for k in count(2)))
+    names = (name[: LONGEST_NAME - len(end)] + end for end in ends)
+    taken = others | {path.stem for path in folder.iterdir() if path.suffix in (".csv", ".raw", ".notes")}
+    return next(name for name in names if name not in taken)
 
 
 def as_document(plan: Plan) -> dict[str, Any]:

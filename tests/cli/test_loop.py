@@ -26,3 +26,5 @@ def test_a_controller_has_the_options_in_si_units() -> None:
         controller_of(reaction(), ki=-1.0, volts=5.0, rpm=60.0, period=0.01, late=0.0, smooth=0.0)
     with pytest.raises(InputError, match="^--rpm: a `platform` rig has no rate of the wheel; leave the option out$"):
         controller_of(platform(), ki=0.0, volts=5.0, rpm=60.0, period=0.01, late=0.0, smooth=0.0)
+    unlimited, _ = controller_of(platform(), ki=0.0, volts=5.0, rpm=math.inf, period=0.01, late=0.0, smooth=0.0)
+    assert unlimited.wheel_rate_limit == math.inf

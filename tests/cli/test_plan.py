@@ -53,8 +53,8 @@ def test_a_folder_of_logs_is_refused_and_stays_as_it_is(
     for log in ("square.csv", "mixed.csv"):
         shutil.copy(DEMO / log, logs)
     assert within(monkeypatch, "plan", DEMO / "rig.toml", "--volts", 6, "--rate", 5, "-o", logs) == 2
-    said = "holds readings, which the plan's run of that name would replace; write the plan into another folder"
-    assert capsys.readouterr().err == f"rwjax: {logs / 'square.csv'}: {said}\n"
+    said = "is not the CSV of a run that a plan here wrote, and would be replaced; write the plan into another folder, or move"
+    assert capsys.readouterr().err == f"rwjax: {logs / 'square.csv'}: {said} that file\n"
     assert {path.name: path.read_bytes() for path in logs.iterdir()} == {
         log: (DEMO / log).read_bytes() for log in ("square.csv", "mixed.csv")
     }

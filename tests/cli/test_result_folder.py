@@ -172,6 +172,21 @@ def test_what_comes_into_the_folder_meanwhile_stays(out: Path) -> None:
     assert holds(out) == {"a.json": "2", "new/log.csv": "late", "notes": "late"}
 
 
+def test_what_comes_in_under_the_name_of_a_result_stays_beside(out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def spare(folder: Path) -> None:
+        if (folder / "a.json").exists() and (folder / "a.json").read_text() != "mine":
+            (folder / "a.json").unlink()
+
+    write(out, "1")
+    with ResultFolder(out, spare, ()).renewed() as new:
+        (new / "a.json").write_text("2")
+        (out / "a.json").write_text("mine")
+    assert holds(out) == {"a.json": "2", "b.png": "1"} and holds(new) == {"a.json": "mine"}
+    assert capsys.readouterr().err.startswith(
+        f"note: {new} is what {out} was before; what came in while it was replaced"
+    )
+
+
 def no_swap(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ctypes.CDLL", lambda *given, **named: object())
 

@@ -1,5 +1,6 @@
 """Plan files: what is written reads back equal, and what cannot be read is one line."""
 
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,6 +36,9 @@ PLAN = st.builds(
     limits=st.dictionaries(st.sampled_from(("voltage_V", "yaw_rad")), DIGITS),
     runs=st.lists(RUN, min_size=1, max_size=3, unique_by=lambda run: run.name).map(tuple),
 )
+
+
+ONE, OTHER = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
 
 
 @given(plan=PLAN)
@@ -74,37 +78,81 @@ def test_the_plan_in_the_documentation_can_be_read(tmp_path: Path) -> None:
 
 
 def test_no_run_of_an_earlier_plan_stays_beside_the_next_one(tmp_path: Path) -> None:
-    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
     (tmp_path / "notes.csv").write_text("mine")
-    write_plan(tmp_path, Plan("rig", {}, (one, other)))
-    write_plan(tmp_path, Plan("rig", {}, (other,)))
+    write_plan(tmp_path, Plan("rig", {}, (ONE, OTHER)))
+    write_plan(tmp_path, Plan("rig", {}, (OTHER,)))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.csv", "other.csv", "plan.toml"]
 
 
 LOG = "# rig: a\ntime_s,voltage_V,yaw_rad\n0.0,1.0,0.0\n"
+ROWS = "0.0,1.0,0.0\n0.01,2.0,0.0\n"
+LOGS = {
+    "own": LOG.encode(),
+    "foreign": b"t;pos1\n0;1\n",
+    "bare": b"0.0,1.0\n0.01,2.0\n",
+    "empty cells first": f",,\ntime_s,voltage_V,yaw_rad\n{ROWS}".encode(),
+    "unnamed readings": f"time_s,voltage_V,\n{ROWS}".encode(),
+    "fewer names than columns": f"time_s,voltage_V\n{ROWS}".encode(),
+    "voltage measured beside the goal": f"time_s,goal_rad,voltage_V\n{ROWS}".encode(),
+    "notes alone": b"# by hand: axis stuck, repeat\n",
+    "UTF-16": LOG.encode("utf-16"),
+    "nothing": b"",
+}
 
 
-@pytest.mark.parametrize("log", [LOG, "t;pos1\n0;1\n", "0.0,1.0\n0.01,2.0\n"], ids=["own", "foreign", "bare"])
-def test_a_log_with_the_name_of_a_run_is_never_replaced(tmp_path: Path, log: str) -> None:
-    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
-    write_plan(tmp_path, Plan("rig", {}, (one,)))
-    (tmp_path / "other.csv").write_text(log)
-    before = {path.name: path.read_text() for path in tmp_path.iterdir()}
-    with pytest.raises(
-        InputError, match=r"other\.csv: holds readings, which the plan's run of that name would replace; "
-    ):
-        write_plan(tmp_path, Plan("rig", {}, (one, other)))
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == before
-
-
-@pytest.mark.parametrize("name", ["one", "other"])
-def test_a_log_in_the_place_of_an_earlier_run_stays(tmp_path: Path, name: str) -> None:
-    one, other = (Run(name, Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {}) for name in ("one", "other"))
-    write_plan(tmp_path, Plan("rig", {}, (one, other)))
-    (tmp_path / f"{name}.csv").write_text(LOG)
+@pytest.mark.parametrize("content", LOGS.values(), ids=LOGS)
+@pytest.mark.parametrize("earlier", [(ONE,), (ONE, OTHER)], ids=["of a new run", "of an earlier run"])
+def test_what_no_plan_wrote_is_never_replaced(tmp_path: Path, content: bytes, earlier: tuple[Run, ...]) -> None:
+    write_plan(tmp_path, Plan("rig", {}, earlier))
+    (tmp_path / "other.csv").write_bytes(content)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(InputError) as error:
+        write_plan(tmp_path, Plan("rig", {}, (ONE, OTHER)))
+    assert str(error.value) == (
+        f"{tmp_path / 'other.csv'}: is not the CSV of a run that a plan here wrote, and would be replaced; "
+        "write the plan into another folder, or move that file"
+    )
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
     clear_plan(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [f"{name}.csv"]
-    assert (tmp_path / f"{name}.csv").read_text() == LOG
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"other.csv": content}
+
+
+def test_a_run_that_was_changed_by_hand_stays_unless_the_next_plan_has_it(tmp_path: Path) -> None:
+    plan = write_plan(tmp_path, Plan("rig", {}, (ONE,)))
+    before = (tmp_path / "one.csv").read_bytes()
+    for text in (plan.read_text().replace("amplitude_V = 1.0", "amplitude_V = 2.0"), "rig ="):
+        plan.write_text(text)
+        with pytest.raises(InputError, match=r"one\.csv: is not the CSV of a run that a plan here wrote"):
+            write_plan(tmp_path, Plan("rig", {}, (replace(ONE, why="another"),)))
+        assert plan.read_text() == text and (tmp_path / "one.csv").read_bytes() == before
+        write_plan(tmp_path, Plan("rig", {}, (ONE,)))
+        assert read_plan(tmp_path).runs == (ONE,) and (tmp_path / "one.csv").read_bytes() == before
+
+
+def test_a_run_whose_lines_end_otherwise_is_still_the_plans(tmp_path: Path) -> None:
+    write_plan(tmp_path, Plan("rig", {}, (ONE,)))
+    written = (tmp_path / "one.csv").read_bytes()
+    (tmp_path / "one.csv").write_bytes(b"\xef\xbb\xbf" + written.replace(b"\n", b"\r\n"))  # an editor's, or git's
+    clear_plan(tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_in_the_place_of_a_run_or_of_the_plan_stays(tmp_path: Path) -> None:
+    write_plan(tmp_path, Plan("rig", {}, (ONE, OTHER)))
+    (tmp_path / "one.csv").unlink()
+    (tmp_path / "one.csv").mkdir()
+    clear_plan(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["one.csv"]
+    (tmp_path / "next").write_text("mine")
+    clear_plan(tmp_path / "next")
+    assert (tmp_path / "next").read_text() == "mine"
+
+
+def test_where_nothing_can_be_compared_a_run_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_plan(tmp_path, Plan("rig", {}, (ONE,)))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    clear_plan(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["one.csv"]
 
 
 def test_a_switched_run_of_an_earlier_plan_is_replaced(tmp_path: Path) -> None:
@@ -114,15 +162,26 @@ def test_a_switched_run_of_an_earlier_plan_is_replaced(tmp_path: Path) -> None:
     assert (tmp_path / "one.csv").read_text().splitlines()[-1].startswith("2.6,")
 
 
-def test_the_next_experiment_gets_a_name_that_no_log_beside_it_has(tmp_path: Path) -> None:
+@pytest.mark.parametrize("log", ["next.csv", "next.raw", "next.notes"])
+def test_the_next_experiment_gets_a_name_that_no_log_beside_it_has(tmp_path: Path, log: str) -> None:
     plan = Plan("a", {}, (Run("next", Experiment("square", 2.0, 0.0, 4.0, 8.0), "train", "", (), {}),))
     (tmp_path / "next").mkdir()
-    (tmp_path / "next" / "next.csv").write_text(LOG)
+    (tmp_path / "next" / log).write_text(LOG)
     for _ in range(2):  # its own CSV of before is no log
         write_next(tmp_path, plan)
         assert [run.name for run in read_plan(tmp_path / "next").runs] == ["next_2"]
-    assert {path.name for path in (tmp_path / "next").iterdir()} == {"next.csv", "next_2.csv", "plan.toml"}
-    assert (tmp_path / "next" / "next.csv").read_text() == LOG
+    assert {path.name for path in (tmp_path / "next").iterdir()} == {log, "next_2.csv", "plan.toml"}
+    assert (tmp_path / "next" / log).read_text() == LOG
+
+
+def test_runs_beside_logs_get_names_of_their_own_that_are_not_too_long(tmp_path: Path) -> None:
+    names = ("a", "a_2", "b" * 100, "b" * 98 + "_2")
+    (tmp_path / "next").mkdir()
+    for name in ("a", "b" * 100):
+        (tmp_path / "next" / f"{name}.csv").write_text(LOG)
+    write_next(tmp_path, Plan("a", {}, tuple(replace(ONE, name=name) for name in names)))
+    runs = read_plan(tmp_path / "next").runs
+    assert [run.name for run in runs] == ["a_3", "a_2", "b" * 98 + "_3", "b" * 98 + "_2"]
 
 
 def test_the_plan_of_an_earlier_diagnosis_does_not_stay(tmp_path: Path) -> None:
