@@ -11,10 +11,9 @@ from pathlib import Path
 from rwjax.errors import InputError, printable
 from rwjax.link.channels import check_board, pwm_of
 from rwjax.link.ctrl_c import CtrlC
-from rwjax.link.messages import Sample
+from rwjax.link.messages import PLAY, Sample
 from rwjax.link.port import LinkError, open_port
 from rwjax.link.session import Session
-from rwjax.link.stream import read_stream
 from rwjax.link.stream_to_logs import numbered, refuse_existing, write_logs
 from rwjax.planning.experiment import TICK_HZ
 from rwjax.rig.model import Rig
@@ -115,7 +114,7 @@ def record(
         What is on disk, and what ended the recording early.
 
     Raises:
-        InputError: Where nothing could begin, or nothing of an experiment was played; then nothing stays on disk.
+        InputError: Where nothing could begin, and where an experiment's PLAY was never sent; then nothing stays on disk.
     """
     pwm_of(rig)
     check_new(output)
@@ -135,8 +134,9 @@ def record(
                 failure = error
             finally:
                 session.leave()
-        if failure and not (begun and _worth_keeping(raw.path, notes)):
-            raw.path.unlink()
+        begun = begun and ("experiment" not in notes or PLAY in session.sent)  # from there on the board may have played
+        if failure and not begun:
+            raw.path.unlink(missing_ok=True)
             beside.unlink(missing_ok=True)
             raise failure
         try:
@@ -146,11 +146,6 @@ def record(
         if ctrl_c.pressed:  # also of one that came too late for the session: nobody wants the next run
             failure = failure or KeyboardInterrupt()
     return Recorded(logs, [*found.values(), *remarks], failure)
-
-
-def _worth_keeping(raw: Path, notes: dict[str, str]) -> bool:
-    """Whether a stream shows any of what was to be recorded: of an experiment, that some of it was played."""
-    return "experiment" not in notes or any(stretch.playing.any() for stretch in read_stream(raw)[0])
 
 
 def _lines(notes: dict[str, str]) -> str:

@@ -50,6 +50,7 @@ class Session:
     Attributes:
         hello: What the board said of itself, None before the greeting.
         lost: Frames of the board that did not arrive whole.
+        sent: Kinds of the commands that went out, or were on their way when the port was gone.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class Session:
         port.timeout = READ_S
         self.hello: Hello | None = None
         self.lost = 0
+        self.sent: set[int] = set()
         self._port, self._keep, self._watch, self._stop = port, keep, watch, stop
         self._decoder = Decoder()
         self._clock = clock_of(port)
@@ -198,6 +200,7 @@ class Session:
         """
         self._last_sent = (self._last_sent + 1) % 2**16
         self._since_heartbeat = 0
+        self.sent.add(kind)
         self._write(messages.command(kind, self._last_sent, *values))
         return self._last_sent
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.errors import LogError, printable
 from rwjax.link.channels import channels, check_board, pwm_of
-from rwjax.link.stream import MOST_LOST, WRAP, Stretch, counted, read_stream
+from rwjax.link.stream import WRAP, Stretch, counted, read_stream
 from rwjax.logs.sheet import FEWEST
 from rwjax.logs.write import write_log
 from rwjax.planning.experiment import REST_S, TICK_HZ, length_in
@@ -16,6 +16,8 @@ from rwjax.text_files import read_text
 
 COLUMNS = {"axis": "yaw_counts", "wheel": "wheel_counts"}
 """Columns of a log by what the encoder sits on."""
+UNMARKED = 1
+"""Ticks at the end of an experiment that a board plays and does not mark as played."""
 
 
 def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
@@ -33,13 +35,16 @@ def columns(stretch: Stretch, rig: Rig) -> dict[str, np.ndarray]:
         RigError: Where the rig file says nothing about pulses or counts.
     """
     pwm, (output, encoders) = pwm_of(rig), channels(rig)
-    hertz = stretch.hello.tick_hz if stretch.hello else TICK_HZ
     return {
-        "time_s": (stretch.tick - stretch.tick[0]) / hertz,
+        "time_s": (stretch.tick - stretch.tick[0]) / _hertz(stretch),
         "voltage_V": np.round((stretch.pulse[:, output] / 2.0 - pwm.neutral_us) * pwm.volts_per_us, 9),
         **{COLUMNS[who]: stretch.count[:, k] for who, k in encoders.items()},
         **({"supply_V": stretch.battery / 1000.0} if stretch.battery.all() else {}),
     }
+
+
+def _hertz(stretch: Stretch) -> int:
+    return stretch.hello.tick_hz if stretch.hello else TICK_HZ
 
 
 def refuse_existing(*paths: Path) -> None:
@@ -83,7 +88,7 @@ def write_logs(raw: Path, rig: Rig, output: Path) -> tuple[list[Path], list[str]
     remarks = [*counts, *left_out, *(f"the run ended {end}" for end in ended)]
     if damaged:
         remarks.append(counted(damaged, "damaged frame"))
-    notes |= {key: "; ".join(said) for key, said in (("counts", counts), ("ended", ended)) if said}
+    notes = _noted(notes, counts=counts, ended=ended)
     names = [output] if len(found) == 1 else [numbered(output, k + 1) for k in range(len(found))]
     refuse_existing(*names)
     for name, stretch in zip(names, found, strict=True):
@@ -109,16 +114,40 @@ def _left_out(number: int, which: str) -> str:
 
 
 def _early_end(found: list[Stretch], experiment: str) -> list[str]:
-    """When a run ended, in words, where that was before the end of its experiment; nothing where that is not known."""
-    playing, length = [s for s in found if s.playing.any()], length_in(experiment)
-    if not playing or length is None:
+    """When a run ended, in words, where that was before the end of its experiment; nothing where that is not known.
+
+    Samples may be lost at either end, so the run may have lasted from the idle sample before it to the idle one behind it.
+    """
+    length, starts = length_in(experiment), [s for s in _starts(found) if any(one.playing.any() for one in s)]
+    if length is None or len(starts) != 1:
         return []
-    first, last = playing[0], playing[-1]
-    ticks = int(last.tick[last.playing][-1] - first.tick[first.playing][0]) % WRAP + 1
-    hertz, wanted = first.hello.tick_hz if first.hello else TICK_HZ, REST_S + length
-    if ticks + 2 * MOST_LOST >= hertz * wanted:  # samples may have been lost at either end
+    (own,) = starts
+    tick = np.concatenate([(s.tick - own[0].tick[0]) % WRAP for s in own])
+    first, last = np.flatnonzero(np.concatenate([s.playing for s in own]))[[0, -1]]
+    seen = tick[last] - tick[first] + 1
+    before = tick[first] - tick[first - 1] - 1 if first else 0
+    behind = tick[last + 1] - tick[last] - 1 if last + 1 < len(tick) else 0
+    longest, hertz, wanted = seen + before + behind, _hertz(own[-1]), REST_S + length
+    if longest + UNMARKED >= round(hertz * wanted):
         return []
-    return [f"early, after {ticks / hertz:g} s of {wanted:g} s"]
+    return [f"early, after {'at most ' * bool(longest > seen)}{longest / hertz:g} s of {wanted:g} s"]
+
+
+def _starts(found: list[Stretch]) -> list[list[Stretch]]:
+    """The stretches of each start of the board."""
+    starts: list[list[Stretch]] = []
+    for one in found:
+        if starts and _same_start(starts[-1][-1], one):
+            starts[-1].append(one)
+        else:
+            starts.append([one])
+    return starts
+
+
+def _same_start(earlier: Stretch, later: Stretch) -> bool:
+    """Whether the board has not started anew between two stretches, by what it said of itself and by its ticks."""
+    numbers = {s.hello.nonce for s in (earlier, later) if s.hello}
+    return len(numbers) < 2 and bool((later.tick[0] - earlier.tick[-1]) % WRAP < WRAP // 2)
 
 
 def _write(path: Path, stretch: Stretch, rig: Rig, notes: dict[str, str]) -> list[str]:
@@ -128,13 +157,17 @@ def _write(path: Path, stretch: Stretch, rig: Rig, notes: dict[str, str]) -> lis
     no_supply = [] if "supply_V" in table else [f"{path.name}: the battery reads 0 V, so `supply_V` is left out"]
     gaps = [f"{counted(n, 'sample')} before {table['time_s'][k]:.2f} s" for k, n in stretch.gaps()]
     troubles = stretch.troubles()
-    said = {"gap": "; ".join(gaps), "board": "; ".join(troubles)}
-    write_log(path, table, about | {key: value for key, value in said.items() if value})
+    write_log(path, table, _noted(about, gap=gaps, board=troubles))
     return [
         *(f"{path.name}: gap of {gap}" for gap in gaps),
         *(f"{path.name}: the board: {trouble}" for trouble in troubles),
         *no_supply,
     ]
+
+
+def _noted(notes: dict[str, str], **more: list[str]) -> dict[str, str]:
+    """Notes with more of them, behind what somebody has noted under the same keys."""
+    return notes | {key: "; ".join([*filter(None, [notes.get(key)]), *said]) for key, said in more.items() if said}
 
 
 def numbered(output: Path, k: int) -> Path:

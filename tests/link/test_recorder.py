@@ -313,14 +313,63 @@ def test_where_nothing_came_nothing_stays(scripted, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("does_not", ("arm", "begin"))
-def test_where_nothing_of_an_experiment_was_played_nothing_stays(scripted, tmp_path: Path, does_not: str) -> None:
+def test_where_a_board_was_never_told_to_play_nothing_stays(scripted, tmp_path: Path) -> None:
     (tmp_path / "other.raw").write_bytes(b"precious")
-    scripted(Stubborn(does_not))
+    scripted(Stubborn("arm"))
     rig = read_rig(RIG)
-    with pytest.raises(LinkError, match=f"the board does not {does_not}"):
+    with pytest.raises(LinkError, match="the board does not arm"):
         record("port", rig, tmp_path / "run.csv", {"experiment": SQUARE.words()}, play(SQUARE, rig))
     assert [path.read_bytes() for path in tmp_path.iterdir()] == [b"precious"]
+
+
+class Damaging(Stubborn):
+    """Plays, and nothing that it says from then on arrives whole."""
+
+    def say(self, *said: messages.Message) -> None:
+        super().say(*said)
+        if self.playing:
+            self.pieces[-1] = self.pieces[-1][:-1] + b"\x01\0"
+
+
+class BrownOut(Stubborn):
+    """Starts anew when it is told to play."""
+
+    def obey(self, kind: int) -> None:
+        super().obey(kind)
+        if kind == messages.PLAY:
+            self.playing, self.state = False, messages.DISARMED
+            self.say(self.hello._replace(nonce=8, reset_cause=4))
+
+
+@pytest.mark.parametrize(
+    ("port", "said"),
+    [
+        (Damaging(), "sent no sample for 1 s"),
+        (BrownOut(), "started anew in the middle of the session (cause: a brown-out)"),
+        (Stubborn("begin"), "the board does not begin the experiment"),
+    ],
+    ids=("damages", "browns out", "does not begin"),
+)
+def test_once_a_board_was_told_to_play_every_byte_stays(scripted, tmp_path: Path, port: Stubborn, said: str) -> None:
+    scripted(port)
+    rig = read_rig(RIG)
+    done = record("port", rig, tmp_path / "run.csv", {"experiment": SQUARE.words()}, play(SQUARE, rig))
+    assert str(done.failure).endswith(said) and done.logs == []
+    assert {path.name for path in tmp_path.iterdir()} == {"run.raw", "run.notes"}
+    assert (tmp_path / "run.raw").stat().st_size > 100  # what the board said of itself, and each frame since
+
+
+def test_what_ends_a_recording_is_told_though_its_stream_is_gone(scripted, tmp_path: Path) -> None:
+    rig = read_rig(RIG)
+
+    def broken(session: Session, sample: messages.Sample) -> None:
+        if sample.playing:
+            (tmp_path / "run.raw").unlink()
+            raise ZeroDivisionError
+
+    scripted(Stubborn())
+    done = record("port", rig, tmp_path / "run.csv", {"experiment": SQUARE.words()}, play(SQUARE, rig), broken)
+    assert isinstance(done.failure, ZeroDivisionError) and "run.raw: cannot be read" in done.remarks[0]
 
 
 def test_what_was_played_stays_though_it_is_too_short_for_a_log(scripted, tmp_path: Path) -> None:

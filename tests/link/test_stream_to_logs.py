@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from rwjax.errors import LogError, RigError
+from rwjax.link.messages import Hello, Message
 from rwjax.link.stream import stretches
 from rwjax.link.stream_to_logs import columns, numbered, read_notes, write_logs
 from rwjax.logs.read import read_log
-from tests.link.ports import LIKE_RIG, RIG, SAMPLE, stream, wire
+from tests.link.ports import HELLO, LIKE_RIG, RIG, SAMPLE, stream, wire
 
 
 def test_a_log_holds_the_interfaces_columns_in_its_units(tmp_path: Path) -> None:
@@ -76,23 +77,88 @@ def test_only_what_was_played_is_the_log_of_an_experiment(tmp_path: Path) -> Non
     assert len(read_log(path, RIG).time) == 40
 
 
+def ended(folder: Path, said: Iterable[Message]) -> str:
+    """What the logs of a run of 3.6 s, and the remarks on it, say of its end."""
+    raw = folder / "run.raw"
+    raw.write_bytes(b"".join(wire(one, k) for k, one in enumerate(said)))
+    (folder / "run.notes").write_text("experiment: square, 2 V about 0 V, period 1 s, 3 s\n")
+    paths, remarks = write_logs(raw, RIG, folder / "run.csv")
+    (found,) = {read_log(path, RIG).notes.get("ended", "") for path in paths}
+    assert [remark for remark in remarks if "ended" in remark] == ([f"the run ended {found}"] if found else [])
+    return found
+
+
+def samples(ticks: Iterable[int], first: int = 20, last: int = 378) -> list[Message]:
+    """Samples at these ticks, those from the first to the last marked as played; a board does not mark its last tick."""
+    return [SAMPLE._replace(tick=k % 2**32, playing=int(first <= k <= last)) for k in ticks]
+
+
 @pytest.mark.parametrize(
-    ("ticks", "ended"),
+    ("ticks", "last", "said"),
     [
-        (range(20, 60), "early, after 0.4 s of 3.6 s"),
-        ([*range(20, 60), *range(90, 130)], "early, after 1.1 s of 3.6 s"),  # a gap that ends a log
-        (range(20, 360), ""),  # samples may be lost at either end
-        (range(20, 380), ""),
+        (range(400), 378, ""),
+        (range(400), 377, "early, after 3.58 s of 3.6 s"),
+        (range(20, 379), 378, ""),
+        (range(20, 60), 378, "early, after 0.4 s of 3.6 s"),
+        ([*range(20, 60), *range(90, 130)], 378, "early, after 1.1 s of 3.6 s"),
+        ([*range(10), *range(50, 400)], 378, ""),
+        ([*range(350), *range(390, 400)], 378, ""),
+        ([*range(10), *range(50, 400)], 367, "early, after at most 3.58 s of 3.6 s"),
+        ([*range(100), *range(200, 400)], 149, "early, after at most 1.8 s of 3.6 s"),
     ],
-    ids=("broke off", "broke off after a gap", "nearly whole", "whole"),
+    ids=(
+        "whole",
+        "a tick short",
+        "whole and nothing beside it",
+        "the stream stops",
+        "the stream stops after a gap that ends a log",
+        "its first samples are lost",
+        "its last samples are lost",
+        "its first samples are lost and it broke off",
+        "it broke off in a gap",
+    ),
 )
-def test_a_log_says_at_its_head_that_its_run_ended_early(tmp_path: Path, ticks: Iterable[int], ended: str) -> None:
+def test_a_log_says_at_its_head_that_its_run_ended_early(
+    tmp_path: Path, ticks: Iterable[int], last: int, said: str
+) -> None:
+    assert ended(tmp_path, samples(ticks, last=last)) == said
+
+
+def test_the_end_of_a_run_is_told_in_the_boards_own_ticks(tmp_path: Path) -> None:
+    whole = samples(range(800), last=738)
+    assert ended(tmp_path, [LIKE_RIG._replace(tick_hz=200), *whole]) == ""
+    (tmp_path / "run.csv").unlink()
+    broken = samples(range(400), last=219)
+    assert ended(tmp_path, [LIKE_RIG._replace(tick_hz=200), *broken]) == "early, after 1 s of 3.6 s"
+
+
+def test_a_counter_that_begins_again_within_a_run_ends_nothing(tmp_path: Path) -> None:
+    ticks = [k - 100 for k in (*range(90), *range(110, 400))]  # a gap over the wrap
+    assert ended(tmp_path, samples(ticks, first=-80, last=278)) == ""
+
+
+def test_a_new_start_of_the_board_ends_a_run(tmp_path: Path) -> None:
+    """By its HELLO, or where that is lost by ticks that go back; how long the rest of the line is says nothing then."""
+    broken, again = samples(range(100)), [LIKE_RIG._replace(nonce=8), *samples(range(400, 900))]
+    for start in (again, samples(range(15))):
+        assert ended(tmp_path, [LIKE_RIG, *broken, *start]) == "early, after 0.8 s of 3.6 s"
+        (tmp_path / "run.csv").unlink()
+
+
+@pytest.mark.parametrize("hello", ([], [LIKE_RIG._replace(nonce=8)]), ids=("unheard", "heard"))
+def test_nothing_is_said_of_the_end_of_a_run_that_two_starts_have_played(tmp_path: Path, hello: list[Hello]) -> None:
+    assert ended(tmp_path, [LIKE_RIG, *samples(range(60, 100)), *hello, *samples(range(15, 50))]) == ""
+
+
+def test_what_somebody_has_noted_stays_before_what_is_noted_of_a_run(tmp_path: Path) -> None:
     raw = tmp_path / "run.raw"
-    raw.write_bytes(b"".join(wire(SAMPLE._replace(tick=k, playing=1), k) for k in ticks))
-    (tmp_path / "run.notes").write_text("experiment: square, 2 V about 0 V, period 1 s, 3 s\n")
-    paths, remarks = write_logs(raw, RIG, tmp_path / "run.csv")
-    assert {read_log(path, RIG).notes.get("ended", "") for path in paths} == {ended}
-    assert [remark for remark in remarks if "ended" in remark] == ([f"the run ended {ended}"] if ended else [])
+    raw.write_bytes(b"".join(wire(one, k) for k, one in enumerate([HELLO, *samples([*range(100), *range(103, 120)])])))
+    mine = "ended: see the book\ncounts: by hand\ngap: loose plug\nboard:\n"
+    (tmp_path / "run.notes").write_text(f"experiment: square, 2 V about 0 V, period 1 s, 3 s\n{mine}")
+    (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
+    notes = read_log(path, RIG).notes
+    assert notes["ended"] == "see the book; early, after 1 s of 3.6 s"
+    assert notes["counts"] == f"by hand; {remarks[0]}" and notes["gap"] == "loose plug; 3 samples before 0.83 s"
 
 
 def test_the_other_output_and_encoder_where_the_rig_says_so() -> None:
@@ -110,7 +176,7 @@ def test_a_rig_without_pulses_is_refused(tmp_path: Path) -> None:
 def test_nothing_is_the_log_of_an_experiment_that_was_not_played(tmp_path: Path) -> None:
     raw = tmp_path / "run.raw"
     raw.write_bytes(b"".join(stream(range(100), LIKE_RIG)))
-    (tmp_path / "run.notes").write_text("experiment: square\n")
+    (tmp_path / "run.notes").write_text("experiment: square, 2 V about 0 V, period 1 s, 3 s\n")
     assert write_logs(raw, RIG, tmp_path / "run.csv") == (
         [],
         ["1 stretch in which nothing was played is left out"],
@@ -118,7 +184,8 @@ def test_nothing_is_the_log_of_an_experiment_that_was_not_played(tmp_path: Path)
     said = [SAMPLE._replace(tick=k, playing=k >= 140) for k in (*range(100), *range(130, 200))]
     raw.write_bytes(b"".join(wire(s, k) for k, s in enumerate(said)))
     (path,), remarks = write_logs(raw, RIG, tmp_path / "run.csv")
-    assert len(read_log(path, RIG).time) == 60 and len(remarks) == 1
+    assert len(read_log(path, RIG).time) == 60
+    assert remarks[1:] == ["the run ended early, after 0.6 s of 3.6 s"]
 
 
 def test_no_log_is_written_where_one_of_them_is_there_already(tmp_path: Path) -> None:
