@@ -121,17 +121,24 @@ def test_a_diagnosis_replaces_the_earlier_one_and_nothing_else(quick: Shell) -> 
 
 def test_an_input_that_a_diagnosis_would_replace_is_spared_before_the_search(quick: Shell) -> None:
     assert quick("diagnose", "rig.toml", "run.csv", "-o", "out")[0] == 0
-    shutil.copy(LOGS[0], quick.folder / "out" / "next" / "square.csv")  # a log in the place of the plan's command
     shutil.copy("rig.toml", quick.folder / "out" / "corrected.toml")
     (quick.folder / "link.toml").symlink_to("out/corrected.toml")
     before = {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")}
     begins_no_search(quick)
-    for rig, log in (("out/corrected.toml", "run.csv"), ("link.toml", "run.csv"), ("rig.toml", "out/next/square.csv")):
-        code, out, err = quick("diagnose", rig, log, "-o", "out")
-        which = log if rig == "rig.toml" else rig
-        said = f"rwjax: {which}: is an input, and the results would replace it; give another folder with -o\n"
+    for rig in ("out/corrected.toml", "link.toml"):
+        code, out, err = quick("diagnose", rig, "run.csv", "-o", "out")
+        said = f"rwjax: {rig}: is an input, and the results would replace it; give another folder with -o\n"
         assert (code, out, err) == (2, "", said)
     assert {name: (quick.folder / "out" / name).read_bytes() for name in files(quick.folder / "out")} == before
+
+
+def test_a_log_in_the_place_of_a_proposed_run_is_read_and_stays(quick: Shell) -> None:
+    assert quick("diagnose", "rig.toml", "run.csv", "-o", "out")[0] == 0
+    log = quick.folder / "out" / "next" / "square.csv"
+    shutil.copy("run.csv", log)
+    assert quick("diagnose", "rig.toml", "out/next/square.csv", "-o", "out")[0] == 0
+    assert log.read_bytes() == (quick.folder / "run.csv").read_bytes()
+    assert {"next/square.csv", "next/square_2.csv"} <= files(quick.folder / "out")
 
 
 def test_inputs_beside_the_results_are_read_and_stay(quick: Shell) -> None:
