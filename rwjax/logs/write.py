@@ -25,6 +25,24 @@ def write_log(
         LogError: Where the file cannot be written, and where a number is infinite: nothing is written then.
         ValueError: Where the columns differ in length, and for a name of a column or a key of a note that does not read back.
     """
+    write_text(path, log_text(columns, notes, path), LogError)
+
+
+def log_text(columns: Mapping[str, np.ndarray], notes: Mapping[str, str] | None, path: str | os.PathLike[str]) -> str:
+    """What `write_log` writes.
+
+    Args:
+        columns: As `write_log`.
+        notes: As `write_log`.
+        path: What messages call the file.
+
+    Returns:
+        The text of the file.
+
+    Raises:
+        LogError: As `write_log`, for an infinite number and for a note that reads as a role.
+        ValueError: As `write_log`.
+    """
     for name in columns:
         _check_word(name, ",")
     for name, column in columns.items():
@@ -34,7 +52,7 @@ def write_log(
     head = [_note(key, value) for key, value in (LAYOUT, *others)]
     cells = [["" if x != x else repr(x) for x in np.asarray(column).tolist()] for column in columns.values()]
     rows = [",".join(row) for row in zip(*cells, strict=True)]
-    write_text(path, "\n".join([*head, ",".join(columns), *rows, ""]), LogError)
+    return "\n".join([*head, ",".join(columns), *rows, ""])
 
 
 def _note(key: str, value: str) -> str:

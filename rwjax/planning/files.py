@@ -3,11 +3,9 @@
 import re
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import tomlkit
@@ -15,7 +13,7 @@ import tomlkit
 from rwjax.errors import LONGEST_NAME, InputError, RigError, nearest, no_name
 from rwjax.kinds import GOAL, RANGES
 from rwjax.logs.sheet import ROLES
-from rwjax.logs.write import write_log
+from rwjax.logs.write import log_text
 from rwjax.planning.experiment import SHAPES, Experiment
 from rwjax.rig.columns import unit_of
 from rwjax.rig.document import number, shown
@@ -149,7 +147,8 @@ def write_plan(folder: Path, plan: Plan) -> Path:
             )
     clear_plan(folder)
     for run in plan.runs:
-        _write_csv(folder / f"{run.name}.csv", run)
+        path = folder / f"{run.name}.csv"
+        write_text(path, _csv_of(path, run), InputError)
     plain = as_document(plan)
     for run in plain["runs"]:
         reaches = tomlkit.inline_table()
@@ -182,23 +181,21 @@ def _runs_in(folder: Path) -> tuple[Run, ...]:
         return ()
 
 
-def _write_csv(path: Path, run: Run) -> None:
-    """Writes the CSV of a run."""
+def _csv_of(path: Path, run: Run) -> str:
+    """The CSV of a run, as text."""
     time, given = run.experiment.command()
     columns = {"time_s": time, run.experiment.input: given}
     if run.experiment.switches:
         columns["enabled"] = run.experiment.enabled().astype(int)
-    write_log(path, columns, run.notes)
+    return log_text(columns, run.notes, path)
 
 
 def _is_csv_of(path: Path, run: Run) -> bool:
     """Whether a file is the CSV of a run to the letter, and not a log, which has the run's name as well."""
-    if not path.is_file():
-        return False
-    with suppress(InputError, OSError), TemporaryDirectory() as place:
-        _write_csv(own := Path(place) / "run.csv", run)
-        return read_text(path, InputError) == read_text(own, InputError)
-    return False  # what cannot be read is kept
+    try:
+        return read_text(path, InputError) == _csv_of(path, run)
+    except InputError:
+        return False  # what is not there, and what cannot be read, which is kept
 
 
 def write_next(folder: Path, plan: Plan | None) -> Path | None:

@@ -1,6 +1,5 @@
 """Plan files: what is written reads back equal, and what cannot be read is one line."""
 
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -146,13 +145,6 @@ def test_a_folder_in_the_place_of_a_run_or_of_the_plan_stays(tmp_path: Path) -> 
     (tmp_path / "next").write_text("mine")
     clear_plan(tmp_path / "next")
     assert (tmp_path / "next").read_text() == "mine"
-
-
-def test_where_nothing_can_be_compared_a_run_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_plan(tmp_path, Plan("rig", {}, (ONE,)))
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
-    clear_plan(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["one.csv"]
 
 
 def test_a_switched_run_of_an_earlier_plan_is_replaced(tmp_path: Path) -> None:
