@@ -94,9 +94,9 @@ class PartialSettings:
         "worse, but for where its fits stop",
     )
     law_left: float = _limit(
-        0.5,
-        "share of what a free-form law of its coordinate explained without the name that it may explain with it: where more "
-        "than half is left, the name has another form than what is missing",
+        1.0,
+        "share of what a free-form law of its coordinate explained without the name that it may explain with it: what leaves "
+        "more of such a law than there was has another form; small causes of the coordinate may leave most of it",
     )
     bins: int = _limit(24, "bins of that law")
     further_law: float = _limit(

@@ -1,9 +1,9 @@
 """Ports: the places of the plant where an effect may act. Every effect is a final class on exactly one of them.
 
 command u -> `CommandMap` -> `CommandDelay` -> `CommandFilter` -> `Supply` -> motor: `MotorTorque`, `CurrentLimit`, `Winding`
--> wheel: `WheelTorque`, `WheelDry` -> axis: `Coupling`, `AxisTorque`, `AxisDry`, `AxisAgeing`, `AxisElastic` -> encoder: `Encoder` ->
-`EncoderDelay` -> log: `Reading`; `GoalDelay`, what a servo is told; and `Clock`, the logger's time. An effect may carry states
-of its own, 0 when a run begins.
+-> wheel: `WheelTorque`, `WheelDry` -> axis: `Coupling`, `AxisTorque`, `AxisDry`, `AxisAgeing`, `AxisElastic` -> `Inertia` -> encoder:
+`Encoder` -> `EncoderDelay` -> log: `Reading`; `GoalDelay`, what a servo is told; and `Clock`, the logger's time. An effect may carry
+states of its own, 0 when a run begins.
 """
 
 from abc import abstractmethod
@@ -175,6 +175,21 @@ class Coupling(Effect):
 
         Returns:
             The torque [N m].
+        """
+
+
+class Inertia(Effect):
+    """Inertia of the axis (of the wheel, where there is no axis) that changes with its rate."""
+
+    @abstractmethod
+    def factor(self, w: Scalar) -> Scalar:
+        """Factor on the inertia [1]; 1 at standstill.
+
+        Args:
+            w: Rate of the body [rad/s].
+
+        Returns:
+            The factor [1].
         """
 
 

@@ -6,14 +6,15 @@ from typing import ClassVar
 
 from rwjax.effects.effect import Effect, FittedRig
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import Clock, Coupling, EncoderDelay, GoalDelay
+from rwjax.effects.ports import Clock, Coupling, EncoderDelay, GoalDelay, Inertia
 from rwjax.kinds import HALVES, of_half, on_half
 from rwjax.types import Scalar
 
 OF_THE_LOG = (EncoderDelay, Clock)
 """Ports that belong to the logger: a rig with two axes has one of them, under its own name."""
-NOT_HERE = (*OF_THE_LOG, Coupling, GoalDelay)
-"""Ports that no half has: nothing lies between a wheel's motor and the body that carries it, and no servo moves two axes."""
+NOT_HERE = (*OF_THE_LOG, Coupling, GoalDelay, Inertia)
+"""Ports that no half has: nothing lies between a wheel's motor and the body that carries it, no servo moves two axes, and the inertias of
+two axes depend on the pitch alone."""
 
 
 def on_each_half(effects: Iterable[type[Effect]]) -> list[type[Effect]]:

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from rwjax.effects.effect import Motion
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import AxisAgeing
+from rwjax.effects.ports import AxisAgeing, AxisDry, Inertia
 from rwjax.types import Scalar
 
 
@@ -33,3 +33,56 @@ class GrowingStiction(AxisAgeing):
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c + self.M_e * (1.0 - jnp.exp(-self.mine(motion)[0] / self.tau))
+
+
+class WorkedFriction(AxisDry):
+    r"""Dry friction that changes with how fast the axis has turned of late: a factor $1 + d\,v$ on all other, $\tau\dot v = |w| - v$.
+
+    So a bearing warms up that its own friction heats, and cools at rest.
+
+    Attributes:
+        d: Share by which friction changes per rate of late [s/rad].
+        tau: Time over which it does [s].
+    """
+
+    name: ClassVar[str] = "axis.worked_friction"
+    label: ClassVar[str] = "friction that changes with how fast the axis has turned of late"
+    coordinate: ClassVar[str] = "time"
+    equation: ClassVar[str] = "all other dry friction times max(1 + d v, 0), τ v' = abs(w) − v"
+    states: ClassVar[tuple[str, ...]] = ("v",)
+    passes_for: ClassVar[tuple[str, ...]] = ("axis.friction_drift",)
+    d: Scalar = param("s/rad", bounds=(-jnp.inf, jnp.inf), starts=(-0.5, 1.0, 3.0) * 2, scale="per_rate", tex="d")
+    tau: Scalar = param("s", bounds=(1e-2, 1e3), null=1.0, starts=(*(0.7,) * 3, *(5.0,) * 3), tex="\\tau")
+
+    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
+        return ((jnp.abs(motion.w) - self.mine(motion)[0]) / self.tau,)
+
+    def level(self, motion: Motion, direction: float) -> Scalar:
+        return jnp.zeros(())
+
+    def share(self, motion: Motion) -> Scalar:
+        return jnp.maximum(self.d * self.mine(motion)[0], -1.0)
+
+
+class GrowingInertia(Inertia):
+    r"""Inertia that grows with the rate, $I\,(1 + p\,(1 - e^{-(w/w_0)^2}))$: masses that move outwards, a fluid that is taken along.
+
+    It acts on the axis, on the wheel where there is no axis.
+
+    Attributes:
+        p: Share by which it is larger at high speed [1].
+        w_0: Rate about which it grows [rad/s].
+    """
+
+    name: ClassVar[str] = "axis.growing_inertia"
+    label: ClassVar[str] = "an inertia that grows with the speed"
+    coordinate: ClassVar[str] = "yaw_rate"
+    equation: ClassVar[str] = "I (1 + p (1 − exp(−(w/w_0)²)))"
+    passes_for: ClassVar[tuple[str, ...]] = ("sensor.missed_counts",)
+    p: Scalar = param("1", bounds=(0.0, 1e2), starts=(0.1, 0.3, 1.0) * 2, tex="p")
+    w_0: Scalar = param(
+        "rad/s", bounds=(1e-6, 1e5), null=1.0, starts=(*(0.4,) * 3, *(0.8,) * 3), scale="sensed_rate", tex="w_0"
+    )
+
+    def factor(self, w: Scalar) -> Scalar:
+        return 1.0 - self.p * jnp.expm1(-((w / self.w_0) ** 2))

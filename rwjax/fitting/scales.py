@@ -88,6 +88,7 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "per_ampere2": ampere**-2,
         "per_command": 1.0 / command,
         "per_watt": 1.0 / (ampere * command),
+        "per_rate": 1.0 / rate,
         "highest": float(np.nanmax(angles)),
         "lowest": float(np.nanmin(angles)),
         "span": float(np.nanmax(angles) - np.nanmin(angles)),

@@ -12,6 +12,7 @@ The state is a tuple of scalars: `psi, w` where there is an axis, then `theta, O
 and of the servo.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
@@ -35,6 +36,7 @@ from rwjax.effects.ports import (
     CurrentLimit,
     Encoder,
     EncoderDelay,
+    Inertia,
     MotorTorque,
     Reading,
     Supply,
@@ -271,7 +273,7 @@ class OneAxis(Plant):
         if self.structure.has_wheel:
             shaft = self.wheel_torque(m)
             rates["theta"] = m.Omega
-            rates["Omega"] = shaft / n["wheel.inertia"]
+            rates["Omega"] = shaft / self._wheel_inertia(m)
         if self.structure.has_axis:
             drive = n["drive.gain"] * m.V if self.structure.kind == "platform" else -shaft
             if self.structure.kind == "joint":
@@ -279,7 +281,7 @@ class OneAxis(Plant):
             for effect in self.on(Coupling):
                 rates[f"{effect.name}:slip"] = (drive - effect.torque(m)) / (effect.share() * self.whole_inertia())
                 drive = effect.torque(m)
-            rates["psi"], rates["w"] = m.w, self.axis_torque(m, drive) / self._axis_inertia()
+            rates["psi"], rates["w"] = m.w, self.axis_torque(m, drive) / self._axis_inertia(m)
             for effect in self.on(Coupling):
                 rates[f"{effect.name}:twist"] = effect.mine(m)[1]
                 rates[f"{effect.name}:slip"] -= rates["w"]
@@ -349,31 +351,45 @@ class OneAxis(Plant):
             inertia = inertia + self._ratio() ** 2 * self.numbers["motor.inertia"]
         return inertia
 
-    def _axis_inertia(self) -> Scalar:
-        """Inertia that the axis's own friction acts on."""
+    def _axis_inertia(self, m: Motion | None) -> Scalar:
+        """Inertia that the axis's own friction acts on, at standstill without a motion."""
         inertia = self.whole_inertia()
         for effect in self.on(Coupling):
             inertia = inertia * (1.0 - effect.share())
-        return inertia
+        return inertia if m is None else self._grown(inertia, m.w)
 
-    def bodies(self) -> list[tuple[Body, list]]:
+    def _wheel_inertia(self, m: Motion | None) -> Scalar:
+        """Inertia of the wheel, at standstill without a motion."""
+        inertia = self.numbers["wheel.inertia"]
+        return inertia if m is None or self.structure.has_axis else self._grown(inertia, m.Omega)
+
+    def _grown(self, inertia: Scalar, w: Scalar) -> Scalar:
+        """Inertia at a rate [rad/s] of one that is so large at standstill [kg m2]."""
+        return math.prod((effect.factor(w) for effect in self.on(Inertia)), start=inertia)
+
+    def bodies(self, m: Motion | None = None) -> list[tuple[Body, list]]:
         """Turning masses that carry dry friction, the driving one first.
+
+        Args:
+            m: What their inertias may depend on; None for those at standstill.
 
         Returns:
             Each body with its friction effects.
         """
-        states, n = self.structure.states, self.numbers
+        states = self.structure.states
         found: list[tuple[Body, list]] = []
         coupled = {f"{effect.name}:slip": effect.share() * self.whole_inertia() for effect in self.on(Coupling)}
         if self.structure.has_wheel and (dry := self.on(WheelDry)):
-            J = n["wheel.inertia"]
+            J = self._wheel_inertia(m)
             enters = {"Omega": -1.0 / J}
             if self.structure.has_axis:
-                enters |= {name: 1.0 / inertia for name, inertia in coupled.items()} or {"w": 1.0 / n["axis.inertia"]}
+                enters |= {name: 1.0 / inertia for name, inertia in coupled.items()} or {
+                    "w": 1.0 / self._axis_inertia(m)
+                }
             reaction = tuple(enters.get(name, 0.0) for name in states)
             found.append((Body(states.index("theta"), states.index("Omega"), J, reaction), dry))
         if self.structure.has_axis and (dry := self.on(AxisDry)) and not self.on(AxisElastic):
-            I = self._axis_inertia()
+            I = self._axis_inertia(m)
             enters = {"w": -1.0 / I} | {name: 1.0 / I for name in coupled}
             reaction = tuple(enters.get(name, 0.0) for name in states)
             found.append((Body(states.index("psi"), states.index("w"), I, reaction), dry))
@@ -384,7 +400,7 @@ class OneAxis(Plant):
         rates = self.field(t, x, u)
         motion = self.motion(t, x, u)
         torques = []
-        for body, effects in self.bodies():
+        for body, effects in self.bodies(motion):
             free = rates[body.rate] * body.inertia
             forward, backward = friction_level(effects, motion, 1.0), friction_level(effects, motion, -1.0)
             w = start[body.rate]
@@ -397,7 +413,7 @@ class OneAxis(Plant):
     def with_smooth_friction(self, t: Scalar, x: State, u: Scalar, width: Scalar) -> State:
         """Rates of the state with dry friction by a smooth sign."""
         rates, motion = self.field(t, x, u), self.motion(t, x, u)
-        for body, effects in self.bodies():
+        for body, effects in self.bodies(motion):
             friction = smooth_friction(effects, motion, x[body.rate], width)
             rates = _pushed(rates, body, friction)
         return self.limited(x, self.deflecting(motion, rates))
@@ -435,7 +451,7 @@ class OneAxis(Plant):
 
     def settle(self, step: SmoothStep) -> State:
         """State at the end of a step, each body stopped, turned or held by itself, the driving one first."""
-        for k, (body, effects) in enumerate(self.bodies()):
+        for k, (body, effects) in enumerate(self.bodies(self.motion(step.t, step.before, step.u))):
             if body.rate != step.sliding:
                 step = step._replace(after=self._settled(step, body, effects, step.torques[k]))
         return step.after

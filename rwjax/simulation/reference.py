@@ -175,7 +175,7 @@ def _forces(plant: OneAxis, t: Scalar, x: State, u: Scalar, modes: Modes) -> tup
     """Rates with dry friction in these modes, and the distance of the torque on each body from its breakaway levels [N m]."""
     rates, motion = plant.field(t, x, u), plant.motion(t, x, u)
     ahead, behind = [], []
-    for k, (body, effects) in enumerate(plant.bodies()):
+    for k, (body, effects) in enumerate(plant.bodies(motion)):
         free = rates[body.rate] * body.inertia
         forward, backward = friction_level(effects, motion, 1.0), friction_level(effects, motion, -1.0)
         friction = jnp.where(modes[k] > 0.0, forward, jnp.where(modes[k] < 0.0, -backward, free))

@@ -46,6 +46,35 @@ def fits_of(truth: str) -> ModelFits:
     return fits
 
 
+MISSED, INERTIA = Hypothesis(("sensor.missed_counts",)), Hypothesis(("axis.growing_inertia",))
+DRIFT, WORKED = Hypothesis(("axis.friction_drift",)), Hypothesis(("axis.worked_friction",))
+OTHERS = {  # two names, and the laws that pass for them
+    "sensor.missed_counts": {"s": 0.2, "w_m": 2.0, "j": 0.0},
+    "axis.growing_inertia": {"p": 0.3, "w_0": 4.0},
+    "axis.friction_drift": {"d": 1.0, "B": 0.0, "tau": 3.0, "s": 0.0},
+    "axis.worked_friction": {"d": 0.4, "tau": 1.0},
+}
+
+
+@pytest.mark.parametrize("truth", OTHERS)
+def test_so_do_an_inertia_and_a_friction_that_change_with_the_motion(truth: str) -> None:
+    name, law = (MISSED, INERTIA) if truth in (*MISSED.names, *INERTIA.names) else (DRIFT, WORKED)
+    t, logs = np.arange(801) * 0.01, []
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        command = np.repeat(rng.uniform(-0.8, 0.8, 9), 89)[: len(t)]
+        y = run(RIG, record(t, command), {}, effects={truth: OTHERS[truth]})["yaw_rad"]
+        logs.append(replace(record(t, command, {"yaw_rad": y + rng.normal(0.0, 2e-4, len(t))}), name=f"{seed}.csv"))
+    fits = ModelFits.of(RIG, logs, range(len(logs)))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    SuccessiveHalving(fits).fit([name], NOTHING)
+    fitted(fits, name)
+    asked = outside_laws_of([name])
+    assert [one.instead for one in asked] == [law]
+    assert doing_as_well(fits, asked) == ([] if truth in name.names else asked)
+
+
 ASKED = OutsideLaw("axis.stribeck", "axis.growing_stiction", STRIBECK, GROWS)
 WHY = "breakaway friction that grows with the time at rest does as well in its place, and is no effect of the list"
 

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.linalg import expm
+from scipy.special import erf
 
 from rwjax import RigError, parse_rig, write_rig
 from rwjax.diagnosis.hypothesis import candidates
 from rwjax.effects.library import BY_NAME, UNLISTED, of_kind, passing_for
 from rwjax.kinds import KINDS
 from rwjax.plant.from_rig import structure_of
-from tests.systems import platform, record, run
+from tests.systems import platform, record, run, wheel
 
 GROWS = "axis.growing_stiction"
 GAIN, M_C, M_E, TAU = 0.4, 0.05, 0.1, 2.0  # N m/V, N m, N m, s
@@ -39,6 +42,47 @@ def test_sliding_friction_is_the_rigs_own_and_the_time_at_rest_begins_anew_after
     assert torque == pytest.approx(GAIN * 0.25 - M_C, rel=1e-3)
 
 
+INERTIA = {"axis.growing_inertia": {"p": 0.8, "w_0": 2.0}}
+
+
+def momentum(w: np.ndarray) -> np.ndarray:
+    """Integral of the inertia over the rate, as a multiple of that at standstill [rad/s]."""
+    p, w_0 = INERTIA["axis.growing_inertia"].values()
+    return (1.0 + p) * w - p * w_0 * np.sqrt(np.pi) / 2.0 * erf(w / w_0)
+
+
+def test_momentum_is_the_impulse_of_the_drive_and_of_dry_friction_whatever_the_inertia() -> None:
+    rig, t = platform("coulomb = 0.05"), np.arange(801) * 0.01
+    on = t < 2.0
+    w = run(rig, record(t, np.where(on, 0.4, 0.0)), {}, effects=INERTIA, refine=4)["yaw_rad_s"]
+    impulse = np.where(on, (GAIN * 0.4 - M_C) * t, (GAIN * 0.4 - M_C) * 2.0 - M_C * (t - 2.0))
+    assert rig.values["axis.inertia"] * momentum(w) == pytest.approx(np.maximum(impulse, 0.0), abs=2e-5)
+    assert w.max() > 1.5 and w[-1] == 0.0
+
+
+def test_on_a_wheel_alone_it_is_the_wheels() -> None:
+    rig, t = wheel(inductance=0.0), np.arange(201) * 0.01
+    law = {"axis.growing_inertia": {"p": 0.8, "w_0": 100.0}}
+    log = record(t, np.full(len(t), 6.0), {"wheel_rad_s": np.zeros(len(t))})
+    end = run(rig, log, {}, effects=law, refine=4)["wheel_rad_s"][-1]
+    K, R, b = (rig.values[f"motor.{name}"] for name in ("torque_constant", "resistance", "friction"))
+
+    def inverse_rate(speed: float) -> float:
+        inertia = rig.values["wheel.inertia"] * (1.0 + 0.8 * (1.0 - np.exp(-((speed / 100.0) ** 2))))
+        return inertia / (K * (6.0 - K * speed) / R - b * speed)
+
+    assert quad(inverse_rate, 0.0, end)[0] == pytest.approx(t[-1], rel=1e-4) and end > 100.0
+
+
+def test_worked_friction_coasts_as_a_linear_system() -> None:
+    d, tau, t = 0.4, 0.7, np.arange(121) * 0.01
+    rig, log = platform("coulomb = 0.05"), record(t, np.zeros(len(t)))
+    w = run(rig, log, {"w": 2.0}, effects={"axis.worked_friction": {"d": d, "tau": tau}})["yaw_rad_s"]
+    slope = M_C / rig.values["axis.inertia"]
+    A = np.array([[0.0, -slope * d, -slope], [1.0 / tau, -1.0 / tau, 0.0], [0.0, 0.0, 0.0]])
+    assert w == pytest.approx([(expm(A * at) @ [2.0, 0.0, 1.0])[0] for at in t], abs=1e-5) and w[-1] > 0.0
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_rig_file_and_no_answer_has_one(kind: str) -> None:
     assert not {law.name for law in UNLISTED} & {*of_kind(kind)}
@@ -54,5 +98,8 @@ def test_each_passes_for_an_effect_of_the_list_and_its_programs_are_kept() -> No
     for law in UNLISTED:
         assert law.passes_for and all(not BY_NAME[name].passes_for for name in law.passes_for)
     assert passing_for("axis.stribeck") == (GROWS,) and passing_for("pitch.stribeck") == ("pitch.growing_stiction",)
+    assert (
+        passing_for("sensor.missed_counts") == ("axis.growing_inertia",) and passing_for("sensor_1.missed_counts") == ()
+    )
     assert passing_for("axis.coulomb") == () == passing_for("parameter.axis.inertia")
     assert structure_of(platform()).with_effects(GROWS).from_library
