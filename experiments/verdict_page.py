@@ -19,6 +19,7 @@ from experiments.blind.score import (
     RIGHT,
     Judged,
     Line,
+    among_small,
     by,
     calibrations,
     coordinates_of,
@@ -50,13 +51,11 @@ ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_ag
 """Folder and file of the same questions asked otherwise."""
 SET = "second"
 """File of the set that the page is about."""
-FINAL_PARTS = FINAL, LATER, THIRD, FOURTH, FIFTH, SIXTH = (
-    "final",
-    *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth")),
-)
+FINAL = "final"
+FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
-FRESH = "fresh"
-"""File of the set `fresh`, drawn when the messy places of the final set had all been asked."""
+FRESH, NEWEST = "fresh", "fresh_messy"
+"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and messy cases of a later search."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
@@ -199,6 +198,19 @@ def every_messy() -> Block:
     return Block(FINAL_PARTS, closed_by_the_truth(among))
 
 
+def messy_by_search() -> Block:
+    """Messy cases by the search that was asked; no case stands in two rows."""
+    files, rows = (*FINAL_PARTS, FRESH, NEWEST), []
+    for name in files:
+        among = [line for line in lines(name) if line["group"] == "messy"]
+        count = Counter(among_small(line) for line in among)
+        held = (("named",), ("part",), ("wider",), ("false",), ("unknown", "none", "error"))
+        told = (share(sum(count[one] for one in ones), len(among)) for ones in held)
+        rows.append([f"`{name}`", str(len(among)), *told])
+    head = ["run", "cases", "named", "in part", "a name too many", "false", "nothing said"]
+    return Block(files, Table("Large causes among small ones, by search", head, rows))
+
+
 def measured_sets() -> Block:
     """What is said of each set of published logs, beside difference equations."""
     rows = []
@@ -262,21 +274,16 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "worth": of(worth),
     "asked": of(asked),
     "final": of(reached, name=FINAL),
-    "later": of(reached, name=LATER),
-    "third-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=THIRD),
-    "fourth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FOURTH),
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
-    "fifth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FIFTH),
-    "sixth-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=SIXTH),
     "fresh": of(reached, name=FRESH),
-    "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=FRESH),
+    "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=NEWEST),
+    "messy-by-search": messy_by_search,
     "asked-again": partial(asked_otherwise, 0),
     "asked-again-differ": partial(asked_otherwise, 1),
     "messy-closed": every_messy,
     "measured-sets": measured_sets,
     "measured-pairs": partial(measured_pairs, PAIRS),
     "measured-pairs-later": partial(measured_pairs, LATER_PAIRS),
-    "later-small": of(lambda among, _: messy("Small causes alone", among), "small", name=LATER),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),

@@ -77,6 +77,18 @@ def spoken(name: str) -> str:
     return BY_NAME[name].label if name in BY_NAME else name
 
 
+def as_written(name: str) -> str:
+    """An effect as sentences name it: by its name, but a law outside the list, which no rig file has, in words.
+
+    Args:
+        name: name of an effect, of a law outside the list, or `parameter.NAME`.
+
+    Returns:
+        The name, or the law's label.
+    """
+    return spoken(name) if name in BY_NAME and BY_NAME[name].passes_for else name
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """What may be missing in a rig. Two hypotheses with the same names are equal: the order is for the reader alone.
@@ -319,11 +331,15 @@ def space(
         k = names.index(number)
         if bounds[k, 0] > 0.0:
             bounds[k] = max(bounds[k, 0], theta[k] / wrong_by), min(bounds[k, 1], theta[k] * wrong_by)
-    for effect in structure.effects:
+    for effect in hypothesis.effects:
         for name, p in parameters(BY_NAME[effect]).items():
             k = names.index(f"{effect}.{name}")
-            if effect in hypothesis.effects and (names[k] in free or not p.fitted):
+            if names[k] in free or not p.fitted:
                 options[k] = p.begin(sizes(effect))
+        for name, least in BY_NAME[effect].shown_above.items():
+            k = names.index(f"{effect}.{name}")
+            bounds[k, 0] = min(max(bounds[k, 0], sizes(effect)[least]), bounds[k, 1])
+            options[k] = tuple(max(value, bounds[k, 0]) for value in options[k])
     count = max((len(values) for values in options.values()), default=1)
     starts = []
     for j in range(count):

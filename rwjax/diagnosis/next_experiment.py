@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.diagnosis.hypothesis import as_written
 from rwjax.diagnosis.settings import NextExperimentSettings
 from rwjax.effects.library import BY_NAME
 from rwjax.fitting.prediction import every_output, predict_logs
@@ -140,7 +141,7 @@ def propose(
     by = problem.logs[0].input
     unit = f" {unit_of(by)}".rstrip()
     best = int(np.argmax(telling))
-    names = [" + ".join(rival.names) for rival in rivals]
+    names = [" + ".join(as_written(name) for name in rival.names) for rival in rivals]
     if not found.holds.any():
         rest = f", or not let it come to rest within {WAIT_S:g} s" if _has_stops(rivals) else ""
         return Proposal(

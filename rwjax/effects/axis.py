@@ -265,12 +265,12 @@ class PeriodicTorque(AxisTorque):
     )
     changes_over_time: ClassVar[bool] = True
     comes_and_goes: ClassVar[bool] = True
+    shown_above: ClassVar[Mapping[str, str]] = {"omega": "turn_per_run"}
     s: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.03, 0.0) * len(RATES), scale="torque", tex="s")
     c: Scalar = param("N m", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.03) * len(RATES), scale="torque", tex="c")
     omega: Scalar = param(
         "rad/s", bounds=(0.05, 200.0), null=6.0, starts=tuple(w for rate in RATES for w in (rate, rate)), tex="\\omega"
     )
-
     p: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="p", role="form")
     q: Scalar = param("1", bounds=(-1.0, 1.0), starts=(0.0,), tex="q", role="form")
 

@@ -112,6 +112,8 @@ class Effect(eqx.Module):
     output_of: ClassVar[Mapping[str, str]] = {}
     """The output on which a number acts alone, by the name that it has on a rig with one axis: a search estimates the number only
     where a log holds the output."""
+    shown_above: ClassVar[Mapping[str, str]] = {}
+    """Sizes (names of `rwjax.fitting.scales`) below which logs do not show a number for what it is: a search does not go there."""
     needs_servo: ClassVar[bool] = False
     """Whether it acts on the goal of a servo, which a rig without one does not have."""
 

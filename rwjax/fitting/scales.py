@@ -89,6 +89,7 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "per_command": 1.0 / command,
         "per_watt": 1.0 / (ampere * command),
         "per_rate": 1.0 / rate,
+        "turn_per_run": 2.0 * np.pi / max(float(log.time[-1] - log.time[0]) for log in logs),
         "highest": float(np.nanmax(angles)),
         "lowest": float(np.nanmin(angles)),
         "span": float(np.nanmax(angles) - np.nanmin(angles)),

@@ -7,6 +7,7 @@ import pytest
 
 from rwjax.diagnosis.hypothesis import (
     Hypothesis,
+    as_written,
     candidates,
     chosen_names,
     coordinate_of,
@@ -136,7 +137,24 @@ def test_a_wrong_number_is_looked_for_within_a_factor() -> None:
     assert all(start[k] == 0.83 for start in starts)
 
 
+def test_of_a_periodic_torque_a_whole_turn_fits_into_the_longest_run() -> None:
+    rig, periodic = platform(), Hypothesis(("axis.periodic_torque",))
+    k = structure_for(rig, periodic).names.index("axis.periodic_torque.omega")
+    for seconds in (5.0, 20.0):
+        t = np.linspace(0.0, seconds, 200)
+        logs = [record(part, np.sin(part), {"yaw_rad": np.sin(part)}) for part in (t[:50], t)]
+        coordinates, starts = space(rig, periodic, logs, wrong_by=2.0)
+        turn = 2.0 * np.pi / seconds
+        assert coordinates.bounds[list(coordinates.index).index(k)] == pytest.approx([turn, 200.0])
+        assert min(start[k] for start in starts) == pytest.approx(max(turn, 0.6))
+
+
 def test_names_in_words() -> None:
+    assert [as_written(name) for name in ("axis.coulomb", "parameter.axis.inertia")] == [
+        "axis.coulomb",
+        "parameter.axis.inertia",
+    ]
+    assert as_written("axis.growing_inertia") == "an inertia that grows with the speed"
     assert spoken("parameter.axis.inertia") == "wrong axis.inertia" and spoken("axis.coulomb") == "dry friction"
 
 

@@ -109,7 +109,7 @@ def test_a_name_is_not_claimed_where_the_law_does_as_well_and_what_tells_them_ap
     found = diagnosed(1e9)
     assert found.verdict == "unknown" and found.complete and found.effects == STRIBECK.names
     assert found.refused == {"axis.stribeck": WHY} and found.sentence.endswith(f"but this is no claim: {WHY}.")
-    assert found.proposal is not None and "axis.growing_stiction" in found.next_experiment
+    assert found.proposal is not None and WHY.partition(" does")[0] in found.next_experiment
 
 
 def test_a_budget_that_ends_before_the_law_was_asked_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ def test_sizes_of_a_steady_turn() -> None:
     assert found["torque"] == pytest.approx(0.8)  # 0.4 N m/V
     assert found["rate"] == pytest.approx(3.0)
     assert found["torque_per_rate"] == pytest.approx(0.8 / 3.0)
+    assert found["per_rate"] == pytest.approx(1.0 / 3.0) and found["turn_per_run"] == pytest.approx(2.0 * np.pi / 10.0)
     assert (found["lowest"], found["highest"], found["span"]) == pytest.approx((-1.0, 29.0, 30.0))
 
 
