@@ -23,7 +23,9 @@ class Kind(StrEnum):
 
 OfKind = Annotated[Kind | None, typer.Option("--kind", help="kind of the rig; by the columns without it")]
 Output = Annotated[Path | None, typer.Option("-o", metavar="RIG.toml", help="stdout without it")]
-Supply = Annotated[float | None, typer.Option(help="voltage at which the datasheet's numbers hold [V]")]
+Supply = Annotated[
+    float | None, typer.Option(help="voltage at which the datasheet's numbers hold; of a PWM at full power [V]")
+]
 StallTorque = Annotated[float | None, typer.Option(help="at standstill, behind the gear [N m]")]
 NoLoadSpeed = Annotated[float | None, typer.Option(help="speed without a load, behind the gear [1/min]")]
 Resistance = Annotated[float | None, typer.Option(help="of the winding [ohm]")]

@@ -34,9 +34,6 @@ Least = Annotated[float, typer.Option(help="modulus margin that the tuned loop k
 Forward = Annotated[float, typer.Option(help="share of the breakaway friction that is fed forward")]
 Dead = Annotated[float, typer.Option(help="error within which nothing is fed forward [°]")]
 
-HELP = "--forward 0.8, or --ki with a larger --sigma, help against friction"
-"""What is advised where no gains settle."""
-
 
 def tune(
     rig_file: RigFile,
@@ -89,7 +86,7 @@ def tune(
     if as_json:
         document(answer + "\n")
         return
-    say("\n".join(_lines(laws, {"robust": design.robust.why, "tuned": design.tuned.why})))
+    say("\n".join(_lines(laws, {"robust": design.robust.why, "tuned": design.tuned.why}, _help(forward))))
     about = _about(design.plants, sigma, step, bool(ki), bool(fit))
     remark(quiet, *rig.cautions, *fit_notes, about, *_notes(design, least), *own_delay(rig))
 
@@ -128,12 +125,22 @@ def _shown(design: "DesignedController") -> dict:
     return {**gains, **seen, **never, "modulus": design.robustness.modulus}
 
 
-def _lines(laws: dict[str, dict], why: dict[str, str]) -> list[str]:
+def _help(forward: float) -> str:
+    """What is advised where friction lets no gains settle."""
+    integral = "--ki with a larger --sigma"
+    return f"{integral} helps against friction" if forward else f"--forward 0.8, or {integral}, help against friction"
+
+
+def _lines(laws: dict[str, dict], why: dict[str, str], against_friction: str) -> list[str]:
     """A line for each controller, first those that settle; where one does not, why, and which to take instead."""
+    from rwjax.control.unsettled import FRICTION
+
     ordered = sorted(laws.items(), key=lambda law: (law[1]["settling"] is None, abs(law[1]["error"])))
     best, found = ordered[0]
-    instead = HELP if found["settling"] is None else f"take the {best} ones"
-    return [_line(name, law, f": {why[name]}; {instead}" if why[name] else "") for name, law in ordered]
+    settled = f"; take the {best} ones"
+    help_of = {name: f"; {against_friction}" if reason.startswith(FRICTION) else "" for name, reason in why.items()}
+    instead = dict.fromkeys(why, settled) if found["settling"] is not None else help_of
+    return [_line(name, law, f": {why[name]}{instead[name]}" if why[name] else "") for name, law in ordered]
 
 
 def _line(name: str, found: dict, why: str) -> str:

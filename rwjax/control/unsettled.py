@@ -2,8 +2,11 @@
 
 import math
 
-from rwjax.control.controller import Controller
+from rwjax.control.controller import Controller, LoopTiming
 from rwjax.control.response import BAND
+
+FRICTION = "friction holds the axis"
+"""How a reason begins that is friction."""
 
 
 def held_off(controller: Controller, breakaway: float) -> float:
@@ -36,29 +39,35 @@ def least_kp(controller: Controller, breakaway: float, error: float) -> float:
     return max(breakaway - forward, 0.0) / error
 
 
-def why_unsettled(controller: Controller, breakaway: float, step: float, period: float) -> str:
+def why_unsettled(controller: Controller, breakaway: float, step: float, timing: LoopTiming) -> str:
     """Why a step of the reference from rest does not settle.
 
     Args:
         controller: Gains, feed-forward and deadband.
         breakaway: Command at which the axis at rest breaks loose [V].
         step: Height of the step [rad].
-        period: Sampling period [s].
+        timing: Sampling period, and the encoder's counts.
 
     Returns:
-        The reason in words.
+        The reason in words; one that is friction begins with `FRICTION`.
     """
     size, ki = abs(step), float(controller.ki)
     first = float(controller.kp) * size + float(controller.feedforward) * (size > float(controller.deadband))
-    needs = f"friction holds the axis until the command is {breakaway:.3g} V"
+    needs = f"{FRICTION} until the command is {breakaway:.3g} V"
     if breakaway > first and ki > 0.0:
-        seconds = max((breakaway - first) / (ki * size), period)
+        seconds = max((breakaway - first) / (ki * size), timing.period)
         return f"{needs}; the step gives {first:.3g} V with these gains, and ki makes up for the rest only in {seconds:.3g} s"
     if breakaway > first:
         return f"{needs}, and the step gives {first:.3g} V with these gains: the axis does not move at all"
     off = held_off(controller, breakaway)
     if ki == 0.0 and off > BAND * size:
         return f"{needs}, so that at rest it stays up to {math.degrees(off):.2g}° off with these gains"
+    count = 360.0 / timing.counts if timing.counts else 0.0
+    if 0.5 * count > BAND * math.degrees(size):
+        return (
+            f"one count of the encoder is {count:.2g}°, so that the loop sees no error below half of it, and only what stays within "
+            f"{BAND * math.degrees(size):.2g}° has settled; a larger step or a finer encoder would show it"
+        )
     return "a steady load holds the axis off, the loop is too slow for the seconds that it has, or it goes on swinging"
 
 

@@ -191,7 +191,7 @@ class Diagnosis:
         lines = [self.sentence, ""]
         for name, gap in self.gaps.items():
             lines.append(gap_line(name, gap, marked=name == self.signal and len(self.gaps) > 1))
-        if self.where is not None and self.verdict != "none":
+        if self.where is not None and self.verdict != "none" and self.where.share > limits.as_much:
             law = where_words(self.where, limits)
             share = f"{100 * self.where.share:.0f} % of the excess squared error"
             lines.append(f"  where: {self.subsystem}; a law in {law} removes {share}")

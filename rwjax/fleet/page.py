@@ -236,7 +236,7 @@ def _drawn(fleet: Fleet, name: str) -> str:
         else:
             _over_rigs(ax, one, alarmed)
         ax.set_ylabel(drawn_name(f"{name} [{_unit(name)}]" if _unit(name) else name))
-        return svg_of(figure)
+        return svg_of(figure, name)
 
 
 def _over_rigs(ax: Axes, one: pl.DataFrame, alarmed: set[str]) -> None:

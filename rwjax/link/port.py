@@ -107,7 +107,7 @@ def open_port(url: str) -> Port:
         The open port.
 
     Raises:
-        LinkError: Where it cannot be opened, or another program has it.
+        LinkError: Where it cannot be opened, is no serial port, or another program has it.
     """
     import serial  # of an extra, which only the line itself needs
 
@@ -116,6 +116,8 @@ def open_port(url: str) -> Port:
     except (serial.SerialException, ValueError) as error:
         if getattr(error, "errno", None) == errno.EWOULDBLOCK:
             raise LinkError(f"{url}: another program talks to this port; end it first") from None
+        if getattr(error.__context__, "args", ())[:1] == (errno.ENOTTY,):  # termios.error, which pyserial puts in words
+            raise LinkError(f"{url}: is no serial port; give one such as /dev/ttyACM0") from None
         raise LinkError(f"{url}: cannot be opened: {reason(error)}; give a serial port such as /dev/ttyACM0") from None
 
 

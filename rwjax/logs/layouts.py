@@ -170,12 +170,20 @@ def _check_header(sheet: Sheet, used: list[str], rig: Rig) -> None:
         if not name:
             raise sheet.error(None, f"column {[*sheet.names].index(name) + 1} has no name; name it, or take it out")
         if name not in valid:
-            meant = f"did you mean `{nearest(name, valid)}`? Else " if alike(name, valid) else ""
-            meant = "rates are in rad/s (1/min times π/30). Else " if "rpm" in name.lower() else meant
-            raise sheet.error(None, f"unknown column `{name}`; {meant}{sheet.to_leave_out(name)}")
+            raise sheet.error(None, f"unknown column `{name}`; {_to_name(sheet, name, valid)}")
         if output in held:
             raise sheet.error(None, f"`{held[output]}` and `{name}` are the same reading; keep one of them")
         held[output] = name
+
+
+def _to_name(sheet: Sheet, name: str, valid: Sequence[str]) -> str:
+    """What is to be done about a column that goes by none of rwjax's names: a reading is not to be thrown away."""
+    meant = f"did you mean `{nearest(name, valid)}`? Else, " if alike(name, valid) else ""
+    meant = "rates are in rad/s (1/min times π/30); " if "rpm" in name.lower() else meant
+    how = "say which by [columns] of the rig file (`rwjax import FILE` proposes it)"
+    if sheet.notes.get(LAYOUT[0]) == LAYOUT[1]:  # for which [columns] does not count
+        how = f"give it a name of rwjax's ({', '.join(valid)})"
+    return f"{meant}if it is a reading, {how}; else {sheet.to_leave_out(name)}"
 
 
 def _check_held(sheet: Sheet, used: list[str], rig: Rig, needed: list[str]) -> None:

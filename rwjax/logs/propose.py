@@ -93,35 +93,44 @@ class Proposal(NamedTuple):
     column: str
 
 
-def proposal(sheet: Sheet, kind: str, without: Collection[str] = ()) -> str:
+def proposal(sheet: Sheet, kind: str, without: Collection[str] = (), supply: float | None = None) -> str:
     """A section `[columns]` for a file.
 
     Args:
         sheet: The table as the file holds it.
         kind: Kind of the rig.
         without: Columns of rwjax's that the rig does not have.
+        supply: Voltage of a PWM at full power [V]; 12 V are a guess where none is given.
 
     Returns:
         Lines for a rig file, what was not recognised in comments.
     """
     if [*sheet.names] == [*THESIS_COLUMNS]:
         return THESIS_SECTION
-    found = {name: one for name, one in proposed(sheet, kind).items() if name not in without}
+    found = {name: one for name, one in proposed(sheet, kind, supply).items() if name not in without}
     other = [column for column in sheet.names if column not in {one.column for one in found.values()}]
     commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
     missing = [] if "time_s" in found else ['# time_s = { column = "…", unit = "ms" }   # every log needs it']
     missing += [] if commanded else ['# voltage_V = "…"   # every log needs a command']
+    missing += [] if any(name in COLUMNS for name in found) else [_no_reading(kind)]
     lines = [found[name].line for name in columns_of(kind) if name in found]
     passed = [f"# passed over: {', '.join(other)}"] if other else []
     return "\n".join(["[columns]", *lines, *missing, *passed])
 
 
-def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
+def _no_reading(kind: str) -> str:
+    """The line of a section for a file of which no column is taken for a reading."""
+    name = next(name for name in columns_of(kind) if name in COLUMNS and not COLUMNS[name].encoder)
+    return f'# {name} = "…"   # no column is taken for a reading, and every log needs one'
+
+
+def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, Proposal]:
     """What the columns of a file may be.
 
     Args:
         sheet: The table as the file holds it.
         kind: Kind of the rig.
+        supply: As in `proposal` [V].
 
     Returns:
         By rwjax's column the first column of the file that it may be. Beside a goal a voltage without a sign is that of the supply, and
@@ -132,7 +141,7 @@ def proposed(sheet: Sheet, kind: str) -> dict[str, Proposal]:
         return found
     for column in sheet.names:
         values = _values(sheet, column)
-        one = _guess(column, values, kind) if values is not None else None
+        one = _guess(column, values, kind, supply) if values is not None else None
         if one is not None:
             found.setdefault(one.name, one)
     volts = found.get("voltage_V")
@@ -217,7 +226,7 @@ def _ends_otherwise(column: str, units: Collection[str] | None) -> bool:
     return units is not None and unit not in ("", *units)
 
 
-def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
+def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> Proposal | None:
     """What a column may be by its name, its unit and its values."""
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
@@ -227,7 +236,7 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
     if means == "time_s":
         return _line("time_s", column, unit if unit in ("ms", "us", "s") else _time_unit(values))
     if means == "voltage_V":
-        return _command(column, values, unit)
+        return _command(column, values, unit, supply)
     of_wheel = any(re.fullmatch(WHEEL, part) for part in parts)
     if of_wheel and means in ("angle", "rate") and "wheel_rad" not in valid:
         return None
@@ -262,7 +271,7 @@ def _guess(column: str, values: np.ndarray, kind: str) -> Proposal | None:
     return None
 
 
-def _command(column: str, values: np.ndarray, unit: str) -> Proposal:
+def _command(column: str, values: np.ndarray, unit: str, supply: float | None) -> Proposal:
     """A command in volts, or in steps of a PWM."""
     size = float(np.max(np.abs(values)))
     if unit == "percent":
@@ -270,11 +279,14 @@ def _command(column: str, values: np.ndarray, unit: str) -> Proposal:
     if size <= 1.0 and any(part.startswith("duty") for part in _parts(column)):
         return _line("duty", column, "", "of 1, needs [drive] supply: right?")
     if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
-        return _line("voltage_V", column, "mV" if unit == "mV" else "")
+        whole = "" if unit or size > 1.0 else "V? Of full power it is a duty"
+        return _line("voltage_V", column, "mV" if unit == "mV" else "", whole)
     full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
-    scale = f"12 V / {full}"
+    volts = "12" if supply is None else repr(supply).removesuffix(".0")
+    scale = f"{volts} V / {full}"
+    why = "the supply's voltage over the number of full power" if supply is None else f"{full} is full power"
     line = f"voltage_V = {{ column = {json.dumps(column, ensure_ascii=False)}, scale = {json.dumps(scale)} }}"
-    return Proposal("voltage_V", f"{line}   # the supply's voltage over the number of full power: right?", column)
+    return Proposal("voltage_V", f"{line}   # {why}: right?", column)
 
 
 def _time_unit(values: np.ndarray) -> str:

@@ -1,7 +1,7 @@
 """A first rig file, from the columns of logs and the numbers of a datasheet. What is guessed is free where logs can tell it, and said."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class Datasheet(NamedTuple):
     """What a datasheet or a scale says; None for what is not known.
 
     Attributes:
-        supply: Voltage at which the others hold [V].
+        supply: Voltage at which the others hold, and that of a PWM at full power [V].
         stall_torque: Torque at standstill [N m], behind the gear.
         no_load_speed: Speed without a load [rad/s], behind the gear.
         resistance: Resistance of the winding [ohm].
@@ -67,7 +67,9 @@ class Datasheet(NamedTuple):
 
 OF_A_VALUE = ("counts", "bob")
 """What of a datasheet is no number that others are worked out from."""
-SUPPLY_ALONE = "; it tells a motor together with --no-load-speed or --stall-torque, and a duty its voltage"
+SUPPLY_ALONE = (
+    "; it tells a motor together with --no-load-speed or --stall-torque, and PWM counts or a duty their voltage"
+)
 OF_TWO_AXES = {*columns_of("two_axis")} - {name for kind in ONE_AXIS for name in columns_of(kind)}
 """Columns that rigs with two axes alone have."""
 OF_A_WEIGHT = [
@@ -121,14 +123,17 @@ def first_rig(
     guessed = kind is None and model is None
     kind = "joint" if model else kind or kind_of(sheet, datasheet)
     lacks = _lacking(model) if model else ()
-    section, columns = printable_lines(proposal(sheet, kind, lacks)), {*proposed(sheet, kind)} - {*lacks}
-    if {*sheet.names} <= {*columns_of(kind)}:  # the files have rwjax's own names
-        section = ""
+    columns = {*proposed(sheet, kind)} - {*lacks}
+    section = _section(sheet, kind, lacks, datasheet.supply)
     name = Path(paths[0]).resolve().parent.name
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
         raise LogError(f"{sheet.where(None)}: no column holds counts, and an angle needs no --counts: leave it out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
-    unused = () if model else _unused(kind, datasheet, columns)
+    unused = (
+        ()
+        if model
+        else _unused(datasheet, lambda d: (_numbers(kind, d, columns), _section(sheet, kind, lacks, d.supply)))
+    )
     for what, number in OWN_NUMBERS.items():
         if getattr(datasheet, what) is not None and not model and number not in numbers:
             option = what.replace("_", "-")
@@ -156,13 +161,20 @@ def first_rig(
     return FirstRig(text(found.numbers), (*unused, *found.notes))
 
 
-def _unused(kind: str, datasheet: Datasheet, columns: set[str]) -> tuple[str, ...]:
-    """A sentence on each number of the datasheet that no number of the rig file comes from: another value would leave the file as it is."""
-    numbers, said = _numbers(kind, datasheet, columns), []
+def _section(sheet: Sheet, kind: str, lacks: Sequence[str], supply: float | None) -> str:
+    """The section `[columns]`; none for files that have rwjax's own names."""
+    if {*sheet.names} <= {*columns_of(kind)}:
+        return ""
+    return printable_lines(proposal(sheet, kind, lacks, supply))
+
+
+def _unused(datasheet: Datasheet, made: Callable[[Datasheet], object]) -> tuple[str, ...]:
+    """A sentence on each number of the datasheet from which nothing is made: another value would leave the file as it is."""
+    as_given, said = made(datasheet), []
     for name, value in datasheet._asdict().items():
         if name in OF_A_VALUE or value is None:
             continue
-        if _numbers(kind, datasheet._replace(**{name: 2.0 * value}), columns) == numbers:
+        if made(datasheet._replace(**{name: 2.0 * value})) == as_given:
             more = SUPPLY_ALONE if name == "supply" else ""
             said.append(f"--{name.replace('_', '-')} is not used: no number of this file comes from it{more}")
     return tuple(said)

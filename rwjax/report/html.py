@@ -58,7 +58,7 @@ def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str
     with drawing(size) as figure:
         plot(d, figure.subplots())
         write_png(figure, png)
-        return svg_of(figure)
+        return svg_of(figure, png.stem)
 
 
 def write_report(d: Diagnosis, folder: Path) -> Path:

@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.resources import files
@@ -115,18 +116,19 @@ def drawing(size: tuple[float, float]) -> Iterator[Figure]:
         yield Figure(figsize=size, layout="constrained")
 
 
-def svg_of(figure: Figure) -> str:
+def svg_of(figure: Figure, name: str) -> str:
     """A figure as it stands on a page.
 
     Args:
         figure: the figure, inside `drawing`.
+        name: its name on the page; its ids begin with that, so that no other figure has them.
 
     Returns:
         All of its SVG behind the name of the first tag, so that a template can give that further attributes.
     """
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None})
-    svg = text.getvalue()
+    svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text.getvalue())
     return svg[svg.index("<svg") + len("<svg") :]
 
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from rwjax.control.controller import Controller
-from rwjax.control.unsettled import held_off, least_kp, why_unsettled
+from rwjax.control.controller import Controller, LoopTiming
+from rwjax.control.unsettled import FRICTION, held_off, least_kp, why_unsettled
 
 LAW = Controller(2.0, feedforward=0.6, deadband=0.1)
 
@@ -43,4 +43,12 @@ def test_the_least_gain_holds_the_axis_off_by_no_more_than_asked(error: float, k
     ],
 )
 def test_the_reason_holds_the_volts(law: Controller, breakaway: float, words: str) -> None:
-    assert words in why_unsettled(law, breakaway, -1.0, 0.01)
+    assert words in why_unsettled(law, breakaway, -1.0, LoopTiming(0.01, counts=4096))
+
+
+def test_a_count_that_is_wider_than_the_band_is_the_reason_where_friction_is_not() -> None:
+    coarse = LoopTiming(0.01, counts=256)
+    why = why_unsettled(LAW, 0.0, math.radians(10.0), coarse)
+    assert why.startswith("one count of the encoder is 1.4°") and "within 0.2°" in why
+    assert "too slow" in why_unsettled(LAW, 0.0, math.radians(60.0), coarse)  # 1.2° are more than half a count
+    assert why_unsettled(LAW, 5.0, math.radians(10.0), coarse).startswith(FRICTION)

@@ -5,6 +5,7 @@ import os
 import time
 import tty
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 import serial
@@ -30,6 +31,13 @@ def test_a_port_that_is_not_there() -> None:
     ):
         open_port("/dev/ttyNOPE")
     assert issubclass(serial.SerialException, OSError)
+
+
+@pytest.mark.parametrize("name", ["/dev/null", "notes.txt"])
+def test_what_is_no_serial_port_is_called_so(name: str, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("no port\n")
+    with pytest.raises(LinkError, match="is no serial port; give one such as /dev/ttyACM0"):
+        open_port(str(tmp_path / name))  # /dev/null stays as it is
 
 
 def test_the_reason_is_the_systems_where_it_gives_one() -> None:

@@ -24,10 +24,14 @@ MALFORMED = [
         ["time_s,volts,yaw_counts", *ROWS],
         "no column `voltage_V`, which every log needs; found `time_s`, `volts`, ",
     ),
-    ([two + ",yaw_count", *ROWS], ":1: unknown column `yaw_count`; did you mean `yaw_counts`? Else write `# ignore: "),
+    (
+        [two + ",yaw_count", *ROWS],
+        ":1: unknown column `yaw_count`; did you mean `yaw_counts`? Else, if it is a reading, ",
+    ),
     (
         [HEADER + ",temperature_C", *(row + ",20" for row in ROWS)],
-        ":1: unknown column `temperature_C`; write `# ignore: temperature_C` above the header to leave it out",
+        ":1: unknown column `temperature_C`; if it is a reading, say which by [columns] of the rig file (`rwjax import FILE` proposes "
+        "it); else write `# ignore: temperature_C` above the header to leave it out",
     ),
     ([HEADER + ",", *(row + "," for row in ROWS)], ":1: column 4 has no name; name it, or take it out"),
     (["# ignore: time_s", HEADER, *ROWS], "no column `time_s`, which every log needs; found `voltage_V`, `yaw_counts`"),
@@ -173,11 +177,17 @@ def test_a_supply_may_be_weak_but_not_off(log, refused) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("yaw_RPM", "rates are in rad/s (1/min times π/30). Else write"), ("x", "")]
+    ("name", "said"), [("yaw_RPM", "rates are in rad/s (1/min times π/30); if it is a reading, say"), ("x", "")]
 )
 def test_a_rate_in_turns_a_minute_is_known(refused, name: str, said: str) -> None:
     lines = [f"{HEADER},{name}", *(f"{row},1" for row in ROWS)]
-    refused(lines, f"unknown column `{name}`; {said or 'write `# ignore: x` above'}")
+    refused(lines, f"unknown column `{name}`; {said or 'if it is a reading, say'}")
+
+
+def test_a_reading_of_another_name_in_rwjaxs_own_layout_is_to_be_named_by_rwjax(refused) -> None:
+    """For [columns] does not count there."""
+    lines = ["# layout: rwjax", f"{HEADER},speed", *(f"{row},1" for row in ROWS)]
+    refused(lines, "unknown column `speed`; if it is a reading, give it a name of rwjax's (time_s, voltage_V, duty, ")
 
 
 def test_every_column_of_a_kind_may_stand_in_a_log_and_those_of_others_may_not() -> None:

@@ -141,7 +141,7 @@ def test_arrays_go_through_the_checks_of_a_file() -> None:
         ({"voltage_V": t}, "run: no measured output; a `platform` rig needs at least one of"),
         (
             {"voltage_V": t, "yaw_rads": t},
-            "run: unknown column `yaw_rads`; did you mean `yaw_rad_s`? Else leave it out",
+            "run: unknown column `yaw_rads`; did you mean `yaw_rad_s`? Else, if it is a reading, say which by [columns] of the rig file ",
         ),
         ({"yaw_rad": t}, "run: no column `voltage_V`, which every log needs"),
     ):

@@ -23,6 +23,7 @@ K = np.arange(100.0)
         ("duty_pct", 0.3 * K, 'duty = { column = "duty_pct", unit = "percent" }   # needs [drive] supply'),
         ("motor_duty", 0.01 * K, 'duty = "motor_duty"   # of 1, needs [drive] supply: right?'),
         ("u", 0.1 * K, 'voltage_V = "u"'),
+        ("command_norm", 0.01 * K, 'voltage_V = "command_norm"   # V? Of full power it is a duty'),
         ("volts (mV)", 100 * K, 'voltage_V = { column = "volts (mV)", unit = "mV" }'),
         ("angle_deg", K, 'yaw_rad = { column = "angle_deg", unit = "deg" }'),
         ("angle", 0.01 * K, 'yaw_rad = "angle"'),
@@ -84,6 +85,31 @@ def test_a_column_that_names_the_wheel_is_the_wheels(wheel: str) -> None:
     sheet = ArraySheet("run", {}, ["angle", wheel], {"angle": 0.01 * K, wheel: K})
     lines = proposal(sheet, "reaction").splitlines()
     assert {'yaw_rad = "angle"', f'wheel_rad_s = {{ column = "{wheel}", unit = "rpm" }}'} <= {*lines}
+
+
+@pytest.mark.parametrize(
+    ("supply", "scale", "why"),
+    [
+        (None, "12 V / 255", "the supply's voltage over the number of full power: right?"),
+        (9.0, "9 V / 255", "255 is full power: right?"),
+        (7.4, "7.4 V / 255", "255 is full power: right?"),
+    ],
+)
+def test_a_pwm_is_scaled_by_the_supply_that_is_given(supply: float | None, scale: str, why: str) -> None:
+    sheet = ArraySheet("run", {}, ["ms", "pwm", "counts"], {"ms": 10 * K, "pwm": 255 - K, "counts": K})
+    text = proposal(sheet, "platform", supply=supply)
+    assert f'voltage_V = {{ column = "pwm", scale = "{scale}" }}   # {why}' in text.splitlines()
+    parse_rig(f"encoder.counts_per_rev = 100\n{PLATFORM}{text}")
+
+
+@pytest.mark.parametrize(("kind", "name"), [("platform", "yaw_rad"), ("wheel", "wheel_rad"), ("joint", "yaw_rad")])
+def test_that_no_column_is_taken_for_a_reading_is_said(kind: str, name: str) -> None:
+    columns = {"time_s": 0.01 * K, "motor_V": np.sin(K), "hoop_sensor_V": np.cos(K)}
+    sheet = ArraySheet("run", {}, [*columns], columns)
+    line = f'# {name} = "…"   # no column is taken for a reading, and every log needs one'
+    assert line in proposal(sheet, kind).splitlines()
+    named = ArraySheet("run", {}, [*columns, name], columns | {name: K})
+    assert "no column is taken" not in proposal(named, kind)
 
 
 def test_columns_are_described_by_their_range() -> None:

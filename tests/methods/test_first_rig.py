@@ -300,6 +300,15 @@ def test_a_number_of_the_datasheet_that_the_file_does_not_use_is_said(tmp_path: 
     assert unused(volts, Datasheet(mass=0.4, length=0.3)) == ["--mass", "--length"]
 
 
+@pytest.mark.parametrize(("supply", "scale"), [(9.0, "9 V / 255"), (None, "12 V / 255")])
+def test_a_supply_is_that_of_a_pwm(supply: float | None, scale: str, tmp_path: Path) -> None:
+    rows = [f"{10 * k},{255 * (-1) ** (k // 50)},{30 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["ms,pwm,counts", *rows, ""]))
+    given = Datasheet(supply=supply)
+    assert f'voltage_V = {{ column = "pwm", scale = "{scale}" }}' in text_of([tmp_path / "run.csv"], given)
+    assert unused([tmp_path / "run.csv"], given) == []
+
+
 def unused(paths: list[Path], given: Datasheet) -> list[str]:
     """Options that the notes of a first rig call unused."""
     return [note.split()[0] for note in first_rig(paths, given).notes if "is not used" in note]

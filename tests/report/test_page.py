@@ -1,6 +1,7 @@
 """What every page shares."""
 
 import math
+import re
 
 import pytest
 from jinja2 import UndefinedError
@@ -28,8 +29,21 @@ def test_a_figure_is_the_same_text_every_time() -> None:
     for _ in range(2):
         with drawing((3.0, 2.0)) as figure:
             figure.subplots().plot([0.0, 1.0], [0.0, 1.0])
-            texts.append(svg_of(figure))
+            texts.append(svg_of(figure, "one"))
     assert texts[0] == texts[1] and texts[0].lstrip().startswith(("width", "height", "xmlns", "version"))
+
+
+def test_no_id_of_a_figure_is_that_of_another_and_every_reference_finds_its_own() -> None:
+    ids = list[set[str]]()
+    for name in ("one", "axis.inertia"):
+        with drawing((3.0, 2.0)) as figure:
+            figure.subplots().plot([0.0, 1.0], [0.0, 1.0])
+            svg = svg_of(figure, name)
+        found = re.findall(r'\bid="([^"]+)"', svg)
+        assert len(found) == len({*found}) and {*re.findall(r'(?:href="#|url\(#)([^")]+)', svg)} <= {*found}
+        assert "#one" not in svg.replace('href="#', "").replace("url(#", "")  # a colour is no reference
+        ids.append({*found})
+    assert not ids[0] & ids[1]
 
 
 def test_a_page_without_what_it_shows_is_no_page() -> None:

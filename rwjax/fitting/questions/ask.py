@@ -10,7 +10,7 @@ from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
-from rwjax.fitting.questions.readings import about_readings
+from rwjax.fitting.questions.readings import IN_MILLI, about_readings
 from rwjax.fitting.questions.servo import about_servos
 from rwjax.fitting.questions.signs import about_lost_signs
 from rwjax.logs.driven import driven
@@ -66,7 +66,9 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor)) if whole else {}
     pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
     explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
-    return [*dropped, *unsigned.values(), *about_readings(runs), *clocks, *pulses, *about_other_runs(runs, explained)]
+    readings = about_readings(runs)
+    steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
+    return [*dropped, *unsigned.values(), *readings, *clocks, *steps, *about_other_runs(runs, explained)]
 
 
 def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:

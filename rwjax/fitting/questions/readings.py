@@ -32,6 +32,8 @@ ABOUT = 1.6
 """Factor by which the rig file's numbers may be wrong besides [1]."""
 COUNTS_MISSED = 20.0
 """Counts by which a reading that stands still should have moved for a question [1]."""
+IN_MILLI = Question(f"all readings are a thousandth of {GIVEN}: is the command in mV? Divide it by 1000")
+"""The question about a command in thousandths, beside which none about pulses fits."""
 LEAST_MOTION = {"_rad": 0.02, "_rad_s": 0.2, "_A": 0.1}
 """The same for readings in SI [rad, rad/s, A]."""
 
@@ -78,7 +80,7 @@ def about_units(runs: Sequence[Run]) -> list[Question]:
         if any(run.log.resolution.get(name) for run in runs):
             found += _about_edges(name, compared)
     if small and all(small):
-        found.append(Question(f"all readings are a thousandth of {GIVEN}: is the command in mV? Divide it by 1000"))
+        found.append(IN_MILLI)
     return found
 
 

@@ -39,6 +39,12 @@ def test_every_mistake_is_asked_about(mistake: str) -> None:
     assert all(question.isprintable() and "?" in question for question in found)
 
 
+def test_a_command_in_mv_is_not_asked_about_as_a_pwm_besides() -> None:
+    whole = [replace(log, command=np.round(1000.0 * log.command)) for log in LOGS]
+    (question,) = questions(RIG, whole)
+    assert "is the command in mV" in question
+
+
 @pytest.mark.filterwarnings("error")
 def test_seconds_that_are_taken_for_thousandths_are_asked_about_though_the_run_then_lasts_a_few_ms() -> None:
     fast = [replace(log, time=1e-3 * log.time) for log in LOGS]
