@@ -6,7 +6,7 @@ these say so. All else on the page is written by hand. To show a new campaign, c
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
@@ -62,10 +62,11 @@ BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
 
 
 class Block(NamedTuple):
-    """A table, and the names of the result files that it is of."""
+    """A table, the names of the result files that it is of, and the groups of their cases; all where none is named."""
 
     files: tuple[str, ...]
     table: Table
+    groups: tuple[str, ...] = ()
 
 
 def path(name: str) -> Path:
@@ -83,9 +84,10 @@ def lines(name: str) -> Sequence[Line]:
     return found
 
 
-def source(name: str) -> str:
-    """A file and the commits that its lines name; older lines name none."""
-    commits = Counter(line["commit"] for line in lines(name) if line.get("commit"))
+def source(name: str, groups: Collection[str] = ()) -> str:
+    """A file and the commits that its lines name, or those of some groups; older lines name none."""
+    among = [line for line in lines(name) if not groups or line["group"] in groups]
+    commits = Counter(line["commit"] for line in among if line.get("commit"))
     said = ", ".join(f"`{one}`" + (f" in {count}" if len(commits) > 1 else "") for one, count in commits.items())
     return f"`{name}.jsonl`" + (f" (commit {said})" if said else "")
 
@@ -93,7 +95,7 @@ def source(name: str) -> str:
 def text(block: Block) -> str:
     """What stands between the markers."""
     title, head, rows = block.table
-    files = ", then ".join(source(name) for name in block.files)
+    files = ", then ".join(source(name, block.groups) for name in block.files)
     return f"\n*{title}. From {files}.*\n\n{markdown(head, rows)}\n\n"
 
 
@@ -138,7 +140,7 @@ def of(make: Callable[[Sequence[Line], Judged], Table], *groups: str, name: str 
 
     def block() -> Block:
         among = [line for line in lines(name) if not groups or line["group"] in groups]
-        return Block((name,), make(among, judged(path(name))))
+        return Block((name,), make(among, judged(path(name))), groups)
 
     return block
 
@@ -195,7 +197,7 @@ def closed_by_the_truth(among: Sequence[Line]) -> Table:
 def every_messy() -> Block:
     """`closed_by_the_truth` of all messy cases that were asked."""
     among = [line for name in FINAL_PARTS for line in lines(name) if line["group"] == "messy"]
-    return Block(FINAL_PARTS, closed_by_the_truth(among))
+    return Block(FINAL_PARTS, closed_by_the_truth(among), ("messy",))
 
 
 def messy_by_search() -> Block:
@@ -208,7 +210,7 @@ def messy_by_search() -> Block:
         told = (share(sum(count[one] for one in ones), len(among)) for ones in held)
         rows.append([f"`{name}`", str(len(among)), *told])
     head = ["run", "cases", "named", "in part", "a name too many", "false", "nothing said"]
-    return Block(files, Table("Large causes among small ones, by search", head, rows))
+    return Block(files, Table("Large causes among small ones, by search", head, rows), ("messy",))
 
 
 def measured_sets() -> Block:

@@ -1,10 +1,14 @@
 """The command `fleet`: a command for every rig of a plan, on Dask."""
 
+import os
+import signal
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rwjax.cli.interrupt import CLEAR, first
 from rwjax.cli.options import Json, Quiet, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
@@ -30,6 +34,8 @@ Scheduler = Annotated[
 FalseAlarms = Annotated[
     float, typer.Option("--false-alarms", metavar="SHARE", help="share of the alarms that may be false")
 ]
+STOPPING = "rwjax: stopping, which takes some seconds; what is done is kept"
+"""What the first Ctrl-C says, while the cluster closes."""
 
 
 def fleet(
@@ -61,9 +67,10 @@ def fleet(
     with progress(quiet, lines=True) as show:
         show("starting the cluster")
         try:
-            rows = run(plan, output, scheduler=scheduler, workers=workers, memory=memory, progress=show)
+            with first(_stopping):
+                rows = run(plan, output, scheduler=scheduler, workers=workers, memory=memory, progress=show)
         except KeyboardInterrupt:
-            note(f"{output} keeps what is done; the same command goes on from there")
+            note(f"{output} holds what is done; the same command goes on from there")
             raise
         show("drawing")
         found = told(plan, rows, false)
@@ -75,6 +82,14 @@ def fleet(
         say("\n".join([f"{found}\n  page: {page}", *ask]))
     if found.rows.filter(status="done").is_empty():
         raise InputError(f"{plan_file}: no job was done; {page} says why each failed")
+
+
+def _stopping() -> bool:
+    """Says that Ctrl-C was heard, ignores the next ones until the cluster is closed, and lets the run be interrupted."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with suppress(OSError):
+        os.write(2, f"{CLEAR if os.isatty(2) else ''}{STOPPING}\n".encode())
+    return False
 
 
 def _json(found: "Fleet", output: Path) -> dict[str, Any]:

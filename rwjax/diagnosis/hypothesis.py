@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rwjax.effects.library import BY_NAME, included_in, models, of_kind, shown_numbers, special_cases
+from rwjax.effects.library import BY_NAME, included_in, is_outside, models, of_kind, shown_numbers, special_cases
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import Coupling, Supply
 from rwjax.fitting.coordinates import Coordinates, coordinates
@@ -86,7 +86,7 @@ def as_written(name: str) -> str:
     Returns:
         The name, or the law's label.
     """
-    return spoken(name) if name in BY_NAME and BY_NAME[name].passes_for else name
+    return spoken(name) if is_outside(name) else name
 
 
 @dataclass(frozen=True, eq=False)
@@ -339,7 +339,7 @@ def space(
         for name, least in BY_NAME[effect].shown_above.items():
             k = names.index(f"{effect}.{name}")
             bounds[k, 0] = min(max(bounds[k, 0], sizes(effect)[least]), bounds[k, 1])
-            options[k] = tuple(max(value, bounds[k, 0]) for value in options[k])
+            options[k] = tuple(max(value, bounds[k, 0]) for value in options.get(k, ()))
     count = max((len(values) for values in options.values()), default=1)
     starts = []
     for j in range(count):
@@ -348,5 +348,6 @@ def space(
             start[k] = values[j % len(values)]
         starts.append(start)
     starts = [start for start in starts if np.any(start != theta)] or starts[:1]  # what no log shows begins nowhere
+    starts = list({tuple(start): start for start in starts}.values())  # several may lie at one bound
     mask = np.array([name in free for name in names])
     return coordinates(theta, mask, bounds, size), starts

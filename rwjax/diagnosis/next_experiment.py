@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.diagnosis.hypothesis import as_written
 from rwjax.diagnosis.settings import NextExperimentSettings
-from rwjax.effects.library import BY_NAME
+from rwjax.effects.library import BY_NAME, is_outside
 from rwjax.fitting.prediction import every_output, predict_logs
 from rwjax.fitting.problem import Problem
 from rwjax.planning.amplitude import COASTING
@@ -158,7 +158,7 @@ def propose(
         experiment=experiments[best],
         role="train",
         why=f"separates {names[0]} from {names[1]}",
-        tells_apart=tuple(dict.fromkeys(name for rival in rivals for name in rival.names)),
+        tells_apart=tuple(dict.fromkeys(name for rival in rivals for name in rival.names if not is_outside(name))),
         reaches={name: float(values[best]) for name, values in found.peak.items()},
     )
     return Proposal(

@@ -6,8 +6,8 @@ Everything is decided on training runs. A name holds where
   both residuals allow, or since it leaves little of the runs, also of those that were left out in turn;
 * every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
   better with it than without;
-* no free-form law of its coordinate explains what it leaves, by the missing torque (`rwjax.diagnosis.localise.law`) and by free runs,
-  in which the library's other laws of the coordinate stand for it, those with which left-out runs are followed better;
+* a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
+  further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
   that leave about as much stand beside it as alternatives, where what they have of their own is needed and all runs ask for as much of it.
   A name that many of them do without is not claimed. Of several names only those are claimed that all of these explanations share, where
@@ -35,7 +35,7 @@ from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.neighbours import exchanges, extensions
 from rwjax.diagnosis.search.successive_halving import fitted
 from rwjax.diagnosis.settings import PartialSettings
-from rwjax.effects.library import BY_NAME, included_in, models
+from rwjax.effects.library import BY_NAME, included_in, is_outside, models
 from rwjax.effects.parameter import parameters
 
 MANY = "many other names leave about as much"
@@ -271,7 +271,7 @@ def _further(fits: ModelFits, best: Hypothesis) -> dict[str, tuple[float, Hypoth
         return found
     for e in fits:
         further = [name for name in e.names if name not in best.names]
-        if len(further) == 1 and {*best.names} - {included_in(further[0])} <= {*e.names}:
+        if len(further) == 1 and not is_outside(further[0]) and {*best.names} - {included_in(further[0])} <= {*e.names}:
             share = 1.0 - excess(e) / left
             if further[0] not in found or share > found[further[0]][0]:
                 found[further[0]] = share, e

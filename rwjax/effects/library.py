@@ -57,6 +57,18 @@ def of_kind(kind: str) -> dict[str, type[Effect]]:
     }
 
 
+def is_outside(name: str) -> bool:
+    """Whether a name is that of a law outside the list of effects, which no rig file has and no answer claims.
+
+    Args:
+        name: Any name.
+
+    Returns:
+        True or False.
+    """
+    return name in BY_NAME and bool(BY_NAME[name].passes_for)
+
+
 def passing_for(name: str) -> tuple[str, ...]:
     """Names of the laws outside the list of effects that pass for an effect.
 

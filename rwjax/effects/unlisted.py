@@ -65,9 +65,9 @@ class WorkedFriction(AxisDry):
 
 
 class GrowingInertia(Inertia):
-    r"""Inertia that grows with the rate, $I\,(1 + p\,(1 - e^{-(w/w_0)^2}))$: masses that move outwards, a fluid that is taken along.
+    r"""What the torque is divided by grows with the rate: $I\,(1 + p\,(1 - e^{-(w/w_0)^2}))\,\dot w = M$, as where a fluid is taken along.
 
-    It acts on the axis, on the wheel where there is no axis.
+    It acts on the axis, behind an elastic coupling on the side of the load, and on the wheel where there is no axis.
 
     Attributes:
         p: Share by which it is larger at high speed [1].
@@ -77,7 +77,7 @@ class GrowingInertia(Inertia):
     name: ClassVar[str] = "axis.growing_inertia"
     label: ClassVar[str] = "an inertia that grows with the speed"
     coordinate: ClassVar[str] = "yaw_rate"
-    equation: ClassVar[str] = "I (1 + p (1 − exp(−(w/w_0)²)))"
+    equation: ClassVar[str] = "I (1 + p (1 − exp(−(w/w_0)²))) w' = M"
     passes_for: ClassVar[tuple[str, ...]] = ("sensor.missed_counts",)
     p: Scalar = param("1", bounds=(0.0, 1e2), starts=(0.1, 0.3, 1.0) * 2, tex="p")
     w_0: Scalar = param(

@@ -9,6 +9,7 @@ from rwjax.effects.parameter import parameters
 from rwjax.kinds import GIVEN, HALVES, SERVO, of_half
 from rwjax.logs.half_log import half_log
 from rwjax.logs.log import Log
+from rwjax.logs.segments import whole_runs
 from rwjax.plant.structure import Structure
 from rwjax.rig.half_rig import half_rig
 from rwjax.rig.model import Rig
@@ -89,7 +90,7 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "per_command": 1.0 / command,
         "per_watt": 1.0 / (ampere * command),
         "per_rate": 1.0 / rate,
-        "turn_per_run": 2.0 * np.pi / max(float(log.time[-1] - log.time[0]) for log in logs),
+        "turn_per_run": 2.0 * np.pi / max(*(run.time[-1] - run.time[0] for run in whole_runs(logs)), 1e-9),
         "highest": float(np.nanmax(angles)),
         "lowest": float(np.nanmin(angles)),
         "span": float(np.nanmax(angles) - np.nanmin(angles)),

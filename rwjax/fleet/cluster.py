@@ -62,6 +62,7 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
                 silence_logs=logging.CRITICAL,
                 dashboard_address=":0",  # any free port
                 env=os.environ | {VARIABLE: "1"},
+                preload=["rwjax.fleet.undisturbed"],
             )
             address = both.enter_context(own)
         try:

@@ -15,6 +15,7 @@ from rwjax.errors import InputError
 from rwjax.fleet.changes import Changes
 from rwjax.fleet.pooled import Pooled
 from rwjax.fleet.sessions import MISFIT
+from rwjax.link.stream import counted
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
 from rwjax.text_files import write_text
@@ -70,15 +71,16 @@ class Fleet(NamedTuple):
     def sentence(self) -> str:
         """The result as one sentence."""
         rigs, failed = self.rows["rig"].n_unique(), failures(self.rows).height
-        tail = f"; {failed} of {self.rows.height} jobs failed." if failed else "."
+        whole, jobs = counted(rigs, "rig"), counted(self.rows.height, "job")
+        tail = f"; {failed} of {jobs} failed." if failed else "."
         if self.command not in ("fit", "diagnose"):
-            return f"{rigs} rigs{tail}"
+            return f"{whole}{tail}"
         if not self.changes.rigs:
-            return f"{rigs} rigs, of which too few tell numbers to be compared{tail}"
+            return f"{whole}, of which too few tell numbers to be compared{tail}"
         different = pl.concat([self.changes.alarms["rig"], self.appeared["rig"]]).n_unique()
         left = rigs - len(self.changes.rigs)
-        beside = f"; {left} were not compared" if left else ""
-        return f"{different} of {rigs} rigs differ from their siblings or from themselves{beside}{tail}"
+        beside = f"; {left} {'was' if left == 1 else 'were'} not compared" if left else ""
+        return f"{different} of {whole} differ from their siblings or from themselves{beside}{tail}"
 
     @property
     def notes(self) -> list[str]:
@@ -86,13 +88,15 @@ class Fleet(NamedTuple):
         notes = [*self.remarks]
         several = self.rows.filter(status="done").group_by("rig").len().filter(pl.col("len") > 1).height
         if self.changes.rigs and several and not self.changes.earlier:
+            have = "has" if several == 1 else "have"
             notes.append(
-                f"only {several} rigs have two sessions, too few to say what a rig changes by: none was compared with itself"
+                f"only {counted(several, 'rig')} {have} two sessions, too few to say what a rig changes by: none was compared with itself"
             )
         misfits = self.rows["misfit"].drop_nulls()
         if (off := misfits.filter(misfits > MISSES).len()) > 0.5 * max(misfits.len(), 1):
+            miss = "misses its" if off == 1 else "miss their"
             notes.append(
-                f"{off} of {misfits.len()} fits miss their readings by more than {MISSES:g} times their noise: the rig file lacks "
+                f"{off} of {counted(misfits.len(), 'fit')} {miss} readings by more than {MISSES:g} times their noise: the rig file lacks "
                 "something that all rigs have, which hides what changed; `rwjax diagnose` one rig, and take its corrected.toml"
             )
         return notes
@@ -149,14 +153,18 @@ def outcomes(rows: pl.DataFrame) -> dict[str, int]:
         rows: Results.
 
     Returns:
-        Counts by verdict and first set of effects, the most frequent first.
+        Counts by verdict and first set of effects, of comparisons by the best method, the most frequent first.
     """
     done = rows.filter(pl.col("status") == "done", pl.col("verdict").is_not_null())
-    of = Counter(
-        f"{verdict}: {effects[0]}" if effects else verdict
-        for verdict, effects in done.select("verdict", "effects").iter_rows()
-    )
+    of = Counter(_outcome(*one) for one in done.select("command", "verdict", "effects").iter_rows())
     return dict(of.most_common(MOST_LINES))
+
+
+def _outcome(command: str, verdict: str, effects: list[str] | None) -> str:
+    """The outcome of a job in words."""
+    if command == "compare":
+        return f"best on held-out data: {verdict}"
+    return f"{verdict}: {effects[0]}" if effects else verdict
 
 
 def write_fleet(fleet: Fleet, folder: Path, report: Callable[[dict[str, Any]], str | None]) -> Path:

@@ -106,6 +106,8 @@ def _stamp(path: str) -> str:
 
 def _command(given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """The command and its options."""
+    if "kind" in given and "command" not in given:
+        raise InputError("is a rig file, not a plan; write a plan that names it, with `command`, `rig` and `logs`")
     for key in given:
         if key not in KEYS:
             raise InputError(f"unknown key `{printable(key)}`; the nearest valid one is `{nearest(key, KEYS)}`")

@@ -3,7 +3,7 @@
 import os
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from math import inf, isfinite, sqrt
+from math import hypot, inf, isfinite, sqrt
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 """A row of the results, by `rwjax.fleet.store.schema`."""
+AS_GOOD = 1.01
+"""RMS error over that of the best method up to which a method is as good [1]; of such the first in the table of methods is taken."""
+NO_METHOD = "no method"
+"""Verdict of a comparison where no method's model is stable."""
 
 
 def on_worker(job: Job, command: str, options: Mapping[str, Any], folder: str) -> Row:
@@ -162,7 +166,32 @@ def _compare(job: Job, options: Mapping[str, Any], folder: str) -> Row:
     from rwjax.report.answer import json_text
 
     rig, logs = _read(job, options)
-    return {"answer": json_text(compare(rig, logs, lambda text: None).json())}
+    found = compare(rig, logs).json()
+    if not any(one["rms"] for one in found["methods"]):
+        raise InputError(f"no method can be used on these logs; {'; '.join(found['methods'][0]['notes'])}")
+    return best_method(found) | {"answer": json_text(found)}
+
+
+def best_method(found: Mapping[str, Any]) -> Row:
+    """The method of a comparison that follows the held-out data best, by its RMS errors over the floors.
+
+    Args:
+        found: A comparison (`rwjax.methods.comparison.Comparison.json`).
+
+    Returns:
+        The method as `verdict`, and of the output in which it stands furthest above the floor: the name (`signal`), the RMS error that it
+        leaves (`after`) and that of a perfect model (`floor`) [SI].
+    """
+    floor, over = found["floor"], {}
+    for one in found["methods"]:
+        if one["rms"] and None not in one["rms"].values():
+            over[one["method"]] = {name: rms / floor[name] for name, rms in one["rms"].items()}
+    if not over:
+        return {"verdict": NO_METHOD}
+    whole = {method: hypot(*each.values()) for method, each in over.items()}
+    best = next(method for method in over if whole[method] <= AS_GOOD * min(whole.values()))
+    signal = max(over[best], key=over[best].__getitem__)
+    return {"verdict": best, "signal": signal, "after": over[best][signal] * floor[signal], "floor": floor[signal]}
 
 
 def _numbers(found: Mapping[str, Any]) -> Row:

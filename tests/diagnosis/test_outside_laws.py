@@ -13,6 +13,7 @@ from rwjax.diagnosis.outside_laws import OutsideLaw, doing_as_well, outside_laws
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, fitted
 from rwjax.diagnosis.settings import SearchSettings, Settings
+from rwjax.effects.library import is_outside
 from rwjax.logs.log import Log
 from tests.systems import platform, record, run
 
@@ -110,6 +111,7 @@ def test_a_name_is_not_claimed_where_the_law_does_as_well_and_what_tells_them_ap
     assert found.verdict == "unknown" and found.complete and found.effects == STRIBECK.names
     assert found.refused == {"axis.stribeck": WHY} and found.sentence.endswith(f"but this is no claim: {WHY}.")
     assert found.proposal is not None and WHY.partition(" does")[0] in found.next_experiment
+    assert not any(is_outside(name) for run in found.proposal.runs for name in run.tells_apart)
 
 
 def test_a_budget_that_ends_before_the_law_was_asked_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,6 +67,9 @@ def test_a_name_that_leaves_little_of_left_out_runs_is_asked_for_no_law(monkeypa
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") is None
     monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda _, e: 0.09 if e.names else 1.0)
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") == "a free-form law of its coordinate explains more"
+    monkeypatch.setattr("rwjax.diagnosis.partial.law_left", lambda *_: 0.9)  # small causes may leave most of it
+    assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") is None
+    monkeypatch.setattr("rwjax.diagnosis.partial.law_left", lambda *_: 1.1)
     near = {False: 0.05, True: 0.0}  # nothing of what is hardly anything
     monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda _, e: near[bool(e.names)])
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") == "a free-form law of its coordinate explains more"

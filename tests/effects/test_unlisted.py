@@ -1,5 +1,6 @@
 """Laws outside the list of effects: what they do, and that no rig file and no answer has one."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -10,8 +11,11 @@ from rwjax import RigError, parse_rig, write_rig
 from rwjax.diagnosis.hypothesis import candidates
 from rwjax.effects.library import BY_NAME, UNLISTED, of_kind, passing_for
 from rwjax.kinds import KINDS
-from rwjax.plant.from_rig import structure_of
-from tests.systems import platform, record, run, wheel
+from rwjax.plant.assemble import plant_of
+from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.simulation.reference import simulate_adaptively
+from tests.effects.rigs import motion
+from tests.systems import platform, reaction, record, run, wheel
 
 GROWS = "axis.growing_stiction"
 GAIN, M_C, M_E, TAU = 0.4, 0.05, 0.1, 2.0  # N m/V, N m, N m, s
@@ -58,6 +62,39 @@ def test_momentum_is_the_impulse_of_the_drive_and_of_dry_friction_whatever_the_i
     impulse = np.where(on, (GAIN * 0.4 - M_C) * t, (GAIN * 0.4 - M_C) * 2.0 - M_C * (t - 2.0))
     assert rig.values["axis.inertia"] * momentum(w) == pytest.approx(np.maximum(impulse, 0.0), abs=2e-5)
     assert w.max() > 1.5 and w[-1] == 0.0
+
+
+def test_a_wheel_whose_friction_turns_and_holds_it_gives_the_axis_its_momentum() -> None:
+    rig, t = reaction("coulomb = 0.0"), np.arange(601) * 0.01
+    effects = INERTIA | {"wheel.coulomb": {"M_c": 0.02}}
+    log = record(t, np.select([t < 2.0, t < 4.0], [6.0, -6.0], 0.5), {"yaw_rad_s": 0.0 * t, "wheel_rad_s": 0.0 * t})
+    found = run(rig, log, {"w": 1.5}, effects=effects, refine=4)
+    w, Omega = found["yaw_rad_s"], found["wheel_rad_s"]
+    whole = rig.values["axis.inertia"] * momentum(w) + rig.values["wheel.inertia"] * Omega
+    assert np.sum(np.diff(np.sign(Omega[Omega != 0.0])) != 0) >= 1 and np.any(Omega[200:] == 0.0) and np.ptp(w) > 0.1
+    assert whole == pytest.approx(np.full(len(t), whole[0]), abs=1e-5)
+
+
+def test_smooth_friction_and_the_reference_know_it_too() -> None:
+    rig, (p, w_0) = platform("coulomb = 0.05"), INERTIA["axis.growing_inertia"].values()
+    structure = structure_of(rig).with_effects("axis.growing_inertia")
+    theta = theta_of(rig, structure)
+    theta[-2:] = [{"p": p, "w_0": w_0}[name.rpartition(".")[2]] for name in structure.names[-2:]]
+    plant, zero, w = plant_of(structure, jnp.asarray(theta)), jnp.zeros(()), jnp.asarray(1.5)
+    inertia = rig.values["axis.inertia"] * (1.0 + p * (1.0 - np.exp(-((1.5 / w_0) ** 2))))
+    rates = plant.with_smooth_friction(zero, (zero, w), jnp.asarray(0.5), jnp.asarray(0.5))
+    assert float(rates[1]) == pytest.approx((GAIN * 0.5 - M_C * np.tanh(3.0)) / inertia)
+    t = np.arange(201) * 0.01
+    log = record(t, np.where(t < 1.0, 0.5, -0.5))
+    exact = simulate_adaptively(plant, log, np.zeros(2))["yaw_rad_s"]
+    assert run(rig, log, {}, effects=INERTIA, refine=8)["yaw_rad_s"] == pytest.approx(exact, abs=1e-5)
+    assert exact.max() > 1.0 and exact.min() < -0.1
+
+
+def test_friction_that_was_worked_away_never_drives() -> None:
+    law = BY_NAME["axis.worked_friction"](d=jnp.asarray(-2.0), tau=jnp.asarray(1.0))
+    m = motion(w=1.0)._replace(own={"axis.worked_friction:v": jnp.asarray(3.0)})
+    assert float(law.share(m)) == -1.0
 
 
 def test_on_a_wheel_alone_it_is_the_wheels() -> None:

@@ -23,6 +23,12 @@ def test_every_table_stands_on_a_page_once_and_no_other() -> None:
     assert pages.count("<!-- table: ") == len(BLOCKS)
 
 
+def test_no_messy_case_stands_in_two_rows() -> None:
+    files = (*verdict_page.FINAL_PARTS, verdict_page.FRESH, verdict_page.NEWEST)
+    cases = [(x["set"], x["index"]) for name in files for x in verdict_page.lines(name) if x["group"] == "messy"]
+    assert len(cases) == len({*cases}) > 150
+
+
 def test_what_is_written_by_hand_stays() -> None:
     page = "By hand, | too |.\n\n<!-- table: shares -->\nan old table\n<!-- end -->\nMore by hand.\n"
     before, after = (part in written(page) for part in ("By hand, | too |.\n\n<!--", "<!-- end -->\nMore by hand.\n"))

@@ -7,6 +7,8 @@ import pytest
 
 from rwjax.fitting.scales import SIZE_OF, scales, scales_for, sizes_of
 from rwjax.kinds import NUMBERS, SERVO
+from rwjax.logs.log import Segments
+from rwjax.logs.segments import cut_up
 from rwjax.plant.from_rig import structure_of, theta_of
 from tests.systems import platform, record, wheel
 
@@ -22,6 +24,13 @@ def test_sizes_of_a_steady_turn() -> None:
     assert found["torque_per_rate"] == pytest.approx(0.8 / 3.0)
     assert found["per_rate"] == pytest.approx(1.0 / 3.0) and found["turn_per_run"] == pytest.approx(2.0 * np.pi / 10.0)
     assert (found["lowest"], found["highest"], found["span"]) == pytest.approx((-1.0, 29.0, 30.0))
+
+
+def test_a_run_in_segments_is_as_long_as_the_run() -> None:
+    pieces = cut_up([replace(LOG, segments=Segments(2.0))])
+    assert len(pieces) == 5 and scales(platform(), pieces)["turn_per_run"] == pytest.approx(
+        2.0 * np.pi / 10.0, rel=0.01
+    )
 
 
 def test_the_faster_log_gives_the_rate() -> None:

@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import polars as pl
+import pytest
 
 from rwjax.fleet.page import Fleet, numbers_of, outcomes, write_fleet
 from rwjax.fleet.plan import FleetPlan, Job
@@ -70,7 +71,33 @@ def test_rigs_that_cannot_be_compared_are_not_said_to_be_sound() -> None:
         shown(MOVED.filter(pl.col("rig") < "r0004")).sentence == "4 rigs, of which too few tell numbers to be compared."
     )
     one_failed = MOVED.with_columns(status=pl.when(pl.col("rig") == "r0009").then(pl.lit("failed")).otherwise("status"))
-    assert "1 were not compared; 2 of 80 jobs failed." in shown(one_failed).sentence
+    assert "1 was not compared; 2 of 80 jobs failed." in shown(one_failed).sentence
+
+
+@pytest.mark.parametrize(
+    ("command", "rigs", "sentence"),
+    [
+        ("check", 1, "1 rig; 1 of 1 job failed."),
+        ("compare", 2, "2 rigs; 2 of 2 jobs failed."),
+        ("fit", 1, "1 rig, of which too few tell numbers to be compared; 1 of 1 job failed."),
+    ],
+)
+def test_one_is_said_as_one(command: str, rigs: int, sentence: str) -> None:
+    rows = MOVED.filter(when="2").head(rigs).with_columns(status=pl.lit("failed"))
+    assert shown(rows)._replace(command=command).sentence == sentence
+
+
+def test_the_best_methods_of_comparisons_are_counted(tmp_path: Path) -> None:
+    rows = MOVED.filter(when="2").head(3)
+    methods = pl.Series(["end-to-end", "weak form", "end-to-end"])
+    found = shown(rows.with_columns(command=pl.lit("compare"), verdict=methods))._replace(command="compare")
+    assert str(found).split("\n") == [
+        "3 rigs.",
+        "  best on held-out data: end-to-end: 2",
+        "  best on held-out data: weak form: 1",
+    ]
+    page = write_fleet(found, tmp_path, lambda row: None).read_text()
+    assert '<td class="words">best on held-out data: end-to-end</td><td>2</td>' in page
 
 
 def test_what_hides_changes_is_said() -> None:

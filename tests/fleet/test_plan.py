@@ -103,6 +103,8 @@ RIGHT = 'rig = "rig.toml"\nlogs = "{rig}.csv"\n'
         (RIGHT, '`command` is None; write command = "fit"'),
         ('command = "fitt"\n' + RIGHT, "`command` is 'fitt'; write"),
         ('command = "fit"\ncomand = 1\n' + RIGHT, "unknown key `comand`; the nearest valid one is `command`"),
+        ('kind = "wheel"\n[wheel]\ninertia = 1e-4\n', "is a rig file, not a plan; write a plan that names it"),
+        ('kind = "wheel"\ncommand = "fit"\n' + RIGHT, "unknown key `kind`; the nearest"),
         ('command = "fit"\nlogs = "{rig}.csv"\n', "`rig` is missing; write rig ="),
         ('command = "fit"\nrig = "rig.toml"\nlogs = "*.csv"\n', '`logs` is "*.csv"; it has to hold {rig}'),
         ('command = "fit"\n' + RIGHT, "no file is as `logs` says"),

@@ -3,11 +3,13 @@
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from rwjax.fleet.plan import Job, read_plan
-from rwjax.fleet.work import carried_out, report_folder
+from rwjax.fleet.work import NO_METHOD, best_method, carried_out, report_folder
 from tests.fleet.small import write_small
 
 
@@ -40,8 +42,44 @@ def test_a_diagnosis_gives_verdict_gap_and_report(job: Job, tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_a_comparison_holds_every_method(job: Job) -> None:
-    assert len(json.loads(carried_out(job, "compare", {}, "")["answer"])["methods"]) > 3
+def test_a_comparison_holds_every_method_and_names_the_best(job: Job) -> None:
+    row = carried_out(job, "compare", {}, "")
+    methods = {one["method"]: one["rms"] for one in json.loads(row["answer"])["methods"]}
+    assert len(methods) > 3 and row["signal"] == "yaw_rad"
+    assert row["after"] == pytest.approx(methods[row["verdict"]]["yaw_rad"])
+    assert row["floor"] == pytest.approx(1e-3, rel=0.2) and row["after"] < 1.2 * row["floor"]
+
+
+def compared(**rms: dict[str, float | None]) -> dict[str, Any]:
+    """A comparison with RMS errors by method and output, and floors of 0.1 rad and 1 rad/s."""
+    methods = [{"method": name, "rms": errors, "notes": ["needs more"]} for name, errors in rms.items()]
+    return {"floor": {"yaw_rad": 0.1, "wheel_rad_s": 1.0}, "methods": methods}
+
+
+def test_the_best_method_is_that_with_the_least_errors_over_their_floors() -> None:
+    found = compared(
+        unstable={"yaw_rad": None, "wheel_rad_s": 1.0},
+        unusable={},
+        worse={"yaw_rad": 0.4, "wheel_rad_s": 1.0},
+        best={"yaw_rad": 0.1, "wheel_rad_s": 2.0},
+    )
+    assert best_method(found) == {"verdict": "best", "signal": "wheel_rad_s", "after": 2.0, "floor": 1.0}
+
+
+def test_of_methods_that_are_as_good_the_first_is_taken() -> None:
+    found = compared(one={"yaw_rad": 0.1005}, other={"yaw_rad": 0.1}, third={"yaw_rad": 0.102})
+    assert best_method(found)["verdict"] == "one"
+
+
+def test_a_comparison_without_a_stable_model_names_no_method() -> None:
+    assert best_method(compared(one={"yaw_rad": None}, other={})) == {"verdict": NO_METHOD}
+
+
+def test_a_comparison_where_no_method_can_be_used_fails(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = SimpleNamespace(json=lambda: compared(one={}, other={}))
+    monkeypatch.setattr("rwjax.methods.comparison.compare", lambda rig, logs: found)
+    row = carried_out(job, "compare", {}, "")
+    assert (row["status"], row["line"]) == ("failed", "no method can be used on these logs; needs more")
 
 
 @pytest.mark.parametrize(
