@@ -198,7 +198,8 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     excess = ModelComparison(fits).excess
     little = any(_little(fits, e(best), e(smaller)) for e in (excess, by_runs.left_out.excess))
     left = None if little else law_left(fits, best, smaller, name)
-    if left is not None and left > limits.law_left:
+    beside = any(coordinate_of(other) == coordinate_of(name) for other in best.names if other != name)
+    if left is not None and left > (limits.law_left_beside if beside else limits.law_left):
         return "a free-form law of its coordinate explains more"
     most = limits.further_law_of_little if little else limits.further_law
     for other, (share, e) in _further(fits, best).items():

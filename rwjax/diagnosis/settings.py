@@ -98,6 +98,10 @@ class PartialSettings:
         "share of what a free-form law of its coordinate explained without the name that it may explain with it: what leaves "
         "more of such a law than there was has another form; small causes of the coordinate may leave most of it",
     )
+    law_left_beside: float = _limit(
+        0.5,
+        "the same where the set holds another name of that coordinate: two laws of one coordinate together bend into many forms",
+    )
     bins: int = _limit(24, "bins of that law")
     further_law: float = _limit(
         0.25,

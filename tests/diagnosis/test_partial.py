@@ -75,6 +75,16 @@ def test_a_name_that_leaves_little_of_left_out_runs_is_asked_for_no_law(monkeypa
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") == "a free-form law of its coordinate explains more"
 
 
+def test_beside_another_name_of_its_coordinate_a_name_leaves_no_more_than_half(monkeypatch: pytest.MonkeyPatch) -> None:
+    alike, apart = DRY.plus("axis.quadratic_drag"), DRY.plus("axis.bias_torque")
+    search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, alike, apart)
+    monkeypatch.setattr("rwjax.diagnosis.partial.ModelComparison.excess", lambda *_: 1.0)
+    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda *_: 1.0)
+    for share, whys in {0.4: (None, None), 0.9: ("a free-form law of its coordinate explains more", None)}.items():
+        monkeypatch.setattr("rwjax.diagnosis.partial.law_left", lambda *_, share=share: share)
+        assert tuple(why_not_of_its_form(search.by_runs, e, "axis.coulomb") for e in (alike, apart)) == whys
+
+
 def test_one_run_is_too_few_to_say_that_every_run_agrees() -> None:
     search = searched([run_of(0, PUSHED)], BIAS, SPRING)
     assert why_not(search, BIAS, "axis.bias_torque") == "too few runs tell how much of it they ask for"
