@@ -74,6 +74,20 @@ def no_name(text: str) -> str:
     return ""
 
 
+def counted(number: int, one: str, end: str = "s") -> str:
+    """A number of things in words.
+
+    Args:
+        number: How many [1].
+        one: The word for one of them.
+        end: What the word for several has at its end.
+
+    Returns:
+        The number and the word: "1 sample", "3 samples".
+    """
+    return f"{number} {one}{end * (number != 1)}"
+
+
 class InputError(ValueError):
     r"""The input is unusable.
 

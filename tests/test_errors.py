@@ -4,7 +4,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rwjax.errors import LONGEST_LINE, InputError, LogError, RigError, alike, nearest, no_name, one_line, printable
+from rwjax.errors import (
+    LONGEST_LINE,
+    InputError,
+    LogError,
+    RigError,
+    alike,
+    counted,
+    nearest,
+    no_name,
+    one_line,
+    printable,
+)
 
 
 @pytest.mark.parametrize("error", [InputError, RigError, LogError])
@@ -71,3 +82,8 @@ def test_a_long_line_keeps_its_begin_and_its_end(length: int, letter: str) -> No
 )
 def test_a_name_is_one_line_of_printed_characters(text: str, why: str) -> None:
     assert no_name(text) == why
+
+
+def test_one_thing_is_no_several() -> None:
+    said = [counted(1, "sample"), counted(3, "sample"), counted(0, "stretch", "es")]
+    assert said == ["1 sample", "3 samples", "0 stretches"]

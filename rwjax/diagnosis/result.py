@@ -13,7 +13,7 @@ from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.localise.left_torque import LeftTorque
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.settings import Settings
-from rwjax.diagnosis.verdict import CLAIMS, Verdict, leaves_a_visible_part, left_elsewhere
+from rwjax.diagnosis.verdict import CLAIMS, Verdict, leaves_a_visible_part, left_elsewhere, stands_out
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import (
     UNIT,
@@ -180,6 +180,14 @@ class Diagnosis:
         """What the rig lacks by each of several explanations that cannot be told apart, a clause each; none where there are not several."""
         return explanations(self.effects, self.alternatives) if self.alternatives else ()
 
+    def has_gap(self, name: str) -> bool:
+        """Whether the rig as it is leaves a gap in an output; of one that hardly exists a closed share means nothing.
+
+        Args:
+            name: the output.
+        """
+        return stands_out(self.gaps[name], self.settings.verdict)
+
     @property
     def notes(self) -> tuple[str, ...]:
         """What to know besides, one sentence each: first why names are not claimed."""
@@ -190,7 +198,8 @@ class Diagnosis:
         limits = self.settings.report
         lines = [self.sentence, ""]
         for name, gap in self.gaps.items():
-            lines.append(gap_line(name, gap, marked=name == self.signal and len(self.gaps) > 1))
+            marked = name == self.signal and len(self.gaps) > 1
+            lines.append(gap_line(name, gap, marked=marked, told=self.has_gap(name)))
         if self.where is not None and self.verdict != "none" and self.where.share > limits.as_much:
             law = where_words(self.where, limits)
             share = f"{100 * self.where.share:.0f} % of the excess squared error"

@@ -198,19 +198,20 @@ def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap, unit: 
     return f"Unfinished: so far {_listed(effects)} {close} {part}, which is no claim: the search was ended {ended}."
 
 
-def gap_line(name: str, gap: Gap, *, marked: bool) -> str:
+def gap_line(name: str, gap: Gap, *, marked: bool, told: bool) -> str:
     """The gap of one output as a line.
 
     Args:
         name: the output.
         gap: its gap [SI].
         marked: whether the line is marked as the headline.
+        told: whether the share that is closed is told: of a gap that hardly exists it means nothing.
 
     Returns:
         The line.
     """
-    closed = "" if gap.closed is None else f", closed {100 * gap.closed:.1f} %"
-    if gap.ci95 is not None:
+    closed = f", closed {100 * gap.closed:.1f} %" if told and gap.closed is not None else ""
+    if closed and gap.ci95 is not None:
         closed += f" (95 %: {100 * gap.ci95[0]:.0f} to {100 * gap.ci95[1]:.0f})"
     mark = "*" if marked else " "
     return f"{mark} {name}: before {gap.before:.4g}, after {gap.after:.4g}, floor {gap.floor:.4g} {UNIT[name]}{closed}"

@@ -11,11 +11,10 @@ from matplotlib.axes import Axes
 
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.effects.library import unit_of_number
-from rwjax.errors import InputError
+from rwjax.errors import InputError, counted
 from rwjax.fleet.changes import Changes
 from rwjax.fleet.pooled import Pooled
 from rwjax.fleet.sessions import MISFIT
-from rwjax.link.stream import counted
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
 from rwjax.text_files import write_text

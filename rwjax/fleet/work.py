@@ -19,6 +19,8 @@ Row = dict[str, Any]
 """A row of the results, by `rwjax.fleet.store.schema`."""
 AS_GOOD = 1.01
 """RMS error over that of the best method up to which a method is as good [1]; of such the first in the table of methods is taken."""
+LEAST = 1e-12
+"""Floor below which one counts as this [SI]: readings without noise have none."""
 NO_METHOD = "no method"
 """Verdict of a comparison where no method's model is stable."""
 
@@ -182,16 +184,15 @@ def best_method(found: Mapping[str, Any]) -> Row:
         The method as `verdict`, and of the output in which it stands furthest above the floor: the name (`signal`), the RMS error that it
         leaves (`after`) and that of a perfect model (`floor`) [SI].
     """
-    floor, over = found["floor"], {}
-    for one in found["methods"]:
-        if one["rms"] and None not in one["rms"].values():
-            over[one["method"]] = {name: rms / floor[name] for name, rms in one["rms"].items()}
-    if not over:
+    floor = found["floor"]
+    stable = {one["method"]: one["rms"] for one in found["methods"] if one["rms"] and None not in one["rms"].values()}
+    if not stable:
         return {"verdict": NO_METHOD}
+    over = {method: {name: e / max(floor[name], LEAST) for name, e in rms.items()} for method, rms in stable.items()}
     whole = {method: hypot(*each.values()) for method, each in over.items()}
     best = next(method for method in over if whole[method] <= AS_GOOD * min(whole.values()))
     signal = max(over[best], key=over[best].__getitem__)
-    return {"verdict": best, "signal": signal, "after": over[best][signal] * floor[signal], "floor": floor[signal]}
+    return {"verdict": best, "signal": signal, "after": stable[best][signal], "floor": floor[signal]}
 
 
 def _numbers(found: Mapping[str, Any]) -> Row:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, counted
 from rwjax.link.frames import Decoder
 from rwjax.link.messages import Hello, Message, Sample, message, reset_causes, unwanted_reset
 
@@ -85,20 +85,6 @@ class Stretch:
         """
         names = ("tick", "count", "pulse", "battery", "playing", "counters")
         return replace(self, **{name: getattr(self, name)[keep] for name in names})
-
-
-def counted(number: int, one: str, end: str = "s") -> str:
-    """A number of things in words.
-
-    Args:
-        number: How many [1].
-        one: The word for one of them.
-        end: What the word for several has at its end.
-
-    Returns:
-        The number and the word: "1 sample", "3 samples".
-    """
-    return f"{number} {one}{end * (number != 1)}"
 
 
 def read_stream(path: Path) -> tuple[list[Stretch], int]:

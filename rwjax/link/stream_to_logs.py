@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax.errors import LogError, printable
+from rwjax.errors import LogError, counted, printable
 from rwjax.link.channels import channels, check_board, pwm_of
-from rwjax.link.stream import WRAP, Stretch, counted, read_stream
+from rwjax.link.stream import WRAP, Stretch, read_stream
 from rwjax.logs.sheet import FEWEST
 from rwjax.logs.write import write_log
 from rwjax.planning.experiment import REST_S, TICK_HZ, length_in

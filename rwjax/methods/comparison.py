@@ -132,7 +132,7 @@ class Comparison:
         sheet.add_row("(floor)", *(f"{self.floor[name]:.4g}" for name in signals), *[""] * (len(free) + 2))
         out = io.StringIO()
         Console(file=out, width=60 + 24 * (len(signals) + len(free))).print(sheet)
-        head = f"free-run RMS on held-out data ({self.held_out}); numbers from all logs that may be fitted"
+        head = f"free-run RMS on held-out data ({self.held_out}); numbers from all logs that may be fitted, ± one standard error as each method has it"
         notes = [f"{row.method.name}: {note}" for row in self.rows for note in row.notes if note not in self.remarks]
         notes = [*self.remarks, *notes]
         return "\n".join([head, *(line.rstrip() for line in [*out.getvalue().rstrip("\n").split("\n"), *notes])])

@@ -71,6 +71,11 @@ def test_of_methods_that_are_as_good_the_first_is_taken() -> None:
     assert best_method(found)["verdict"] == "one"
 
 
+def test_an_output_without_noise_has_a_best_method_too() -> None:
+    found = compared(one={"yaw_rad": 0.1}, other={"yaw_rad": 1e-4}) | {"floor": {"yaw_rad": 0.0}}
+    assert best_method(found) == {"verdict": "other", "signal": "yaw_rad", "after": 1e-4, "floor": 0.0}
+
+
 def test_a_comparison_without_a_stable_model_names_no_method() -> None:
     assert best_method(compared(one={"yaw_rad": None}, other={})) == {"verdict": NO_METHOD}
 

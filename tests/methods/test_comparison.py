@@ -46,7 +46,10 @@ def test_the_table_has_a_row_for_each_method_and_one_for_the_floor() -> None:
         Row(METHODS[2], None, {}, 0.0, ("cannot be used",)),
     )
     head, *lines = str(Comparison(rig, rows, {"yaw_rad": 0.01}, "marked")).splitlines()
-    assert head == "free-run RMS on held-out data (marked); numbers from all logs that may be fitted"
+    assert (
+        head
+        == "free-run RMS on held-out data (marked); numbers from all logs that may be fitted, ± one standard error as each method has it"
+    )
     names, *rows = [" ".join(line.split()) for line in lines if line.strip(" ─")]
     assert names == "method yaw_rad [rad] axis.inertia time [s] needs"
     assert rows[:4] == [
