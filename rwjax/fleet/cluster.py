@@ -2,10 +2,12 @@
 
 import logging
 import os
+import signal
 import socket
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from multiprocessing.resource_tracker import ensure_running
 from typing import TYPE_CHECKING, Any
 
 from rwjax.errors import InputError, one_line
@@ -55,16 +57,16 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
             _check(scheduler)
         address: Any = scheduler
         if scheduler is None:
-            own = LocalCluster(
-                n_workers=workers or THREADS,
-                threads_per_worker=1,
-                memory_limit=limit,
-                silence_logs=logging.CRITICAL,
-                dashboard_address=":0",  # any free port
-                env=os.environ | {VARIABLE: "1"},
-                preload=["rwjax.fleet.undisturbed"],
-            )
-            address = both.enter_context(own)
+            with _undisturbed():
+                own = LocalCluster(
+                    n_workers=workers or THREADS,
+                    threads_per_worker=1,
+                    memory_limit=limit,
+                    silence_logs=logging.CRITICAL,
+                    dashboard_address=":0",  # any free port
+                    env=os.environ | {VARIABLE: "1"},
+                )
+                address = both.enter_context(own)
         try:
             client = both.enter_context(Client(address, timeout=WAITS_S, set_as_default=False))
         except (OSError, ValueError) as error:
@@ -75,6 +77,17 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
         except TimeoutError:
             raise InputError(f"--scheduler {scheduler}: has no worker; start one with `dask worker`") from None
         yield client
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Keeps Ctrl-C from the threads and processes that begin within, for as long as they live; this thread hears it afterwards."""
+    ensure_running()  # as it begins, Python's tracker of resources lets Ctrl-C through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _size(memory: str) -> int:

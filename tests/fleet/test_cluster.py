@@ -1,6 +1,7 @@
 """Clusters: an own one, one that runs already, and one that does not."""
 
 import re
+import signal
 
 import pytest
 
@@ -16,6 +17,17 @@ def test_a_scheduler_that_runs_already_is_used_and_goes_on() -> None:
         with connected(own.scheduler_address, None, None) as client:
             assert client.submit(sum, [1, 2]).result() == 3
         assert own.status.name == "running"
+
+
+def blocked() -> set[int]:
+    """The signals that do not reach the calling thread."""
+    return set(map(int, signal.pthread_sigmask(signal.SIG_BLOCK, set())))
+
+
+def test_ctrl_c_reaches_no_worker_of_an_own_cluster_from_its_first_moment() -> None:
+    with connected(None, 1, None) as client:
+        assert signal.SIGINT in client.submit(blocked).result()
+    assert signal.SIGINT not in blocked()
 
 
 def test_a_scheduler_that_does_not_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
