@@ -2,10 +2,9 @@
 
 Everything is decided on training runs. A name holds where
 
-* it is needed beside a remainder that is coloured noise: by the information criterion with the fewer independent readings of those that
-  both residuals allow, or since it leaves little of the runs, also of those that were left out in turn;
-* every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left out are followed
-  better with it than without;
+* it is needed beside a remainder that is coloured noise, by the information criterion with the fewer independent readings of those that
+  both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left
+  out are followed better with it than without. Or else it leaves little of the runs, also of those that were left out in turn;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -164,7 +163,9 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     fits = left_out.fits
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
-    if not _needed(left_out, best, smaller):
+    if _explains_nearly_all(left_out, best, smaller):
+        return None
+    if _gain(fits, best, smaller) <= limits.needed:
         return "it is not needed beside a remainder that is coloured noise"
     parts = amplitudes(fits, best, smaller)
     if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
@@ -238,11 +239,9 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
     return {unit: np.array(values) for unit, values in found.items()}
 
 
-def _needed(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
-    """Whether a name is needed beside coloured noise: by its gain, or since it leaves little of fitted and of left-out runs alike."""
+def _explains_nearly_all(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
+    """Whether a name leaves little of the fitted runs, and of those that were left out in turn, which have then told its amount to each other."""
     fits = left_out.fits
-    if _gain(fits, larger, smaller) > fits.settings.partial.needed:
-        return True
     return all(_little(fits, e(larger), e(smaller)) for e in (ModelComparison(fits).excess, left_out.excess))
 
 
@@ -362,7 +361,9 @@ def _asked_alike(left_out: LeftOut, hypothesis: Hypothesis, name: str) -> bool:
     fits = left_out.fits
     limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
     fitted(fits, smaller)
-    if not _needed(left_out, hypothesis, smaller):
+    if _explains_nearly_all(left_out, hypothesis, smaller):
+        return True
+    if _gain(fits, hypothesis, smaller) <= limits.needed:
         return False
     return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
 

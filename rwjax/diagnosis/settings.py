@@ -109,10 +109,11 @@ class PartialSettings:
         "first has not the right form, and is asked whether the first stays what it is beside it (within `differs`)",
     )
     little: float = _limit(
-        0.05,
-        "excess (of squares) with a name against without it that counts as little: 22 % in amplitude, which a small cause of the same "
-        "coordinate may be; true names of simulated rigs had been refused since a free-form law explained that. What a name explains so well of "
-        "runs that were left out is no coloured noise, which does not come again in another run",
+        0.1,
+        "excess (of squares) with a name against without it that counts as little: 32 % in amplitude, what several small causes leave together "
+        "beside a large one. It was raised from 0.05 after a look at 50 cases of which a name was refused: at 0.1 four true ones pass and no false "
+        "one is claimed, at 0.15 one more of either. What a name explains so well of runs that were left out is no coloured noise, which does "
+        "not come again in another run",
     )
     further_law_of_little: float = _limit(
         0.5,

@@ -60,12 +60,28 @@ def test_a_name_that_leaves_little_of_fitted_and_of_left_out_runs_is_needed_what
             assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == coloured
 
 
+def test_a_name_that_leaves_little_of_left_out_runs_too_is_not_asked_for_by_each_in_the_same_amount(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
+    search = searched(logs, BIAS)
+    search.fits.settings = replace(Settings(), partial=PartialSettings(needed=0.0))
+    differs = "runs or sizes of the command ask for different amounts of it"
+    for left, why in ((0.09, None), (0.11, differs)):
+        for excess in ("left_out.LeftOut.excess", "partial.ModelComparison.excess"):
+            share = {False: 1.0, True: left}
+            monkeypatch.setattr(f"rwjax.diagnosis.{excess}", lambda _, e, share=share: share[bool(e.names)])
+        assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
+    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda *_: 1.0)  # of the fitted runs alone
+    assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == differs
+
+
 def test_a_name_that_leaves_little_of_left_out_runs_is_asked_for_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY)
     monkeypatch.setattr("rwjax.diagnosis.partial.law_left", lambda *_: 1.1)
     monkeypatch.setattr("rwjax.diagnosis.partial.ModelComparison.excess", lambda *_: 1.0)
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") is None
-    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda _, e: 0.09 if e.names else 1.0)
+    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda _, e: 0.11 if e.names else 1.0)
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") == "a free-form law of its coordinate explains more"
     monkeypatch.setattr("rwjax.diagnosis.partial.law_left", lambda *_: 0.9)  # small causes may leave most of it
     assert why_not_of_its_form(search.by_runs, DRY, "axis.coulomb") is None
@@ -96,6 +112,9 @@ def test_a_run_that_holds_little_of_a_change_tells_its_amplitude_all_the_same(
 ) -> None:
     """A stiff loop moves by a tenth of what a free arm does."""
     search = searched([run_of(k, PUSHED) for k in range(2)], BIAS)
+    search.fits.settings = replace(
+        Settings(), partial=PartialSettings(little=0.0)
+    )  # else the left-out runs have told it
     parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(asks, 0.05, 0.01, 1)]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
     assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
@@ -248,7 +267,9 @@ def test_where_a_set_reaches_the_noise_the_evidence_says_what_stands_beside_it()
     assert claim == (BIAS, (OFFSET,), (OFFSET,), ()) and not refused
 
 
-@pytest.mark.parametrize("limits", [PartialSettings(differs=0.0, sigmas=0.0), PartialSettings(harms=0.0)])
+@pytest.mark.parametrize(
+    "limits", [PartialSettings(differs=0.0, sigmas=0.0, little=0.0), PartialSettings(harms=0.0, little=0.0)]
+)
 def test_stricter_limits_let_nothing_hold(limits: PartialSettings) -> None:
     search = searched([run_of(k, FRICTION) for k in range(3)], DRY, BIAS)
     assert why_not(search, DRY, "axis.coulomb") is None
