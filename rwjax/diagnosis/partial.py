@@ -4,7 +4,7 @@ Everything is decided on training runs. A name holds where
 
 * it is needed beside a remainder that is coloured noise, by the information criterion with the fewer independent readings of those that
   both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left
-  out are followed better with it than without. Or else it leaves little of the runs, also of those that were left out in turn;
+  out are followed better with it than without. Or else it explains nearly all of the runs, also of those that were left out in turn;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -150,7 +150,7 @@ def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
 
 
 def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
-    """Why a name is not needed, or not in the same amount by every run.
+    """Why a name is not needed, or not in the same amount by every run; one that explains nearly all of these is not asked.
 
     Args:
         left_out: how sets follow each run that is left out; a fit of the set is at its end.
@@ -197,7 +197,8 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     excess = ModelComparison(fits).excess
-    little = any(_little(fits, e(best), e(smaller)) for e in (excess, by_runs.left_out.excess))
+    shares = (_share(fits, e(best), e(smaller)) for e in (excess, by_runs.left_out.excess))
+    little = any(share <= limits.little for share in shares) or _explains_nearly_all(by_runs.left_out, best, smaller)
     left = None if little else law_left(fits, best, smaller, name)
     beside = any(coordinate_of(other) == coordinate_of(name) for other in best.names if other != name)
     if left is not None and left > (limits.law_left_beside if beside else limits.law_left):
@@ -240,15 +241,21 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
 
 
 def _explains_nearly_all(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
-    """Whether a name leaves little of the fitted runs, and of those that were left out in turn, which have then told its amount to each other."""
-    fits = left_out.fits
-    return all(_little(fits, e(larger), e(smaller)) for e in (ModelComparison(fits).excess, left_out.excess))
+    """Whether a name leaves little of the fitted runs, and of the left-out ones, of which it makes none worse."""
+    limits = left_out.fits.settings.partial
+    with_it, without = left_out(larger), left_out(smaller)
+    if any(with_it[run] > limits.harms * without[run] for run in with_it):
+        return False
+    shares = (
+        _share(left_out.fits, e(larger), e(smaller)) for e in (ModelComparison(left_out.fits).excess, left_out.excess)
+    )
+    return all(share <= limits.nearly_all for share in shares)
 
 
-def _little(fits: ModelFits, left: float, without: float) -> bool:
-    """Whether the excess that a name leaves is little of what is left without it, which is something."""
+def _share(fits: ModelFits, left: float, without: float) -> float:
+    """Share of the excess without a name that is left with it [1], infinite where without it there is hardly any."""
     some = fits.settings.search.nothing_left < without < np.inf
-    return bool(some and left <= fits.settings.partial.little * without)
+    return left / without if some else np.inf
 
 
 def _differs(part: Amplitude, limits: PartialSettings) -> bool:
@@ -357,7 +364,7 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
 
 
 def _asked_alike(left_out: LeftOut, hypothesis: Hypothesis, name: str) -> bool:
-    """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it."""
+    """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it; or it explains nearly all."""
     fits = left_out.fits
     limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
     fitted(fits, smaller)

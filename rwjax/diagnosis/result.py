@@ -185,6 +185,9 @@ class Diagnosis:
 
         Args:
             name: the output.
+
+        Returns:
+            True where it stands out as much as a gap that is looked into.
         """
         return stands_out(self.gaps[name], self.settings.verdict)
 

@@ -11,6 +11,7 @@ from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import BY_NAME
+from rwjax.errors import counted
 from rwjax.kinds import half_column
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
@@ -189,7 +190,7 @@ def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap, unit: 
     Returns:
         The sentence.
     """
-    many = f"{untried} candidate{'s' if untried > 1 else ''}"
+    many = counted(untried, "candidate")
     ended = f"with {many} not compared" if untried else "before it was through"
     if not effects:
         return f"Unfinished: {_remaining(gap, unit)}, and the search was ended {ended}."

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rwjax.errors import InputError, one_line
 from rwjax.fitting.threads import THREADS, VARIABLE
+from rwjax.link.ctrl_c import CtrlC
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -81,13 +82,17 @@ def connected(scheduler: str | None, workers: int | None, memory: str | None) ->
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Keeps Ctrl-C from the threads and processes that begin within, for as long as they live; this thread hears it afterwards."""
+    """Keeps Ctrl-C from the threads and processes that begin within, for as long as they live; what begins is whole before it is heeded."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     ensure_running()  # as it begins, Python's tracker of resources lets Ctrl-C through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    with CtrlC() as ctrl_c:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if ctrl_c.pressed:
+        signal.raise_signal(signal.SIGINT)
 
 
 def _size(memory: str) -> int:

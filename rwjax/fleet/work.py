@@ -19,8 +19,6 @@ Row = dict[str, Any]
 """A row of the results, by `rwjax.fleet.store.schema`."""
 AS_GOOD = 1.01
 """RMS error over that of the best method up to which a method is as good [1]; of such the first in the table of methods is taken."""
-LEAST = 1e-12
-"""Floor below which one counts as this [SI]: readings without noise have none."""
 NO_METHOD = "no method"
 """Verdict of a comparison where no method's model is stable."""
 
@@ -188,7 +186,10 @@ def best_method(found: Mapping[str, Any]) -> Row:
     stable = {one["method"]: one["rms"] for one in found["methods"] if one["rms"] and None not in one["rms"].values()}
     if not stable:
         return {"verdict": NO_METHOD}
-    over = {method: {name: e / max(floor[name], LEAST) for name, e in rms.items()} for method, rms in stable.items()}
+    outputs = next(iter(stable.values()))
+    least = {name: min(rms[name] for rms in stable.values()) for name in outputs}
+    unit = {name: floor[name] or least[name] or 1.0 for name in outputs}  # readings without noise have no floor
+    over = {method: {name: e / unit[name] for name, e in rms.items()} for method, rms in stable.items()}
     whole = {method: hypot(*each.values()) for method, each in over.items()}
     best = next(method for method in over if whole[method] <= AS_GOOD * min(whole.values()))
     signal = max(over[best], key=over[best].__getitem__)

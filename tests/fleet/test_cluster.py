@@ -30,6 +30,23 @@ def test_ctrl_c_reaches_no_worker_of_an_own_cluster_from_its_first_moment() -> N
     assert signal.SIGINT not in blocked()
 
 
+def test_ctrl_c_while_an_own_cluster_begins_is_heeded_when_it_has_begun_and_ends_it(
+    hears_ctrl_c: None, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    begun = []
+
+    class Interrupted(distributed.LocalCluster):
+        def __init__(self, **given: object) -> None:
+            signal.raise_signal(signal.SIGINT)
+            super().__init__(**given)
+            begun.append(self)
+
+    monkeypatch.setattr(distributed, "LocalCluster", Interrupted)
+    with pytest.raises(KeyboardInterrupt), connected(None, 1, None):
+        pass
+    assert begun[0].status.name == "closed" and "Traceback" not in capfd.readouterr().err
+
+
 def test_a_scheduler_that_does_not_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "WAITS_S", 0.5)
     with (

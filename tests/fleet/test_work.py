@@ -72,8 +72,9 @@ def test_of_methods_that_are_as_good_the_first_is_taken() -> None:
 
 
 def test_an_output_without_noise_has_a_best_method_too() -> None:
-    found = compared(one={"yaw_rad": 0.1}, other={"yaw_rad": 1e-4}) | {"floor": {"yaw_rad": 0.0}}
-    assert best_method(found) == {"verdict": "other", "signal": "yaw_rad", "after": 1e-4, "floor": 0.0}
+    rms = {"one": {"yaw_rad": 1e-4, "wheel_rad_s": 9.0}, "other": {"yaw_rad": 2e-4, "wheel_rad_s": 1.0}}
+    found = compared(**rms) | {"floor": {"yaw_rad": 0.0, "wheel_rad_s": 1.0}}
+    assert best_method(found) == {"verdict": "other", "signal": "yaw_rad", "after": 2e-4, "floor": 0.0}
 
 
 def test_a_comparison_without_a_stable_model_names_no_method() -> None:
