@@ -249,7 +249,7 @@ def _explains_nearly_all(left_out: LeftOut, larger: Hypothesis, smaller: Hypothe
     shares = (
         _share(left_out.fits, e(larger), e(smaller)) for e in (ModelComparison(left_out.fits).excess, left_out.excess)
     )
-    return all(share <= limits.nearly_all for share in shares)
+    return all(share < limits.nearly_all for share in shares)
 
 
 def _share(fits: ModelFits, left: float, without: float) -> float:
