@@ -117,9 +117,8 @@ def test_a_run_that_holds_little_of_a_change_tells_its_amplitude_all_the_same(
 ) -> None:
     """A stiff loop moves by a tenth of what a free arm does."""
     search = searched([run_of(k, PUSHED) for k in range(2)], BIAS)
-    search.fits.settings = replace(
-        Settings(), partial=PartialSettings(little=0.0)
-    )  # else the left-out runs have told it
+    each_is_asked = PartialSettings(nearly_all=0.0)
+    search.fits.settings = replace(Settings(), partial=each_is_asked)
     parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(asks, 0.05, 0.01, 1)]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
     assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
