@@ -83,7 +83,7 @@ def fit(
         with of_file(rig_file, RigError):
             result = identify(rig, logs)
     if not force:
-        _check_runaways(rig, result.rig)
+        _check_told(rig, result)
     answer, text = json_text(result.json(), indent=1), write_rig(result.rig)
     if output is not None:
         write_text(output, text, InputError)
@@ -103,12 +103,18 @@ def fit(
         note(f"{output} is written even so; its numbers are those of the logs as they are")
 
 
-def _check_runaways(rig: "Rig", fitted: "Rig") -> None:
-    """Raises `InputError` for estimates that ran away: no rig file is written."""
+def _check_told(rig: "Rig", result: "RigFit | Identified") -> None:
+    """Raises `InputError` for estimates that ran away, or that the logs do not tell: no rig file is written."""
     from rwjax.fitting.ran_away import runaway_words
+    from rwjax.fitting.rig_fit import RigFit
 
-    if found := runaway_words(rig, fitted):
+    if found := runaway_words(rig, result.rig):
         raise InputError("; ".join([*found, GO_ON]))
+    if isinstance(result, RigFit) and not result.tells_something:
+        names = listed(result.rig.free)
+        raise InputError(
+            f"these logs tell nothing of {names}: use runs in which the command changes and the rig moves; {GO_ON}"
+        )
 
 
 def _chosen(

@@ -124,7 +124,7 @@ def _unlimited(within: "Envelope") -> list[str]:
 
     names = [f"{LIMITS[name].option} ({LIMITS[name].words})" for name in within.limits if name not in within.known]
     bound = "the volts alone bound" if within.input == "voltage_V" else "the goal alone bounds"
-    return [f"no limit is known, and {bound} it: {', '.join(names)}"] if names else []
+    return [f"no limit is known of {', '.join(names)}; {bound} it"] if names else []
 
 
 def _turns(travel: str | None, angle: float | None) -> list[str]:

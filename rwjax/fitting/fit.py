@@ -55,13 +55,15 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
 
     Raises:
         RigError: Nothing is free.
-        LogError: No log is left.
+        LogError: No log was given, or none is left.
     """
     if not rig.free:
         inertia = next(name for name in rig.values if name.endswith(".inertia"))
         raise RigError(
             f'rig `{rig.name}`: [fit] free names nothing; list the numbers to estimate, such as free = ["{inertia}"]'
         )
+    if not logs:
+        raise LogError("no log was given; give at least one to fit")
     train = [log for log in logs if not log.validate]
     if not train:
         raise LogError("every log is marked `# role: validate`; give at least one log to fit")

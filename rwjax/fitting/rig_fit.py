@@ -45,6 +45,11 @@ class RigFit:
         """Whether the logs say that the model is wrong: it misses them by much more than their noise."""
         return misfit(self.fit) ** 2 > COMPLETE
 
+    @property
+    def tells_something(self) -> bool:
+        """Whether the logs tell any of the free numbers: one at least has an interval with two ends."""
+        return any(np.all(np.isfinite(ends)) for ends in self.interval.values())
+
     def __str__(self) -> str:
         rows = [
             _row(name, value, error, self._unit(name), self.interval.get(name))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.errors import counted
 from rwjax.kinds import GOAL, is_angle
 from rwjax.logs.dropouts import dropouts, equal_stretches, without_dropouts
 from rwjax.logs.log import Log
@@ -81,7 +82,7 @@ def _about_clock(log: Log) -> Iterator[str]:
     if len(gaps):
         k = int(gaps[np.argmax(step[gaps])])
         yield (
-            f"{len(gaps)} gaps in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
+            f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
             "where it was not, split the log"
         )
     even = step[step <= GAP * usual]

@@ -67,7 +67,7 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
         row = int(far[0])
         raise sheet.error(
             row,
-            f"{sheet.called('time_s')} is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): seconds?",
+            f"{sheet.called('time_s')} is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): in seconds? `rwjax import` reads milliseconds and other units",
         )
     step = np.diff(time)
     if len(late := np.flatnonzero(step <= 0.0)):
@@ -88,7 +88,9 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
     if not FASTEST <= (interval := float(np.median(step))) <= SLOWEST:
         needed = f"every {SLOWEST:g} s at least" if interval > SLOWEST else f"every {FASTEST:g} s at most"
         raise sheet.error(
-            None, f"{sheet.called('time_s')} has a sample every {interval:.4g} s; a rig needs one {needed}: seconds?"
+            None,
+            f"{sheet.called('time_s')} has a sample every {interval:.4g} s; a rig needs one {needed}: in seconds? `rwjax import` "
+            "reads milliseconds and other units",
         )
     widest = int(np.argmax(step))
     if step[widest] > LONGEST_GAP:

@@ -13,11 +13,13 @@ from rwjax.logs.read_sheet import read_sheet
 from rwjax.rig.model import Rig
 
 
-def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_required: bool = True) -> tuple[Log, ...]:
+def read_logs(
+    paths: Iterable[str | os.PathLike[str]] | str | os.PathLike[str], rig: Rig, outputs_required: bool = True
+) -> tuple[Log, ...]:
     """Several logs of one rig.
 
     Args:
-        paths: The files.
+        paths: The files, or one alone.
         rig: The rig that was logged.
         outputs_required: Whether a log without any measured output is an error.
 
@@ -27,7 +29,7 @@ def read_logs(paths: Iterable[str | os.PathLike[str]], rig: Rig, outputs_require
     Raises:
         LogError: As `read_log`, and where the same file is named twice.
     """
-    given = [Path(path) for path in paths]
+    given = [Path(path) for path in ([paths] if isinstance(paths, str | os.PathLike) else paths)]
     for path, times in Counter(os.path.realpath(path) for path in given).items():
         if times > 1:
             raise LogError(f"{path}: named {times} times; name each log once")

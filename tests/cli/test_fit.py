@@ -24,6 +24,17 @@ free = ["motor.friction"]
 """
 
 
+def test_logs_that_tell_nothing_of_any_free_number_give_no_rig_file(tmp_path: Path, shell: Shell) -> None:
+    (tmp_path / "rig.toml").write_text(MOTOR)
+    rows = [f"{0.01 * k:.2f},0,0" for k in range(50)]
+    (tmp_path / "still.csv").write_text("\n".join(["time_s,voltage_V,wheel_rad_s", *rows]))
+    output = tmp_path / "fitted.toml"
+    code, _, err = shell("fit", "rig.toml", "still.csv", "-o", "fitted.toml")
+    assert code != 0 and not output.exists()
+    assert "tell nothing of motor.friction: use runs in which the command changes and the rig moves; `--force`" in err
+    assert shell("fit", "rig.toml", "still.csv", "-o", "fitted.toml", "--force")[0] == 0
+
+
 @pytest.mark.slow
 def test_the_corrected_file_predicts_what_the_diagnosis_claims(tmp_path: Path) -> None:
     rig = (DEMO / "rig.toml").read_text().replace("free = [", 'free = ["axis.stribeck.M_c", "axis.stribeck.M_e", ')

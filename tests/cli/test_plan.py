@@ -27,7 +27,10 @@ def test_a_plan_is_written_and_told(
     told = {name for run in written["runs"] for name in run["tells_apart"]}
     assert "drive.lag" in told and "drive.goal_delay" not in told  # the rig has no servo
     unlimited, frictionless, by_hand = err.splitlines()
-    assert unlimited.endswith("--travel (travel of the axis [rad])") and "known inertia" in by_hand
+    assert (
+        unlimited.endswith("--travel (travel of the axis [rad]); the volts alone bound it")
+        and "known inertia" in by_hand
+    )
     assert "holds no dry friction" in frictionless  # the demo's file, though its rig sticks
     assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b", "--json", "--quiet") == 0
     out, err = capsys.readouterr()

@@ -51,7 +51,7 @@ ODD = [
     (
         replace(GOOD, time=np.where(np.arange(2000) > 700, T + 3.0, T)),
         "clock",
-        "1 gaps in time, the longest 3.01 s at 7 s",
+        "1 gap in time, the longest 3.01 s at 7 s",
     ),
     (replace(GOOD, time=T + 0.004 * RNG.uniform(-1, 1, 2000)), "clock", "ms apart, "),
     (replace(GOOD, time=T + 1e-3 * T**2), "clock", "does the clock drift?"),

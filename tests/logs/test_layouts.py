@@ -49,7 +49,10 @@ MALFORMED = [
         changed(3, "0,1,1"),
         ":5: `time_s` is 0.0 after 0.02; time has to increase from row to row: split the log there where a new run begins",
     ),
-    (changed(11, "1e308,1,1"), ":13: `time_s` is 1e+308; a clock shows 1e+10 s at most (1.8e+09 since 1970): seconds?"),
+    (
+        changed(11, "1e308,1,1"),
+        ":13: `time_s` is 1e+308; a clock shows 1e+10 s at most (1.8e+09 since 1970): in seconds? `rwjax import` reads",
+    ),
     (
         [HEADER, *(f"{k}e-300,0,{k}" for k in range(12))],
         ":3: `time_s` is 1e-300 s after the row before; samples lie 1e-07 s apart at least",

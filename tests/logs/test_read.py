@@ -134,6 +134,7 @@ def test_several_logs(tmp_path):
         (tmp_path / name).write_text("\n".join([HEADER, *ROWS]))
     paths = [tmp_path / "a/run.csv", tmp_path / "c.csv", tmp_path / "b/run.csv"]
     assert [log.name for log in read_logs(paths, PLATFORM)] == [str(paths[0]), "c.csv", str(paths[2])]
+    assert [log.name for log in read_logs(str(paths[1]), PLATFORM)] == ["c.csv"]
     with pytest.raises(LogError, match="c.csv: named 2 times; name each log once"):
         read_logs([tmp_path / "c.csv", tmp_path / "a/../c.csv"], PLATFORM)
 
