@@ -65,6 +65,10 @@ def remarks(
         found.append(
             f"{', '.join(rig.per_run)}: one value for all runs, since a held-out run's own value (fit.per_run) is not known"
         )
+    if all(np.ptp(logs[k].command, axis=0).max() == 0.0 for k in train):
+        found.append(
+            "the command changes in no run that was fitted, so that nothing is told of the drive: add runs in which it does"
+        )
     if len(train) == 1:
         found.append("one run was fitted: nothing says how well runs repeat, so the floor is a lower bound")
     return tuple(found)

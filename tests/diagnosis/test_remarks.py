@@ -23,6 +23,14 @@ def test_a_single_run_is_remarked_on() -> None:
     assert ONE_RUN not in remarks(rig, [log, log], [0, 1], base, [base], uncertainty(base), (), RemarkSettings())
 
 
+def test_a_command_that_never_changes_is_remarked_on() -> None:
+    rig, log = platform(), true_log(platform())
+    base, still = fits_of(rig, log)(Hypothesis()), replace(log, command=np.full_like(log.command, 5.0))
+    for logs, expected in (([still, still], True), ([still, log], False)):
+        said = remarks(rig, logs, [0, 1], base, [base], uncertainty(base), (), RemarkSettings())
+        assert any(one.startswith("the command changes in no run that was fitted") for one in said) == expected
+
+
 def test_numbers_that_diverged_and_values_of_each_run_are_remarked_on() -> None:
     rig, log = platform(), true_log(platform())
     base = fits_of(rig, log)(Hypothesis())
