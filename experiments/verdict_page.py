@@ -54,8 +54,9 @@ SET = "second"
 FINAL = "final"
 FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
-FRESH, NEWEST = "fresh", "fresh_messy"
-"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and messy cases of a later search."""
+FRESH, NEWEST = "fresh", "fresh_further"
+FRESH_PARTS = FRESH, "fresh_messy", NEWEST
+"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of two later searches."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
@@ -202,7 +203,7 @@ def every_messy() -> Block:
 
 def messy_by_search() -> Block:
     """Messy cases by the search that was asked; no case stands in two rows."""
-    files, rows = (*FINAL_PARTS, FRESH, NEWEST), []
+    files, rows = (*FINAL_PARTS, *FRESH_PARTS), []
     for name in files:
         among = [line for line in lines(name) if line["group"] == "messy"]
         count = Counter(among_small(line) for line in among)

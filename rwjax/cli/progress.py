@@ -12,7 +12,7 @@ EVERY_S = 5.0
 
 @contextmanager
 def progress(quiet: bool, *, lines: bool = False) -> Iterator[Callable[[str], None]]:
-    """A spinner with the latest step and the time since the start, on a terminal; elsewhere nothing, or a line every few seconds.
+    """A spinner with the latest step and the time since the start, on a terminal; elsewhere nothing, or a line for a new step.
 
     Args:
         quiet: whether the user wants none.
@@ -40,13 +40,14 @@ def progress(quiet: bool, *, lines: bool = False) -> Iterator[Callable[[str], No
 
 @contextmanager
 def _lines() -> Iterator[Callable[[str], None]]:
-    """The latest step as a line on stderr every `EVERY_S`."""
+    """The latest step as a line on stderr, looked at every `EVERY_S`: an estimate that is told again would be wrong by then."""
     latest, ended = [""], Event()
 
     def say() -> None:
+        said = ""
         while not ended.wait(EVERY_S):
-            if latest[0]:
-                tell(latest[0])
+            if latest[0] != said:
+                tell(said := latest[0])
 
     thread = Thread(target=say, daemon=True)
     thread.start()
