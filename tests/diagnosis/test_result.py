@@ -121,6 +121,14 @@ def test_what_is_left_stands_in_the_json_and_in_the_text() -> None:
     assert nowhere.json()["left"]["coordinate"] is None and "nearest" not in str(nowhere)
 
 
+def test_of_a_gap_that_hardly_exists_no_share_is_told() -> None:
+    hardly = Gap(1.05, 0.93, 1.0, 2.4, (1.0, 3.0), None)
+    found = replace(DIAGNOSIS, gaps=DIAGNOSIS.gaps | {"yaw_rad_s": hardly})
+    assert [found.has_gap(name) for name in ("yaw_rad", "yaw_rad_s")] == [True, False]
+    line = next(line for line in str(found).splitlines() if "yaw_rad_s:" in line)
+    assert line.endswith("floor 1 rad/s") and "closed" in str(found)
+
+
 def test_the_ranking_says_why_a_candidate_is_not_named() -> None:
     first, none = DIAGNOSIS.json()["ranking"]
     assert first["why_not"] is None and none == {

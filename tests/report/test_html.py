@@ -14,6 +14,7 @@ import matplotlib
 import pytest
 from markupsafe import escape
 
+from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.result import Left, Ranked
 from rwjax.diagnosis.worst_windows import Window
@@ -55,6 +56,14 @@ def test_a_page_holds_the_sentence_the_figures_and_no_open_name(written: Path) -
     assert "a remark &lt;b&gt;&amp;" in page and "a &lt;b&gt;&amp;.csv" in page
     assert "<td>yaw_rad (headline)</td><td>0.5</td><td>0.11</td><td>0.1</td><td>rad</td>" in page
     assert "90.0 % to 99.0 %" in page
+
+
+def test_of_a_gap_that_hardly_exists_the_page_tells_no_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    draws_one_figure(monkeypatch)
+    found = diagnosed()
+    write_report(replace(found, gaps=found.gaps | {"yaw_rad_s": Gap(1.05, 0.93, 1.0, 2.4, None, None)}), tmp_path)
+    text = (tmp_path / "report.html").read_text()
+    assert text.count("no gap to close") == 1 and "97.5 %" in text and "240.0 %" not in text
 
 
 def test_to_draw_a_page_leaves_the_backend_of_figures_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
