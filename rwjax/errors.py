@@ -1,7 +1,11 @@
 """The errors that rwjax raises for unusable input, what their messages may show of it, and the valid name nearest to a wrong one."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 LONGEST_LINE = 1500
 """Characters of a line beyond which its middle is left out: a header of megabytes is no message."""
@@ -108,6 +112,50 @@ class RigError(InputError):
 
 class LogError(InputError):
     """A log file (CSV), or a set of logs, that cannot be used."""
+
+
+RIGHT = {
+    "Rig": "has to be a rig, as `rwjax.read_rig(path)` returns it",
+    "Log": "has to be a log, as `rwjax.read_log(path, rig)` returns it",
+    "Logs": "has to be a list of logs: [log], or what `rwjax.read_logs(paths, rig)` returns",
+    "Solver": "has to be a solver, `rwjax.Exact()` or `rwjax.Smooth()`",
+}
+"""What is right for an argument, by the name of its type; with an s at its end for a sequence of it."""
+
+
+def refuses_other_types(function: Function) -> Function:
+    """A function that refuses arguments of other types before it begins, where `RIGHT` says what is right.
+
+    Args:
+        function: The function, all of whose arguments have types in its signature.
+
+    Returns:
+        The same function, which raises `InputError` for an argument of another type.
+    """
+    types = function.__annotations__
+
+    @wraps(function)
+    def called(*arguments: Any, **named: Any) -> Any:
+        for name, value in (*zip(types, arguments, strict=False), *named.items()):
+            if wrong := _of_other_type(value, types.get(name)):
+                raise InputError(f"{function.__name__}: `{name}` {wrong}")
+        return function(*arguments, **named)
+
+    return called  # pyright: ignore[reportReturnType]
+
+
+def _of_other_type(value: Any, wanted: Any) -> str:
+    """What is wrong with an argument's type and what would be right; "" where it is right, or no matter of `RIGHT`."""
+    many = getattr(wanted, "__origin__", None) is Sequence
+    kind = wanted.__args__[0] if many else wanted
+    right = RIGHT.get(getattr(kind, "__name__", "") + "s" * many)
+    several = many and isinstance(value, Sequence) and not isinstance(value, str)
+    other = [one for one in (value if several else (value,)) if right and not isinstance(one, kind)]
+    if not right or (several == many and not other):
+        return ""
+    found = other[0] if other else value
+    what = f"the class `{found.__name__}`" if isinstance(found, type) else f"a `{type(found).__name__}`"
+    return f"{'holds' if several else 'is'} {what}; it {right}"
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -236,9 +236,8 @@ def _named(path: str | os.PathLike[str], error: type[InputError]) -> Iterator[No
     """Raises what the system says as the caller's error, with the file and the remedy."""
     try:
         yield
-    except FileNotFoundError:
-        raise error(
-            f"{path}: cannot be written: there is no folder {Path(path).absolute().parent}; make it first"
-        ) from None
     except OSError as bad:
-        raise error(f"{path}: cannot be written: {bad.strerror}; give a path in a writable folder") from None
+        if isinstance(bad, FileNotFoundError) and not (folder := Path(path).absolute().parent).is_dir():
+            raise error(f"{path}: cannot be written: there is no folder {folder}; make it first") from None
+        why = "no file can be made there" if isinstance(bad, FileNotFoundError) else bad.strerror
+        raise error(f"{path}: cannot be written: {why}; give a path in a writable folder") from None

@@ -1,11 +1,18 @@
 """Errors of unusable input, what they show of it, and the nearest valid name."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import rwjax
 from rwjax.errors import (
     LONGEST_LINE,
+    RIGHT,
     InputError,
     LogError,
     RigError,
@@ -15,7 +22,11 @@ from rwjax.errors import (
     no_name,
     one_line,
     printable,
+    refuses_other_types,
 )
+from rwjax.export.targets import export
+from rwjax.rig.model import Rig
+from tests.systems import platform, record
 
 
 @pytest.mark.parametrize("error", [InputError, RigError, LogError])
@@ -87,3 +98,65 @@ def test_a_name_is_one_line_of_printed_characters(text: str, why: str) -> None:
 def test_one_thing_is_no_several() -> None:
     said = [counted(1, "sample"), counted(3, "sample"), counted(0, "stretch", "es")]
     assert said == ["1 sample", "3 samples", "0 stretches"]
+
+
+RUN = record(0.01 * np.arange(50), np.zeros(50), {"yaw_rad": np.zeros(50)})
+BY_RIG: tuple[Callable[..., Any], ...] = (
+    export,
+    rwjax.region,
+    rwjax.simulate,
+    rwjax.sweep,
+    rwjax.tune,
+    rwjax.write_rig,
+)
+BY_LOGS: tuple[Callable[..., Any], ...] = (
+    rwjax.compare,
+    rwjax.diagnose,
+    rwjax.fit,
+    rwjax.questions,
+)
+
+
+@pytest.mark.parametrize("function", [*BY_RIG, *BY_LOGS, rwjax.predict], ids=lambda function: function.__name__)
+def test_what_takes_a_rig_says_of_anything_else_what_it_has_to_be(function: Callable[..., Any]) -> None:
+    words = "`; it has to be a rig, as `rwjax.read_rig(path)` returns it"
+    for other in ("rig.toml", Path("rig.toml"), RUN, [RUN]):
+        with pytest.raises(InputError) as refused:
+            function(other)
+        assert str(refused.value) == f"{function.__name__}: `rig` is a `{type(other).__name__}{words}"
+
+
+@pytest.mark.parametrize("function", BY_LOGS, ids=lambda function: function.__name__)
+@pytest.mark.parametrize(
+    ("logs", "said"),
+    [
+        (RUN, "is a `Log`"),
+        ("run.csv", "is a `str`"),
+        (platform(), "is a `Rig`"),
+        (["run.csv"], "holds a `str`"),
+        (None, "is a `NoneType`"),
+    ],
+)
+def test_what_takes_logs_says_of_anything_else_what_it_has_to_be(
+    function: Callable[..., Any], logs: object, said: str
+) -> None:
+    for arguments, named in (((platform(), logs), {}), ((platform(),), {"logs": logs})):
+        with pytest.raises(InputError) as refused:
+            function(*arguments, **named)
+        assert str(refused.value) == f"{function.__name__}: `logs` {said}; it {RIGHT['Logs']}"
+
+
+def test_one_log_and_a_solver_are_looked_at_too() -> None:
+    with pytest.raises(InputError, match="^predict: `log` is a `list`; it has to be a log, as "):
+        rwjax.predict(platform(), [RUN])  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="^fit: `solver` is the class `Smooth`; it has to be a solver, "):
+        rwjax.fit(platform(), [RUN], solver=rwjax.Smooth)  # pyright: ignore[reportArgumentType]
+
+
+def test_a_function_that_looks_at_its_arguments_is_still_itself() -> None:
+    @refuses_other_types
+    def named(rig: Rig, number: float = 1.0) -> str:
+        """Words."""
+        return f"{rig.name} {number}"
+
+    assert named(platform(), number=2.0).endswith(" 2.0") and named.__doc__ == "Words."

@@ -94,6 +94,18 @@ def test_a_folder_is_no_file_and_a_missing_one_is_named(tmp_path: Path) -> None:
         write_text(tmp_path / "none" / "x", "x", InputError)
 
 
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="this system shows no processes as files")
+def test_a_folder_in_which_no_file_can_be_made_is_not_said_to_be_missing() -> None:
+    for attempt in (
+        lambda: check_writable("/proc/x.csv", InputError),
+        lambda: write_text("/proc/x.csv", "", InputError),
+    ):
+        with pytest.raises(
+            InputError, match=r"^/proc/x\.csv: cannot be written: .*; give a path in a writable folder$"
+        ):
+            attempt()
+
+
 def test_what_is_no_plain_file_is_written_to_and_not_replaced() -> None:
     write_text("/dev/null", "x", InputError)
     assert Path("/dev/null").is_char_device()

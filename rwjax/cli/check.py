@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from rwjax.logs.findings import Finding
     from rwjax.logs.log import Log
 
+SETTLE = (
+    "the logs do not look like runs of this rig: settle what is asked about under `units`, in the logs or in the file"
+)
+"""What is said on stderr where the findings ask about units."""
+
 
 def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: Quiet = False) -> None:
     """Look at logs before any fit: units, signs, clock, command, readings, and which free numbers of RIG they cannot tell.
@@ -20,6 +25,7 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
     """
     from rwjax.errors import RigError
     from rwjax.fitting.questions.check import check as findings_of
+    from rwjax.fitting.questions.numbers import NOTHING
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
 
@@ -37,14 +43,13 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         lines = [f"- {finding.about}: {finding}" for finding in found] or [
             "nothing odd was found; how far the model is from these logs is another question"
         ]
-        fitted = any(not log.validate for log in logs)
+        silent = any(finding.about == "numbers" and finding.says.startswith(NOTHING) for finding in found)
+        fitted = not silent and any(not log.validate for log in logs)
         ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)] if fitted else []
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
         asked = next(finding for finding in found if finding.about == "units")
-        raise InputError(
-            f"{rig_file}: {asked if as_json else 'its logs are asked about, as the findings about units say'}"
-        )
+        raise InputError(f"{rig_file}: {asked if as_json else SETTLE}")
 
 
 def _json(usable: bool, logs: "tuple[Log, ...]", found: "list[Finding]") -> dict[str, Any]:

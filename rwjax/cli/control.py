@@ -32,7 +32,12 @@ FitFile = Annotated[
         "--fit", metavar="FIT.json", help="what `rwjax fit RIG LOG… --json` printed for this rig; its values count"
     ),
 ]
-Plants = Annotated[int, typer.Option(min=1, max=100_000, help="plants drawn from the fit")]
+Plants = Annotated[
+    int | None,
+    typer.Option(
+        min=1, max=100_000, help="plants drawn from --fit; by default 1000 of region, 200 of tune", show_default=False
+    ),
+]
 Output = Annotated[Path | None, typer.Option("-o", metavar="CSV", help="stdout without it; a figure beside it")]
 
 MOST_PAIRS = 1_000_000
@@ -113,23 +118,30 @@ def _delays() -> list[str]:
     return [effect.name for effect in EFFECTS if issubclass(effect, CommandDelay | EncoderDelay)]
 
 
-def with_fit(path: Path, rig: "Rig", fit: Path | None) -> "tuple[Rig, FitEstimate | None, list[str]]":
+def with_fit(
+    path: Path, rig: "Rig", fit: Path | None, plants: int | None = None
+) -> "tuple[Rig, FitEstimate | None, list[str]]":
     """The rig with the estimates of a fit, if the user gave one.
 
     Args:
         path: the rig's file, for messages.
         rig: the rig as its file says.
         fit: what `rwjax fit --json` printed.
+        plants: how many plants the user wants drawn from it, None where that is left open [1].
 
     Returns:
         The rig, the estimates with their covariance, and lines where the fit says other than the rig file.
 
     Raises:
-        InputError: the fit cannot be read, or is not of this rig.
+        InputError: the fit cannot be read, or is not of this rig; plants are wanted without a fit.
     """
     from rwjax.control.fit_estimate import read_fit_estimate, with_fit_estimate
 
     if fit is None:
+        if plants is not None:
+            raise InputError(
+                f"--plants {plants}: are drawn from a fit; give it with --fit FIT.json, or leave --plants out"
+            )
         return rig, None, []
     estimate = read_fit_estimate(fit, rig)
     with of_file(path):

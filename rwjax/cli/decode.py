@@ -23,6 +23,8 @@ def decode(rig_file: RigFile, raw: RawFile, output: Output = None) -> None:
 
     if raw.is_dir():
         raise InputError(f"{raw}: is a folder; give the path of a raw stream")
+    if raw.suffix.lower() == ".csv":
+        raise InputError(f"{raw}: is a log already; give the raw stream that a recording has left (.raw)")
     target = output or raw.with_suffix(".csv")
     check_output(target)
     logs, remarks = write_logs(raw, read_one_axis_rig(rig_file), target)

@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from rwjax.cli.control import Output, Volts, check_table, remark, write_results
-from rwjax.cli.manoeuvre import Amps, delay_note, limits_of
-from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive
+from rwjax.cli.manoeuvre import Amps, delay_note, limits_of, of_rig_or_option
+from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, positive
 
 Spin = Annotated[float, typer.Option(help="rate of the wheel [1/min]")]
 Margin = Annotated[float, typer.Option(help="share of the breakaway torque to use")]
@@ -39,7 +39,7 @@ def dump(
     positive(margin=margin)
     check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, math.inf)
-    with of_file(rig_file):
+    with of_rig_or_option(rig_file):
         found = run(rig, spin * RATE, limits, margin)
     columns = course_columns(found.best)
     moved = math.degrees(float(np.max(np.abs(np.asarray(found.best.angle)))))
@@ -58,5 +58,5 @@ def dump(
         if found.bound
         else ""
     )
-    line = f"{found.time:.3f} s; {bound}the axis moves by {moved:.2g}°"
+    line = f"the wheel stands after {found.time:.3f} s; {bound}the axis moves by {moved:.2g}°"
     remark(quiet, line, *delay_note(found.delay), *written)

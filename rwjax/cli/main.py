@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 from typer.exceptions import Abort, TyperException
+from typer.main import get_command
 
 from rwjax import __version__
 from rwjax.cli import interrupt, terminal
@@ -33,6 +34,7 @@ from rwjax.cli.size import size
 from rwjax.cli.slew import slew
 from rwjax.cli.sweep import sweep
 from rwjax.cli.tune import tune
+from rwjax.cli.usage import wrong_argument
 from rwjax.errors import InputError, one_line
 
 app = typer.Typer(
@@ -97,9 +99,8 @@ def main() -> None:
         terminal.tell(f"rwjax: the system refuses: {one_line(what)}; free room, or give other files")
         sys.exit(2)
     except TyperException as error:  # arguments that do not fit the command
-        what = " ".join(error.format_message().split())
-        if what:
-            terminal.tell(f"rwjax: {one_line(what)} (`rwjax COMMAND --help` lists what is right)")
+        if what := wrong_argument(error, "".join(sys.argv[1:2]), getattr(get_command(app), "commands", ())):
+            terminal.tell(f"rwjax: {one_line(what)}")
         sys.exit(error.exit_code)
     except (KeyboardInterrupt, Abort):
         interrupt.leave()

@@ -1,10 +1,14 @@
 """What the commands for manoeuvres without feedback share: the limits of the drive, and a line on its delay."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rwjax.cli.options import RATE, finite, positive
+from rwjax.cli.options import RATE, finite, of_file, positive
+from rwjax.errors import InputError, RigError
 
 if TYPE_CHECKING:
     from rwjax.control.drive_limits import Limits
@@ -32,6 +36,26 @@ def limits_of(volts: float, amps: float, rpm: float) -> "Limits":
     finite(volts=volts)
     positive(volts=volts, amps=amps, rpm=rpm)
     return Limits(volts, amps, rpm * RATE)
+
+
+@contextmanager
+def of_rig_or_option(rig_file: Path) -> Iterator[None]:
+    """Names the rig file where the rig cannot be used, and the option where it is a number of the command.
+
+    Args:
+        rig_file: the rig's file.
+
+    Yields:
+        Nothing.
+
+    Raises:
+        InputError: as the block does, whose message on a number begins with the option's name.
+    """
+    with of_file(rig_file, RigError):
+        try:
+            yield
+        except InputError as error:
+            raise error if isinstance(error, RigError) else InputError(f"--{error}") from None
 
 
 def delay_note(delay: float) -> list[str]:

@@ -199,7 +199,7 @@ def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
         The values [unit of the option], shape `(count,)`.
 
     Raises:
-        InputError: the text is anything else, or the values are too many or too large.
+        InputError: the text is anything else, one value is asked for between two ends, or the values are too many or too large.
     """
     import numpy as np
 
@@ -211,6 +211,10 @@ def axis(option: str, text: str, example: str = "0:100:101") -> "np.ndarray":
         raise wrong from None
     if not (np.isfinite([low, high]).all() and 1 <= count <= MOST_VALUES):
         raise wrong
+    if count == 1 and low != high:
+        raise InputError(
+            f"{option} {text}: one value leaves {high:g} out; give {low:g}:{low:g}:1, or a COUNT of 2 or more"
+        )
     for end in (low, high):
         finite(**{option.removeprefix("--"): end})
     return np.linspace(low, high, count)

@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from rwjax.cli.recording import Port, Quiet, RigFile, check_output, needs_pyserial, record_task, role_note
+from rwjax.cli.recording import (
+    Port,
+    Quiet,
+    RigFile,
+    check_output,
+    needs_pyserial,
+    read_board_rig,
+    record_task,
+    role_note,
+)
 
 Output = Annotated[Path, typer.Option("-o", metavar="LOG.csv", help="the log; beside it .raw and .notes")]
 Seconds = Annotated[float | None, typer.Option(min=0.1, max=86_400.0, help="until Ctrl-C without it")]
@@ -27,8 +36,7 @@ def record(
     needs_pyserial()
     from rwjax.link.play_plan import Task
     from rwjax.link.recorder import listen
-    from rwjax.rig.read import read_one_axis_rig
 
     check_output(output)
     task = Task(lambda session: {}, listen(seconds))
-    record_task(read_one_axis_rig(rig_file), port, output, role_note(role), task, quiet)  # Ctrl-C is its usual end
+    record_task(read_board_rig(rig_file), port, output, role_note(role), task, quiet)  # Ctrl-C is its usual end

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.terminal import note, say
-from rwjax.errors import InputError
+from rwjax.errors import InputError, RigError
 
 if TYPE_CHECKING:
     from rwjax.link.play_plan import Task
@@ -53,6 +53,29 @@ def needs_pyserial() -> None:
         import serial  # noqa: F401
     except ImportError:
         raise InputError("this command talks to a serial port and needs pyserial: pip install pyserial") from None
+
+
+def read_board_rig(rig_file: Path) -> "Rig":
+    """The rig of a file from which a board can be recorded.
+
+    Args:
+        rig_file: the file.
+
+    Returns:
+        The rig.
+
+    Raises:
+        RigError: it says nothing about pulses or counts, has two axes, or cannot be read.
+    """
+    from rwjax.link.channels import pwm_of
+    from rwjax.rig.read import read_one_axis_rig
+
+    rig = read_one_axis_rig(rig_file)
+    try:
+        pwm_of(rig)
+    except RigError as error:
+        raise RigError(f"{rig_file}: {f'{error}'.removeprefix(f'{rig.name}: ')}") from None
+    return rig
 
 
 def role_note(role: str) -> dict[str, str]:

@@ -24,7 +24,7 @@ from rwjax.cli.control import (
     write_results,
 )
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file
-from rwjax.errors import InputError
+from rwjax.errors import InputError, counted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 SMOOTH = 0.02
 """Time constant of the derivative's filter [s] where the user gives none."""
+PLANTS = 1000
+"""Plants that are drawn where the user gives no number of them [1]."""
 SHARE, SLOWEST = "share of plants", "slowest_per_s"
 Damping = Annotated[float, typer.Option(help="and with a damping ratio of at least this")]
 Period = Annotated[float | None, typer.Option(help="of the loop as it runs: sampled at this period [s], held and late")]
@@ -70,7 +72,7 @@ def region(
     angle: Angle = 0.0,
     without: Without = None,
     fit: FitFile = None,
-    plants: Plants = 1000,
+    plants: Plants = None,
     output: Output = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -90,15 +92,15 @@ def region(
     check_table(output, rig_file, fit)
     rig = read_one_axis_rig(rig_file)
     gains = pairs(kp=kp, kd=kd)
-    rig, estimate, fit_notes = with_fit(rig_file, rig, fit)
+    rig, estimate, fit_notes = with_fit(rig_file, rig, fit, plants)
     criterion = _criterion(rig, sigma, damping, period, late, smooth, math.radians(angle))
     with of_file(rig_file):
         found = region_of(rig, criterion, *gains)
         distances = (found.margins() if margins else {}) | ({SLOWEST: found.slowest()} if slowest else {})
-        beside = _beside(found, without, estimate, plants)
+        beside = _beside(found, without, estimate, plants or PLANTS)
     table, answer = csv(region_columns(found, beside | distances)), _answer(found, period, beside, distances)
     written = write_results(output, table, lambda: draw_region(found, beside), answer, as_json)
-    notes = _notes(found, beside, distances, plants)
+    notes = _notes(found, beside, distances, plants or PLANTS)
     remark(quiet, *rig.cautions, *fit_notes, *notes, *_left_out(rig, found), *written)
 
 
@@ -162,10 +164,12 @@ def _notes(found: "Region", beside: "Maps", distances: "Maps", plants: int) -> l
     import numpy as np
 
     notes = [f"{int(found.stable.sum())} of {found.stable.size} gain pairs {found.criterion.condition}"]
+    if found.sigma < 0.0:
+        notes.append("sigma is negative: loops that are not stable count too; 0 or more asks for stable ones")
     for name, value in beside.items():
         every, differ = int(np.sum(value == 1.0)), int(np.sum((value == 1.0) != found.stable))
         what = f"{every} do so for all {plants} plants drawn" if name == SHARE else f"{name}: {every}"
-        notes.append(f"{what}; {differ} pairs are judged otherwise")
+        notes.append(f"{what}; {counted(differ, 'pair')} {'is' if differ == 1 else 'are'} judged otherwise")
     if "modulus" in distances:
         notes += _best_pair(found, "largest modulus margin: {:.3g}", distances["modulus"], np.nanargmax)
     if SLOWEST in distances:

@@ -7,7 +7,16 @@ from typing import Annotated
 import typer
 
 from rwjax.cli.options import finite, of_file, results
-from rwjax.cli.recording import Port, Quiet, RigFile, check_output, needs_pyserial, record_task, role_note
+from rwjax.cli.recording import (
+    Port,
+    Quiet,
+    RigFile,
+    check_output,
+    needs_pyserial,
+    read_board_rig,
+    record_task,
+    role_note,
+)
 from rwjax.cli.terminal import note
 from rwjax.errors import InputError
 
@@ -92,12 +101,11 @@ def _play_plan(
     from rwjax.link.recorder import check_new
     from rwjax.planning.envelope import rad_and_degrees
     from rwjax.planning.files import read_plan
-    from rwjax.rig.read import read_one_axis_rig
 
     wanted = read_plan(plan)
     with of_file(plan):
         wanted = wanted.only(runs) if runs else wanted
-    rig = read_one_axis_rig(rig_file)
+    rig = read_board_rig(rig_file)
     with of_file(plan):
         tasks = tasks_of_plan(wanted, rig, clear)
     for run in wanted.runs:
@@ -127,11 +135,10 @@ def _play_one(
     from rwjax.link.play_plan import Task
     from rwjax.link.rest import at_rest
     from rwjax.planning.experiment import Experiment
-    from rwjax.rig.read import read_one_axis_rig
 
     check_output(output)
     experiment = Experiment(kind.value, wanted["volts"], wanted["offset"], wanted["period"], wanted["seconds"])
-    rig = read_one_axis_rig(rig_file)
+    rig = read_board_rig(rig_file)
     notes = {"experiment": experiment.words(), **role_note(role)}
     if stopped := record_task(rig, port, output, notes, Task(at_rest, play(experiment, rig, clear)), quiet):
         raise stopped

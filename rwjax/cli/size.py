@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.control import Output, Rpm, Volts, check_table, on_edge, pairs, remark, write_results
-from rwjax.cli.manoeuvre import Amps, Degrees, limits_of
-from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, positive
+from rwjax.cli.manoeuvre import Amps, Degrees, limits_of, of_rig_or_option
+from rwjax.cli.options import Json, Quiet, RigFile, finite, positive
 from rwjax.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def size(
     positive(density=density, seconds=seconds)
     outer, thick = _sizes(radius, thickness, inner)
     ring = Ring(outer[:, None], inner * outer[:, None], thick[None, :], density)
-    with of_file(rig_file):
+    with of_rig_or_option(rig_file):
         found = run(rig, np.asarray(ring.inertia), abs(math.radians(angle)), seconds, limits)
     columns = size_columns(ring, found)
     answer = {
@@ -95,8 +95,8 @@ def _notes(ring: "Ring", found: "WheelBudget", seconds: float, given: dict[str, 
 
     outer, thick = np.ravel(ring.outer), np.ravel(ring.thickness)
     needed = (
-        f"needed if the wheel turns round halfway: {found.needs_momentum:.3g} N m s and {found.needs_torque:.3g} N m; the motor has "
-        f"{found.torque:.3g} N m at the wheel's top rate"
+        f"to turn in {seconds:g} s, driven first and braked right after, takes a torque of {found.needs_torque:.3g} N m and a momentum of "
+        f"{found.needs_momentum:.3g} N m s; the motor gives {found.torque:.3g} N m at the wheel's top rate"
     )
     fits = found.time <= seconds
     if not fits.any():

@@ -27,6 +27,8 @@ from rwjax.report.answer import json_text
 if TYPE_CHECKING:
     from rwjax.control.gain_design import DesignedController, GainDesign
 
+PLANTS = 200
+"""Plants that are drawn where the user gives no number of them [1]."""
 KpRange = Annotated[str, typer.Option(metavar="FROM:TO", help="where gains are looked for [V/rad]")]
 KdRange = Annotated[str, typer.Option(metavar="FROM:TO", help="where gains are looked for [V s/rad]")]
 Ki = Annotated[float, typer.Option(help="integral gain to begin with [V/(rad s)]; 0: none")]
@@ -42,7 +44,7 @@ def tune(
     ki: Ki = 0.0,
     sigma: Sigma = 0.5,
     fit: FitFile = None,
-    plants: Plants = 200,
+    plants: Plants = None,
     least: Least = 0.5,
     forward: Forward = 0.0,
     dead: Dead = 0.2,
@@ -70,7 +72,7 @@ def tune(
     rows, cols = span("--kp", kp), span("--kd", kd)
     controller, timing = controller_of(rig, ki, volts, rpm, period, late, smooth)
     reference = reference_of(step, seconds, period)
-    rig, estimate, fit_notes = with_fit(rig_file, rig, fit)
+    rig, estimate, fit_notes = with_fit(rig_file, rig, fit, plants)
     with of_file(rig_file):
         design = run(
             rig,
@@ -79,7 +81,7 @@ def tune(
             friction_share=forward,
             step=reference,
             timing=timing,
-            thetas=draw_plants(rig, estimate, plants) if estimate is not None else None,
+            thetas=draw_plants(rig, estimate, plants or PLANTS) if estimate is not None else None,
         )
     laws = {"robust": _shown(design.robust), "tuned": _shown(design.tuned)}
     answer = json_text({"schema": "rwjax.tune/1", "plants": design.plants, **_stable(design), **laws})

@@ -15,7 +15,7 @@ from rwjax.control.linear import linearised
 from rwjax.control.transfer import transfer
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandFilter, Coupling
-from rwjax.errors import InputError
+from rwjax.errors import InputError, RigError
 from rwjax.lowering.arrays import Spread
 from rwjax.lowering.kept import lowered
 from rwjax.plant import servo
@@ -246,10 +246,10 @@ def refuse_lags(rig: Rig) -> None:
         rig: The rig.
 
     Raises:
-        InputError: For a rig with such an effect.
+        RigError: For a rig with such an effect.
     """
     if lags := [name for name in rig.effects if issubclass(BY_NAME[name], CommandFilter)]:
-        raise InputError(f"`{lags[0]}`: lags and rate limits are not simulated here, leave it out")
+        raise RigError(f"`{lags[0]}`: lags and rate limits are not simulated here, leave it out")
 
 
 def quasi_static(rig: Rig) -> tuple[Structure, Float[Array, " p"]]:

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from rwjax.control.closed_loop import quasi_static, refuse_lags
 from rwjax.effects.ports import CurrentLimit, WheelDry
-from rwjax.errors import InputError
+from rwjax.errors import InputError, RigError
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_level
 from rwjax.plant.structure import Structure
@@ -25,6 +25,30 @@ RATES = 60
 """Wheel rates that are tried side by side."""
 REFINEMENTS = 7
 """Times that the interval of rates is narrowed to its part where the torque ends."""
+
+
+def turned(angle: float) -> str:
+    """An angle as messages have it.
+
+    Args:
+        angle: The angle [rad].
+
+    Returns:
+        The angle in ° and in rad.
+    """
+    return f"{np.degrees(angle):g}° ({angle:g} rad)"
+
+
+def turning(rate: float) -> str:
+    """A rate of the wheel as messages have it.
+
+    Args:
+        rate: The rate [rad/s].
+
+    Returns:
+        The rate in 1/min and in rad/s.
+    """
+    return f"{rate * 30.0 / np.pi:g} 1/min ({rate:g} rad/s)"
 
 
 class Limits(NamedTuple):
@@ -49,10 +73,11 @@ def check_manoeuvre(rig: Rig, limits: Limits) -> None:
         limits: What the drive gives.
 
     Raises:
-        InputError: As `refuse_lags` does, for a rig without a reaction wheel, and for limits that are not positive.
+        RigError: As `refuse_lags` does, and for a rig without a reaction wheel.
+        InputError: For limits that are not positive.
     """
     if rig.kind != "reaction":
-        raise InputError(f"kind `{rig.kind}`: there is no wheel that turns an axis; take a `reaction` rig")
+        raise RigError(f"kind `{rig.kind}`: there is no wheel that turns an axis; take a `reaction` rig")
     refuse_lags(rig)
     if not np.isfinite(limits.volts):
         raise InputError(f"limit `volts` {limits.volts:g}: has to be a finite number")
@@ -174,5 +199,6 @@ def usable_rate(rig: Rig, limits: Limits) -> float:
     """
     rate = min(limits.top, USABLE * fastest_rate(rig, limits._replace(top=np.inf)))
     if not (rate > 0.0 and torque_at(rig, limits, rate) > 0.0):
-        raise InputError(f"no torque is left at a wheel rate of {rate:g} rad/s; raise the voltage or the current")
+        what = f"no torque is left at a wheel rate of {turning(rate)}"
+        raise InputError(f"volts {limits.volts:g}: {what}; raise the voltage or the current, or take a lower rate")
     return rate

@@ -14,7 +14,7 @@ from rwjax.control.robust_gains import RobustGains, robust_gains
 from rwjax.control.robustness import Robustness, robustness
 from rwjax.control.tuning import LEAST_MODULUS, tune_from
 from rwjax.control.unsettled import least_kp, why_unsettled
-from rwjax.errors import InputError
+from rwjax.errors import InputError, refuses_other_types
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
@@ -126,6 +126,7 @@ class _Task(NamedTuple):
         return DesignedController(controller, found, seen, why)
 
 
+@refuses_other_types
 def tune(
     rig: Rig,
     requirement: GainRequirement = DEFAULT_REQUIREMENT,
@@ -152,7 +153,7 @@ def tune(
         Both controllers with their margins and responses; the result prints itself.
 
     Raises:
-        InputError: Where no gains meet the requirement, where the loop is not stable with the integral; as `loop_setup`,
+        InputError: For no rig, where no gains meet the requirement, where the loop is not stable with the integral; as `loop_setup`,
             `robust_gains`, `breakaway` and `tune_from` do.
     """
     if not 0.0 <= friction_share <= 1.0:

@@ -12,7 +12,7 @@ from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import SLIDING, CommandDelay, CommandFilter, Dry, EncoderDelay
-from rwjax.errors import InputError
+from rwjax.errors import RigError
 from rwjax.logs.driven import driven_by
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_sum
@@ -60,12 +60,12 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
         Matrices of the plant, those of many with a first axis of k.
 
     Raises:
-        InputError: For a rig without an axis, for one whose command does not turn it, and for a joint whose rig file lacks
+        RigError: For a rig without an axis, for one whose command does not turn it, and for a joint whose rig file lacks
             what turns a voltage into torque.
     """
     with_one_axis(rig)
     if rig.kind == "wheel":
-        raise InputError(
+        raise RigError(
             "kind `wheel`: there is no axis to hold at an angle; take a `platform`, `reaction` or `joint` rig"
         )
     rig = driven_by(rig, "voltage_V")
@@ -78,7 +78,7 @@ def linearised(rig: Rig, angle: float = 0.0, thetas: Float[np.ndarray, "k p"] | 
     acts, moves, shows = (np.any(x, axis=tuple(range(theta.ndim - 1))) for x in (A, B, C))
     use = _reached(acts, moves) & _reached(acts.T, shows)
     if not use.any():
-        raise InputError("the command does not turn the axis; check the rig file's gain")
+        raise RigError("the command does not turn the axis; check the rig file's gain")
     k = np.flatnonzero(use)
     return Linear(A[..., k[:, None], k], B[..., k], C[..., k])
 

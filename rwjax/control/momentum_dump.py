@@ -9,12 +9,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rwjax.control.controller import wheel_holding_voltage
-from rwjax.control.drive_limits import Limits, check_manoeuvre, torque_at
+from rwjax.control.drive_limits import Limits, check_manoeuvre, torque_at, turning
 from rwjax.control.minimum_time import PIECES, REACHED, STEPS, Guess, Manoeuvre, Task, least_in_pieces, minimum_time
 from rwjax.control.open_loop import Trajectory, at_rest, command_delay, steady_state
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisDry, AxisElastic
-from rwjax.errors import InputError
+from rwjax.errors import InputError, RigError
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_level
 from rwjax.plant.structure import Structure
@@ -64,16 +64,17 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
         The bound, and the trajectory of least time.
 
     Raises:
-        InputError: For a rig without a wheel, limits that are not positive, an axis that friction does not hold or holds only
-            after it has moved a little, a dump that is not found, and as `command_delay` does.
+        RigError: As `check_manoeuvre` and `command_delay` do, and for an axis that friction does not hold or holds only after it
+            has moved a little.
+        InputError: For a rate, a margin or limits that cannot be, and a dump that is not found; begins with the argument.
     """
     check_manoeuvre(rig, limits)
     if spin == 0.0 or not np.isfinite(spin):
-        raise InputError(f"wheel at {spin:g} rad/s: has to be a number other than 0")
+        raise InputError(f"spin {turning(spin)}: has to be a number other than 0")
     if not 0.0 < margin <= 1.0:
         raise InputError(f"margin {margin:g}: has to lie above 0 and not above 1")
     if elastic := [name for name in rig.effects if issubclass(BY_NAME[name], AxisElastic)]:
-        raise InputError(f"`{elastic[0]}`: the axis moves a little before it is held; leave it out")
+        raise RigError(f"`{elastic[0]}`: the axis moves a little before it is held; leave it out")
     room, held = _holding_torque(rig, spin, margin)
     changes = any(BY_NAME[name].changes_over_time for name in rig.effects)
     delay = command_delay(rig, spin)
@@ -91,7 +92,7 @@ def _holding_torque(rig: Rig, spin: float, margin: float) -> tuple[float, float]
     load, held = way * float(before.torque), margin * float(before.holds[1 if spin > 0.0 else 0])
     room = held - load
     if room <= 0.0:
-        raise InputError("nothing holds the axis while the wheel slows: the rig has no dry friction left for it")
+        raise RigError("nothing holds the axis while the wheel slows: the rig has no dry friction left for it")
     left = 1.0 - margin * float(_growth(structure, theta, way))
     return (room / left if left > 0.0 else np.inf), held  # friction that grows as fast as what it holds
 
@@ -129,7 +130,7 @@ def _shortfall(best: Trajectory, spin: float, brakes: float, room: float) -> str
     """What to say of a dump that was not found: that the drive `brakes` more than friction has `room` for [N m], or what the best lacks."""
     if brakes > room:
         return (
-            f"no dump from {spin:g} rad/s was found: at this rate the back-EMF brakes with {brakes:.3g} N m whatever the voltage does, and "
+            f"spin {turning(spin)}: no dump was found: at this rate the back-EMF brakes with {brakes:.3g} N m whatever the voltage does, and "
             f"static friction bears {room:.3g} N m; begin at a lower rate of the wheel, or raise the voltage"
         )
     left, moved = abs(float(best.wheel[-1]) / spin), float(np.max(np.abs(best.angle)))
@@ -138,7 +139,7 @@ def _shortfall(best: Trajectory, spin: float, brakes: float, room: float) -> str
     tight = (
         "static friction is used beyond its share, or voltage or current beyond theirs; use a larger share of the first"
     )
-    return f"no dump from {spin:g} rad/s was found: {what or slow or tight}"
+    return f"spin {turning(spin)}: no dump was found: {what or slow or tight}"
 
 
 def _slowed(found: Trajectory, numbers: Array) -> tuple[Array, Array]:

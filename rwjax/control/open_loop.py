@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 from rwjax.control.controller import wheel_holding_voltage
 from rwjax.control.delays import delays_of
 from rwjax.effects.library import BY_NAME
-from rwjax.errors import InputError
+from rwjax.errors import RigError
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_level
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -192,7 +192,7 @@ def command_delay(rig: Rig, spin: float = 0.0) -> float:
         The delay [s].
 
     Raises:
-        InputError: For a rig with a delay that does not wait: its load or its drive moves it meanwhile, its wheel changes its
+        RigError: For a rig with a delay that does not wait: its load or its drive moves it meanwhile, its wheel changes its
             rate, or an effect changes with time.
     """
     delay = float(delays_of(rig).commands[0])
@@ -208,7 +208,7 @@ def command_delay(rig: Rig, spin: float = 0.0) -> float:
         elif not np.max(np.abs(seen.wheel - spin)) <= STILL * max(abs(spin), 1.0):
             why = "the wheel changes its rate"
     if why:
-        raise InputError(
+        raise RigError(
             f"{why} before the first command acts, after the drive's delay of {delay:g} s; leave the delay out"
         )
     return delay

@@ -9,7 +9,7 @@ from rwjax.control.controller import FILTER_TIME, LoopTiming
 from rwjax.control.criteria import ContinuousPoles, SampledPoles
 from rwjax.control.linear import linearised
 from rwjax.control.transfer import Transfer, transfer
-from rwjax.errors import InputError
+from rwjax.errors import InputError, refuses_other_types
 from rwjax.rig.model import Rig
 
 
@@ -91,6 +91,7 @@ class Region:
         return "\n".join(lines)
 
 
+@refuses_other_types
 def region(
     rig: Rig,
     kp: Float[np.ndarray, " p"],
@@ -121,7 +122,7 @@ def region(
         The region, which prints itself.
 
     Raises:
-        InputError: For a damping ratio below 0, of 1 or more, or beside a timing; as `linearised` and `sampled_loop` do.
+        InputError: For a damping ratio below 0, of 1 or more, or beside a timing, and for no rig; as `linearised` and `sampled_loop` do.
 
     Source:
         Thesis, Fig. 4.3.

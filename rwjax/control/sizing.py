@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from rwjax.control.delays import delays_of
-from rwjax.control.drive_limits import Limits, available_torque, check_manoeuvre, usable_rate
+from rwjax.control.drive_limits import Limits, available_torque, check_manoeuvre, turned, usable_rate
 from rwjax.control.resistance import resisting_torque
 from rwjax.errors import InputError
 from rwjax.rig.model import Rig
@@ -67,9 +67,9 @@ def size_wheels(
             that is not longer than the drive's delay.
     """
     check_manoeuvre(rig, limits)
-    for name, value in (("angle", angle), ("seconds", seconds)):
+    for said, value in ((f"angle {turned(angle)}", angle), (f"seconds {seconds:g}", seconds)):
         if not (value > 0.0 and np.isfinite(value)):
-            raise InputError(f"{name} {value:g}: has to be a positive number")
+            raise InputError(f"{said}: has to be a positive number")
     delay = float(delays_of(rig).commands[0])
     if seconds <= delay:
         raise InputError(f"seconds {seconds:g}: the drive's delay alone takes {delay:g} s")

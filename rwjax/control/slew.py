@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.control.drive_limits import Limits, check_manoeuvre, fastest_rate, torque_at, usable_rate
+from rwjax.control.drive_limits import Limits, check_manoeuvre, fastest_rate, torque_at, turned, turning, usable_rate
 from rwjax.control.minimum_time import PIECES, REACHED, Guess, Manoeuvre, Task, minimum_time
 from rwjax.control.on_off import OnOff, on_off, on_off_voltage
 from rwjax.control.open_loop import Trajectory, command_delay, open_loop, steady_state
@@ -66,20 +66,20 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
         The ideal law with what the plant makes of it, and the trajectory of least time.
 
     Raises:
-        InputError: For a rig without a wheel, limits that are not positive, an angle that the search does not reach, and as
-            `command_delay` does.
+        RigError: As `check_manoeuvre` and `command_delay` do.
+        InputError: For limits that are not positive, and an angle or a rate that the search does not reach; begins with the argument.
     """
     check_manoeuvre(rig, limits)
     if angle == 0.0 or not np.isfinite(angle):
-        raise InputError(f"angle {angle:g} rad: has to be a number other than 0")
+        raise InputError(f"angle {turned(angle)}: has to be a number other than 0")
     if abs(spin) > fastest_rate(rig, limits):
-        raise InputError(f"wheel at {spin:g} rad/s: the limits allow {fastest_rate(rig, limits):g} rad/s")
+        raise InputError(f"spin {turning(spin)}: the limits allow {turning(fastest_rate(rig, limits))} at most")
     delay = command_delay(rig, spin)
     top = usable_rate(rig, limits)
     torque = torque_at(rig, limits, top)
     ideal = on_off(rig.values["axis.inertia"], rig.values["wheel.inertia"], angle, torque, top)
     if ideal.time > DAY_S:
-        raise InputError(f"angle {angle:g} rad: takes {ideal.time:.3g} s at least; {DAY_S:g} s, a day, at most")
+        raise InputError(f"angle {turned(angle)}: takes {ideal.time:.3g} s at least; {DAY_S:g} s, a day, at most")
     followed = _followed(rig, ideal, float(np.sign(angle)))
     friction = float(np.max(followed.holds[0]))
     structure, theta, start = steady_state(rig, spin)
@@ -110,7 +110,7 @@ def _shortfall(rig: Rig, angle: float, limits: Limits, spin: float, best: Trajec
         ends = np.degrees(float(best.angle[-1]))
         why = f"the search ends at {ends:.3g}°; friction may take the wheel's momentum"
     advice = "turn less far, or spin the wheel the other way beforehand"
-    return f"{np.degrees(angle):g}° are not reached within these limits: {why}; {advice}"
+    return f"angle {turned(angle)}: is not reached within these limits: {why}; {advice}"
 
 
 def _followed(rig: Rig, ideal: OnOff, way: float) -> Trajectory:

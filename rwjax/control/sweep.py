@@ -14,6 +14,7 @@ from jaxtyping import Array, Float, Int
 from rwjax.control.closed_loop import ClosedLoopRun, closed_loop, loop_setup
 from rwjax.control.controller import DEFAULT_CONTROLLER, DEFAULT_TIMING, Controller, LoopTiming, loop_timing
 from rwjax.control.response import DEFAULT_STEP, Response, StepReference, step_response
+from rwjax.errors import refuses_other_types
 from rwjax.fitting.threads import THREADS
 from rwjax.lowering.arrays import Spread
 from rwjax.lowering.kept import LANES, lowered
@@ -77,6 +78,7 @@ class GainSweep:
         return "\n".join(lines)
 
 
+@refuses_other_types
 def sweep(
     rig: Rig,
     kp: Float[np.ndarray, " p"],
@@ -100,7 +102,7 @@ def sweep(
         Figures of the responses over the gains; the result prints itself.
 
     Raises:
-        InputError: As `loop_setup` does.
+        InputError: For no rig, and as `loop_setup` does.
     """
     rows, columns = np.asarray(kp, float), np.asarray(kd, float)
     timing = loop_timing(rig) if timing is None else timing

@@ -41,6 +41,7 @@ from rwjax.diagnosis.verdict import (
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.words import UNIT, evidence_elsewhere, sure_of, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
+from rwjax.errors import refuses_other_types
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.processes import Team
 from rwjax.fitting.ran_away import runaway_words, without_runaways
@@ -67,6 +68,7 @@ class _Outcome:
     diverged: tuple[str, ...]  # numbers that ran away from the rig file
 
 
+@refuses_other_types
 @SINGLE_THREADED_BLAS
 def diagnose(  # noqa: PLR0913 (one for each choice of the user)
     rig: Rig,
@@ -106,7 +108,7 @@ def diagnose(  # noqa: PLR0913 (one for each choice of the user)
 
     Raises:
         LogError: no log may be fitted.
-        InputError: a name of `only` or `without` is none, or the budget is not positive.
+        InputError: a name of `only` or `without` is none, the budget is not positive, or an argument is of another type.
     """
     rig, logs = driven(rig, logs)
     among = asked(rig, only, without)

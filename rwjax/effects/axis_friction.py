@@ -120,7 +120,7 @@ class Stribeck(AxisDry):
         n = given.get("n", 2.0) if given.get("M_e", 0.0) > 0.0 else 2.0
         if n < 1.0:
             return f"infinitely steep at standstill, taken at {SLIDING:g} rad/s"
-        return "level at standstill, though it falls at once beside it" if 1.0 < n < 2.0 else ""
+        return "taken as constant at standstill, though its level falls at once beside it" if 1.0 < n < 2.0 else ""
 
     @classmethod
     def c_level(cls, given: Mapping[str, float]) -> str:

@@ -55,7 +55,10 @@ def numbers(rig: Rig, answer: Path | None = None) -> Exported:
 def _spread(answer: Path, rig: Rig) -> dict[str, Any]:
     """What a simulator draws from: estimates with their covariance, and what is left as torque noise."""
     estimate = read_fit_estimate(answer, rig)
-    with_fit_estimate(rig, estimate)  # refuses numbers that the rig lacks
+    try:
+        with_fit_estimate(rig, estimate)  # refuses numbers that the rig lacks
+    except InputError as error:
+        raise InputError(f"{answer}: {error}") from None
     left = json.loads(read_text(answer, InputError), parse_constant=lambda name: None).get("left_torque")
     found = {"mean": estimate.mean.tolist(), "covariance": estimate.covariance.tolist(), "left_torque": left}
     return {"estimate": {"names": list(estimate.names), **found}}

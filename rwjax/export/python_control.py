@@ -44,7 +44,7 @@ def python_control(rig: Rig) -> Exported:
         The file, and what it does not hold.
 
     Raises:
-        InputError: For a rig whose command does not turn its axis (`rwjax.control.linear.linearised`).
+        RigError: For a rig without an axis, or whose command does not turn its axis (`rwjax.control.linear.linearised`).
     """
     smooth = _without_dry_friction(rig)
     plant = linearised(smooth)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rwjax.errors import InputError
+from rwjax.errors import InputError, refuses_other_types
 from rwjax.export import Exported
 from rwjax.export.c_header import c_header
 from rwjax.export.mjcf import mjcf
@@ -27,6 +27,7 @@ OF_DUTY = {"mjcf": ("joint", "platform"), "c": ("joint",)}
 """Kinds of rig whose servo's duty has to be a voltage, by the tool's name."""
 
 
+@refuses_other_types
 def export(rig: Rig, to: str, answer: Path | None = None) -> Exported:
     """A rig in the words of another tool.
 
@@ -40,8 +41,10 @@ def export(rig: Rig, to: str, answer: Path | None = None) -> Exported:
 
     Raises:
         RigError: For a rig that the tool cannot hold.
-        InputError: For an answer that is not of this rig, or that the tool does not take.
+        InputError: For an unknown tool, for an answer that is not of this rig or that the tool does not take, and for an argument of another type.
     """
+    if to not in TARGETS:
+        raise InputError(f"to `{to}`: is no tool; it has to be one of {', '.join(TARGETS)}")
     if answer is None:
         return TARGETS[to](rig)
     if TARGETS[to] is not numbers:

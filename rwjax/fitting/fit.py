@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.errors import LogError, RigError
+from rwjax.errors import LogError, RigError, refuses_other_types
 from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.initial_state_from_start import COMPLETE, fit_from_start
 from rwjax.fitting.intervals import intervals
@@ -70,6 +70,7 @@ def to_fit(rig: Rig, logs: Sequence[Log]) -> list[Log]:
     return train
 
 
+@refuses_other_types
 @SINGLE_THREADED_BLAS
 def fit(
     rig: Rig,
@@ -99,6 +100,7 @@ def fit(
     Raises:
         RigError: Nothing is free, or the best free run goes further than any rig.
         LogError: No log may be fitted.
+        InputError: An argument is of another type.
     """
     rig, logs = driven(rig, logs)
     runs = to_fit(rig, with_segments(rig, logs, segments))

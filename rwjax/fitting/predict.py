@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rwjax.errors import RigError
+from rwjax.errors import RigError, refuses_other_types
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.fitting.segments import with_segments
@@ -20,6 +20,7 @@ from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory
 
 
+@refuses_other_types
 def predict(rig: Rig, log: Log, *, solver: Solver = EXACT, segments: float | None = None) -> Trajectory:
     """Free run of a rig under a log's command, from the initial state of the first 0.5 s of the log or of each segment.
 
@@ -37,6 +38,7 @@ def predict(rig: Rig, log: Log, *, solver: Solver = EXACT, segments: float | Non
 
     Raises:
         RigError: Where the run goes further than any rig, or is not finite.
+        InputError: An argument is of another type.
     """
     rig, (log,) = driven(rig, (log,))
     structure = structure_of(rig)

@@ -15,6 +15,7 @@ from rwjax.errors import InputError, counted
 from rwjax.fleet.changes import Changes
 from rwjax.fleet.pooled import Pooled
 from rwjax.fleet.sessions import MISFIT
+from rwjax.fleet.work import NOTHING
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
 from rwjax.text_files import write_text
@@ -161,7 +162,7 @@ def outcomes(rows: pl.DataFrame) -> dict[str, int]:
 
 def _outcome(command: str, verdict: str, effects: list[str] | None) -> str:
     """The outcome of a job in words."""
-    if command == "compare":
+    if command == "compare" and verdict != NOTHING:
         return f"best on held-out data: {verdict}"
     return f"{verdict}: {effects[0]}" if effects else verdict
 

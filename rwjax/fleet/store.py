@@ -68,7 +68,9 @@ class Store:
             self._hold()
             if (folder / ABOUT).exists():
                 if (old := read_text(folder / ABOUT, InputError)) != about:
-                    raise InputError(f"{folder}: holds results of {old}, not of {about}; give another folder with -o")
+                    raise InputError(
+                        f"{folder}: holds results of {_in_words(old)}, not of {_in_words(about)}; give another folder with -o"
+                    )
             else:
                 write_text(folder / ABOUT, about, InputError)
         except InputError:
@@ -141,6 +143,16 @@ class Store:
             for part in parts:
                 part.unlink(missing_ok=True)
         return found
+
+
+def _in_words(about: str) -> str:
+    """What results are of, as a plan has it."""
+    try:
+        held = json.loads(about)
+        options = [f"{name} = {json.dumps(value)}" for name, value in held["options"].items()]
+        return ", ".join([f'command = "{held["command"]}"', *options, f"rwjax {held['rwjax']}"])
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return "what rwjax did not write"
 
 
 def _read(path: Path, names: tuple[str, ...]) -> pl.DataFrame:

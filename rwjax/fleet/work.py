@@ -21,6 +21,8 @@ AS_GOOD = 1.01
 """RMS error over that of the best method up to which a method is as good [1]; of such the first in the table of methods is taken."""
 NO_METHOD = "no method"
 """Verdict of a comparison where no method's model is stable."""
+NOTHING = "the logs tell nothing"
+"""Verdict of a fit or a comparison of logs that tell none of the free numbers."""
 
 
 def on_worker(job: Job, command: str, options: Mapping[str, Any], folder: str) -> Row:
@@ -119,6 +121,8 @@ def _fit(job: Job, options: Mapping[str, Any], folder: str) -> Row:
     if not options.get("force") and (words := runaway_words(rig, result.rig)):
         raise InputError("; ".join(words))
     found = result.json()
+    if not options.get("force") and not result.tells_something:
+        return {"verdict": NOTHING, "answer": json_text(found)}
     ratios = [(rms / found["noise"][name]) ** 2 for name, rms in found["rms"].items() if found["noise"].get(name)]
     return _numbers(found) | {"misfit": sqrt(sum(ratios) / len(ratios)) if ratios else None, "answer": json_text(found)}
 
@@ -169,7 +173,9 @@ def _compare(job: Job, options: Mapping[str, Any], folder: str) -> Row:
     found = compare(rig, logs).json()
     if not any(one["rms"] for one in found["methods"]):
         raise InputError(f"no method can be used on these logs; {'; '.join(found['methods'][0]['notes'])}")
-    return best_method(found) | {"answer": json_text(found)}
+    fitted = found["methods"][0]["numbers"]  # end to end, which any logs suit
+    told = fitted is None or any(one["standard_error"] for one in fitted.values())
+    return (best_method(found) if told else {"verdict": NOTHING}) | {"answer": json_text(found)}
 
 
 def best_method(found: Mapping[str, Any]) -> Row:

@@ -13,7 +13,7 @@ from threading import Thread
 from rwjax.link import messages
 from rwjax.link.frames import Decoder, Frame
 from rwjax.link.messages import Ack, Hello, Message, Sample
-from rwjax.link.port import READ_S, LinkError, Port, clock_of, reason
+from rwjax.link.port import READ_S, LinkError, Port, clock_of
 from rwjax.planning.experiment import TICK_HZ
 
 GREETINGS = 10
@@ -79,12 +79,11 @@ class Session:
 
     @contextmanager
     def _plugged(self) -> Iterator[None]:
-        """Turns what the system says where the cable is out into one line."""
+        """Turns what the system says where the cable is out into one plain line; that is its cause."""
         try:
             yield
         except OSError as error:
-            said = f"{self._port.port}: the port is gone ({reason(error)}); is the cable plugged in?"
-            raise LinkError(said) from None
+            raise LinkError(f"{self._port.port}: the port is gone; is the cable plugged in?") from error
 
     def read(self) -> list[Message]:
         """Takes what has come, and waits for something, `READ_S` at most.

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, refuses_other_types
 from rwjax.logs.log import Log
 from rwjax.logs.sheet import FEWEST
 
@@ -21,6 +21,7 @@ class Fold:
     test: tuple[Log, ...]
 
 
+@refuses_other_types
 def folds(logs: Sequence[Log]) -> tuple[str, tuple[Fold, ...]]:
     """The splits of a set of logs.
 
@@ -35,6 +36,7 @@ def folds(logs: Sequence[Log]) -> tuple[str, tuple[Fold, ...]]:
 
     Raises:
         LogError: Without a log to fit on, and where the only log is too short to be split.
+        InputError: The argument is no list of logs.
     """
     train = tuple(log for log in logs if not log.validate)
     test = tuple(log for log in logs if log.validate)

@@ -194,7 +194,7 @@ def _check_held(sheet: Sheet, used: list[str], rig: Rig, needed: list[str]) -> N
         if name not in used:
             found = ", ".join(f"`{each}`" for each in used) or "none"
             near = f", nearest `{nearest(name, used)}`" if alike(name, used) else ""
-            other = " (`rwjax import` says which [columns] would make it one)" if len(used) > 1 and not near else ""
+            other = " (`rwjax import FILE` proposes [columns] that read the file as it is)" if len(used) > 1 else ""
             others = [each for each in commands_of(rig.kind) if name == "voltage_V" and each != name]
             or_else = f"; in its place {' or '.join(others)} may stand" if others else ""
             raise sheet.error(None, f"no column `{name}`, which every log needs; found {found}{near}{other}{or_else}")

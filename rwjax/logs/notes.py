@@ -25,7 +25,7 @@ def is_validation(sheet: Sheet) -> bool:
     """
     role = sheet.notes.get("role", "train").rstrip(PADDING)
     if role.lower() not in ROLES:
-        raise LogError(f"{sheet.path}: `# role: {role}` is unknown; it is `train` or `validate`")
+        raise LogError(f"{sheet.where_noted('role')}: `# role: {role}` is unknown; it is `train` or `validate`")
     return role.lower() == "validate"
 
 
@@ -52,16 +52,20 @@ def added(sheet: Sheet, rig: Rig) -> dict[str, float]:
             continue
         if name not in held:
             near = nearest(name, rig.values)
-            raise LogError(f"{sheet.path}: `# {key}: {value}`: the rig file has no `{name}`; the nearest is `{near}`")
+            raise LogError(
+                f"{sheet.where_noted(key)}: `# {key}: {value}`: the rig file has no `{name}`; the nearest is `{near}`"
+            )
         if not is_number(value) or not math.isfinite(float(value)):
-            raise LogError(f"{sheet.path}: `# {key}: {value}` has to be one number, such as `# {key}: 0.012`")
+            raise LogError(
+                f"{sheet.where_noted(key)}: `# {key}: {value}` has to be one number, such as `# {key}: 0.012`"
+            )
         name = held[name]
         if name in rig.tied:
             raise LogError(
-                f"{sheet.path}: `# {key}: {value}`: `{name}` is {rig.tied[name]} by `fit.tied`; add to what it follows from"
+                f"{sheet.where_noted(key)}: `# {key}: {value}`: `{name}` is {rig.tied[name]} by `fit.tied`; add to what it follows from"
             )
         total = rig.values[name] + float(value)
-        makes = f"{sheet.path}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}"
+        makes = f"{sheet.where_noted(key)}: `# {key}: {value}` makes `{name}` {total:.6g} from {rig.values[name]:.6g}"
         if name.endswith(".inductance") and rig.values[name] == 0.0:
             raise LogError(f"{makes}; give the rig file an inductance above 0")
         try:
@@ -88,5 +92,5 @@ def ignored(sheet: Sheet) -> list[str]:
     held = {*sheet.names}
     if absent := next((name for name in names if name not in held), None):
         near = nearest(absent, [*sheet.names])
-        raise LogError(f"{sheet.path}: `# ignore: {absent}`: no such column; the nearest is `{near}`")
+        raise LogError(f"{sheet.where_noted('ignore')}: `# ignore: {absent}`: no such column; the nearest is `{near}`")
     return names

@@ -43,6 +43,17 @@ class Sheet(ABC):
             What a message begins with, such as `run.csv:5`.
         """
 
+    def where_noted(self, key: str) -> str:
+        """File and place of a note.
+
+        Args:
+            key: Its key in small letters.
+
+        Returns:
+            What a message begins with: the file alone where notes have no line.
+        """
+        return f"{self.path}"
+
     @abstractmethod
     def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
         """Columns as numbers.

@@ -5,11 +5,12 @@ import io
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 
 import numpy as np
 
-from rwjax.errors import LogError, printable
+from rwjax.errors import LogError, counted, printable
 from rwjax.kinds import THESIS_COLUMNS
 from rwjax.logs.sheet import FEWEST, FREE_TEXT, ROLES, Sheet, is_number
 
@@ -30,15 +31,21 @@ class TextSheet(Sheet):
         header: Line number of the header, counted from 1.
         delimiter: What separates the cells of a row.
         rows: The lines below the header.
+        noted: Line number of each note by its key, of one given twice that of the last.
     """
 
     header: int
     delimiter: str
     rows: list[str]
+    noted: Mapping[str, int] = field(default_factory=dict)
 
     def where(self, row: int | None) -> str:
         """File and line of a row."""
         return f"{self.path}:{self.header if row is None else self.header + 1 + row}"
+
+    def where_noted(self, key: str) -> str:
+        """File and line of a note."""
+        return f"{self.path}:{self.noted[key]}" if key in self.noted else f"{self.path}"
 
     def to_leave_out(self, name: str) -> str:
         """The note that leaves a column out."""
@@ -82,12 +89,18 @@ class TextSheet(Sheet):
         """What is wrong with a row of so many cells."""
         if self.rows[row].startswith("#"):
             return self.error(row, "a note among the samples; notes go before the header")
-        comma = count > len(self.names) and self.delimiter == ","
+        comma = count > len(self.names) and self.delimiter == "," and self._has_decimal_commas()
         hint = "; decimals have a point, 0.01, not 0,01, or semicolons between the columns" if comma else ""
         cut = count < len(self.names) and row == len(self.rows) - 1
         hint = "; the last line is cut short: delete it" if cut else hint
         by = "" if self.delimiter == "," else f", separated by {SEPARATORS[self.delimiter]}"
-        return self.error(row, f"{count} cells; the header names {len(self.names)} columns{by}{hint}")
+        return self.error(row, f"{counted(count, 'cell')}; the header names {len(self.names)} columns{by}{hint}")
+
+    def _has_decimal_commas(self) -> bool:
+        """Whether decimals seem to have commas: most rows have more cells than the header names, and hardly one a point."""
+        more = sum(row.count(",") >= len(self.names) for row in self.rows)
+        pointed = sum("." in row for row in self.rows)
+        return more > 0.5 * len(self.rows) > 10.0 * pointed
 
     def _read(self, use: Sequence[int], quoted: bool) -> list[np.ndarray]:
         """Columns by their indices, read by polars."""
@@ -107,6 +120,10 @@ class TextSheet(Sheet):
                 schema=dict.fromkeys(names, pl.String),
             )
         columns = [table.to_series(j).cast(pl.String).fill_null("").str.strip_chars() for j in use]
+        columns = [
+            cells if (first := _date(cells[0])) is None else pl.Series(_since(first, cells.to_list()))
+            for cells in columns
+        ]
         found = [cells.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False) for cells in columns]
         missing = [(cells == "") | (cells.str.to_lowercase() == "nan") for cells in columns]
         pointed = any(
@@ -127,7 +144,25 @@ class TextSheet(Sheet):
         said = f"`{self.names[j]}` is {cell!r}; it has to be a number"
         if "," in cell and is_number(cell.replace(",", "")):
             return self.error(row, f"{said}, and beside decimal points a comma is none: write all decimals one way")
+        if re.search(r"\d:\d\d", cell):
+            return self.error(row, f"{said} of seconds, or a date written as 2024-05-01 12:00:00.010")
         return self.error(row, f"{said}, or empty where a reading is missing")
+
+
+def _since(first: datetime, cells: list[str]) -> list[str]:
+    """A column in which dates stand as seconds from the first one; decimals as the dates have them."""
+    since = [None if (date := _date(cell)) is None else (date - first).total_seconds() for cell in cells]
+    texts = [cell if s is None else f"{s:.6f}".rstrip("0").rstrip(".") for cell, s in zip(cells, since, strict=True)]
+    return [text.replace(".", ",") if "," in cell else text for cell, text in zip(cells, texts, strict=True)]
+
+
+def _date(cell: str) -> datetime | None:
+    """The date and time of a cell by ISO 8601, of the zone UTC where it names none; None for any other cell."""
+    try:
+        found = None if is_number(cell) else datetime.fromisoformat(cell)
+    except ValueError:
+        return None
+    return found if found is None or found.tzinfo else found.replace(tzinfo=UTC)
 
 
 def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:
@@ -147,20 +182,22 @@ def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:
     while lines and not lines[-1].strip():
         lines.pop()
     notes: dict[str, list[str]] = {}
+    noted: dict[str, int] = {}
     given = ""
     for number, line in enumerate(lines, start=1):
         if line.startswith("#"):
-            _note(f"{path}:{number}", line, notes)
+            if key := _note(f"{path}:{number}", line, notes):
+                noted[key] = number
         elif number == 1 and line.lower().startswith("sep=") and line[4:5] in SEPARATORS:
             given = line[4]  # as Excel writes it
         elif line.strip():
             whole = {key: "; ".join(values) for key, values in notes.items()}
-            return _header(path, number, line, whole, lines[number:], given)
+            return replace(_header(path, number, line, whole, lines[number:], given), noted=noted)
     raise LogError(f"{path}: holds no header and no samples; the first row has to be `time_s,voltage_V,…`")
 
 
-def _note(where: str, line: str, notes: dict[str, list[str]]) -> None:
-    """Puts the note of a line into `notes`; a key given twice keeps both values."""
+def _note(where: str, line: str, notes: dict[str, list[str]]) -> str:
+    """Puts the note of a line into `notes` and says its key, "" for none; a key given twice keeps both values."""
     key, colon, value = (part.strip() for part in line.lstrip("# ").partition(":"))
     key = printable(key)
     if not colon and key.lower().startswith("role"):
@@ -169,8 +206,10 @@ def _note(where: str, line: str, notes: dict[str, list[str]]) -> None:
         raise LogError(f"{where}: `{line}` is no note; write it with a colon, `# add axis.inertia: 0.012`")
     if value.lower() in ROLES and key.lower() not in ("role", *FREE_TEXT):
         raise LogError(f"{where}: `{line}`: did you mean `# role: {value.lower()}`?")
-    if key and colon:
-        notes.setdefault(key.lower(), []).append(value)
+    if not (key and colon):
+        return ""
+    notes.setdefault(key.lower(), []).append(value)
+    return key.lower()
 
 
 def _header(

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rwjax.errors import InputError
+from rwjax.errors import InputError, refuses_other_types
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.prediction import errors, floor_variance, predict_logs
 from rwjax.fitting.problem import pose
@@ -190,6 +190,7 @@ def _rms(parts: list[dict[str, np.ndarray]]) -> dict[str, float]:
     }
 
 
+@refuses_other_types
 def compare(
     rig: Rig,
     logs: Sequence[Log],
@@ -216,6 +217,7 @@ def compare(
     Raises:
         RigError: Nothing is free.
         LogError: No log may be fitted.
+        InputError: An argument is of another type.
     """
     rig, logs = driven(rig, logs)
     logs = with_segments(rig, logs, segments)

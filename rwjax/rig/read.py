@@ -74,7 +74,11 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
     except ValueError as error:
         line = re.search(r"at line (\d+)", str(error))
         where = f"{path}:{line[1]}" if line else f"{path}"
-        remedy = _remedy(text.split("\n")[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path)
+        lines = text.split("\n")
+        number = int(line[1]) if line else len(lines)  # else "at end of document"
+        if twice := _given_twice(lines[number - 1], str(error)):
+            raise RigError(f"{path}:{number}: not valid TOML: {twice}") from None
+        remedy = _remedy(lines[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path)
         raise RigError(f"{where}: not valid TOML: {error}; {remedy}") from None
 
 
@@ -83,6 +87,15 @@ def _cautions(text: str) -> Iterator[str]:
     for line in takewhile(lambda line: not line.strip() or line.startswith("#"), text.splitlines()):
         if line.startswith(mark := f"# {CAUTION}"):
             yield printable(line.removeprefix(mark))
+
+
+def _given_twice(line: str, error: str) -> str:
+    """What is wrong with a line that says again what one above it has said; "" where that is not what is wrong."""
+    if "Cannot overwrite" in error:
+        return f"`{printable(line.partition('=')[0].strip())}` is given twice in this section; keep one of the lines"
+    if "Cannot declare" in error:
+        return f"`{printable(line.strip())}` stands twice; put all its keys under one such header"
+    return ""
 
 
 def _remedy(line: str, path: str | os.PathLike[str]) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable
 
-from rwjax.errors import RigError
+from rwjax.errors import RigError, refuses_other_types
 from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section, unit_in_servo
 from rwjax.rig.columns_section import entry
 from rwjax.rig.effect_section import effect_parameters
@@ -31,6 +31,7 @@ _ORDER = (
 """Sections and keys at the top of the file, in their order."""
 
 
+@refuses_other_types
 def write_rig(rig: Rig) -> str:
     """A rig as the text of a rig file, with units in comments.
 
@@ -42,6 +43,7 @@ def write_rig(rig: Rig) -> str:
 
     Raises:
         RigError: Where the reader would refuse it: a number of the rig is not finite, or lies outside its range or bounds.
+        InputError: The argument is no rig.
     """
     text = _text(rig)
     try:

@@ -9,11 +9,12 @@ import numpy as np
 from jax.core import Tracer
 from jax.flatten_util import ravel_pytree
 
-from rwjax.errors import InputError, nearest
+from rwjax.errors import InputError, nearest, refuses_other_types
 from rwjax.kinds import GIVEN, GOAL, TWO_AXIS
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.rig.effect_section import rig_value
 from rwjax.rig.model import Rig
 from rwjax.simulation.exact import EXACT
 from rwjax.simulation.free_run import free_run
@@ -22,6 +23,7 @@ from rwjax.simulation.solver import Solver
 from rwjax.simulation.trajectory import Trajectory, trajectory_of
 
 
+@refuses_other_types
 def simulate(
     rig: Rig,
     time: np.ndarray,
@@ -51,7 +53,8 @@ def simulate(
         Every output that the kind of rig has, at these times.
 
     Raises:
-        InputError: Times or command are unusable, the rig lacks a number or a state that is given, or the solver is traced.
+        InputError: Times or command are unusable, the rig lacks a number or a state that is given, a rig file may not give a number
+            this value, the solver is traced, or an argument is of another type.
     """
     numbers, start = dict(numbers or {}), dict(start or {})
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(solver)):
@@ -93,12 +96,16 @@ def _with(values: np.ndarray, names: Sequence[str], given: Mapping[str, Any]) ->
 
 
 def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> None:
-    """Raises `InputError` for a name that the rig does not have, and for a value that is no finite number."""
+    """Raises `InputError` for a name that the rig does not have, and for a value that is no finite number or none that a file may hold."""
     for name, value in given.items():
         if name not in names:
             raise InputError(f"no {what} `{name}`, nearest `{nearest(name, names)}`; this rig has {', '.join(names)}")
-        if not isinstance(value, Tracer) and not (np.ndim(value) == 0 and np.isfinite(value)):
+        if isinstance(value, Tracer):
+            continue
+        if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf" or not np.isfinite(value):
             raise InputError(f"{what} `{name}` {value}: has to be a finite number")
+        if what == "number":
+            rig_value(name, float(value))
 
 
 def _log_of(rig: Rig, time: np.ndarray, columns: Mapping[str, Any]) -> Log:

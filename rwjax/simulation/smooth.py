@@ -86,12 +86,14 @@ class Smooth(Solver):
         owners = {type(part).__module__.partition(".")[0] for part in parts if isinstance(part, eqx.Module)}
         return type(self) is Smooth and owners <= {"diffrax", "optimistix", "lineax"}
 
+    def __check_init__(self) -> None:
+        if not (isinstance(self.width, Tracer) or self.width is None or 0.0 < self.width < np.inf):
+            raise InputError(f"width {self.width}: the width of the smooth sign has to be a positive number [rad/s]")
+
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":
         """This solver with a width by what the encoders resolve, and a method by how stiff the rig is."""
-        if isinstance(self.width, Tracer) or not (self.width is None or 0.0 < self.width < np.inf):
-            raise InputError(
-                f"width {self.width}: the width of the smooth sign has to be a positive number that JAX does not trace"
-            )
+        if isinstance(self.width, Tracer):
+            raise InputError(f"width {self.width}: the width of the smooth sign must not be traced by JAX")
         structure = structure_of(rig)
         if structure.servo is not None or structure.switched:
             what = (

@@ -46,7 +46,19 @@ def test_a_question_is_printed_once(tmp_path: Path, capsys: pytest.CaptureFixtur
         check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
     printed = capsys.readouterr()
     assert (printed.out + printed.err + str(error.value)).count("are the readings in degrees?") == 1
-    assert "asked about" in str(error.value)
+    assert str(error.value).endswith("rig: settle what is asked about under `units`, in the logs or in the file")
+
+
+def test_logs_that_tell_nothing_are_not_said_to_be_ready_for_a_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    run = log(0.0 * U)
+    columns = {"time_s": run.time, "voltage_V": run.command, "yaw_rad": run.outputs["yaw_rad"]}
+    write_log(tmp_path / "run.csv", columns)
+    check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("- numbers: these logs tell nothing of axis.inertia, ") and "`rwjax plan`" in last
 
 
 @pytest.mark.parametrize(

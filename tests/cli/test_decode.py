@@ -25,6 +25,10 @@ def test_a_raw_stream_becomes_a_log(
     ("arguments", "said"),
     [
         (("decode", "RIG", "."), ".: is a folder; give the path of a raw stream"),
+        (
+            ("decode", "RIG", "run.csv"),
+            "run.csv: is a log already; give the raw stream that a recording has left (.raw)",
+        ),
         (("decode", "RIG", "OUT.raw"), "OUT.raw: cannot be read: No such file or directory"),
     ],
 )

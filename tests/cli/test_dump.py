@@ -13,13 +13,16 @@ def test_dump_writes_its_course(shell: Shell) -> None:
     assert code == 0, err
     answer = json.loads(out)
     assert answer["bound_s"] < answer["least_time_s"] < 1.1 * answer["bound_s"] and answer["moved_deg"] < 1e-3
-    assert (shell.folder / "dump.png").exists()
+    assert (shell.folder / "dump.png").exists() and err.startswith(
+        f"the wheel stands after {answer['least_time_s']:.3f} s; "
+    )
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("dump", "--spin", "0"), "rig.toml: wheel at 0 rad/s"),
+        (("dump", "--spin", "0"), "--spin 0 1/min (0 rad/s): has to be a number other than 0"),
+        (("dump", "--spin", "100", "--margin", "1.5"), "--margin 1.5: has to lie above 0 and not above 1"),
     ],
 )
 def test_bad_input_ends_in_one_line(shell: Shell, arguments: tuple[str, ...], message: str) -> None:

@@ -25,8 +25,17 @@ def test_export_of_a_rig_that_the_tool_cannot_hold_is_refused_in_one_line(shell:
     (shell.folder / "rig.toml").write_text(
         'kind = "wheel"\n[motor]\ntorque_constant = 0.02\nresistance = 1.0\n[wheel]\ninertia = 1e-4\n'
     )
-    code, _, err = shell("export", "rig.toml", "--to", "c")
-    assert code == 2 and err.count("\n") == 1 and "rig.toml" in err
+    for to in ("c", "python-control"):
+        code, _, err = shell("export", "rig.toml", "--to", to, "--quiet")
+        assert code == 2 and err.count("\n") == 1 and err.startswith("rwjax: rig.toml: kind `wheel`")
+
+
+def test_a_fit_of_a_number_that_the_rig_lacks_is_named_by_its_file(shell: Shell) -> None:
+    code, _, err = shell("export", str(DEMO / "rig.toml"), "--to", "json", "--fit", "fit.json", "--quiet")
+    assert code == 0, err
+    (shell.folder / "other.json").write_text((shell.folder / "fit.json").read_text().replace("inertia", "mass"))
+    code, _, err = shell("export", "rig.toml", "--to", "json", "--fit", "other.json", "--quiet")
+    assert code == 2 and err.startswith("rwjax: other.json: the fit estimates `axis.mass`, which this rig lacks")
 
 
 def test_a_duty_takes_the_logged_supply_and_what_the_number_does_not_hold_is_said(shell: Shell) -> None:

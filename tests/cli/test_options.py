@@ -11,7 +11,9 @@ from rwjax.errors import InputError, LogError, RigError
 
 def test_an_axis_holds_its_ends_and_equal_steps() -> None:
     assert axis("--kp", "0:100:5").tolist() == [0.0, 25.0, 50.0, 75.0, 100.0]
-    assert axis("--kp", "7:9:1").tolist() == [7.0]
+    assert axis("--kp", "7:7:1").tolist() == [7.0]
+    with pytest.raises(InputError, match="^--kp 7:9:1: one value leaves 9 out; give 7:7:1, or a COUNT of 2 or more$"):
+        axis("--kp", "7:9:1")
 
 
 @pytest.mark.parametrize("text", ["", "1:2", "1:2:0", "1:2:2.5", "1:nan:3", "1:2:10001", "a:b:c"])

@@ -88,7 +88,7 @@ def test_ctrl_c_is_the_usual_end_of_a_recording_that_has_begun(
         *(
             (
                 ("record", "RIG", "loop://", "-o", "OUT.csv", "--seconds", seconds),
-                "Invalid value for '--seconds': Input should be ",
+                f"--seconds {seconds}: has to be ",
             )
             for seconds in ("1e307", "inf", "nan", "86401", "0.09")
         ),

@@ -116,6 +116,7 @@ def test_region_says_how_fast_each_loop_is(shell: Shell, more: tuple[str, ...]) 
 def test_a_loop_that_is_not_stable_has_no_margins(shell: Shell, more: tuple[str, ...]) -> None:
     code, out, err = shell("region", "rig.toml", "--kp", "0:0:1", "--kd", "0:0:1", "--sigma=-3", "--margins", *more)
     assert code == 0 and table(out)["stable"] == ["1"] and "margin" not in err and "--" not in err, err
+    assert "sigma is negative: loops that are not stable count too; 0 or more asks for stable ones\n" in err
     assert ("exp(3 h)" if more else "left of 3 1/s") in err and table(out)["modulus"] == [""]
 
 
@@ -127,6 +128,8 @@ def test_a_loop_that_is_not_stable_has_no_margins(shell: Shell, more: tuple[str,
             "rig.toml: --without axis.strbeck: the rig file holds no such effect; it holds",
         ),
         (("region", "--fit", "rig.toml"), "rig.toml: is not what `rwjax fit RIG LOG… --json` prints"),
+        (("region", "--plants", "10"), "--plants 10: are drawn from a fit; give it with --fit FIT.json, or leave"),
+        (("region", "--kp", "0:10:1"), "--kp 0:10:1: one value leaves 10 out; give 0:0:1, or a COUNT of 2 or more"),
         (("region", "--damping", "1"), "--damping 1: has to lie between 0 and below 1"),
         (("region", "--damping", "0.5", "--period", "0.01"), "--damping 0.5: is of the continuous loop"),
         (("region", "--late", "0.01"), "--late 0.01: is of the loop as it runs; give --period"),

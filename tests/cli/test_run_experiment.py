@@ -70,7 +70,7 @@ def test_after_a_latched_fault_the_command_works_as_it_is_told(
         ),
         (
             ("run-experiment", "BARE", "loop://", "--kind", "square", "-o", "OUT.csv"),
-            "thesis platform: no `drive.pwm`; a recording needs",
+            f"{DEMO}/rig.toml: no `drive.pwm`; a recording needs",
         ),
         (
             ("run-experiment", "RIG", "loop://", "--kind", "square", "--volts", "nan", "-o", "OUT.csv"),

@@ -37,6 +37,7 @@ def test_the_lightest_ring_on_an_edge_is_said(shell: Shell) -> None:
     wheels = ("size", "rig.toml", "--angle", "30", "--seconds", "3", "--amps", "3", "--radius")
     code, _, err = shell(*wheels, "20:50:31")
     assert code == 0 and "lightest that does it: 50 mm" in err, err
+    assert err.startswith("to turn in 3 s, driven first and braked right after, takes a torque of ")
     assert "it lies on the edge of --radius 20:50:31: widen that range\n" in err and "edge of --thickness" not in err
     err = shell(*wheels, "50:50:1")[2]
     assert "lightest that does it: 50 mm" in err and "edge" not in err
@@ -53,6 +54,7 @@ def test_size_says_that_the_delay_is_in_its_times(shell: Shell) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("size", "--angle", "0", "--seconds", "1"), "--angle 0° (0 rad): has to be a positive number"),
         (("size", "--angle", "10", "--seconds", "0"), "--seconds 0: has to be positive"),
         (("size", "--angle", "10", "--seconds", "1", "--inner", "1"), "--inner 1: has to lie between 0"),
         (("size", "--angle", "10", "--seconds", "1", "--radius", "0:1:3"), "--radius: has to be positive"),

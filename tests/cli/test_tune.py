@@ -64,6 +64,7 @@ def test_an_integral_too_strong_to_begin_with_is_said(shell: Shell) -> None:
             ),
             "--kd -10:10: has to be FROM:TO, from 0 or more",
         ),
+        (("tune", "--plants", "5"), "--plants 5: are drawn from a fit; give it with --fit"),
         (("tune", "--sigma", "-1"), "--sigma -1: must not be negative"),
         (
             ("tune", "--kp", "0:0.01", "--kd", "0:0.01"),

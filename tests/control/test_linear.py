@@ -75,7 +75,7 @@ def test_the_slope_of_stribeck_friction_at_standstill_is_its_limit(n: float, slo
     falling = f'[effects."axis.stribeck"]\nM_c = 0.1\nM_e = 0.06\nv_s = 0.3\nn = {n}'
     rig = parse_rig(platform("viscous = 0.02", falling))
     assert transfer(linearised(rig)).den == pytest.approx([1.0, 0.2 + slope / 0.1, 0.0], rel=1e-9)
-    level = ("axis.stribeck: level at standstill, though it falls at once beside it",)
+    level = ("axis.stribeck: taken as constant at standstill, though its level falls at once beside it",)
     assert linearisation_notes(rig) == (level if 1.0 < n < 2.0 else ())
 
 

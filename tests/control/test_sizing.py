@@ -121,6 +121,8 @@ def test_a_wheel_whose_momentum_viscous_friction_takes_never_gets_there() -> Non
 
 
 def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^angle -57\.2958° \(-1 rad\): has to be a positive number$"):
+        size_wheels(rig(0.01), np.array([1e-4]), -1.0, 1.0, Limits(10.0))
     with pytest.raises(InputError, match="seconds 0"):
         size_wheels(rig(0.01), np.array([1e-4]), 1.0, 0.0, Limits(10.0))
     never = size_wheels(rig(0.1), np.array([1e-4]), 1.0, 5.0, Limits(20.0, 3.0, TOP))

@@ -65,3 +65,8 @@ def test_what_an_effect_moves_is_the_difference_of_free_runs() -> None:
 def test_a_load_without_an_angle_hangs_down() -> None:
     rig = parse_rig('kind = "joint"\n[axis]\ninertia = 0.1\n[axis.gravity]\ntorque = 0.3\n')
     assert 'pos="0 0 -' in export(rig, "mjcf").text and "friction_torque" in export(rig, "c").text
+
+
+def test_a_tool_that_is_none_is_refused_with_those_that_there_are() -> None:
+    with pytest.raises(InputError, match="^to `urdf`: is no tool; it has to be one of mjcf, c, python-control, json$"):
+        export(platform(), "urdf")

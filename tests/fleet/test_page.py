@@ -10,6 +10,7 @@ import pytest
 from rwjax.fleet.page import Fleet, numbers_of, outcomes, write_fleet
 from rwjax.fleet.plan import FleetPlan, Job
 from rwjax.fleet.told import told
+from rwjax.fleet.work import NOTHING
 from tests.fleet.test_changes import fleet
 
 
@@ -98,6 +99,12 @@ def test_the_best_methods_of_comparisons_are_counted(tmp_path: Path) -> None:
     ]
     page = write_fleet(found, tmp_path, lambda row: None).read_text()
     assert '<td class="words">best on held-out data: end-to-end</td><td>2</td>' in page
+
+
+@pytest.mark.parametrize("command", ["fit", "compare"])
+def test_rigs_whose_logs_tell_nothing_are_counted_by_themselves(command: str) -> None:
+    rows = MOVED.filter(when="2").head(2).with_columns(command=pl.lit(command), verdict=pl.Series([NOTHING, None]))
+    assert outcomes(rows) == {"the logs tell nothing": 1}
 
 
 def test_what_hides_changes_is_said() -> None:

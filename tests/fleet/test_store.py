@@ -1,12 +1,14 @@
 """Results on disk: what is done is found again, the latest row counts, and other results are refused."""
 
+import re
 from pathlib import Path
 
 import pytest
 
+from rwjax import __version__
 from rwjax.errors import InputError
 from rwjax.fleet.plan import FleetPlan, Job
-from rwjax.fleet.store import PARTS, RESULTS, Store
+from rwjax.fleet.store import ABOUT, PARTS, RESULTS, Store
 from rwjax.fleet.work import failed
 
 PLAN = FleetPlan("fit", {}, tuple(Job(name, "", f"{name}.toml", (f"{name}.csv",)) for name in "abc"))
@@ -69,6 +71,17 @@ def test_results_of_another_command_are_not_mixed_in(tmp_path: Path) -> None:
     for _ in range(2):  # and the folder is free again
         with pytest.raises(InputError, match=r'holds results of .*"fit".*, not of .*"check".*; give another folder'):
             Store(tmp_path, PLAN._replace(command="check"))
+
+
+def test_what_results_are_of_is_said_as_a_plan_has_it(tmp_path: Path) -> None:
+    with Store(tmp_path, PLAN._replace(options={"segments": 2.0, "force": True})):
+        pass
+    said = re.escape(f'holds results of command = "fit", force = true, segments = 2.0, rwjax {__version__}, not of')
+    with pytest.raises(InputError, match=said):
+        Store(tmp_path, PLAN)
+    (tmp_path / ABOUT).write_text("mine")
+    with pytest.raises(InputError, match="holds results of what rwjax did not write, not of command"):
+        Store(tmp_path, PLAN)
 
 
 def test_a_column_of_somebody_else_is_left_aside(tmp_path: Path) -> None:

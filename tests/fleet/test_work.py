@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rwjax.fleet.plan import Job, read_plan
-from rwjax.fleet.work import NO_METHOD, best_method, carried_out, report_folder
+from rwjax.fleet.work import NO_METHOD, NOTHING, best_method, carried_out, report_folder
 from tests.fleet.small import write_small
 
 
@@ -75,6 +75,23 @@ def test_an_output_without_noise_has_a_best_method_too() -> None:
     rms = {"one": {"yaw_rad": 1e-4, "wheel_rad_s": 9.0}, "other": {"yaw_rad": 2e-4, "wheel_rad_s": 1.0}}
     found = compared(**rms) | {"floor": {"yaw_rad": 0.0, "wheel_rad_s": 1.0}}
     assert best_method(found) == {"verdict": "other", "signal": "yaw_rad", "after": 2e-4, "floor": 0.0}
+
+
+@pytest.mark.parametrize(("error", "verdict"), [(None, NOTHING), (0.1, "one")])
+def test_a_comparison_of_logs_that_tell_nothing_names_no_method(
+    error: float | None, verdict: str, job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = compared(one={"yaw_rad": 0.1, "wheel_rad_s": 1.0})
+    found["methods"][0]["numbers"] = {"axis.inertia": {"value": 1.0, "standard_error": error}}
+    monkeypatch.setattr("rwjax.methods.comparison.compare", lambda rig, logs: SimpleNamespace(json=lambda: found))
+    assert carried_out(job, "compare", {}, "")["verdict"] == verdict
+
+
+def test_a_fit_of_logs_that_tell_nothing_counts_as_none(job: Job, tmp_path: Path) -> None:
+    rows = [f"{0.01 * k:.2f},0,0" for k in range(200)]
+    (tmp_path / "rest.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows]))
+    row = carried_out(job._replace(logs=(str(tmp_path / "rest.csv"),)), "fit", {}, "")
+    assert (row["status"], row["verdict"]) == ("done", NOTHING) and "numbers" not in row and "misfit" not in row
 
 
 def test_a_comparison_without_a_stable_model_names_no_method() -> None:

@@ -25,6 +25,10 @@ MALFORMED = [
         "no column `voltage_V`, which every log needs; found `time_s`, `volts`, ",
     ),
     (
+        ["time_s,voltage_mV,yaw_counts", *ROWS],
+        "nearest `voltage_mV` (`rwjax import FILE` proposes [columns] that read the file as it is); in its place",
+    ),
+    (
         [two + ",yaw_count", *ROWS],
         ":1: unknown column `yaw_count`; did you mean `yaw_counts`? Else, if it is a reading, ",
     ),

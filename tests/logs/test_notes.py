@@ -11,7 +11,7 @@ from tests.logs.texts import HEADER, ROWS
 
 MALFORMED = [
     (["# ignore: yaw", HEADER, *ROWS], "`# ignore: yaw`: no such column; the nearest is `yaw_counts`"),
-    (["# role: test", HEADER, *ROWS], "`# role: test` is unknown; it is `train` or `validate`"),
+    (["# a: b", "# role: test", HEADER, *ROWS], ":2: `# role: test` is unknown; it is `train` or `validate`"),
 ]
 
 

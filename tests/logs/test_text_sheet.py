@@ -19,15 +19,17 @@ MALFORMED = [
     ([HEADER, *ROWS[:9]], ":1: 9 samples below the header"),
     (
         [HEADER.replace(",", ";"), *ROWS],
-        ":2: 1 cells; the header names 3 columns, separated by semicolons",
+        ":2: 1 cell; the header names 3 columns, separated by semicolons",
     ),
-    ([HEADER.replace(",", "\t"), *ROWS], ":2: 1 cells; the header names 3 columns, separated by tabs"),
+    ([HEADER.replace(",", "\t"), *ROWS], ":2: 1 cell; the header names 3 columns, separated by tabs"),
     (["# role validate", HEADER, *ROWS], ":1: `# role validate` is no note; write `# role: validate`"),
     ([",".join(f"c{k}" for k in range(1001)), *ROWS], ":1: 1001 columns; a log has 1000 at most, `time_s,voltage_V,…`"),
     (changed(3, "0.03,1"), ":5: 2 cells; the header names 3 columns"),
-    (changed(3, ""), ":5: 1 cells; the header names 3 columns"),
+    (changed(3, ""), ":5: 1 cell; the header names 3 columns"),
     ([HEADER, *ROWS, "0.12,1"], ":14: 2 cells; the header names 3 columns; the last line is cut short: delete it"),
     (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
+    ([HEADER, *(row.replace(".", ",") for row in ROWS[1:])], "3 columns; decimals have a point, 0.01, not 0,01"),
+    (changed(3, "0:03,1,1"), "it has to be a number of seconds, or a date written as 2024-05-01 12:00:00.010"),
     (changed(3, "# a: b"), ":5: a note among the samples; notes go before the header"),
     (
         changed(3, "0.03,1,1O"),
@@ -73,10 +75,20 @@ def test_ten_samples_are_enough_and_a_thousand_columns_not_too_many(tmp_path) ->
     assert np.array_equal(found, np.ones(10))
 
 
-@pytest.mark.parametrize(("row", "comma"), [("0.03,1,2,3", True), ("0.03,1", False)])
-def test_a_row_of_too_many_cells_may_hold_decimal_commas(log, row: str, comma: bool) -> None:
+@pytest.mark.parametrize(
+    ("lines", "comma"),
+    [
+        ([HEADER, *(row.replace(".", ",") for row in ROWS[1:])], True),
+        (changed(3, "0.03,1,2,3"), False),
+        ([HEADER, *(f"{row}," for row in ROWS)], False),
+        (changed(3, "0.03,1"), False),
+    ],
+)
+def test_rows_of_too_many_cells_may_hold_decimal_commas_and_one_row_does_not(
+    log, lines: list[str], comma: bool
+) -> None:
     with pytest.raises(LogError) as error:
-        log(changed(3, row))
+        log(lines)
     assert ("decimals have a point" in str(error.value)) == comma
 
 
@@ -179,3 +191,23 @@ def test_only_a_last_line_of_too_few_cells_is_cut_short(log) -> None:
         with pytest.raises(LogError) as error:
             log(lines)
         assert "cut short" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("date", "separator"),
+    [("2024-05-01 12:00:{:06.3f}", ","), ("2024-05-01T12:00:{:06.3f}Z", ","), ("2024-05-01 12:00:{:06.3f}", ";")],
+)
+def test_dates_are_seconds_from_the_first(tmp_path, date: str, separator: str) -> None:
+    rows = [separator.join([date.format(50 + 0.01 * k), f"{k / 8}"]) for k in range(12)]
+    text = "\n".join([f"when{separator}volts", *rows])
+    path = tmp_path / "run.csv"
+    path.write_text(text.replace(".", ",") if separator == ";" else text)
+    when, volts = read_sheet(path).numbers(["when", "volts"])
+    assert np.allclose(when, 0.01 * np.arange(12), atol=1e-9) and np.array_equal(volts, np.arange(12) / 8)
+
+
+def test_a_number_is_no_date_and_a_cell_that_is_none_is_pointed_at(refused) -> None:
+    refused(
+        [HEADER, *(f"2024-05-01 12:00:00.{k:02d},1,{k}" for k in range(12)), "later,1,1"], ":14: `time_s` is 'later'"
+    )
+    refused([HEADER, "20240501,1,x", *ROWS], ":2: `yaw_counts` is 'x'")

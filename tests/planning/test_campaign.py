@@ -117,6 +117,17 @@ def test_a_neutral_pulse_off_the_middle_is_said_where_it_is_what_limits_the_runs
         assert max(run.experiment.most_volts for run in runs) <= (volts or 6.0)
 
 
+@pytest.mark.parametrize("travel", [{}, {"yaw_rad": 0.5}])
+def test_a_run_that_came_out_as_another_one_is_left_out_and_said(travel: dict[str, float]) -> None:
+    rig = read_rig(DEMO.parents[1] / "thesis" / "yaw.toml")
+    runs, remarks = recommend(rig, envelope(rig, 12.0, {"wheel_rad_s": 314.0, **travel}))
+    names = [run.name for run in runs]
+    assert "coast_fast" in names and "coast_slow" not in names
+    assert any("would repeat another one" in one and "coast_slow (as coast_fast)" in one for one in remarks)
+    once = [run.experiment for run in runs if not run.name.startswith("multisine_")]
+    assert len({*once}) == len(once)
+
+
 def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
     demo = read_rig(DEMO)
     with pytest.raises(

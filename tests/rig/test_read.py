@@ -70,7 +70,14 @@ MALFORMED = [
     ("a = " + 3900 * "[", "rig.toml: not valid TOML: tables or lists stand too deep"),
     ("# \x85\u2028\n[axis]\ninertia = 0,06", "decimals take a point (0.06), thousands nothing (4096)"),
     ("[axis]\ninertia = 1e-3 2", "write `key = value` under `[section]` headers"),
-    ("[axis]\ninertia = 1e-3\ninertia = 1e-3", "write `key = value` under `[section]` headers"),
+    (
+        "[axis]\ninertia = 1e-3\ninertia = 1e-3",
+        "rig.toml:3: not valid TOML: `inertia` is given twice in this section; keep one",
+    ),
+    (
+        "[axis]\n[fit]\n[axis]",
+        "rig.toml:3: not valid TOML: `[axis]` stands twice; put all its keys under one such header",
+    ),
 ]
 
 

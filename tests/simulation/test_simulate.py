@@ -1,5 +1,7 @@
 """The free run of a rig under a command."""
 
+from dataclasses import replace
+
 import diffrax
 import jax
 import jax.numpy as jnp
@@ -67,6 +69,16 @@ def test_a_number_that_the_rig_lacks_is_said() -> None:
         simulate(platform(), T, U, numbers={"axis.mass": 1.0})
     with pytest.raises(InputError, match="number `axis.inertia` nan: has to be a finite number"):
         simulate(platform(), T, U, numbers={"axis.inertia": np.nan})
+    with pytest.raises(InputError, match="number `axis.inertia` heavy: has to be a finite number"):
+        simulate(platform(), T, U, numbers={"axis.inertia": "heavy"})
+
+
+def test_a_number_that_no_rig_file_may_hold_is_refused_in_its_words() -> None:
+    with pytest.raises(InputError, match=r"^`axis.inertia` is -1.0; it has to be positive$"):
+        simulate(platform(), T, U, numbers={"axis.inertia": np.float64(-1.0)})
+    late = replace(platform(), effects={"drive.delay": {"tau": 0.01}})
+    with pytest.raises(InputError, match=r"^`drive.delay.tau` is -0.1; "):
+        simulate(late, T, U, numbers={"drive.delay.tau": jnp.asarray(-0.1)})
 
 
 def test_a_solver_whose_number_is_traced_is_refused() -> None:

@@ -87,7 +87,7 @@ def test_a_run_that_fails_is_infinite_from_there_on_and_costs_little() -> None:
     lost = ~np.isfinite(fails)
     assert lost.any() and not lost[:5].any() and np.all(np.diff(lost.astype(int)) >= 0)
     assert np.all(np.isposinf(fails[lost]))
-    absurd = on_platform(0.5, viscous=-1e30, coulomb=1e30)
+    absurd = on_platform(0.5, viscous=-1e12, coulomb=1e12)
     assert not np.isfinite(absurd["yaw_rad_s"][1:]).any() and absurd["yaw_rad_s"][0] == 0.0
     assert perf_counter() - begin < 1.0
 
@@ -238,3 +238,9 @@ def test_the_loop_of_a_servo_and_torque_that_is_off_are_left_to_the_exact_solver
         simulate(servo(joint()), t, {"goal_rad": t}, solver=Smooth())
     with pytest.raises(InputError, match="does not simulate torque that is off at times"):
         simulate(joint(), t, {"voltage_V": t, "enabled": (t < 0.1).astype(float)}, solver=Smooth())
+
+
+@pytest.mark.parametrize("width", [-1.0, 0.0, np.inf, np.nan])
+def test_a_width_that_is_no_positive_number_is_refused_where_the_solver_is_made(width: float) -> None:
+    with pytest.raises(InputError, match=rf"^width {width}: the width of the smooth sign has to be a positive number"):
+        Smooth(width)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rwjax.errors import refuses_other_types
 from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.clock import about_clock
@@ -23,6 +24,7 @@ from rwjax.simulation.batch import Batch, by_sample
 from rwjax.simulation.free_run import free_run
 
 
+@refuses_other_types
 def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
     """Questions to ask before a rig's numbers are fitted to logs, or a gap between them is searched.
 
@@ -35,6 +37,9 @@ def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
 
     Returns:
         The questions, one sentence each; none where the logs are roughly what the rig file's numbers give.
+
+    Raises:
+        InputError: An argument is of another type.
     """
     rig, logs = driven(rig, logs)
     structure = structure_of(rig)

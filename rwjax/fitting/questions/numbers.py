@@ -18,6 +18,9 @@ from rwjax.rig.model import Rig
 BARELY = 0.3
 """Standard error over a number's size above which the logs barely tell it [1]."""
 
+NOTHING = "these logs tell nothing of"
+"""How the sentence begins that stands where no free number leaves a trace."""
+
 
 def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
     """What the logs leave open of the rig's free numbers, were the rig file's own right and noise all that is left.
@@ -62,4 +65,7 @@ def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
         for name, e, s in zip(here.free, error, np.abs(size[k]), strict=True)
         if name not in open_ and e > BARELY * s
     ]
+    if sum("no trace" in note for note in found.notes) == len(found.names):
+        remedy = "use runs in which the command changes and the rig moves (`rwjax plan` proposes some)"
+        said.append(f"{NOTHING} {', '.join(found.names)}: {remedy}")
     return said

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.fitting.questions.numbers import about_numbers
+from rwjax.fitting.questions.numbers import NOTHING, about_numbers
 from rwjax.logs.log import Log
 from rwjax.rig.read import parse_rig
 from rwjax.simulation.simulate import simulate
@@ -40,3 +40,10 @@ def test_a_rig_at_rest_tells_nothing() -> None:
         one.startswith("a small change of axis.inertia leaves no trace in these logs") or "only a combination" in one
         for one in said
     )
+
+
+def test_one_sentence_says_that_no_number_is_told() -> None:
+    rig = replace(RIG, free=("axis.inertia", "axis.friction.viscous"))
+    (said,) = (one for one in about_numbers(rig, [log(0.0 * U)]) if one.startswith(NOTHING))
+    assert said.startswith(f"{NOTHING} axis.inertia, axis.friction.viscous: use runs in which the command changes")
+    assert not any(one.startswith(NOTHING) for one in about_numbers(rig, [log(U)]))
