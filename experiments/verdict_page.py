@@ -14,6 +14,7 @@ from typing import NamedTuple
 from experiments.asked_again import run as asked_again
 from experiments.blind.changed import TITLES, both_of, counted, judgement
 from experiments.blind.draw import read
+from experiments.blind.inseparable import beside
 from experiments.blind.score import (
     AT_FLOOR,
     RIGHT,
@@ -214,6 +215,22 @@ def messy_by_search() -> Block:
     return Block(files, Table("Large causes among small ones, by search", head, rows), ("messy",))
 
 
+def beside_small_causes() -> Block:
+    """What the oracle, told the small causes too, says of messy answers that hold a name that is not true."""
+    large = {line["index"]: line["effect"] for line in lines(NEWEST) if line["group"] == "messy"}
+    rows = [
+        [
+            str(one["index"]),
+            *(names.replace("+", " + ") for names in (large[one["index"]], one["option"])),
+            *(f"{one[key]:.2f}" for key in ("misfit", "misfit_true")),
+            "no" if one["inseparable"] else "yes",
+        ]
+        for one in read(beside(path(NEWEST)))
+    ]
+    head = ["case", "large causes", "offered", "it leaves [floors]", "the truth leaves [floors]", "told apart"]
+    return Block((NEWEST,), Table("What the oracle says of sets with a name that is not true", head, rows), ("messy",))
+
+
 def measured_sets() -> Block:
     """What is said of each set of published logs, beside difference equations."""
     rows = []
@@ -281,6 +298,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "fresh": of(reached, name=FRESH),
     "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=NEWEST),
     "messy-by-search": messy_by_search,
+    "messy-oracle": beside_small_causes,
     "asked-again": partial(asked_otherwise, 0),
     "asked-again-differ": partial(asked_otherwise, 1),
     "messy-closed": every_messy,

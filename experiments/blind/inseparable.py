@@ -4,6 +4,7 @@
 A hypothesis counts as inseparable where its refit leaves no more than that of the true effect, to `TOLERANCE` floors. This has to
 hold of the runs fitted (all columns together) and of those held out (each column). A hypothesis with more names than the truth is
 not asked about, except for causes outside the list. The refit may end in a local minimum, so this errs towards separable.
+Where small causes stand beside the large ones, both refits have these too, and a hypothesis of true names alone is no question.
 """
 
 import argparse
@@ -14,7 +15,7 @@ from pathlib import Path
 from experiments.blind.cases import kinds_of, split
 from experiments.blind.draw import appending, read
 from experiments.blind.draws import EFFECTS
-from experiments.blind.messy import case_of
+from experiments.blind.messy import case_of, prepared_of
 from experiments.blind.oracle import Fit, perfect, refit
 from experiments.blind.rigs import FIELD
 from experiments.blind.sizes import COARSE
@@ -39,17 +40,18 @@ def options(line: dict) -> list[frozenset[str]]:
 
 
 def questions(line: dict) -> list[frozenset[str]]:
-    """Those of the hypotheses offered that the oracle should be asked about, and can be; none where small causes stand besides."""
-    truth = frozenset(split(line["effect"]))
+    """Those of the hypotheses offered that the oracle should be asked about, and can be."""
+    truth, small = frozenset(split(line["effect"])), {*line.get("small", ())}
     same = {other for others in line["same_as"].values() for other in others}
     found = []
-    for option in options(line) if truth and not line.get("small") else []:
-        longer = len(option) > len(truth) and line["group"] != "outside"
+    for option in options(line) if truth else []:
+        longer = len(option - small) > len(truth) and line["group"] != "outside"
         known = all(
             name in EFFECTS or (name.removeprefix("parameter.") in FIELD and name.startswith("parameter."))
             for name in option
         )
-        if option != truth and not longer and not option <= same and known:
+        right = option <= truth | small if small else option == truth
+        if not right and not longer and not option <= same and known:
             found += [option] * all(line["kind"] in kinds_of(name) for name in option)
     return found[:MOST]
 
@@ -66,11 +68,12 @@ def ask(line: dict, done: set[tuple[int, str]]) -> list[dict]:
     open_ones = [o for o in questions(line) if (line["index"], "+".join(sorted(o))) not in done]
     if not open_ones:
         return []
-    case = case_of(line)
-    true, noise, found = refit(case, line["effect"], evaluations=EVALUATIONS, step=COARSE), perfect(case, COARSE), []
+    case, small = case_of(line), line.get("small", {})
+    again = partial(refit, case, evaluations=EVALUATIONS, step=COARSE, prepared=prepared_of(line))
+    true, noise, found = again("+".join([*split(line["effect"]), *small])), perfect(case, COARSE), []
     for option in open_ones:
         name = "+".join(sorted(option))
-        other = refit(case, name, tries=TRIES, evaluations=EVALUATIONS, step=COARSE)
+        other = again("+".join(sorted(option | {*small})), tries=TRIES)
         judged = {"index": line["index"], "option": name, "inseparable": as_good(other, true, noise)}
         found.append(judged | {"misfit": round(other.misfit, 4), "misfit_true": round(true.misfit, 4)})
     return found

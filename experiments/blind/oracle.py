@@ -248,16 +248,18 @@ def refit(
     step: float = STEP,
     first: dict[str, float] | None = None,
     begin: Start = at_rest,
+    prepared: Prepared | None = None,
 ) -> Fit:
     """The rig with `effect` fitted to a case: its own effects from the truth, any other from `tries` random draws.
 
-    `first`: numbers to begin from instead, as another fit of the case found them.
+    `first`: numbers to begin from instead, as another fit of the case found them. `prepared`: the case's rig with its small causes, where
+    `effect` holds any of these.
     """
     label = case.truth
-    prepared = prepare(label["kind"], label["effect"], label["seed"])
+    prepared = prepared or prepare(label["kind"], label["effect"], label["seed"])
     runs, free = parse(case, prepared), list(prepared.rig.free)
     base = prepared.rig.truth
-    own = {*split(effect)} & {*split(label["effect"])}
+    own = {*split(effect)} & {*split(label["effect"]), *label.get("small", ())}
     for name, value in label["wrong_numbers"].items():
         base = base if f"parameter.{name}" in own else with_number(base, name, value)
     fits = []

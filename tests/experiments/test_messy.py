@@ -12,10 +12,11 @@ from experiments.blind import campaign, changed, draw, messy, score
 from experiments.blind.cases import JITTER, make_case, prepare, settled, split, write_case
 from experiments.blind.draws import put
 from experiments.blind.inseparable import questions
-from experiments.blind.oracle import Run, fit, floor
+from experiments.blind.oracle import Run, fit, floor, refit
 from experiments.blind.rigs import number
 from experiments.blind.sensors import coloured, readings
 from experiments.blind.simulator import STEP
+from experiments.blind.sizes import COARSE
 from experiments.blind.tangent import tangent
 from rwjax import read_logs, read_rig
 
@@ -182,10 +183,21 @@ def test_an_answer_is_judged_by_all_that_is_true(judgement: str, line: Row) -> N
     assert score.among_small(line) == judgement
 
 
-def test_the_oracle_is_not_asked_where_small_causes_stand_beside_the_large_ones() -> None:
-    assert score.among_small(answer("ambiguous", [A], [F], effect=A)) == "wider"
-    assert questions(answer("ambiguous", [A], [F], [S], effect=A)) == []
+def test_the_oracle_is_asked_of_small_cases_about_what_is_not_true_alone() -> None:
+    assert questions(answer("ambiguous", [A], [F], [S], effect=A)) == [frozenset([F])]
+    assert questions(answer("partial", [A, S], [A, F], [F, S], [A, B, F])) == [frozenset([A, F]), frozenset([F, S])]
     assert questions(answer("effect", [F], effect="none", group="small")) == []
+
+
+def test_a_refit_with_the_small_causes_begins_nearer_than_one_without() -> None:
+    line = drawn_lines("messy")[0]
+    case, large = messy.case_of(line), split(line["effect"])
+    prepared = messy.prepared_of(line)
+    whole, alone = (
+        refit(case, "+".join(names), evaluations=2, step=COARSE, prepared=prepared)
+        for names in ([*large, *line["small"]], large)
+    )
+    assert whole.misfit < 0.8 * alone.misfit
 
 
 def test_tables_of_messy_and_small_cases() -> None:
