@@ -3,8 +3,8 @@
 Everything is decided on training runs. A name holds where
 
 * it is needed beside a remainder that is coloured noise, by the information criterion with the fewer independent readings of those that
-  both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and runs that were left
-  out are followed better with it than without. Or else it explains nearly all of the runs, also of those that were left out in turn;
+  both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and left-out runs that
+  hold a part of its change are followed better with it than without. Or else it explains nearly all of the runs, also of those that were left out in turn;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -170,11 +170,14 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     parts = amplitudes(fits, best, smaller)
     if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
-    telling = [a.run for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
+    telling = {
+        a.run: a.weight for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)
+    }
     if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
     with_it, without = left_out(best), left_out(smaller)
-    if any(with_it[run] > limits.harms * without[run] for run in telling):
+    harmed = [run for run in telling if with_it[run] > limits.harms * without[run]]
+    if any(telling[run] >= limits.harmed for run in harmed):
         return "a run that is left out is followed worse with it"
     return None
 

@@ -93,6 +93,12 @@ class PartialSettings:
         "squares of a run that is left out, with the name against without it: a true effect makes no run that tells its amplitude "
         "worse, but for where its fits stop",
     )
+    harmed: float = _limit(
+        0.2,
+        "share of a name's change that a run must hold where it speaks against the name by being followed worse: where the name changes little, "
+        "what else the other runs ask for decides how the run is followed. It was set after a look at simulated cases: of the runs that spoke "
+        "against true names each held 0.16 at most, of those that spoke against false ones one of each held 0.25 and more",
+    )
     law_left: float = _limit(
         1.0,
         "share of what a free-form law of its coordinate explained without the name that it may explain with it: what leaves "
