@@ -3,8 +3,8 @@
 Everything is decided on training runs. A name holds where
 
 * it is needed beside a remainder that is coloured noise, by the information criterion with the fewer independent readings of those that
-  both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and left-out runs that
-  hold a part of its change are followed better with it than without. Or else it explains nearly all of the runs, also of those that were left out in turn;
+  both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and left-out runs are
+  followed no worse with it than without, but for those that hold little of its change and ask for as much of it. Or else it explains nearly all of the runs, also of those that were left out in turn;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -170,16 +170,20 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     parts = amplitudes(fits, best, smaller)
     if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
-    telling = {
-        a.run: a.weight for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)
-    }
+    telling = [a for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
     if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
     with_it, without = left_out(best), left_out(smaller)
-    harmed = [run for run in telling if with_it[run] > limits.harms * without[run]]
-    if any(telling[run] >= limits.harmed for run in harmed):
+    worse = {a.run for a in telling if a.run is not None and with_it[a.run] > limits.harms * without[a.run]}
+    if not all(_says_little(a, [b for b in telling if b.run not in worse], limits) for a in telling if a.run in worse):
         return "a run that is left out is followed worse with it"
     return None
+
+
+def _says_little(worse: Amplitude, others: Collection[Amplitude], limits: PartialSettings) -> bool:
+    """Whether a run that is followed worse with a name holds little of what that changes, and asks for as much of it as others that are not."""
+    alike = [a for a in others if a.weight >= limits.weighs and abs(a.value - 1.0) <= limits.closely]
+    return worse.weight < limits.harmed and abs(worse.value - 1.0) <= limits.closely and len(alike) >= limits.runs
 
 
 def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:

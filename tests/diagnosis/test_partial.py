@@ -271,18 +271,28 @@ def test_where_a_set_reaches_the_noise_the_evidence_says_what_stands_beside_it()
     assert claim == (BIAS, (OFFSET,), (OFFSET,), ()) and not refused
 
 
-@pytest.mark.parametrize(("share", "why"), [(0.99, "a run that is left out is followed worse with it"), (1.01, None)])
-def test_a_run_followed_worse_speaks_against_a_name_where_it_holds_its_share_of_what_that_changes(
-    share: float, why: str | None, monkeypatch: pytest.MonkeyPatch
+WORSE = "a run that is left out is followed worse with it"
+
+
+@pytest.mark.parametrize(
+    ("worse", "second", "why"),
+    [
+        ((0.9, 0.19), (1.1, 0.3), None),
+        ((0.9, 0.2), (1.1, 0.3), WORSE),  # it holds a fifth of the change
+        ((0.84, 0.19), (1.1, 0.3), WORSE),  # it asks for less
+        ((0.9, 0.19), (1.16, 0.3), WORSE),  # one other alone asks for as much
+        ((0.9, 0.19), (1.1, 0.04), WORSE),  # one other alone holds a part of the change
+    ],
+)
+def test_a_run_that_is_followed_worse_may_hold_little_of_the_change_and_ask_for_as_much_as_two_others(
+    worse: tuple[float, float], second: tuple[float, float], why: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY)
-    lightest = min((a for a in amplitudes(search.fits, DRY, NOTHING) if a.run is not None), key=lambda a: a.weight)
-    squares = {
-        True: {run: 1.2 if run == lightest.run else 0.1 for run in range(3)},
-        False: dict.fromkeys(range(3), 1.0),
-    }
+    search.fits.settings = replace(Settings(), partial=PartialSettings(nearly_all=0.0))
+    asked = [Amplitude(value, 0.1, weight, run) for run, (value, weight) in enumerate((worse, second, (1.0, 0.5)))]
+    monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
+    squares = {True: {0: 1.2, 1: 0.1, 2: 0.1}, False: dict.fromkeys(range(3), 1.0)}
     monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e: squares[bool(e.names)])
-    search.fits.settings = replace(Settings(), partial=PartialSettings(harmed=lightest.weight * share, nearly_all=0.0))
     assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == why
 
 
