@@ -226,6 +226,7 @@ def beside_small_causes() -> Block:
             "no" if one["inseparable"] else "yes",
         ]
         for one in read(beside(path(NEWEST)))
+        if one["index"] in large
     ]
     head = ["case", "large causes", "offered", "it leaves [floors]", "the truth leaves [floors]", "told apart"]
     return Block((NEWEST,), Table("What the oracle says of sets with a name that is not true", head, rows), ("messy",))

@@ -16,7 +16,9 @@ BUDGET_S = 120.0
 """Time that a search may take [s]."""
 BudgetS = Annotated[
     float,
-    typer.Option("--budget", metavar="SECONDS", help="time after which the search gives its answer so far; inf: none"),
+    typer.Option(
+        "--budget", metavar="SECONDS", help="time [s] after which the search gives its answer so far; inf: none"
+    ),
 ]
 Only = Annotated[
     list[str] | None,

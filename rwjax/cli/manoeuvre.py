@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Amps = Annotated[float, typer.Option(help="largest current [A]")]
 Degrees = Annotated[float, typer.Option("--angle", help="angle to turn [°]")]
+NUMBERS = "angle", "spin", "volts", "amps", "seconds", "margin"
+"""Options with which messages on numbers begin."""
 
 
 def limits_of(volts: float, amps: float, rpm: float) -> "Limits":
@@ -49,13 +51,13 @@ def of_rig_or_option(rig_file: Path) -> Iterator[None]:
         Nothing.
 
     Raises:
-        InputError: as the block does, whose message on a number begins with the option's name.
+        InputError: as the block does, with dashes before the option that a message on a number begins with.
     """
     with of_file(rig_file, RigError):
         try:
             yield
         except InputError as error:
-            raise error if isinstance(error, RigError) else InputError(f"--{error}") from None
+            raise InputError(f"--{error}") if f"{error}".partition(" ")[0] in NUMBERS else error from None
 
 
 def delay_note(delay: float) -> list[str]:

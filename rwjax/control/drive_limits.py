@@ -200,5 +200,8 @@ def usable_rate(rig: Rig, limits: Limits) -> float:
     rate = min(limits.top, USABLE * fastest_rate(rig, limits._replace(top=np.inf)))
     if not (rate > 0.0 and torque_at(rig, limits, rate) > 0.0):
         what = f"no torque is left at a wheel rate of {turning(rate)}"
-        raise InputError(f"volts {limits.volts:g}: {what}; raise the voltage or the current, or take a lower rate")
+        short = "amps" if available_torque(rig, limits, 0.0).by_current else "volts"
+        raise InputError(
+            f"{short} {getattr(limits, short):g}: {what}; raise the voltage or the current, or take a lower rate"
+        )
     return rate

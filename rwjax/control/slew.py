@@ -79,7 +79,11 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     torque = torque_at(rig, limits, top)
     ideal = on_off(rig.values["axis.inertia"], rig.values["wheel.inertia"], angle, torque, top)
     if ideal.time > DAY_S:
-        raise InputError(f"angle {turned(angle)}: takes {ideal.time:.3g} s at least; {DAY_S:g} s, a day, at most")
+        given = ", ".join(
+            f"{value:g} {unit}" for value, unit in zip(limits, ("V", "A", "rad/s"), strict=True) if value < np.inf
+        )
+        what = f"takes {ideal.time:.3g} s at least with limits of {given}; {DAY_S:g} s, a day, at most"
+        raise InputError(f"angle {turned(angle)}: {what}")
     followed = _followed(rig, ideal, float(np.sign(angle)))
     friction = float(np.max(followed.holds[0]))
     structure, theta, start = steady_state(rig, spin)

@@ -174,16 +174,17 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
     with_it, without = left_out(best), left_out(smaller)
-    worse = {a.run for a in telling if a.run is not None and with_it[a.run] > limits.harms * without[a.run]}
-    if not all(_says_little(a, [b for b in telling if b.run not in worse], limits) for a in telling if a.run in worse):
+    worse = [a for a in telling if with_it[a.run or 0] > limits.harms * without[a.run or 0]]
+    if worse and not _say_little(worse, [a for a in telling if a not in worse], limits):
         return "a run that is left out is followed worse with it"
     return None
 
 
-def _says_little(worse: Amplitude, others: Collection[Amplitude], limits: PartialSettings) -> bool:
-    """Whether a run that is followed worse with a name holds little of what that changes, and asks for as much of it as others that are not."""
+def _say_little(worse: Collection[Amplitude], others: Collection[Amplitude], limits: PartialSettings) -> bool:
+    """Whether runs that are followed worse with a name hold little of what that changes, and ask for as much of it as others that are not."""
+    ask_for_as_much = [abs(a.value - 1.0) <= limits.closely for a in worse]
     alike = [a for a in others if a.weight >= limits.weighs and abs(a.value - 1.0) <= limits.closely]
-    return worse.weight < limits.harmed and abs(worse.value - 1.0) <= limits.closely and len(alike) >= limits.runs
+    return sum(a.weight for a in worse) < limits.harmed and all(ask_for_as_much) and len(alike) >= limits.runs
 
 
 def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:

@@ -95,12 +95,12 @@ class PartialSettings:
     )
     harmed: float = _limit(
         0.2,
-        "share of a name's change below which a run that is followed worse says little: where the name changes little, what else the other runs "
-        "ask for decides how it is followed",
+        "share of a name's change below which the runs that are followed worse say little: where the name changes little, what else the other "
+        "runs ask for decides how one is followed",
     )
     closely: float = _limit(
         0.15,
-        "difference in amplitude up to which such a run and two others have to agree for that, half of `differs`. Both limits were set after a "
+        "difference in amplitude up to which such runs and two others have to agree for that, half of `differs`. Both limits were set after a "
         "look at 13 names of simulated rigs that were refused since a run was followed worse: four of six true ones pass, none of seven false ones",
     )
     law_left: float = _limit(

@@ -43,7 +43,7 @@ def export(rig: Rig, to: str, answer: Path | None = None) -> Exported:
         RigError: For a rig that the tool cannot hold.
         InputError: For an unknown tool, for an answer that is not of this rig or that the tool does not take, and for an argument of another type.
     """
-    if to not in TARGETS:
+    if not isinstance(to, str) or to not in TARGETS:
         raise InputError(f"to `{to}`: is no tool; it has to be one of {', '.join(TARGETS)}")
     if answer is None:
         return TARGETS[to](rig)

@@ -76,7 +76,7 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
         where = f"{path}:{line[1]}" if line else f"{path}"
         lines = text.split("\n")
         number = int(line[1]) if line else len(lines)  # else "at end of document"
-        if twice := _given_twice(lines[number - 1], str(error)):
+        if twice := _given_twice(lines, lines[number - 1], str(error)):
             raise RigError(f"{path}:{number}: not valid TOML: {twice}") from None
         remedy = _remedy(lines[int(line[1]) - 1] if line and "after a statement" in str(error) else "", path)
         raise RigError(f"{where}: not valid TOML: {error}; {remedy}") from None
@@ -89,11 +89,11 @@ def _cautions(text: str) -> Iterator[str]:
             yield printable(line.removeprefix(mark))
 
 
-def _given_twice(line: str, error: str) -> str:
+def _given_twice(lines: list[str], line: str, error: str) -> str:
     """What is wrong with a line that says again what one above it has said; "" where that is not what is wrong."""
-    if "Cannot overwrite" in error:
-        return f"`{printable(line.partition('=')[0].strip())}` is given twice in this section; keep one of the lines"
-    if "Cannot declare" in error:
+    if "Cannot overwrite" in error and (key := re.match(r"\s*([\w.-]+)\s*=", line)):
+        return f"`{key[1]}` is given twice in this section; keep one of the lines"
+    if "Cannot declare" in error and [each.strip() for each in lines].count(line.strip()) > 1:
         return f"`{printable(line.strip())}` stands twice; put all its keys under one such header"
     return ""
 

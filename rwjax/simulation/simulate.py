@@ -102,7 +102,7 @@ def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> N
             raise InputError(f"no {what} `{name}`, nearest `{nearest(name, names)}`; this rig has {', '.join(names)}")
         if isinstance(value, Tracer):
             continue
-        if np.ndim(value) or np.asarray(value).dtype.kind not in "iuf" or not np.isfinite(value):
+        if np.ndim(value) or isinstance(value, str) or not np.isfinite(float(value)):
             raise InputError(f"{what} `{name}` {value}: has to be a finite number")
         if what == "number":
             rig_value(name, float(value))

@@ -118,7 +118,9 @@ def test_what_cannot_be_is_refused() -> None:
         slew(rig(), 1.0, Limits(10.0, -1.0))
     with pytest.raises(InputError, match="other than 0"):
         slew(rig(), 0.0, LIMITS)
-    with pytest.raises(InputError, match=r"^volts 10: no torque is left at a wheel rate of .* 1/min \("):
+    with pytest.raises(InputError, match=r"^amps 0.01: no torque is left at a wheel rate of .* 1/min \("):
         slew(replace(reaction(), effects={"wheel.coulomb": {"M_c": 1e-3}}), 1.0, Limits(10.0, 0.01))
+    with pytest.raises(InputError, match=r"takes .* s at least with limits of 10 V, 1e-09 A; 86400 s, a day, at most"):
+        slew(rig(), 1.0, Limits(10.0, 1e-9))
     with pytest.raises(InputError, match=r"^spin .* 1/min \(.* rad/s\): the limits allow .* 1/min \("):
         slew(rig(), 1.0, LIMITS, spin=2.0 * TOP)

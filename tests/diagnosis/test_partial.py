@@ -296,6 +296,19 @@ def test_a_run_that_is_followed_worse_may_hold_little_of_the_change_and_ask_for_
     assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == why
 
 
+@pytest.mark.parametrize(("weight", "why"), [(0.09, None), (0.1, WORSE)])
+def test_several_runs_that_are_followed_worse_count_together(
+    weight: float, why: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(4)], DRY)
+    search.fits.settings = replace(Settings(), partial=PartialSettings(nearly_all=0.0))
+    asked = [Amplitude(1.0, 0.1, share, run) for run, share in enumerate((weight, weight, 0.4, 0.4))]
+    monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
+    squares = {True: {0: 1.2, 1: 1.2, 2: 0.1, 3: 0.1}, False: dict.fromkeys(range(4), 1.0)}
+    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e: squares[bool(e.names)])
+    assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == why
+
+
 @pytest.mark.parametrize(
     "limits", [PartialSettings(differs=0.0, sigmas=0.0, nearly_all=0.0), PartialSettings(harms=0.0, nearly_all=0.0)]
 )

@@ -185,7 +185,10 @@ def test_an_answer_is_judged_by_all_that_is_true(judgement: str, line: Row) -> N
 
 def test_the_oracle_is_asked_of_small_cases_about_what_is_not_true_alone() -> None:
     assert questions(answer("ambiguous", [A], [F], [S], effect=A)) == [frozenset([F])]
-    assert questions(answer("partial", [A, S], [A, F], [F, S], [A, B, F])) == [frozenset([A, F]), frozenset([F, S])]
+    assert questions(answer("partial", [A, S], [A, F], [A, F, S], [A, B, F])) == [
+        frozenset([A, F]),
+        frozenset([A, F, S]),
+    ]
     assert questions(answer("effect", [F], effect="none", group="small")) == []
 
 

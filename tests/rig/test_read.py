@@ -78,6 +78,8 @@ MALFORMED = [
         "[axis]\n[fit]\n[axis]",
         "rig.toml:3: not valid TOML: `[axis]` stands twice; put all its keys under one such header",
     ),
+    ("[fit]\nfree = []\nfree = [\n]", "rig.toml: not valid TOML: Cannot overwrite a value"),
+    ("axis.inertia = 1\n[axis]", "rig.toml:2: not valid TOML: Cannot declare"),
 ]
 
 

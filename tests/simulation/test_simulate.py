@@ -1,6 +1,7 @@
 """The free run of a rig under a command."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import diffrax
 import jax
@@ -76,6 +77,7 @@ def test_a_number_that_the_rig_lacks_is_said() -> None:
 def test_a_number_that_no_rig_file_may_hold_is_refused_in_its_words() -> None:
     with pytest.raises(InputError, match=r"^`axis.inertia` is -1.0; it has to be positive$"):
         simulate(platform(), T, U, numbers={"axis.inertia": np.float64(-1.0)})
+    assert len(simulate(platform(), T, U, numbers={"axis.inertia": Fraction(1, 20)}).time) == len(T)
     late = replace(platform(), effects={"drive.delay": {"tau": 0.01}})
     with pytest.raises(InputError, match=r"^`drive.delay.tau` is -0.1; "):
         simulate(late, T, U, numbers={"drive.delay.tau": jnp.asarray(-0.1)})

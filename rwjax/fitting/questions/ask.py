@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.errors import refuses_other_types
+from rwjax.errors import LogError, refuses_other_types
 from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.clock import about_clock
@@ -39,8 +39,11 @@ def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
         The questions, one sentence each; none where the logs are roughly what the rig file's numbers give.
 
     Raises:
+        LogError: There is no log.
         InputError: An argument is of another type.
     """
+    if not logs:
+        raise LogError("no log to ask about; give at least one")
     rig, logs = driven(rig, logs)
     structure = structure_of(rig)
     return ask(pose(structure, cut_up(logs)), theta_of(rig, structure))

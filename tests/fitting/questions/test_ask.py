@@ -7,6 +7,7 @@ import pytest
 
 from experiments.questions.mistakes import MISTAKES
 from rwjax import Log, parse_rig, simulate
+from rwjax.errors import LogError
 from rwjax.fitting.questions.ask import questions
 from tests.fitting.questions.runs import LOGS, RIG, TIME
 from tests.joints import joint, logged, servo
@@ -30,6 +31,11 @@ def test_right_logs_raise_no_question() -> None:
     assert questions(RIG, LOGS) == []
     for log in LOGS:
         assert questions(RIG, [log]) == []
+
+
+def test_without_a_log_there_is_nothing_to_ask_about() -> None:
+    with pytest.raises(LogError, match="^no log to ask about; give at least one$"):
+        questions(RIG, [])
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
