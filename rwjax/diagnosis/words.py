@@ -213,7 +213,7 @@ def gap_line(name: str, gap: Gap, *, marked: bool, told: bool) -> str:
     """
     closed = f", closed {100 * gap.closed:.1f} %" if told and gap.closed is not None else ""
     if closed and gap.ci95 is not None:
-        closed += f" (95 %: {100 * gap.ci95[0]:.0f} to {100 * gap.ci95[1]:.0f})"
+        closed += f" (95 %: {100 * gap.ci95[0]:.1f} to {100 * gap.ci95[1]:.1f})"
     mark = "*" if marked else " "
     return f"{mark} {name}: before {gap.before:.4g}, after {gap.after:.4g}, floor {gap.floor:.4g} {UNIT[name]}{closed}"
 

@@ -1,6 +1,7 @@
 """The report of a diagnosis: one HTML file that needs nothing beside it, and its figures as files."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -8,7 +9,8 @@ from matplotlib.axes import Axes
 
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT, left_words, where_words
-from rwjax.errors import InputError
+from rwjax.errors import InputError, counted, printable
+from rwjax.logs.segments import runs_of
 from rwjax.report import plots
 from rwjax.report.motions import motions
 from rwjax.report.page import drawing, rendered_page, svg_of
@@ -61,6 +63,29 @@ def _draw(d: Diagnosis, plot: Plot, size: tuple[float, float], png: Path) -> str
         return svg_of(figure, png.stem)
 
 
+def corrected_text(d: Diagnosis) -> str:
+    """The corrected rig file, with what is not sure of it in its first lines.
+
+    Args:
+        d: the diagnosis.
+
+    Returns:
+        The text.
+    """
+    return write_rig(replace(d.corrected, cautions=tuple(dict.fromkeys([*d.rig.cautions, *_cautions(d)]))))
+
+
+def _cautions(d: Diagnosis) -> tuple[str, ...]:
+    """What is not sure of a corrected rig of which nothing is claimed, or which is one of several."""
+    if not d.complete or d.verdict == "unknown":
+        return (f"not claimed: {printable(d.sentence)}",)
+    if d.alternatives:
+        others = "; or ".join(" + ".join(names) for names in d.alternatives)
+        part = " of a part" if d.verdict == "partial" else ""
+        return (f"this is one explanation{part} of several: {' + '.join(d.effects)}; or {others}",)
+    return ()
+
+
 def write_report(d: Diagnosis, folder: Path) -> Path:
     """Writes `report.html` and its figures as PNG.
 
@@ -87,7 +112,8 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         figures=drawn,
         shows=FIGURES,
         unit=UNIT,
-        corrected=write_rig(d.corrected),
+        corrected=corrected_text(d),
+        runs=counted(len({*runs_of(d.logs).tolist()}), "run"),
         motions=motions(d),
     )
     path = folder / REPORT

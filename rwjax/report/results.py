@@ -1,16 +1,14 @@
 """The files of a diagnosis in a folder: its JSON, the corrected rig, the page with its figures, the record, and the next experiment."""
 
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 from rwjax.diagnosis.record import RECORD, record
 from rwjax.diagnosis.result import Diagnosis
-from rwjax.errors import InputError, printable
+from rwjax.errors import InputError
 from rwjax.planning.files import clear_plan, write_next
 from rwjax.report.answer import json_text
-from rwjax.report.html import FIGURES, REPORT, write_report
-from rwjax.rig.write import write_rig
+from rwjax.report.html import FIGURES, REPORT, corrected_text, write_report
 from rwjax.text_files import write_files, write_text
 
 JSON, CORRECTED = "diagnosis.json", "corrected.toml"
@@ -31,11 +29,7 @@ def write_results(d: Diagnosis, folder: Path) -> dict[str, Path]:
         InputError: a file cannot be written, or a number of the result is not finite.
     """
     write_text(folder / JSON, answer_of(d) + "\n", InputError)
-    write_text(
-        folder / CORRECTED,
-        write_rig(replace(d.corrected, cautions=tuple(dict.fromkeys([*d.rig.cautions, *_cautions(d)])))),
-        InputError,
-    )
+    write_text(folder / CORRECTED, corrected_text(d), InputError)
     write_files({str(folder / RECORD): record(d)}, InputError)
     report, plan = write_report(d, folder), write_next(folder, d.proposal)
     return ({"plan of the next experiment": plan} if plan is not None else {}) | {"report": report}
@@ -70,14 +64,3 @@ def clear_results(folder: Path) -> None:
     clear_plan(plan)
     with suppress(OSError):  # it holds something else, or there is none
         plan.rmdir()
-
-
-def _cautions(d: Diagnosis) -> tuple[str, ...]:
-    """What is not sure of a corrected rig of which nothing is claimed, or which is one of several."""
-    if not d.complete or d.verdict == "unknown":
-        return (f"not claimed: {printable(d.sentence)}",)
-    if d.alternatives:
-        others = "; or ".join(" + ".join(names) for names in d.alternatives)
-        part = " of a part" if d.verdict == "partial" else ""
-        return (f"this is one explanation{part} of several: {' + '.join(d.effects)}; or {others}",)
-    return ()

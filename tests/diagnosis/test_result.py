@@ -179,7 +179,7 @@ def test_the_text_is_the_sentence_and_a_line_for_each_finding() -> None:
     assert str(DIAGNOSIS).splitlines() == [
         DIAGNOSIS.sentence,
         "",
-        "  yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)",
+        "  yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90.0 to 99.0)",
         "  where: axis; a law in yaw rate removes 98 % of the excess squared error",
         "  axis.coulomb: M_c = 0.03 ± 0.001 N m",
         "  note: spring is not claimed: runs ask for different amounts of it",

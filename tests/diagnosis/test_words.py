@@ -194,7 +194,7 @@ def test_it_is_said_beside_which_runaways_nothing_is_claimed() -> None:
 
 
 def test_a_gap_is_a_line() -> None:
-    said = "* yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90 to 99)"
+    said = "* yaw_rad: before 0.05, after 0.01, floor 0.009 rad, closed 97.6 % (95 %: 90.0 to 99.0)"
     assert gap_line("yaw_rad", GAP, marked=True, told=True) == said
     assert gap_line("yaw_rad", GAP, marked=True, told=False) == said.partition(", closed")[0]
     bare = "  current_A: before 0.1, after 0.1, floor 0.1 A"

@@ -19,6 +19,7 @@ from rwjax.diagnosis.localise.where import Where
 from rwjax.diagnosis.result import Left, Ranked
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.errors import InputError
+from rwjax.logs.log import Segments
 from rwjax.report.html import figures_of, write_report
 from rwjax.report.motions import motions
 from tests.report.diagnosed import MARK, diagnosed, draws_one_figure
@@ -64,6 +65,15 @@ def test_of_a_gap_that_hardly_exists_the_page_tells_no_share(tmp_path: Path, mon
     write_report(replace(found, gaps=found.gaps | {"yaw_rad_s": Gap(1.05, 0.93, 1.0, 2.4, None, None)}), tmp_path)
     text = (tmp_path / "report.html").read_text()
     assert text.count("no gap to close") == 1 and "97.5 %" in text and "240.0 %" not in text
+
+
+def test_a_page_counts_runs_and_beside_them_segments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    draws_one_figure(monkeypatch)
+    first, second = diagnosed().logs
+    goes_on = replace(second, segments=Segments(1.0, "", 1))
+    for logs, said in (((first, second), "2 runs, held out"), ((first, goes_on), "1 run in 2 segments, held out")):
+        write_report(diagnosed(logs=logs), tmp_path)
+        assert said in (tmp_path / "report.html").read_text()
 
 
 def test_to_draw_a_page_leaves_the_backend_of_figures_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

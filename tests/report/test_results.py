@@ -40,6 +40,8 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(
     said = "not claimed: Unfinished:" if "complete" in of else "not claimed: Unknown:"
     assert (tmp_path / "corrected.toml").read_text().startswith(f"# caution: {said}")
     assert read_rig(tmp_path / "corrected.toml").cautions[0].startswith(said)
+    page = (tmp_path / "report.html").read_text()
+    assert f"# caution: {said}" in page and "Numbers of what is named" not in page
 
 
 def test_a_rig_file_that_was_not_sure_before_stays_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
