@@ -153,6 +153,13 @@ def test_one_log_and_a_solver_are_looked_at_too() -> None:
         rwjax.fit(platform(), [RUN], solver=rwjax.Smooth)  # pyright: ignore[reportArgumentType]
 
 
+def test_files_and_a_rig_that_have_changed_places_are_told_apart() -> None:
+    with pytest.raises(InputError, match="^read_logs: `rig` is a `list`; it has to be a rig, as "):
+        rwjax.read_logs(platform(), ["run.csv"])  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="^folds: `logs` is a `Log`; it has to be a list of logs"):
+        rwjax.folds(RUN)  # pyright: ignore[reportArgumentType]
+
+
 def test_a_function_that_looks_at_its_arguments_is_still_itself() -> None:
     @refuses_other_types
     def named(rig: Rig, number: float = 1.0) -> str:

@@ -1,14 +1,14 @@
 """Tables that hold numbers already: Parquet, MAT and NPZ files, data frames and arrays."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from rwjax.errors import LogError
-from rwjax.logs.sheet import FEWEST, Sheet
+from rwjax.logs.sheet import FEWEST, NO_DATES, Sheet
 
 MOST_TOGETHER = 100
 """Columns of one array."""
@@ -35,9 +35,9 @@ class ArraySheet(Sheet):
         """File and number of a row, or the name of what is no file and the number of a sample."""
         return f"{self.path}" if row is None else f"{self.path}: {self.row} {row + 1}"
 
-    def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
+    def numbers(self, names: Sequence[str], dates: Collection[str] = ()) -> list[np.ndarray]:
         """Columns as numbers, NaN where there is no value."""
-        found = [self._number(name) for name in names]
+        found = [self._number(name, name in dates) for name in names]
         for name, values in zip(names, found, strict=True):
             if len(values) != len(found[0]):
                 raise self.error(
@@ -47,8 +47,8 @@ class ArraySheet(Sheet):
             raise self.error(None, f"{len(found[0])} samples; a log needs at least {FEWEST}")
         return found
 
-    def _number(self, name: str) -> np.ndarray:
-        """One column as numbers, dates as seconds from the first."""
+    def _number(self, name: str, dates: bool) -> np.ndarray:
+        """One column as numbers, dates as seconds from the first where it may hold them."""
         held = self.columns[name]
         given = (
             np.ma.filled(np.ma.asarray(held, float), np.nan)
@@ -60,6 +60,8 @@ class ArraySheet(Sheet):
         if given.ndim != 1:
             raise self.error(None, f"`{name}` has the shape {given.shape}; a column has one value for each sample")
         if given.dtype.kind in "mM":
+            if not dates:
+                raise self.error(None, f"`{name}` holds dates; {NO_DATES}")
             seconds = (given - given[:1]) / np.timedelta64(1, "ns") / 1e9 if len(given) else np.zeros(0)
             return np.asarray(seconds, float)
         if given.dtype.kind in "biuf":

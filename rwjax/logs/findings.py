@@ -137,7 +137,7 @@ def _about_missing(log: Log) -> Iterator[str]:
             gap = int(np.argmax(~seen))
             yield f"{name}: {missing} of {len(y)} readings are missing, the first at {log.time[gap]:.6g} s: is the sensor read every time?"
         if out:
-            yield f"{name}: {out} outliers, the first at {log.left_out[name][0]:.6g} s: they are left out; look at the wiring"
+            yield f"{name}: {counted(out, 'outlier')}, the first at {log.left_out[name][0]:.6g} s, not counted; look at the wiring"
 
 
 def _about_readings(log: Log) -> Iterator[str]:

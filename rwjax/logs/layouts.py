@@ -53,7 +53,7 @@ def _own(sheet: Sheet, rig: Rig, left_out: Sequence[str]) -> dict[str, np.ndarra
     """The columns of a table by rwjax's names, but those that are left out."""
     used = [name for name in sheet.names if name not in left_out]
     _check_header(sheet, used, rig)
-    series = dict(zip(used, sheet.numbers(used), strict=True))
+    series = dict(zip(used, sheet.numbers(used, ["time_s"]), strict=True))
     for name in (name for name in INPUTS if name in series):
         sheet.check_finite(name, series[name])
     _check_time(sheet, series["time_s"])
@@ -117,7 +117,8 @@ def _check_given(sheet: Sheet, series: dict[str, np.ndarray]) -> None:
     duty = series.get("duty", np.zeros(1))
     if len(beyond := np.flatnonzero(np.abs(duty) > 1.0 + 1e-9)):
         row = int(beyond[0])
-        remedy = 'as of 255, duty = { column = "…", scale = "1/255" } under [columns] of the rig file'
+        number = 'in percent, unit = "percent"; as of 255, scale = "1/255"'
+        remedy = f'divide it, or write duty = {{ column = "…", … }} under [columns] of the rig file ({number})'
         raise sheet.error(row, f"{sheet.called('duty')} is {duty[row]:g}; a duty lies between -1 and 1: {remedy}")
     enabled = series.get(ENABLED, np.zeros(1))
     if len(neither := np.flatnonzero((enabled != 0.0) & (enabled != 1.0))):

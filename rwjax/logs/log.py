@@ -194,6 +194,10 @@ class Log:
             ),
         )
 
+    def __repr__(self) -> str:
+        """The same as printed: arrays of thousands of samples would flood a console."""
+        return f"{self}"
+
     def __str__(self) -> str:
         """Name, duration, samples and rate, then a line each for the command, every output and every note."""
         n, seconds = len(self.time), float(np.ptp(self.time)) if len(self.time) else 0.0

@@ -40,11 +40,12 @@ class MappedSheet(Sheet):
         """
         return self.of.where(row)
 
-    def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
+    def numbers(self, names: Sequence[str], dates: Collection[str] = ()) -> list[np.ndarray]:
         """Columns in the units of rwjax's names.
 
         Args:
             names: Names of rwjax's columns.
+            dates: Those of them that may hold dates, where their numbers are in the unit of rwjax's name already.
 
         Returns:
             One array (n,) for each name [the unit in its name], NaN where there is no value.
@@ -53,10 +54,13 @@ class MappedSheet(Sheet):
             LogError: As the table.
         """
         used = [self.sources.get(name, Source(name)) for name in names]
-        return [
-            source.convert(values)
-            for source, values in zip(used, self.of.numbers([source.column for source in used]), strict=True)
+        plain = [
+            source.column
+            for name, source in zip(names, used, strict=True)
+            if name in dates and source.factor == 1.0 and not source.offset
         ]
+        found = self.of.numbers([source.column for source in used], plain)
+        return [source.convert(values) for source, values in zip(used, found, strict=True)]
 
     def called(self, name: str) -> str:
         """A column as messages call it.

@@ -141,7 +141,7 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
         return found
     for column in sheet.names:
         values = _values(sheet, column)
-        one = _guess(column, values, kind, supply) if values is not None else None
+        one = _guess(column, values, kind, supply) if values is not None else _dated(sheet, column)
         if one is not None:
             found.setdefault(one.name, one)
     volts = found.get("voltage_V")
@@ -177,10 +177,17 @@ def is_commanded_torque(column: str) -> bool:
     return all(any(re.fullmatch(pattern, word) for word in words) for pattern in (TORQUE, ASKED_FOR))
 
 
-def _values(sheet: Sheet, column: str) -> np.ndarray | None:
-    """A column's numbers, None where it has none."""
+def _dated(sheet: Sheet, column: str) -> Proposal | None:
+    """Time by a column of dates whose name means it, None for any other."""
+    if _meaning(column, _parts(column)) != "time_s" or _values(sheet, column, dates=[column]) is None:
+        return None
+    return _line("time_s", column, "")
+
+
+def _values(sheet: Sheet, column: str, dates: Sequence[str] = ()) -> np.ndarray | None:
+    """A column's numbers, None where it has none; as seconds where it is one of those that may hold dates."""
     try:
-        values = sheet.numbers([column])[0]
+        values = sheet.numbers([column], dates)[0]
     except LogError:
         return None
     return values[np.isfinite(values)] if np.isfinite(values).any() else None
@@ -316,7 +323,7 @@ def description(sheet: Sheet) -> Sequence[str]:
     """
     lines = []
     for column in sheet.names:
-        values = _values(sheet, column)
+        values = _values(sheet, column, dates=[column])
         said = "no numbers" if values is None else f"{values.min():.6g} to {values.max():.6g}"
         lines.append(f"  {column}: {said}")
     return lines

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rwjax.errors import LogError, printable
+from rwjax.errors import LogError, printable, refuses_other_types
 from rwjax.logs.fields import fields_of
 from rwjax.logs.log import Log
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.rig.model import Rig
 
 
+@refuses_other_types
 def read_logs(
     paths: Iterable[str | os.PathLike[str]] | str | os.PathLike[str], rig: Rig, outputs_required: bool = True
 ) -> tuple[Log, ...]:
@@ -28,6 +29,7 @@ def read_logs(
 
     Raises:
         LogError: As `read_log`, and where the same file is named twice.
+        InputError: The rig is none.
     """
     given = [Path(path) for path in ([paths] if isinstance(paths, str | os.PathLike) else paths)]
     for path, times in Counter(os.path.realpath(path) for path in given).items():
@@ -45,6 +47,7 @@ def _names(paths: Sequence[Path]) -> list[str]:
     return [f"{name} ({names[:k].count(name) + 1})" if name in names[:k] else name for k, name in enumerate(names)]
 
 
+@refuses_other_types
 def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = True) -> Log:
     """One run, from a log file of rwjax's layout, of the thesis's, or of any that `[columns]` of the rig file describes.
 
@@ -58,5 +61,6 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
 
     Raises:
         LogError: With file, line, what is wrong and what would be right.
+        InputError: The rig is none.
     """
     return Log(printable(Path(path).name), **fields_of(read_sheet(path), rig, outputs_required))

@@ -2,7 +2,7 @@
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,8 @@ ROLES = ("train", "validate")
 """What the note `role` may say: a log is for the fit, or to judge what was fitted."""
 FREE_TEXT = ("run", "why", "rig")
 """Keys of notes that name or say something in any words, such as a run that is called `validate`."""
+NO_DATES = "dates are read as `time_s` alone, and there without a unit, scale, sign or offset under [columns]"
+"""What is said of dates in a column of numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +57,12 @@ class Sheet(ABC):
         return f"{self.path}"
 
     @abstractmethod
-    def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
+    def numbers(self, names: Sequence[str], dates: Collection[str] = ()) -> list[np.ndarray]:
         """Columns as numbers.
 
         Args:
             names: Names of the columns.
+            dates: Those of them that may hold dates, which become seconds from the first one.
 
         Returns:
             One array (n,) for each name [as in the file], NaN where there is no value.

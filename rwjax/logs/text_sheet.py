@@ -4,20 +4,25 @@ import csv
 import io
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rwjax.errors import LogError, counted, printable
 from rwjax.kinds import THESIS_COLUMNS
-from rwjax.logs.sheet import FEWEST, FREE_TEXT, ROLES, Sheet, is_number
+from rwjax.logs.sheet import FEWEST, FREE_TEXT, NO_DATES, ROLES, Sheet, is_number
+
+if TYPE_CHECKING:
+    import polars as pl
 
 MOST_COLUMNS = 1000
 """Columns of a log: a header of more is no header."""
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars"}
 """What may separate the cells of a row; of several in a header the first here, since decimals may have commas."""
+DATE = r"^(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d)(:\d\d(?:[.,]\d+)?)? ?(Z|[+-]\d\d(?::?\d\d)?)?$"
+"""A date and time by ISO 8601: day, minute, second and time zone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +56,7 @@ class TextSheet(Sheet):
         """The note that leaves a column out."""
         return f"write `# ignore: {name}` above the header to leave it out"
 
-    def numbers(self, names: Sequence[str]) -> list[np.ndarray]:
+    def numbers(self, names: Sequence[str], dates: Collection[str] = ()) -> list[np.ndarray]:
         """Columns as numbers, NaN where a cell is empty."""
         if len(self.rows) < FEWEST:
             raise self.error(None, f"{len(self.rows)} samples below the header; a log needs at least {FEWEST}")
@@ -64,7 +69,7 @@ class TextSheet(Sheet):
                 return list(np.ascontiguousarray(table.T))
             except ValueError:
                 pass  # an empty cell or a mistake: the reader of every other layout fills the one and names the other
-        return self._read(use, quoted)
+        return self._read(use, quoted, dates)
 
     def _check_cells(self, quoted: bool) -> None:
         """`LogError` for the first row that has more or fewer cells than the header."""
@@ -102,8 +107,8 @@ class TextSheet(Sheet):
         pointed = sum("." in row for row in self.rows)
         return more > 0.5 * len(self.rows) > 10.0 * pointed
 
-    def _read(self, use: Sequence[int], quoted: bool) -> list[np.ndarray]:
-        """Columns by their indices, read by polars."""
+    def _read(self, use: Sequence[int], quoted: bool, dates: Collection[str]) -> list[np.ndarray]:
+        """Columns by their indices, read by polars; those of the names `dates` may hold dates."""
         import polars as pl  # a tenth of a second, which a log of rwjax's own layout does not need
 
         names = [f"{k}" for k in range(len(self.names))]
@@ -120,49 +125,56 @@ class TextSheet(Sheet):
                 schema=dict.fromkeys(names, pl.String),
             )
         columns = [table.to_series(j).cast(pl.String).fill_null("").str.strip_chars() for j in use]
-        columns = [
-            cells if (first := _date(cells[0])) is None else pl.Series(_since(first, cells.to_list()))
-            for cells in columns
-        ]
-        found = [cells.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False) for cells in columns]
         missing = [(cells == "") | (cells.str.to_lowercase() == "nan") for cells in columns]
-        pointed = any(
-            cells.str.contains(".", literal=True).any() for cells in columns
-        )  # then no comma is a decimal one
+        firsts = [
+            next(iter(cells.filter(~empty)), "") if self.names[j] in dates else ""
+            for j, cells, empty in zip(use, columns, missing, strict=True)
+        ]
+        dated = [re.match(DATE, first) is not None for first in firsts]
+        found = [
+            _seconds(cells, first)
+            if is_date
+            else cells.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+            for cells, first, is_date in zip(columns, firsts, dated, strict=True)
+        ]
+        plain = [cells for cells, is_date in zip(columns, dated, strict=True) if not is_date]
+        pointed = any(cells.str.contains(".", literal=True).any() for cells in plain)  # then no comma is a decimal one
         wrong = [
-            (number.is_null() & ~empty) | (cells.str.contains(",", literal=True) & pointed)
-            for cells, number, empty in zip(columns, found, missing, strict=True)
+            (number.is_null() & ~empty) | (cells.str.contains(",", literal=True) & (pointed and not is_date))
+            for cells, number, empty, is_date in zip(columns, found, missing, dated, strict=True)
         ]
         rows = [int(np.flatnonzero(bad.to_numpy())[0]) if bad.any() else len(self.rows) for bad in wrong]
         if (row := min(rows, default=len(self.rows))) < len(self.rows):
             k = rows.index(row)
-            raise self._no_number(row, use[k], columns[k][row])
+            raise self._no_number(row, use[k], columns[k][row], firsts[k])
         return [number.fill_null(np.nan).to_numpy() for number in found]
 
-    def _no_number(self, row: int, j: int, cell: str) -> LogError:
-        """What is wrong with a cell."""
+    def _no_number(self, row: int, j: int, cell: str, first: str) -> LogError:
+        """What is wrong with a cell; `first` is the first one of a column that may hold dates, "" for any other."""
         said = f"`{self.names[j]}` is {cell!r}; it has to be a number"
+        is_date, dated = (re.match(DATE, text) for text in (cell, first))
+        if is_date and not first:
+            return self.error(row, f"{said}: {NO_DATES}")
+        if dated and cell != first:
+            said = said.removesuffix("number") + f"date like the first, {first!r}"
+            return self.error(row, f"{said}, all with a time zone or all without")
+        if is_date and cell != first:
+            return self.error(row, f"{said} like the first, {first!r}")
+        if first and re.search(r"\d:\d\d", cell):
+            return self.error(row, f"{said} of seconds, or a date written as 2024-05-01 12:00:00.010")
         if "," in cell and is_number(cell.replace(",", "")):
             return self.error(row, f"{said}, and beside decimal points a comma is none: write all decimals one way")
-        if re.search(r"\d:\d\d", cell):
-            return self.error(row, f"{said} of seconds, or a date written as 2024-05-01 12:00:00.010")
         return self.error(row, f"{said}, or empty where a reading is missing")
 
 
-def _since(first: datetime, cells: list[str]) -> list[str]:
-    """A column in which dates stand as seconds from the first one; decimals as the dates have them."""
-    since = [None if (date := _date(cell)) is None else (date - first).total_seconds() for cell in cells]
-    texts = [cell if s is None else f"{s:.6f}".rstrip("0").rstrip(".") for cell, s in zip(cells, since, strict=True)]
-    return [text.replace(".", ",") if "," in cell else text for cell, text in zip(cells, texts, strict=True)]
-
-
-def _date(cell: str) -> datetime | None:
-    """The date and time of a cell by ISO 8601, of the zone UTC where it names none; None for any other cell."""
-    try:
-        found = None if is_number(cell) else datetime.fromisoformat(cell)
-    except ValueError:
-        return None
-    return found if found is None or found.tzinfo else found.replace(tzinfo=UTC)
+def _seconds(cells: "pl.Series", first: str) -> "pl.Series":
+    """Dates as seconds from the first one, null for any other cell and where not both or neither have a time zone."""
+    day, minute, second, zone = cells.str.extract_groups(DATE).struct.unnest()
+    at = day + " " + minute + second.fill_null(":00").str.replace(",", ".", literal=True) + zone.fill_null("Z")
+    found = at.str.to_datetime("%Y-%m-%d %H:%M:%S%.f%#z", time_unit="us", strict=False).to_physical()
+    same = cells == first
+    since = ((found - found.filter(same)[0]) / 1e6).round(6)  # polars divides by a product, rounded once more
+    return since.set(zone.is_null() != zone.filter(same).is_null()[0], None)
 
 
 def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:

@@ -33,7 +33,7 @@ def test_dates_are_seconds_from_the_first_and_nothing_is_missing() -> None:
     dates = np.datetime64("2026-11-23T18:00:00") + np.arange(10) * np.timedelta64(10, "ms")
     masked = np.ma.masked_greater(np.arange(10), 8)
     table = ArraySheet("run", {}, ["t", "m", "o"], {"t": dates, "m": masked, "o": [None, "", "1.5", *range(7)]})
-    t, m, o = table.numbers(["t", "m", "o"])
+    t, m, o = table.numbers(["t", "m", "o"], ["t"])
     assert t == pytest.approx(np.arange(10) / 100.0, abs=1e-12)
     assert np.isnan(m[9]) and m[8] == 8.0 and np.isnan(o[:2]).all() and o[2] == 1.5
 
@@ -46,6 +46,7 @@ def test_dates_are_seconds_from_the_first_and_nothing_is_missing() -> None:
         (np.arange(9), "run: `b` has 9 values, and `a` 10; give equally many"),
         (np.zeros((10, 3)), "run: `b` has the shape (10, 3); a column has one value for each sample"),
         (1j * TEN, "run: `b` holds complex numbers"),
+        (TEN.astype("datetime64[s]"), "run: `b` holds dates; dates are read as `time_s` alone"),
     ],
 )
 def test_a_column_that_is_none_is_named(column: Any, message: str) -> None:

@@ -63,7 +63,11 @@ ODD = [
         "readings",
         "yaw_rad: 100 of 2000 readings are missing, the first at 1 s",
     ),
-    (replace(GOOD, left_out={"yaw_rad": np.array([3.0, 4.0])}), "readings", "yaw_rad: 2 outliers, the first at 3 s"),
+    (
+        replace(GOOD, left_out={"yaw_rad": np.array([3.0, 4.0])}),
+        "readings",
+        "yaw_rad: 2 outliers, the first at 3 s, not counted",
+    ),
     (of(yaw_rad_s=at(RATE, slice(500, 560), RATE[500])), "readings", "yaw_rad_s stays the same for 0.59 s from 5 s on"),
     (of(yaw_rad_s=0.01 * RNG.normal(size=2000)), "readings", "yaw_rad_s hardly moves"),
     (

@@ -215,7 +215,11 @@ def test_every_column_of_a_kind_may_stand_in_a_log_and_those_of_others_may_not()
 @pytest.mark.parametrize(
     ("header", "row", "message"),
     [
-        ("time_s,duty,yaw_rad", "{t},{k},1", ":4: `duty` is 2; a duty lies between -1 and 1: as of 255, duty = {"),
+        (
+            "time_s,duty,yaw_rad",
+            "{t},{k},1",
+            ":4: `duty` is 2; a duty lies between -1 and 1: divide it, or write duty = {",
+        ),
         ("time_s,voltage_V,duty,yaw_rad", "{t},1,1,1", "`voltage_V` and `duty` are both commands, and a log holds one"),
         ("time_s,voltage_V,enabled,wheel_rad_s", "{t},1,2,1", ":2: `enabled` is 2; it has to be 1 where torque is on"),
         ("time_s,command_Nm,wheel_rad_s", "{t},1,1", "no column `voltage_V`, which every log needs"),

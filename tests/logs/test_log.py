@@ -95,6 +95,10 @@ def test_outliers_are_remarked_and_cut_with_the_log() -> None:
     assert {name: times.tolist() for name, times in log.cut(10, 60).left_out.items()} == {"yaw_rad": [0.5]}
 
 
+def test_a_console_shows_a_log_as_it_prints() -> None:
+    assert repr(run()) == str(run()) and "array(" not in repr([run()])
+
+
 def test_a_log_prints_duration_rate_ranges_and_notes() -> None:
     assert (
         str(run())

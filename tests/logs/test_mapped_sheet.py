@@ -10,6 +10,7 @@ from rwjax.errors import LogError
 from rwjax.logs.mapped_sheet import mapped
 from rwjax.logs.text_sheet import text_sheet
 from rwjax.rig.columns import columns_of
+from rwjax.rig.read import parse_rig
 from tests.logs.forms import RIG, text
 
 
@@ -96,3 +97,24 @@ def test_a_column_that_becomes_another_is_not_taken_by_its_own_name_besides(tmp_
     )
     assert run.resolution["yaw_rad"] == 0.0
     assert np.array_equal(run.outputs["yaw_rad"], log_of(tmp_path, text()).outputs["yaw_rad"])
+
+
+DATES = re.sub(r"\n(\d+)0,", lambda row: f"\n2024-05-01 12:00:00.{int(row[1]):02d},", text().replace("\n0,", "\n00,"))
+
+
+def dated_rig(key: str):
+    section = f'time_s = {{ column = "ms", {key} }}\nvoltage_V = "pwm"\nyaw_rad = "angle"\n'
+    return parse_rig('kind = "platform"\ndrive.gain = 1\naxis.inertia = 1\n[columns]\n' + section)
+
+
+def test_dates_are_seconds_already(tmp_path) -> None:
+    assert log_of(tmp_path, DATES, dated_rig('unit = "s"')).time == pytest.approx(np.arange(50) / 100)
+
+
+@pytest.mark.parametrize("key", ['unit = "ms"', "scale = 10", "sign = -1", "offset = 1"])
+def test_dates_take_no_unit_and_no_scale(tmp_path, key: str) -> None:
+    message = (
+        "`ms` is '2024-05-01 12:00:00.00'; it has to be a number: dates are read as `time_s` alone, and there without"
+    )
+    with pytest.raises(LogError, match=re.escape(message)):
+        log_of(tmp_path, DATES, dated_rig(key))

@@ -175,3 +175,11 @@ def test_a_current_that_is_a_size_by_its_name_and_values_is_said_to_be_one() -> 
     section = proposal(ArraySheet("run", {}, [*columns], columns), "wheel")
     assert 'current_A = { column = "current_abs_mA", unit = "mA", unsigned = true }' in section
     assert parse_rig(f"wheel_encoder.counts_per_rev = 100\n{WHEEL}{section}").sources["current_A"].unsigned
+
+
+def test_dates_are_time_without_a_unit_and_nothing_else() -> None:
+    dates = np.datetime64("2026-11-23T18:00:00") + np.arange(10) * np.timedelta64(2, "s")
+    sheet = ArraySheet("run", {}, ["time_ms", "angle"], {"time_ms": dates, "angle": dates})
+    text = proposal(sheet, "platform")
+    assert 'time_s = "time_ms"' in text.splitlines() and "# passed over: angle" in text
+    assert description(sheet)[0] == "  time_ms: 0 to 18"

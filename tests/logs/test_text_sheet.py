@@ -2,12 +2,15 @@
 
 import math
 import re
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rwjax.errors import LogError
 from rwjax.logs.read_sheet import read_sheet
+from rwjax.logs.sheet import Sheet
 from tests.logs.texts import HEADER, ROWS, THESIS_HEADER, THESIS_ROWS, WHEEL, changed
 
 two = "time_s,voltage_V"
@@ -193,21 +196,84 @@ def test_only_a_last_line_of_too_few_cells_is_cut_short(log) -> None:
         assert "cut short" not in str(error.value)
 
 
+def sheet_of(path: Path, times: Sequence[str], separator: str = ",", volts: str = "1.5") -> Sheet:
+    """A text file of a column `when` and a column `volts`."""
+    path /= "run.csv"
+    path.write_text("\n".join(separator.join(row) for row in [("when", "volts"), *((time, volts) for time in times)]))
+    return read_sheet(path)
+
+
 @pytest.mark.parametrize(
-    ("date", "separator"),
-    [("2024-05-01 12:00:{:06.3f}", ","), ("2024-05-01T12:00:{:06.3f}Z", ","), ("2024-05-01 12:00:{:06.3f}", ";")],
+    ("date", "separator", "volts"),
+    [
+        ("2024-05-01 12:00:{:06.3f}", ",", "1.5"),
+        ("2024-05-01T12:00:{:06.3f}Z", ",", "1.5"),
+        ("2024-05-01 12:00:{:06.3f}+0200", ";", "1,5"),
+        ("2024-05-01 12:00:{:06.3f}", ";", "1,5"),
+    ],
 )
-def test_dates_are_seconds_from_the_first(tmp_path, date: str, separator: str) -> None:
-    rows = [separator.join([date.format(50 + 0.01 * k), f"{k / 8}"]) for k in range(12)]
-    text = "\n".join([f"when{separator}volts", *rows])
-    path = tmp_path / "run.csv"
-    path.write_text(text.replace(".", ",") if separator == ";" else text)
-    when, volts = read_sheet(path).numbers(["when", "volts"])
-    assert np.allclose(when, 0.01 * np.arange(12), atol=1e-9) and np.array_equal(volts, np.arange(12) / 8)
+@pytest.mark.parametrize("point", [".", ","])
+def test_dates_are_seconds_from_the_first_whatever_their_decimals(tmp_path, date, separator, volts, point) -> None:
+    if separator == point:
+        separator, volts = "\t", "1.5"
+    dates = [date.format(50 + 0.01 * k).replace(".", point) for k in range(12)]
+    when, held = sheet_of(tmp_path, ["", *dates], separator, volts).numbers(["when", "volts"], ["when"])
+    assert np.isnan(when[0]) and np.array_equal(when[1:], np.arange(12) / 100) and (held == 1.5).all()
 
 
-def test_a_number_is_no_date_and_a_cell_that_is_none_is_pointed_at(refused) -> None:
+def test_each_date_counts_by_its_own_time_zone(tmp_path) -> None:
+    dates = [f"2024-05-01 12:00:{k:02d}+02:00" for k in range(10)] + ["2024-05-01T11:00:10+01", "2024-05-01 10:01Z"]
+    (when,) = sheet_of(tmp_path, dates).numbers(["when"], ["when"])
+    assert when.tolist() == [*range(11), 60.0]
+
+
+@pytest.mark.parametrize(
+    ("row", "cell", "message"),
+    [
+        (3, "later", "it has to be a date like the first, '2024-05-01 12:00:00.00', all with a time zone or all"),
+        (3, "20240501", "it has to be a date like the first"),
+        (3, "0.03", "it has to be a date like the first"),
+        (3, "2024W181", "it has to be a date like the first"),
+        (3, "2024-05-01 12:00:00.03+02:00", "it has to be a date like the first"),
+        (3, "2024-13-01 12:00", "it has to be a date like the first"),
+        (0, "2024-13-01 12:00", "it has to be a number of seconds, or a date written as 2024-05-01 12:00:00.010"),
+        (0, "2024W181", "it has to be a number, or empty"),
+    ],
+)
+def test_a_column_that_begins_with_a_date_holds_nothing_else(refused, row: int, cell: str, message: str) -> None:
+    dates = [f"2024-05-01 12:00:00.{k:02d}" for k in range(12)]
+    dates[row] = cell
     refused(
-        [HEADER, *(f"2024-05-01 12:00:00.{k:02d},1,{k}" for k in range(12)), "later,1,1"], ":14: `time_s` is 'later'"
+        [HEADER, *(f"{date},1,{k}" for k, date in enumerate(dates))], f":{row + 2}: `time_s` is '{cell}'; {message}"
     )
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("2024-05-01 12:00,1,1", ":5: `time_s` is '2024-05-01 12:00'; it has to be a number like the first, '0.0'"),
+        (
+            "0.03,2024-05-01 12:00,1",
+            "`voltage_V` is '2024-05-01 12:00'; it has to be a number: dates are read as `time_s`",
+        ),
+        ("0.03,1,12:30:10", "`yaw_counts` is '12:30:10'; it has to be a number, or empty where a reading is missing"),
+    ],
+)
+def test_dates_and_clocks_among_numbers_are_refused(refused, row: str, message: str) -> None:
+    refused(changed(3, row), message)
+
+
+def test_only_time_is_read_by_dates(refused) -> None:
+    rows = [f"{k / 100},2024-05-01 12:00:00.{k:02d},{k}" for k in range(12)]
+    refused([HEADER, *rows], ":2: `voltage_V` is '2024-05-01 12:00:00.00'; it has to be a number: dates are read as")
+    rows = [f"0;0;2024-05-01 12:00:00.{k:02d};0;1500;0" for k in range(12)]
+    refused([THESIS_HEADER, *rows], ":2: `pos2` is '2024-05-01 12:00:00.00'; it has to be a number: dates", WHEEL)
+
+
+def test_a_decimal_comma_makes_no_date(tmp_path) -> None:
+    when, _ = sheet_of(tmp_path, [f"20240501,{k:02d}" for k in range(12)], ";").numbers(["when", "when"], ["when"])
+    assert when == pytest.approx(20240501 + np.arange(12) / 100, abs=1e-8)
+
+
+def test_a_number_is_no_date(refused) -> None:
     refused([HEADER, "20240501,1,x", *ROWS], ":2: `yaw_counts` is 'x'")
