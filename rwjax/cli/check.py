@@ -25,7 +25,7 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
     """
     from rwjax.errors import RigError
     from rwjax.fitting.questions.check import check as findings_of
-    from rwjax.fitting.questions.numbers import NOTHING
+    from rwjax.fitting.questions.numbers import NothingTold
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
 
@@ -43,7 +43,7 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         lines = [f"- {finding.about}: {finding}" for finding in found] or [
             "nothing odd was found; how far the model is from these logs is another question"
         ]
-        silent = any(finding.about == "numbers" and finding.says.startswith(NOTHING) for finding in found)
+        silent = any(isinstance(finding.says, NothingTold) for finding in found)
         fitted = not silent and any(not log.validate for log in logs)
         ahead = [next_command("fit" if rig.free else "diagnose", rig_file, *log_files)] if fitted else []
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))

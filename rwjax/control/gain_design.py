@@ -122,7 +122,7 @@ class _Task(NamedTuple):
         """A controller with its robustness and its step response."""
         seen, step = self.response(controller), float(self.reference[-1])
         settles = bool(np.isfinite(seen.settling))
-        why = "" if settles else why_unsettled(controller, self.breakaway, step, self.timing)
+        why = "" if settles else why_unsettled(controller, self.breakaway, step, self.timing, float(seen.error))
         return DesignedController(controller, found, seen, why)
 
 

@@ -7,6 +7,8 @@ from rwjax.control.response import BAND
 
 FRICTION = "friction holds the axis"
 """How a reason begins that is friction."""
+LOADED = 1.1
+"""Error over the largest that friction holds, above which a steady load holds the axis off, too [1]."""
 
 
 def held_off(controller: Controller, breakaway: float) -> float:
@@ -39,7 +41,7 @@ def least_kp(controller: Controller, breakaway: float, error: float) -> float:
     return max(breakaway - forward, 0.0) / error
 
 
-def why_unsettled(controller: Controller, breakaway: float, step: float, timing: LoopTiming) -> str:
+def why_unsettled(controller: Controller, breakaway: float, step: float, timing: LoopTiming, error: float = 0.0) -> str:
     """Why a step of the reference from rest does not settle.
 
     Args:
@@ -47,6 +49,7 @@ def why_unsettled(controller: Controller, breakaway: float, step: float, timing:
         breakaway: Command at which the axis at rest breaks loose [V].
         step: Height of the step [rad].
         timing: Sampling period, and the encoder's counts.
+        error: Error that the step ends with [rad].
 
     Returns:
         The reason in words; one that is friction begins with `FRICTION`.
@@ -61,7 +64,8 @@ def why_unsettled(controller: Controller, breakaway: float, step: float, timing:
         return f"{needs}, and the step gives {first:.3g} V with these gains: the axis does not move at all"
     off = held_off(controller, breakaway)
     if ki == 0.0 and off > BAND * size:
-        return f"{needs}, so that at rest it stays up to {math.degrees(off):.2g}° off with these gains"
+        rest = "; the rest is a steady load's, such as gravity at that angle" if abs(error) > LOADED * off else ""
+        return f"{needs}, so that at rest it stays up to {math.degrees(off):.2g}° off with these gains{rest}"
     count = 360.0 / timing.counts if timing.counts else 0.0
     if 0.5 * count > BAND * math.degrees(size):
         return (

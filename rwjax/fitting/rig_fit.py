@@ -47,8 +47,11 @@ class RigFit:
 
     @property
     def tells_something(self) -> bool:
-        """Whether the logs tell any of the free numbers: one at least has an interval with two ends."""
-        return any(np.all(np.isfinite(ends)) for ends in self.interval.values())
+        """Whether the logs tell anything of the free numbers: one at least leaves a trace, if only together with others.
+
+        A number that leaves none where it sits on its bound may leave one off it: then its profile has two ends.
+        """
+        return self.uncertainty.tells_something or any(np.all(np.isfinite(ends)) for ends in self.interval.values())
 
     def __str__(self) -> str:
         rows = [

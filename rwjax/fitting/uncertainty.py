@@ -29,12 +29,19 @@ class Uncertainty:
         inflation: Factor `(k,)` by which correlated residuals multiply the variance of each [1]; the mean of the others
             where a number has none.
         notes: What a user should know, one sentence each.
+        silent: Those of the numbers a small change of which leaves no trace in the logs.
     """
 
     names: tuple[str, ...]
     covariance: np.ndarray
     inflation: np.ndarray
     notes: tuple[str, ...]
+    silent: tuple[str, ...] = ()
+
+    @property
+    def tells_something(self) -> bool:
+        """Whether any free number leaves a trace in the logs, if only together with others."""
+        return len(self.silent) < len(self.names)
 
     def of(self, names: Sequence[str]) -> np.ndarray:
         """Covariance of some of the numbers.
@@ -170,7 +177,8 @@ def uncertainty(fitted: Fit) -> Uncertainty:
         scaled = one.covariance * scale[use] * scale[use][:, None]
         scaled[one.spoilt, :] = scaled[:, one.spoilt] = np.inf
         covariance[part] = scaled
-    return Uncertainty(names, covariance, inflation, tuple(notes))
+    without_trace = tuple(name for name, s in zip(names, silent, strict=True) if s)
+    return Uncertainty(names, covariance, inflation, tuple(notes), without_trace)
 
 
 class _Sandwich(NamedTuple):

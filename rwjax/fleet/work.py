@@ -22,7 +22,9 @@ AS_GOOD = 1.01
 NO_METHOD = "no method"
 """Verdict of a comparison where no method's model is stable."""
 NOTHING = "the logs tell nothing"
-"""Verdict of a fit or a comparison of logs that tell none of the free numbers."""
+"""Verdict of a fit or a comparison of logs in which none of the free numbers leaves a trace."""
+END_TO_END = "end-to-end"
+"""Name of the method that any logs suit (`rwjax.methods.comparison.METHODS`)."""
 
 
 def on_worker(job: Job, command: str, options: Mapping[str, Any], folder: str) -> Row:
@@ -173,9 +175,19 @@ def _compare(job: Job, options: Mapping[str, Any], folder: str) -> Row:
     found = compare(rig, logs).json()
     if not any(one["rms"] for one in found["methods"]):
         raise InputError(f"no method can be used on these logs; {'; '.join(found['methods'][0]['notes'])}")
-    fitted = found["methods"][0]["numbers"]  # end to end, which any logs suit
-    told = fitted is None or any(one["standard_error"] for one in fitted.values())
+    told = options.get("force") or _tells_something(rig, logs, found)
     return (best_method(found) if told else {"verdict": NOTHING}) | {"answer": json_text(found)}
+
+
+def _tells_something(rig: "Rig", logs: "Sequence[Log]", found: Mapping[str, Any]) -> bool:
+    """Whether logs tell anything of the free numbers, as a fit says: at the estimates of the end-to-end method of a comparison."""
+    from rwjax.fitting.fit import to_fit
+    from rwjax.fitting.questions.numbers import tells_something
+
+    fitted = {one["method"]: one["numbers"] for one in found["methods"]}.get(END_TO_END)
+    if fitted is None:  # the method could not be used
+        return True
+    return tells_something(rig.with_values({name: one["value"] for name, one in fitted.items()}), to_fit(rig, logs))
 
 
 def best_method(found: Mapping[str, Any]) -> Row:

@@ -5,17 +5,15 @@ limit, multisines of two sizes, repeats for the noise. Squares, a kind of their 
 """
 
 from dataclasses import replace
-from math import isclose
 
 import jax.numpy as jnp
 
 from rwjax.effects.library import BY_NAME, shown_in
 from rwjax.errors import InputError
 from rwjax.kinds import GOAL
-from rwjax.planning.amplitude import SizedDesign, size_designs
-from rwjax.planning.designs import BACK, DESIGNS, Design
+from rwjax.planning.amplitude import size_designs
+from rwjax.planning.designs import DESIGNS, Design
 from rwjax.planning.envelope import LIMITS, Envelope, commanded_volts, rad_and_degrees
-from rwjax.planning.experiment import Experiment
 from rwjax.planning.files import Run
 from rwjax.planning.motion import WAIT_S
 from rwjax.planning.sequence import PlayedRun, play_runs
@@ -23,9 +21,6 @@ from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
-
-ALIKE = 0.1
-"""Share by which the sizes of two runs of one shape have to differ for both to be in a plan [1]."""
 
 
 def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, ...]]:
@@ -44,7 +39,7 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
         InputError: Where nothing that the limits allow moves the simulated rig.
     """
     designs = _possible(rig, within)
-    found, twins = _each_once(rig, within, size_designs(rig, within, designs))
+    found, twins = play_runs(rig, within, size_designs(rig, within, designs))
     runs = [
         run
         for name, played in found.items()
@@ -64,35 +59,6 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
         *_of_the_file(rig),
     ]
     return tuple(runs), tuple(remarks)
-
-
-def _each_once(
-    rig: Rig, within: Envelope, sized: dict[str, SizedDesign]
-) -> tuple[dict[str, list[PlayedRun]], dict[str, str]]:
-    """The runs of all designs but those that came out as an earlier one, and these by name with that one's name."""
-    found, twins = play_runs(rig, within, sized), {}
-    while more := _twins(found):
-        twins |= more
-        found = {name: runs for name, runs in found.items() if name not in more}
-        if within.limits_travel:  # each begins where the one before has ended
-            found = play_runs(rig, within, {name: sized[name] for name in found})
-    return found, twins
-
-
-def _twins(found: dict[str, list[PlayedRun]]) -> dict[str, str]:
-    """Names of designs whose runs are those of an earlier design in all but `ALIKE` of their size, with its name."""
-    twins, kept = {}, dict[str, Experiment]()
-    for name, (run, *_) in found.items():
-        one = run.experiment
-        for earlier, other in kept.items():
-            shapes = {(each.kind, each.period, each.length, each.offset == 0.0) for each in (one, other)}
-            directions = {each.endswith(BACK) for each in (name, earlier)}
-            if len(shapes) == len(directions) == 1 and isclose(abs(one.amplitude), abs(other.amplitude), rel_tol=ALIKE):
-                twins[name] = earlier
-                break
-        else:
-            kept[name] = one
-    return twins
 
 
 def _of_twins(twins: dict[str, str]) -> list[str]:

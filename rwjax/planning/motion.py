@@ -22,6 +22,8 @@ WAIT_S = 60.0
 """Time [s] simulated where travel is limited: `rwjax.link.play_plan` waits as long for a rig to come to rest."""
 DECAY_S = 30.0
 """Time [s] over which a rate has to fall for the angle that is left to go to be told from it."""
+STANDS = 1e-6
+"""Rate [rad/s] up to which an axis stands: where friction just holds a load, a rate that is left over need not fall."""
 
 
 def command_log(experiment: Experiment, name: str, seconds: float) -> Log:
@@ -130,7 +132,7 @@ def coasting_angle(rate: Float[np.ndarray, "e t"]) -> Float[np.ndarray, " e"]:
         rate: Rate of the axis [rad/s] at `TICK_HZ`, `(e, t)`.
 
     Returns:
-        The angle [rad], `(e,)`; infinite where the rate did not fall.
+        The angle [rad], `(e,)`; 0 where the axis stands, infinite where the rate did not fall.
     """
     n = round(TICK_HZ * TAIL_S)
     late, back = np.max(np.abs(rate[:, -n:]), axis=1), round(TICK_HZ * DECAY_S)
@@ -138,4 +140,4 @@ def coasting_angle(rate: Float[np.ndarray, "e t"]) -> Float[np.ndarray, " e"]:
     with np.errstate(divide="ignore", invalid="ignore"):
         falls = np.log(early / late)
         angle = np.where(falls > 0.0, late * DECAY_S / falls, np.inf)
-    return np.where(late == 0.0, 0.0, angle)
+    return np.where(late <= STANDS, 0.0, angle)

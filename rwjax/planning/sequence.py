@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import groupby
+from math import isclose
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,9 @@ from rwjax.planning.envelope import Envelope
 from rwjax.planning.experiment import Experiment
 from rwjax.planning.motion import WAIT_S, coasting_angle, peaks, simulated_motion
 from rwjax.rig.model import Rig
+
+ALIKE = 0.1
+"""Share by which amplitudes or offsets of two runs of one shape have to differ for both to be in a plan [1]."""
 
 
 class PlayedRun(NamedTuple):
@@ -29,7 +33,19 @@ class PlayedRun(NamedTuple):
     angle_range: tuple[float, float] | None
 
 
-def play_runs(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> dict[str, list[PlayedRun]]:
+class Played(NamedTuple):
+    """Designs as they are played, each once.
+
+    Attributes:
+        runs: The runs of each design, as many as it repeats.
+        twins: Designs that would repeat one of these, by name, with the name of that one; they are not played.
+    """
+
+    runs: dict[str, list[PlayedRun]]
+    twins: dict[str, str]
+
+
+def play_runs(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> Played:
     """Every design at the largest amplitude up to its own that keeps to the limits.
 
     Where travel is limited, the runs are played one after the other, each beginning where the one before has ended.
@@ -40,46 +56,66 @@ def play_runs(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> dict
         sized: Designs by name with their largest amplitude and pace.
 
     Returns:
-        The runs of each design that keeps to the limits, as many as it repeats.
+        The runs of each design that keeps to the limits and comes out as no earlier one, and those that do.
     """
     return (_in_sequence if within.limits_travel else _each_alone)(rig, within, sized)
 
 
-def _each_alone(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> dict[str, list[PlayedRun]]:
+def _each_alone(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> Played:
     """The runs where travel is not limited, each from angle 0."""
     if not sized:
-        return {}
+        return Played({}, {})
     designs = {name: each.design for name, each in sized.items()}
     levels = rounded_levels(np.array([each.amplitude for each in sized.values()]), LARGE)
     paces = [each.pace for each in sized.values()]
     tried = try_designs(rig, within, designs, levels, paces)  # once more as it will be played
-    found = {}
+    found = Played({}, {})
     for d, (name, each) in enumerate(sized.items()):
         if (size := tried.allowed[d] - 1) >= 0:
             reaches = {output: float(values[d, size]) for output, values in tried.peaks.items()}
             one = PlayedRun(each.design.at(levels[d, size], each.pace, column=within.input), reaches, None)
-            found[name] = [one] * each.design.repeats
+            _add(found, {name: [one] * each.design.repeats})
     return found
 
 
-def _in_sequence(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> dict[str, list[PlayedRun]]:
+def _in_sequence(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> Played:
     """The runs one after the other, each as large as the travel that is left allows.
 
     Each takes the direction that allows more, or the one that ends nearer the middle where both allow the same. A design and
     its way back are one: the same size, opposite directions.
     """
-    found: dict[str, list[PlayedRun]] = {}
-    begin = 0.0
+    found, begin = Played({}, {}), 0.0
     for _, group in groupby(sized, key=lambda name: name.removesuffix(BACK)):
         names = list(group)
         options = _play_options(rig, within, [sized[name] for name in names], begin)
         if not options.good.any():
             continue
         best = min(np.flatnonzero(options.good), key=lambda k: (-options.size[k], abs(options.end[k])))
-        begin, runs = options.end[best], iter(options.runs)
-        for name in names:
-            found[name] = [next(runs)[best] for _ in range(sized[name].design.repeats)]
+        runs = iter(options.runs)
+        if _add(found, {name: [next(runs)[best] for _ in range(sized[name].design.repeats)] for name in names}):
+            begin = options.end[best]
     return found
+
+
+def _add(found: Played, group: dict[str, list[PlayedRun]]) -> bool:
+    """Adds the runs of one or two designs, or that they all repeat earlier ones; whether they are played."""
+    twins = {name: twin for name, (run, *_) in group.items() if (twin := _twin(found, run.experiment))}
+    if played := len(twins) < len(group):
+        found.runs.update(group)
+    else:
+        found.twins.update(twins)
+    return played
+
+
+def _twin(found: Played, one: Experiment) -> str | None:
+    """The design that is played with the same experiment, in all but `ALIKE` of amplitude and offset."""
+    for name, (run, *_) in found.runs.items():
+        other = run.experiment
+        shapes = {(each.kind, each.period, each.length) for each in (one, other)}
+        sizes = (one.amplitude, other.amplitude), (one.offset, other.offset)
+        if len(shapes) == 1 and all(isclose(a, b, rel_tol=ALIKE) for a, b in sizes):
+            return name
+    return None
 
 
 class _Options(NamedTuple):

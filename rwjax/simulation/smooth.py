@@ -87,8 +87,9 @@ class Smooth(Solver):
         return type(self) is Smooth and owners <= {"diffrax", "optimistix", "lineax"}
 
     def __check_init__(self) -> None:
-        number = np.ndim(self.width) == 0 and not isinstance(self.width, str)
-        if not (isinstance(self.width, Tracer) or self.width is None or (number and 0.0 < self.width < np.inf)):
+        if self.width is None or isinstance(self.width, Tracer):
+            return
+        if np.ndim(self.width) or isinstance(self.width, str) or not 0.0 < self.width < np.inf:
             raise InputError(f"width {self.width}: the width of the smooth sign has to be a positive number [rad/s]")
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":

@@ -57,8 +57,9 @@ def test_logs_that_tell_nothing_are_not_said_to_be_ready_for_a_fit(
     columns = {"time_s": run.time, "voltage_V": run.command, "yaw_rad": run.outputs["yaw_rad"]}
     write_log(tmp_path / "run.csv", columns)
     check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert last.startswith("- numbers: these logs tell nothing of axis.inertia, ") and "`rwjax plan`" in last
+    said = capsys.readouterr().out.splitlines()
+    assert said[-1].startswith("- numbers: these logs tell nothing of axis.inertia, ") and "`rwjax plan`" in said[-1]
+    assert sum(line.startswith("- numbers: ") for line in said) == 1
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 
 from rwjax import read_rig, simulate, write_log, write_rig
 from tests.cli.shell import DEMO, LOGS, Shell, program
+from tests.fitting.logs import log_of
 from tests.systems import platform
 
 MOTOR = """kind = "wheel"
@@ -33,6 +34,18 @@ def test_logs_that_tell_nothing_of_any_free_number_give_no_rig_file(tmp_path: Pa
     assert code != 0 and not output.exists()
     assert "tell nothing of motor.friction: use runs in which the command changes and the rig moves; `--force`" in err
     assert shell("fit", "rig.toml", "still.csv", "-o", "fitted.toml", "--force")[0] == 0
+
+
+def test_a_fit_whose_logs_tell_only_a_combination_says_so_and_writes_the_rig_file(tmp_path: Path, shell: Shell) -> None:
+    rig = platform("viscous = 0.0", free='"axis.inertia", "drive.gain"')
+    log = log_of(rig, noise=1e-3)
+    (tmp_path / "rig.toml").write_text(write_rig(rig))
+    write_log(tmp_path / "run.csv", {"time_s": log.time, "voltage_V": log.command, "yaw_rad": log.outputs["yaw_rad"]})
+    _, out, _ = shell("check", "rig.toml", "run.csv")
+    assert "determined by these logs: fix one" in out and out.splitlines()[-1].startswith("next: rwjax fit ")
+    code, _, err = shell("fit", "rig.toml", "run.csv", "-o", "fitted.toml")
+    assert code == 0 and (tmp_path / "fitted.toml").exists() and "tell nothing" not in err
+    assert "only a combination of drive.gain and axis.inertia is determined by these logs: fix one" in err
 
 
 @pytest.mark.slow

@@ -46,6 +46,15 @@ def test_the_reason_holds_the_volts(law: Controller, breakaway: float, words: st
     assert words in why_unsettled(law, breakaway, -1.0, LoopTiming(0.01, counts=4096))
 
 
+def test_what_friction_does_not_hold_is_a_steady_loads() -> None:
+    held = held_off(LAW, 1.0)
+    of_friction, of_both = (why_unsettled(LAW, 1.0, -1.0, LoopTiming(0.01), error) for error in (-held, -1.2 * held))
+    assert (
+        "load" not in of_friction
+        and of_both == f"{of_friction}; the rest is a steady load's, such as gravity at that angle"
+    )
+
+
 def test_a_count_that_is_wider_than_the_band_is_the_reason_where_friction_is_not() -> None:
     coarse = LoopTiming(0.01, counts=256)
     why = why_unsettled(LAW, 0.0, math.radians(10.0), coarse)

@@ -1,13 +1,14 @@
 """What a fit prints and writes."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from rwjax.fitting.fit import fit
 from rwjax.fitting.rig_fit import RigFit
-from tests.fitting.logs import FREE, log_of
+from tests.fitting.logs import FREE, TIME, log_of
 from tests.systems import platform
 
 
@@ -47,3 +48,18 @@ def test_a_fit_gives_its_numbers_as_a_table() -> None:
     assert first["value"] == found.rig.values[found.rig.free[0]]
     assert first["from_95"] < first["value"] < first["to_95"] and first["standard_error"] > 0.0
     assert sheet.filter(sheet["number"] == "axis.inertia")["unit"].item() == "kg m2"
+
+
+def test_logs_that_tell_only_a_combination_tell_something() -> None:
+    rig = platform("viscous = 0.0", free='"axis.inertia", "drive.gain"')
+    found = fit(rig, [log_of(rig, noise=1e-3)])
+    assert found.tells_something and not any(np.all(np.isfinite(ends)) for ends in found.interval.values())
+
+
+def test_a_number_on_its_bound_is_told_where_its_profile_has_two_ends() -> None:
+    springs = {"axis.presliding": {"s": 0.0}}
+    rig = replace(platform("viscous = 0.02\ncoulomb = 0.05"), effects=springs, free=("axis.presliding.s",))
+    found = fit(rig, [log_of(rig, noise=1e-3)])
+    assert not found.uncertainty.tells_something and found.tells_something
+    still = platform("viscous = 0.0", free='"axis.friction.viscous"')
+    assert not fit(still, [log_of(still, 0.0 * TIME, noise=1e-3)]).tells_something

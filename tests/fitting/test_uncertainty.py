@@ -45,7 +45,7 @@ def test_numbers_that_only_count_together_are_named() -> None:
     notes = [note for note in found.notes if note.startswith("only a combination of")]
     assert len(notes) == len(found.notes) == 2
     assert all(any(name in note for note in notes) for name in rig.free)
-    assert all(np.isinf(error) for error in found.standard_error.values())
+    assert all(np.isinf(error) for error in found.standard_error.values()) and found.tells_something
 
 
 def test_a_number_that_moves_with_an_undetermined_combination_has_no_standard_error() -> None:
@@ -62,6 +62,11 @@ def test_a_number_that_moves_with_an_undetermined_combination_has_no_standard_er
     assert moved < 3.0 * plain.uncertainty.standard_error["motor.resistance"]  # 6 % of R, 80 standard errors
 
 
+def test_where_no_number_leaves_a_trace_nothing_is_told() -> None:
+    found = fit(platform(free=FREE), [log_of(platform(), 0.0 * TIME, noise=1e-3)]).uncertainty
+    assert {*found.silent} == {*found.names} and not found.tells_something
+
+
 @pytest.mark.slow
 def test_a_number_without_a_trace_is_named() -> None:
     text = "axis.inertia = 0.1\naxis.friction.viscous = 0.02\naxis.gravity.torque = 0.0\naxis.gravity.angle = 0.3"
@@ -70,6 +75,7 @@ def test_a_number_without_a_trace_is_named() -> None:
     found = fit(rig, [log_of(rig, noise=1e-3)]).uncertainty
     assert found.notes == ("a small change of axis.gravity.angle leaves no trace in these logs",)
     assert np.isinf(found.standard_error["axis.gravity.angle"]) and np.isfinite(found.standard_error["axis.inertia"])
+    assert found.silent == ("axis.gravity.angle",) and found.tells_something
 
 
 def test_numbers_that_are_hardly_told_apart_are_named_with_their_correlation() -> None:

@@ -9,8 +9,12 @@ from typing import Any
 import pytest
 
 from rwjax.fleet.plan import Job, read_plan
-from rwjax.fleet.work import NO_METHOD, NOTHING, best_method, carried_out, report_folder
+from rwjax.fleet.work import END_TO_END, NO_METHOD, NOTHING, best_method, carried_out, report_folder
+from rwjax.methods.comparison import METHODS
+from rwjax.rig.model import Rig
+from rwjax.rig.write import write_rig
 from tests.fleet.small import write_small
+from tests.systems import platform
 
 
 @pytest.fixture(scope="module")
@@ -77,21 +81,68 @@ def test_an_output_without_noise_has_a_best_method_too() -> None:
     assert best_method(found) == {"verdict": "other", "signal": "yaw_rad", "after": 2e-4, "floor": 0.0}
 
 
-@pytest.mark.parametrize(("error", "verdict"), [(None, NOTHING), (0.1, "one")])
-def test_a_comparison_of_logs_that_tell_nothing_names_no_method(
-    error: float | None, verdict: str, job: Job, monkeypatch: pytest.MonkeyPatch
+@pytest.fixture(scope="module")
+def still(job: Job, tmp_path_factory: pytest.TempPathFactory) -> Job:
+    """The same rig with the log of a rest."""
+    path = tmp_path_factory.mktemp("rest") / "rest.csv"
+    path.write_text("\n".join(["time_s,voltage_V,yaw_rad", *(f"{0.01 * k:.2f},0,0" for k in range(200))]))
+    return job._replace(logs=(str(path),))
+
+
+@pytest.fixture(scope="module")
+def tied(job: Job, tmp_path_factory: pytest.TempPathFactory) -> Job:
+    """The same logs, which tell all free numbers but for a factor."""
+    path = tmp_path_factory.mktemp("tied") / "rig.toml"
+    path.write_text(write_rig(platform("viscous = 0.03", '"axis.inertia", "axis.friction.viscous", "drive.gain"')))
+    return job._replace(rig_file=str(path))
+
+
+def compared_by_fit(rig: Rig) -> SimpleNamespace:
+    """A comparison in which another method than the end-to-end one comes first and is the best."""
+    errors: dict[str, dict[str, float | None]] = {
+        "first": {"yaw_rad": 0.1, "wheel_rad_s": 1.0},
+        END_TO_END: {"yaw_rad": 0.2, "wheel_rad_s": 1.0},
+    }
+    found = compared(**errors)
+    first, fitted = found["methods"]
+    first["numbers"] = None
+    fitted["numbers"] = {name: {"value": rig.values[name], "standard_error": None} for name in rig.free}
+    return SimpleNamespace(json=lambda: found)
+
+
+def test_a_comparison_of_logs_that_tell_nothing_names_no_method_but_with_force(
+    still: Job, job: Job, tied: Job, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = compared(one={"yaw_rad": 0.1, "wheel_rad_s": 1.0})
-    found["methods"][0]["numbers"] = {"axis.inertia": {"value": 1.0, "standard_error": error}}
+    monkeypatch.setattr("rwjax.methods.comparison.compare", lambda rig, logs: compared_by_fit(rig))
+    assert carried_out(still, "compare", {}, "")["verdict"] == NOTHING
+    for told, options in ((still, {"force": True}), (job, {}), (tied, {})):
+        assert carried_out(told, "compare", options, "")["verdict"] == "first"
+
+
+def test_a_comparison_without_the_end_to_end_method_names_the_best(still: Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    errors: dict[str, dict[str, float | None]] = {"first": {"yaw_rad": 0.1, "wheel_rad_s": 1.0}, END_TO_END: {}}
+    found = compared(**errors)
+    for one in found["methods"]:
+        one["numbers"] = None
     monkeypatch.setattr("rwjax.methods.comparison.compare", lambda rig, logs: SimpleNamespace(json=lambda: found))
-    assert carried_out(job, "compare", {}, "")["verdict"] == verdict
+    assert carried_out(still, "compare", {}, "")["verdict"] == "first"
 
 
-def test_a_fit_of_logs_that_tell_nothing_counts_as_none(job: Job, tmp_path: Path) -> None:
-    rows = [f"{0.01 * k:.2f},0,0" for k in range(200)]
-    (tmp_path / "rest.csv").write_text("\n".join(["time_s,voltage_V,yaw_rad", *rows]))
-    row = carried_out(job._replace(logs=(str(tmp_path / "rest.csv"),)), "fit", {}, "")
+def test_the_end_to_end_method_is_one_of_a_comparison() -> None:
+    assert END_TO_END in {method.name for method in METHODS}
+
+
+def test_a_fit_of_logs_that_tell_nothing_counts_as_none_but_with_force(still: Job) -> None:
+    row = carried_out(still, "fit", {}, "")
     assert (row["status"], row["verdict"]) == ("done", NOTHING) and "numbers" not in row and "misfit" not in row
+    row = carried_out(still, "fit", {"force": True}, "")
+    assert row["status"] == "done" and "verdict" not in row and "numbers" in row and "misfit" in row
+
+
+def test_a_fit_of_logs_that_tell_only_a_combination_keeps_its_misfit(tied: Job) -> None:
+    row = carried_out(tied, "fit", {}, "")
+    assert row["status"] == "done" and "verdict" not in row and row["numbers"] == [] and 0.8 < row["misfit"] < 1.2
+    assert "fix one" in row["answer"]
 
 
 def test_a_comparison_without_a_stable_model_names_no_method() -> None:

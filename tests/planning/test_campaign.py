@@ -124,6 +124,7 @@ def test_a_run_that_came_out_as_another_one_is_left_out_and_said(travel: dict[st
     names = [run.name for run in runs]
     assert "coast_fast" in names and "coast_slow" not in names
     assert any("would repeat another one" in one and "coast_slow (as coast_fast)" in one for one in remarks)
+    assert sum("coast_slow" in one for one in remarks) == 1  # it does move the rig
     once = [run.experiment for run in runs if not run.name.startswith("multisine_")]
     assert len({*once}) == len(once)
 

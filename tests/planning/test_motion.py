@@ -35,11 +35,12 @@ def test_a_free_platform_moves_as_its_double_integral() -> None:
 
 def test_what_coasts_to_rest_goes_on_by_the_integral_of_its_decay() -> None:
     t = np.arange(round(TICK_HZ * (DECAY_S + 2.0 * TAIL_S))) / TICK_HZ
-    rates = np.stack([3.0 * np.exp(-t / 20.0), np.zeros_like(t), np.full_like(t, 0.1)])
+    left_over = np.full_like(t, 1e-12)  # of a load that friction just holds
+    rates = np.stack([3.0 * np.exp(-t / 20.0), np.zeros_like(t), np.full_like(t, 0.1), left_over])
     rest = coasting_angle(rates)
     late = rates[0, -round(TICK_HZ * TAIL_S)]  # the largest rate of the last seconds
     assert rest[0] == pytest.approx(20.0 * late, rel=1e-9)
-    assert rest[1] == 0.0 and np.isinf(rest[2])
+    assert rest[1] == rest[3] == 0.0 and np.isinf(rest[2])
 
 
 def test_a_joint_moves_as_the_equal_platform() -> None:

@@ -10,7 +10,7 @@ from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
 from rwjax.planning.amplitude import SizedDesign
 from rwjax.planning.campaign import recommend
-from rwjax.planning.designs import DESIGNS, LONGEST_S
+from rwjax.planning.designs import DESIGNS, LONGEST_S, Design
 from rwjax.planning.envelope import Envelope, envelope
 from rwjax.planning.files import Run
 from rwjax.planning.motion import peaks, simulated_motion
@@ -75,10 +75,53 @@ def test_alone_every_run_begins_at_angle_0_and_repeats_as_it_is() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.05")
     within = Envelope(2.0, {"yaw_rad": np.inf, "yaw_rad_s": 40.0})
     sized = {name: SizedDesign(DESIGNS[name], 1.0, 1.0) for name in ("multisine", "square")}
-    found = play_runs(rig, within, sized)
+    found = play_runs(rig, within, sized).runs
     assert [len(found[name]) for name in ("multisine", "square")] == [3, 1]
     one = found["multisine"][0]
     assert found["multisine"] == [one] * 3 and one.angle_range is None
     moved = peaks(simulated_motion(rig, [one.experiment], LONGEST_S))
     assert one.reaches == pytest.approx({name: float(value[0]) for name, value in moved.items()})
-    assert play_runs(rig, within, {}) == {}
+    assert play_runs(rig, within, {}) == ({}, {})
+
+
+def coast(volts: float, offset: float = 0.0, length: float = 12.0) -> SizedDesign:
+    return SizedDesign(Design("coast-down", 1.0, 4.0, length, "", offset=offset), volts, 1.0)
+
+
+def test_a_run_is_another_one_by_its_sign_its_size_its_offset_or_its_shape() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.05")
+    within = Envelope(2.0, {"yaw_rad": np.inf, "yaw_rad_s": 40.0})
+    back = SizedDesign(replace(coast(1.0).design, direction=-1.0), 1.0, 1.0)
+    sized = {"one": coast(1.0), "back": back, "less": coast(0.8), "long": coast(1.0, length=13.0)}
+    sized |= {"up": coast(1.0, 0.1), "down": coast(1.0, -0.1), "higher": coast(1.0, 0.2)}
+    assert list(play_runs(rig, within, sized).runs) == list(sized)
+    again = {"near": coast(0.92), "back_near": back._replace(amplitude=1.05), "up_near": coast(1.0, 0.105)}
+    found = play_runs(rig, within, sized | again)
+    assert list(found.runs) == list(sized) and found.twins == {"near": "one", "back_near": "back", "up_near": "up"}
+
+
+def test_a_run_that_is_left_out_names_one_that_is_played() -> None:
+    """Each is alike the one before; the third is no more alike the first."""
+    rig = platform("viscous = 0.02\ncoulomb = 0.05")
+    within = Envelope(2.0, {"yaw_rad": np.inf, "yaw_rad_s": 40.0})
+    found = play_runs(rig, within, {"a": coast(1.0), "b": coast(0.93), "c": coast(0.86), "d": coast(0.8)})
+    assert list(found.runs) == ["a", "c"] and found.twins == {"b": "a", "d": "c"}
+
+
+def test_within_a_travel_a_run_that_is_left_out_moves_nothing() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.05")
+    within = envelope(rig, 10.0, {"yaw_rad": 5.0})
+    ways = {"forth": coast(0.3), "home": coast(0.3)}  # the second is turned round, as it ends nearer the middle
+    rest = {"square": SizedDesign(DESIGNS["square"], 0.6, 0.4)}
+    once, twice = (play_runs(rig, within, sized) for sized in (ways | rest, ways | {"again": coast(0.3)} | rest))
+    assert list(once.runs) == ["forth", "home", "square"] and once.twins == {}
+    assert twice.runs == once.runs and twice.twins["again"] in ways
+
+
+def test_within_a_travel_a_run_and_its_way_back_are_left_out_together() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.05")
+    back = SizedDesign(replace(coast(0.3).design, direction=-1.0), 0.3, 1.0)
+    sized = {"fast": coast(0.3), "fast_back": back, "slow": coast(0.29), "slow_back": back._replace(amplitude=0.29)}
+    found = play_runs(rig, envelope(rig, 10.0, {"yaw_rad": 5.0}), sized)
+    assert list(found.runs) == ["fast", "fast_back"] and {*found.twins} == {"slow", "slow_back"}
+    assert {*found.twins.values()} == {*found.runs}

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.multiple_shooting import least_squares
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.segments import cut_up
-from rwjax.fitting.uncertainty import scores, strongly_tied, uncertainty
+from rwjax.fitting.uncertainty import Uncertainty, scores, strongly_tied, uncertainty
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -18,8 +18,23 @@ from rwjax.rig.model import Rig
 BARELY = 0.3
 """Standard error over a number's size above which the logs barely tell it [1]."""
 
-NOTHING = "these logs tell nothing of"
-"""How the sentence begins that stands where no free number leaves a trace."""
+
+class NothingTold(str):
+    """The note that stands alone where no free number leaves a trace."""
+
+
+def tells_something(rig: Rig, logs: Sequence[Log]) -> bool:
+    """Whether logs tell anything of the rig's free numbers, were the rig file's own right.
+
+    Args:
+        rig: The rig with its free numbers.
+        logs: The logs that are fitted.
+
+    Returns:
+        False where no free number leaves a trace, and true where that cannot be said.
+    """
+    here = _at_own_numbers(rig, logs)
+    return here is None or _told(here, uncertainty(here))
 
 
 def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
@@ -30,21 +45,15 @@ def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
         logs: The logs that would be fitted.
 
     Returns:
-        One sentence each; none where the logs tell every free number, and where nothing is free.
+        One sentence each; none where the logs tell every free number, and where nothing is free. A `NothingTold` alone where no free
+        number leaves a trace.
     """
-    rig, logs = driven(rig, logs)
-    structure = structure_of(rig)
-    free = np.array([name in rig.free for name in structure.names])
-    if not free.any() or not any(np.isfinite(y).any() for log in logs for y in log.outputs.values()):
+    if (here := _at_own_numbers(rig, logs)) is None:
         return []
-    theta = theta_of(rig, structure)
-    size = sizes_of(rig, structure, theta, logs)
-    problem = pose(structure, cut_up(logs), prior=rig.prior)
-    moves = coordinates(theta, free, bounds_of(rig, structure), size, prior=bool(rig.prior))
-    here = least_squares(problem, moves, theta, most_steps=0)
-    if not all(np.isfinite(a).all() for a in here.evaluation):
-        return []  # the run leaves the range of numbers: the questions about units say why
     found = uncertainty(here)
+    if not _told(here, found):
+        remedy = "use runs in which the command changes and the rig moves (`rwjax plan` proposes some)"
+        return [NothingTold(f"these logs tell nothing of {', '.join(found.names)}: {remedy}")]
     said = [
         f"{note}: add runs that tell it, or fix it"
         for note in found.notes
@@ -56,16 +65,33 @@ def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
         f"{a} and {b} are hardly told apart by these logs (correlation {c:+.3f}): fix one, or add a run that moves the rig otherwise"
         for a, b, c in strongly_tied(found)
     ]
-    k = moves.index
-    scale = moves.slope(theta)
-    normal = scores(here).normal + np.diag(problem.precision[k] * scale**2)
+    moves = here.coordinates
+    scale = moves.slope(here.theta)
+    normal = scores(here).normal + np.diag(here.problem.precision[moves.index] * scale**2)
     error = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal, hermitian=True)), 0.0)) * np.abs(scale)
     said += [
         f"{name} is told to ±{100.0 * e / s:.2g} % by these logs at best: add runs that move more, or fix it"
-        for name, e, s in zip(here.free, error, np.abs(size[k]), strict=True)
+        for name, e, s in zip(here.free, error, np.abs(moves.size), strict=True)
         if name not in open_ and e > BARELY * s
     ]
-    if sum("no trace" in note for note in found.notes) == len(found.names):
-        remedy = "use runs in which the command changes and the rig moves (`rwjax plan` proposes some)"
-        said.append(f"{NOTHING} {', '.join(found.names)}: {remedy}")
     return said
+
+
+def _told(here: Fit, found: Uncertainty) -> bool:
+    """Whether any free number leaves a trace, or may leave one off the bound on which they all sit."""
+    return found.tells_something or bool(np.logical_or(*here.coordinates.on_bound(here.theta)).all())
+
+
+def _at_own_numbers(rig: Rig, logs: Sequence[Log]) -> Fit | None:
+    """A fit that has not moved; None where nothing is free, nothing was read, or the run leaves the range of numbers."""
+    rig, logs = driven(rig, logs)
+    structure = structure_of(rig)
+    free = np.array([name in rig.free for name in structure.names])
+    if not free.any() or not any(np.isfinite(y).any() for log in logs for y in log.outputs.values()):
+        return None
+    theta = theta_of(rig, structure)
+    size = sizes_of(rig, structure, theta, logs)
+    problem = pose(structure, cut_up(logs), prior=rig.prior)
+    moves = coordinates(theta, free, bounds_of(rig, structure), size, prior=bool(rig.prior))
+    here = least_squares(problem, moves, theta, most_steps=0)
+    return here if all(np.isfinite(a).all() for a in here.evaluation) else None  # the questions about units say why
