@@ -312,6 +312,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),
     "pairs-final": before_and_after("final", "final_now", shared=True),
     "pairs-fresh": of(pairs, name="final_pairs"),
+    "pairs-smaller": of(pairs, name="final_pairs_smaller"),
     "subsystems": of(lambda among, alike: families("subsystem", among, alike), "single"),
     "coordinates": of(lambda among, alike: families("coordinate", among, alike), "single"),
     "said": of(lambda among, _: calibrations(among)[0]),
