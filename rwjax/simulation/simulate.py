@@ -1,6 +1,7 @@
 """Free run of a rig under a command, for users: `simulate`."""
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import Any
 
 import jax
@@ -102,7 +103,8 @@ def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> N
             raise InputError(f"no {what} `{name}`, nearest `{nearest(name, names)}`; this rig has {', '.join(names)}")
         if isinstance(value, Tracer):
             continue
-        if np.ndim(value) or isinstance(value, str) or not np.isfinite(float(value)):
+        number = isinstance(value, Real | np.ndarray | jax.Array) and np.ndim(value) == 0
+        if not (number and np.isfinite(float(value))):
             raise InputError(f"{what} `{name}` {value}: has to be a finite number")
         if what == "number":
             rig_value(name, float(value))

@@ -72,6 +72,8 @@ def test_a_number_that_the_rig_lacks_is_said() -> None:
         simulate(platform(), T, U, numbers={"axis.inertia": np.nan})
     with pytest.raises(InputError, match="number `axis.inertia` heavy: has to be a finite number"):
         simulate(platform(), T, U, numbers={"axis.inertia": "heavy"})
+    with pytest.raises(InputError, match="number `axis.inertia` None: has to be a finite number"):
+        simulate(platform(), T, U, numbers={"axis.inertia": None})  # pyright: ignore[reportArgumentType]
 
 
 def test_a_number_that_no_rig_file_may_hold_is_refused_in_its_words() -> None:
