@@ -103,7 +103,7 @@ def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> N
             raise InputError(f"no {what} `{name}`, nearest `{nearest(name, names)}`; this rig has {', '.join(names)}")
         if isinstance(value, Tracer):
             continue
-        number = isinstance(value, Real | np.ndarray | jax.Array) and np.ndim(value) == 0
+        number = np.ndim(value) == 0 and isinstance(value, Real | np.ndarray | jax.Array)
         if not (number and np.isfinite(float(value))):
             raise InputError(f"{what} `{name}` {value}: has to be a finite number")
         if what == "number":
