@@ -57,8 +57,20 @@ def sticks(problem: Problem, theta: np.ndarray) -> bool:
     return any(name in dry and value > 0.0 for name, value in zip(own, theta, strict=True))
 
 
+def leaves_no_trace(found: Fit) -> bool:
+    """Whether a small change of some free number changes no reading, as that of a threshold between two commands that occur.
+
+    Args:
+        found: A fit with its derivatives.
+
+    Returns:
+        True where all derivatives by a number are 0.
+    """
+    return not np.all(np.einsum("lkk->k", found.evaluation.H)[: len(found.coordinates.index)])
+
+
 def past_ridges(found: Fit) -> Fit:
-    """A fit, with secant steps after it where stick-slip may have stopped it well above the noise.
+    """A fit, with secant steps after it where stick-slip, or a number without trace, may have stopped it well above the noise.
 
     Args:
         found: The fit at the end of `least_squares`.
@@ -71,7 +83,7 @@ def past_ridges(found: Fit) -> Fit:
         not len(c.index)
         or not np.isfinite(found.cost)
         or reaches_noise(found.cost, found.theta, problem)
-        or not sticks(problem, found.theta)
+        or not (sticks(problem, found.theta) or leaves_no_trace(found))
     ):
         return found
     better = secant_steps(found)

@@ -23,6 +23,8 @@ SPANS = (0.01, 0.002)
 
 The next one follows where the last one gains nothing.
 """
+WITHOUT_TRACE = 0.2
+"""Span where a shorter one changes no reading: the cost of a threshold is flat between two commands that occur [1]."""
 DAMPINGS = (1e-6, 1e-2, 1.0, 1e-4, 0.1, 10.0)
 """Levenberg-Marquardt dampings [1], of which at least three are tried at once, and more as `MOST_TRIALS` allows."""
 MOST_TRIALS = 16
@@ -77,7 +79,7 @@ def _moved_numbers(c: Coordinates, theta: np.ndarray, span: float) -> tuple[list
 def slopes(
     problem: Problem, c: Coordinates, theta: np.ndarray, start: np.ndarray, residual: np.ndarray, span: float
 ) -> Simulating[Evaluation]:
-    """Secants from a point whose residual is known, in the form of `evaluate`.
+    """Secants from a point whose residual is known, in the form of `evaluate`; a number that leaves no trace is moved further.
 
     Args:
         problem: Logs and structure.
@@ -99,6 +101,11 @@ def slopes(
     local = np.zeros((k + n, *residual.shape))
     if k + len(states):
         r = yield from residuals(problem, [*thetas, *[theta] * len(states)], [*[start] * k, *moved])
+        flat = [j for j in range(k) if change[j] != 0.0 and np.array_equal(r[j], residual)]
+        if flat:
+            further, by = _moved_numbers(c, theta, WITHOUT_TRACE)
+            r[flat] = yield from residuals(problem, [further[j] for j in flat], [start] * len(flat))
+            change[flat] = by[flat]
         with np.errstate(all="ignore"):
             r -= residual
             r[:k] *= np.where(change == 0.0, 0.0, 1.0 / change)[:, None, None, None, None]

@@ -3,11 +3,12 @@
 import numpy as np
 
 from rwjax import Log
+from rwjax.fitting.coordinates import Coordinates, coordinates
 from rwjax.fitting.problem import Problem, pose
-from rwjax.plant.from_rig import structure_of
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.free_run import free_run
-from tests.systems import record, run
+from tests.systems import platform, record, run
 
 TIME = np.arange(600) * 0.01
 
@@ -15,6 +16,9 @@ TIME = np.arange(600) * 0.01
 COMMAND = 0.4 * np.sin(3.0 * TIME) + 0.2
 
 
+SMOOTH = platform("viscous = 0.02")
+STEP_OF_COMMAND = 0.04
+"""Step from one command to the next of `starting_with_a_jump` [V]."""
 MOVING = {"psi": 0.3, "w": 1.2}
 
 
@@ -28,6 +32,23 @@ def moving(rig: Rig, start: dict[str, float] | None = None, until: int = 600, no
 def several(rig: Rig) -> Problem:
     """Three runs, one of them shorter."""
     return pose(structure_of(rig), [moving(rig), moving(rig, {"w": -0.7}), moving(rig, until=330)])
+
+
+def starting_with_a_jump(jump: float) -> Problem:
+    """A run without noise of a drive that starts with a jump [V], by a command that goes up and down in steps."""
+    up_and_down = np.abs((np.arange(600) + 50) % 100 - 50) - 25
+    log = record(TIME, np.where(TIME > 0.6, (up_and_down + 0.3) * STEP_OF_COMMAND, 0.0))
+    y = run(SMOOTH, log, {}, effects={"drive.deadzone": {"j": jump}})
+    structure = structure_of(SMOOTH).with_effects("drive.deadzone")
+    return pose(structure, [record(log.time, log.command, {"yaw_rad": y["yaw_rad"]})], {"yaw_rad": 1e-3})
+
+
+def with_jump(problem: Problem, jump: float) -> tuple[np.ndarray, Coordinates]:
+    """Numbers of `starting_with_a_jump` with another jump [V], which alone is free."""
+    theta = theta_of(SMOOTH, problem.structure)
+    free = np.array([name == "drive.deadzone.j" for name in problem.structure.names])
+    theta[free] = jump
+    return theta, coordinates(theta, free, bounds_of(SMOOTH, problem.structure), np.full(len(theta), 0.25))
 
 
 def alone(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndarray:

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from rwjax.fitting.multiple_shooting import least_squares
-from rwjax.fitting.nonsmooth import secant_steps, sticks
+from rwjax.fitting.nonsmooth import leaves_no_trace, past_ridges, secant_steps, sticks
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of
 from tests.fitting.heavier import believed_heavier
 from tests.fitting.logs import log_of
+from tests.fitting.moving_runs import starting_with_a_jump, with_jump
 from tests.systems import platform
 
 
@@ -28,3 +29,13 @@ def test_friction_in_proportion_to_the_load_sticks_like_any_other() -> None:
     assert not sticks(problem, theta)
     theta[problem.names.index("axis.load_friction.mu")] = 0.1
     assert sticks(problem, theta)
+
+
+def test_a_fit_goes_on_where_a_threshold_lies_between_two_commands() -> None:
+    problem = starting_with_a_jump(0.25)
+    theta, moves = with_jump(problem, 0.2)
+    found = least_squares(problem, moves, theta)
+    assert leaves_no_trace(found) and found.cost > 1e3 and not sticks(problem, found.theta)
+    assert past_ridges(found).cost < 1e-3
+    smooth, moves, theta = believed_heavier()
+    assert not leaves_no_trace(least_squares(smooth, moves, theta, most_steps=0))

@@ -10,7 +10,7 @@ from rwjax.fitting.secant import descend, search_point, slopes, with_residual
 from rwjax.fitting.sensitivities import residual_jacobian, sensitivities
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.simulation.free_run import free_run
-from tests.fitting.moving_runs import alone, moving, several
+from tests.fitting.moving_runs import STEP_OF_COMMAND, alone, moving, several, starting_with_a_jump, with_jump
 from tests.systems import platform
 
 
@@ -62,3 +62,15 @@ def test_a_descent_by_secants_finds_the_numbers_of_runs_without_noise() -> None:
         found = together([descend(here, most_steps=25, tolerance=1e-9)])[0]
         assert found.theta[c.index] == pytest.approx(truth[c.index], rel=1e-4)
         assert found.cost < 1e-3 * here.cost
+
+
+@pytest.mark.parametrize("begun", [0.2, 0.3125])
+def test_a_descent_finds_a_threshold_between_two_commands_where_a_small_change_of_it_changes_nothing(
+    begun: float,
+) -> None:
+    problem = starting_with_a_jump(0.25)
+    theta, c = with_jump(problem, begun)
+    here = together([with_residual(search_point(problem, c, theta, problem.start))])[0]
+    found = together([descend(here, most_steps=25, tolerance=1e-9)])[0]
+    assert here.cost > 1e3 and found.cost < 1e-3
+    assert abs(found.theta[c.index[0]] - 0.25) < STEP_OF_COMMAND
