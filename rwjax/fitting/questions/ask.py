@@ -8,6 +8,7 @@ import numpy as np
 from rwjax.errors import LogError, refuses_other_types
 from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.questions.angles import about_degrees, from_degrees
 from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
@@ -68,13 +69,15 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     if unsigned := about_lost_signs(runs):
         problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
         runs = _free_runs(problem, theta, problem.batch, problem.start)
+    readings = about_readings(runs)
+    if not readings and (degrees := about_degrees(runs, lambda: _in_rad(problem, theta))):
+        return [*dropped, *unsigned.values(), *degrees]
     whole = not any(
         log.goes_on for log in problem.logs
     )  # in less time a segment hardly leaves its start: no sign of a clock
     clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor)) if whole else {}
     pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
     explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
-    readings = about_readings(runs)
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
     return [*dropped, *unsigned.values(), *readings, *clocks, *steps, *about_other_runs(runs, explained)]
 
@@ -156,6 +159,12 @@ def _laid_out_in_time(problem: Problem, theta: np.ndarray, factor: float) -> lis
         for log in _read(problem)
     ]
     other, theta = _posed_anew(problem, theta, logs)
+    return _free_runs(other, theta, other.batch, other.start)
+
+
+def _in_rad(problem: Problem, theta: np.ndarray) -> list[Run]:
+    """Free runs of the logs that are read, their angles taken for degrees."""
+    other, theta = _posed_anew(problem, theta, [from_degrees(log) for log in _read(problem)])
     return _free_runs(other, theta, other.batch, other.start)
 
 

@@ -7,18 +7,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from rwjax.fitting.questions.likeness import GIVEN, Question, Run, explained, names_of
+from rwjax.fitting.questions.likeness import AS_IT_IS, GIVEN, Question, Run, explained, names_of, plainly_better
 from rwjax.logs.log import Log
 
 FACTORS = (0.1, 10.0, 1e-3, 1e3)
 """True time over the time in the log [1]."""
-AS_IT_IS = 0.7
-"""Share explained by the time as it is, from which no question is asked [1]."""
-LEFT = 0.2
-"""Share of the motion's square that another time may leave [1]."""
-LEAVES = 0.25
-"""Share of what the time as it is leaves that another time may leave [1]."""
-
 LEAST_S, COARSEST_S = 0.3, 1.0
 """Length [s] of the shortest run, and time [s] between samples of the coarsest one, that anybody records of such a rig."""
 
@@ -38,7 +31,7 @@ def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) 
     for factor in FACTORS:
         asked = {k: share for k, share in shares.items() if _plausible(runs[k].log, factor)}
         other = in_time(factor) if asked else []
-        if not any(1.0 - explained(other[k]) < min(LEFT, LEAVES * (1.0 - share)) for k, share in asked.items()):
+        if not any(plainly_better(share, other[k]) for k, share in asked.items()):
             continue
         # beside a log whose time is plainly another one, so are those that it explains better
         slow = [k for k, run in enumerate(runs) if explained(other[k]) > explained(run) and _plausible(run.log, factor)]

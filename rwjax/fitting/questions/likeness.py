@@ -11,6 +11,12 @@ from rwjax.logs.log import Log
 
 ALIKE = 0.8
 """Correlation of measured and simulated motion from which one follows the other [1]."""
+AS_IT_IS = 0.7
+"""Share explained by a log as it is, from which it is not asked about in another unit [1]."""
+LEFT = 0.2
+"""Share of the motion's square that another unit may leave [1]."""
+LEAVES = 0.25
+"""Share of what the log as it is leaves that another unit may leave [1]."""
 SHARE = 0.5
 """Share of a short run within which the change of an angle is taken [1]."""
 GIVEN = "what the rig file's numbers give"
@@ -109,3 +115,16 @@ def explained(run: Run) -> float:
         The share [1], 1 where the two are equal.
     """
     return float(np.mean([max(likeness(run, name).explained, -1.0) for name in run.log.outputs]))
+
+
+def plainly_better(share: float, other: Run) -> bool:
+    """Whether a log in another unit is like its free run, and as it is was not.
+
+    Args:
+        share: Share of the motion that the free run explains where the log is as it is [1].
+        other: The log in the other unit, with its free run.
+
+    Returns:
+        True where little is left, against the motion and against what was left.
+    """
+    return share < AS_IT_IS and 1.0 - explained(other) < min(LEFT, LEAVES * (1.0 - share))
