@@ -193,10 +193,10 @@ class ScoreScreen:
         fine = self._probed(scaled)
         found = []
         for c, far, near, nearby in zip(candidates, coarse, scaled, fine, strict=True):
-            own = [*near.starts, *self.moved(near, nearby), *c.starts, *self.moved(c, far)]
             predicted = self._predict(near, nearby)
-            begin = (*predicted.begin, *(own if len(c.starts) <= self.limits.few_starts else ()), *c.unprobed)
-            found.append(replace(predicted, begin=_different(begin)))
+            few = len(c.starts) <= self.limits.few_starts
+            own = [*near.starts, *self.moved(near, nearby), *c.starts, *self.moved(c, far)] if few else []
+            found.append(replace(predicted, begin=_different((*predicted.begin, *own, *c.unprobed))))
         return found
 
     def probes(self, candidates: Mapping[Hypothesis, Candidate]) -> list[Probe]:
