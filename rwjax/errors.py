@@ -1,7 +1,8 @@
 """The errors that rwjax raises for unusable input, what their messages may show of it, and the valid name nearest to a wrong one."""
 
 import difflib
-from collections.abc import Callable, Iterable, Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -123,8 +124,32 @@ RIGHT = {
 """What is right for an argument, by the name of its type; with an s at its end for a sequence of it."""
 
 
+A_PATH = str | os.PathLike
+OF_ARGUMENT: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "path": (lambda given: isinstance(given, A_PATH), "has to be the path of a file, as a text or a `pathlib.Path`"),
+    "paths": (
+        lambda given: (
+            isinstance(given, A_PATH) or (isinstance(given, Iterable) and not isinstance(given, Mapping | bytes))
+        ),
+        "has to be the path of a file, as a text or a `pathlib.Path`, or several in a list",
+    ),
+    "time": (
+        lambda given: (
+            hasattr(given, "__array__") or (isinstance(given, Sequence) and not isinstance(given, str | bytes))
+        ),
+        "has to be an array of numbers",
+    ),
+    "numbers": (
+        lambda given: given is None or isinstance(given, Mapping),
+        'has to be values by name, as {"axis.inertia": 0.2}',
+    ),
+    "start": (lambda given: given is None or isinstance(given, Mapping), 'has to be values by name, as {"w": 2.0}'),
+}
+"""Whether an argument may be right, and what is right, by the argument's name."""
+
+
 def refuses_other_types(function: Function) -> Function:
-    """A function that refuses arguments of other types before it begins, where `RIGHT` says what is right.
+    """A function that refuses arguments of other types before it begins, where `RIGHT` or `OF_ARGUMENT` says what is right.
 
     Args:
         function: The function, all of whose arguments have types in its signature.
@@ -136,9 +161,15 @@ def refuses_other_types(function: Function) -> Function:
 
     @wraps(function)
     def called(*arguments: Any, **named: Any) -> Any:
-        for name, value in (*zip(types, arguments, strict=False), *named.items()):
+        given = [*zip(types, arguments, strict=False), *named.items()]
+        for name, value in given:
             if wrong := _of_other_type(value, types.get(name)):
                 raise InputError(f"{function.__name__}: `{name}` {wrong}")
+        for name, value in given:  # what has changed places with a rig or a log is told above
+            if name in types and name in OF_ARGUMENT and not OF_ARGUMENT[name][0](value):
+                raise InputError(
+                    f"{function.__name__}: `{name}` is a `{type(value).__name__}`; it {OF_ARGUMENT[name][1]}"
+                )
         return function(*arguments, **named)
 
     return called  # pyright: ignore[reportReturnType]

@@ -1,7 +1,7 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,8 +12,13 @@ from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
 from rwjax.cli.terminal import document, next_command, note, say
 
+if TYPE_CHECKING:
+    from rwjax.diagnosis.result import Diagnosis
+
 BUDGET_S = 120.0
 """Time that a search may take [s]."""
+LONGER = 4.0
+"""Times the budget that is advised after a search that did not come to its end [1]."""
 BudgetS = Annotated[
     float,
     typer.Option(
@@ -78,9 +83,22 @@ def diagnose(
             fit = "fit", corrected, *log_files, "-o", output / "fitted.toml"
             told.append(next_command(*fit, segments=segments, force=force))
         elif result.verdict == "unknown":
-            holds = "what leads, which is not claimed" if result.effects else "only the rig's own numbers, fitted again"
-            told.append(f"  {corrected}: with {holds}; go on from {rig_file}")
+            told.append(f"  {corrected}: with {_held(result)}; go on from {rig_file}")
+        again = "diagnose", rig_file, *log_files, "-o", output, *_with_more_time(budget, only, without)
+        told += [] if result.complete else [next_command(*again, segments=segments, force=force)]
         say("\n".join([str(result), *told]))
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)
+
+
+def _held(result: "Diagnosis") -> str:
+    """What the corrected rig file of a diagnosis that claims nothing holds."""
+    return "what leads, which is not claimed" if result.effects else "only the rig's own numbers, fitted again"
+
+
+def _with_more_time(budget: float, only: list[str] | None, without: list[str] | None) -> list[str]:
+    """The options of a diagnosis of the same candidates with a longer budget."""
+    given = {"--only": only or (), "--without": without or ()}
+    names = [word for option, names in given.items() for name in names for word in (option, name)]
+    return ["--budget", f"{LONGER * budget:g}", *names]

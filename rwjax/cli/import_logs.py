@@ -7,7 +7,7 @@ import typer
 
 from rwjax.cli.options import keep_input, results
 from rwjax.cli.terminal import say
-from rwjax.errors import InputError
+from rwjax.errors import InputError, LogError
 
 Files = Annotated[
     list[Path],
@@ -33,7 +33,8 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> No
         say("\n\n".join(_proposed(path, rig.kind if rig is not None else None) for path in files))
         return
     from rwjax.logs.convert import converted
-    from rwjax.logs.write import write_log
+    from rwjax.logs.write import log_text
+    from rwjax.text_files import write_text
 
     if output is None:
         raise InputError("no folder for the logs; give one with -o")
@@ -45,10 +46,23 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> No
     for target in targets.values():
         keep_input(target, *files)
     logs = {target: converted(path, rig) for path, target in targets.items()}
+    texts = {target: log_text(columns, notes, target) for target, (columns, notes) in logs.items()}
+    for target, text in texts.items():
+        _keep_others(target, text)
     with results(output):
-        for target, (columns, notes) in logs.items():
-            write_log(target, columns, notes)
+        for target, text in texts.items():
+            write_text(target, text, LogError)
     say("\n".join(f"{path}: {', '.join(logs[target][0])}; written to {target}" for path, target in targets.items()))
+
+
+def _keep_others(target: Path, text: str) -> None:
+    """Raises `InputError` where a log's place is taken by anything but the same log: it may have been edited since."""
+    from rwjax.text_files import read_text
+
+    if target.exists() and (target.is_dir() or read_text(target, LogError) != text):
+        raise InputError(
+            f"{target}: is there already and is not what would be written; give another folder with -o, or move it"
+        )
 
 
 def _stem(path: Path) -> str:

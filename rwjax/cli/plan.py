@@ -79,11 +79,12 @@ def plan(
     rig = read_one_axis_rig(rig_file)
     target = ResultFolder(output, clear_plan, (rig_file,))
     target.check()
+    lost = replaced(output, rig.name)
     with of_file(rig_file):
         within = envelope(rig, volts, limits, largest)
         runs, remarks = recommend(rig, within)
     found = Plan(rig.name, within.known, runs)
-    answer, lost = json_text(as_document(found), indent=1), replaced(output, found.rig)
+    answer = json_text(as_document(found), indent=1)
     with target.renewed() as folder:
         written = output / write_plan(folder, found).name
     if as_json:

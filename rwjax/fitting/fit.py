@@ -157,8 +157,12 @@ def _check_free(rig: Rig, structure: Structure) -> None:
 def _taken(rig: Rig, structure: Structure) -> list[str]:
     """What is taken for numbers of a joint and its servo that the rig file may lack, though they matter."""
     found = []
-    if rig.kind == "joint" and "gear.ratio" not in rig.numbers and structure.command != "torque":
-        found.append("the rig file has no gear.ratio: 1 is taken")
+    by_logs = "motor.torque_constant" in rig.free and "motor.inertia" not in rig.numbers  # it acts with the gear alone
+    if rig.kind == "joint" and "gear.ratio" not in rig.numbers and structure.command != "torque" and not by_logs:
+        found.append(
+            "the rig file has no gear.ratio: 1 is taken, which is right where the motor's numbers hold behind the gear, as `rwjax init` "
+            "writes them"
+        )
     if structure.servo is not None and structure.servo.period == PERIOD:
         found.append(
             f"the servo is taken to tick every {1e3 * PERIOD:g} ms, as where the rig file has no `{SERVO}.period`"

@@ -12,6 +12,7 @@ from rwjax.fitting.bootstrap import bootstrap
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.profile import interval
 from rwjax.fitting.uncertainty import Uncertainty
+from rwjax.plant.from_rig import SMALLEST
 
 NORMAL_95 = 1.96
 """Standard errors to either end of a 95 % interval [1]."""
@@ -76,7 +77,10 @@ def intervals(
                 )
                 continue
             found[name] = ends
-            notes.append(f"{name}: {interval_words(*ends, 3)} by its profile, since a standard error says little")
+            low, high = map(float, moves.bounds[k])
+            notes.append(
+                f"{name}: {interval_words(*ends, 3, (low, high))} by its profile, since a standard error says little"
+            )
     return found, notes
 
 
@@ -95,21 +99,33 @@ def _timer(seconds: float) -> Callable[[], None]:
     return check
 
 
-def interval_words(low: float, high: float, digits: int = 6) -> str:
+def interval_words(low: float, high: float, digits: int = 6, allowed: tuple[float, float] = (-np.inf, np.inf)) -> str:
     """A 95 % interval in words.
 
     Args:
         low: Lower end [any unit].
         high: Upper end [same unit]; an end that is not finite is open.
         digits: Significant digits of the ends.
+        allowed: Least and largest value that the number may have [same unit]: an end there is open, too, but for a least value of 0.
 
     Returns:
         Such as `95 %: 0.1 to 0.2`.
     """
-    ends = [f"{end:.{digits}g}" if np.isfinite(end) else "" for end in (low, high)]
-    if all(ends):
-        return f"95 %: {ends[0]} to {ends[1]}"
-    return f"95 %: above {ends[0]}" if ends[0] else f"95 %: below {ends[1]}" if ends[1] else "95 %: any value"
+    (least, most), ends = allowed, [f"{end:.{digits}g}" for end in (low, high)]
+    from_least, to_most = not low > least, not high < most
+    if from_least and to_most:
+        limits = (
+            f" of those allowed, {least:.{digits}g} to {most:.{digits}g}" if np.isfinite([least, most]).all() else ""
+        )
+        return f"95 %: any value{limits}"
+    if to_most:
+        return f"95 %: above {ends[0]}" + (
+            f", up to all that is allowed, {most:.{digits}g}" if np.isfinite(most) else ""
+        )
+    if from_least and least != 0.0:
+        limit = np.isfinite(least) and abs(least) > SMALLEST
+        return f"95 %: below {ends[1]}" + (f", down to all that is allowed, {least:.{digits}g}" if limit else "")
+    return f"95 %: {ends[0]} to {ends[1]}"
 
 
 def _normal(fitted: Fit, error: float, k: int) -> tuple[float, float]:

@@ -51,11 +51,23 @@ class RigFit:
 
         A number that leaves none where it sits on its bound may leave one off it: then its profile has two ends.
         """
-        return self.uncertainty.tells_something or any(np.all(np.isfinite(ends)) for ends in self.interval.values())
+        told = (
+            np.all(np.isfinite(ends)) and not (ends[0] <= self.allowed[name][0] and ends[1] >= self.allowed[name][1])
+            for name, ends in self.interval.items()
+        )
+        return self.uncertainty.tells_something or any(told)
+
+    @property
+    def allowed(self) -> dict[str, tuple[float, float]]:
+        """Least and largest value [SI] that each fitted number may have, by its name."""
+        return {
+            name: (float(low), float(high))
+            for name, (low, high) in zip(self.fit.free, self.fit.coordinates.bounds, strict=True)
+        }
 
     def __str__(self) -> str:
         rows = [
-            _row(name, value, error, self._unit(name), self.interval.get(name))
+            _row(name, value, error, self._unit(name), self.interval_words(name))
             for name, value, error in self._estimates()
         ]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -99,8 +111,21 @@ class RigFit:
             One line for each, with its interval [SI].
         """
         value = self.fit.numbers()
-        ends = {name: self.interval[name] for name in self.fit.free if name not in self.rig.free}
-        return [f"{name} = {value[name]:.6g} ({interval_words(*both)})" for name, both in ends.items()]
+        own = [name for name in self.fit.free if name not in self.rig.free]
+        return [f"{name} = {value[name]:.6g} ({self.interval_words(name)})" for name in own]
+
+    def interval_words(self, name: str) -> str:
+        """The 95 % interval of a number in words.
+
+        Args:
+            name: Its name.
+
+        Returns:
+            Such as `95 %: 0.1 to 0.2`, with an end that only the number's limits make said as open; "" for a number without an interval.
+        """
+        if name not in self.interval:
+            return ""
+        return interval_words(*self.interval[name], allowed=self.allowed.get(name, (-np.inf, np.inf)))
 
     def json(self) -> dict:
         """Plain objects for `rwjax fit --json`.
@@ -144,9 +169,7 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _row(
-    name: str, value: float, error: float, unit: str, ends: tuple[float, float] | None
-) -> tuple[str, str, str, str]:
+def _row(name: str, value: float, error: float, unit: str, interval: str) -> tuple[str, str, str, str]:
     """Name, value, standard error with unit, and interval of a number, as text."""
     spread = (f"± {error:.2g}" if np.isfinite(error) else "(no standard error)") + (f" {unit}" if unit else "")
-    return name, f"{value:.6g}", spread, interval_words(*ends) if ends else ""
+    return name, f"{value:.6g}", spread, interval

@@ -14,7 +14,7 @@ from rwjax.effects.library import unit_of_number
 from rwjax.errors import InputError, counted
 from rwjax.fleet.changes import Changes
 from rwjax.fleet.pooled import Pooled
-from rwjax.fleet.sessions import MISFIT
+from rwjax.fleet.sessions import FEWEST, MISFIT
 from rwjax.fleet.work import NOTHING
 from rwjax.report.page import drawing, rendered_page, svg_of
 from rwjax.report.style import AFTER, BEFORE, FLOOR, drawn_name
@@ -76,7 +76,7 @@ class Fleet(NamedTuple):
         if self.command not in ("fit", "diagnose"):
             return f"{whole}{tail}"
         if not self.changes.rigs:
-            return f"{whole}, of which too few tell numbers to be compared{tail}"
+            return f"{whole}, of which too few tell numbers to be compared: that takes {FEWEST}, as do the fleet's numbers{tail}"
         different = pl.concat([self.changes.alarms["rig"], self.appeared["rig"]]).n_unique()
         left = rigs - len(self.changes.rigs)
         beside = f"; {left} {'was' if left == 1 else 'were'} not compared" if left else ""

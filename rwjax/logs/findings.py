@@ -137,7 +137,11 @@ def _about_missing(log: Log) -> Iterator[str]:
             gap = int(np.argmax(~seen))
             yield f"{name}: {missing} of {len(y)} readings are missing, the first at {log.time[gap]:.6g} s: is the sensor read every time?"
         if out:
-            yield f"{name}: {counted(out, 'outlier')}, the first at {log.left_out[name][0]:.6g} s, not counted; look at the wiring"
+            first = float(log.left_out[name][0])
+            if first == log.time[-1]:
+                yield f"{name}: the last reading, at {first:.6g} s, is an outlier and not counted: where the recording broke off within that number, delete the last line"
+            else:
+                yield f"{name}: {counted(out, 'outlier')}, the first at {first:.6g} s, not counted; look at the wiring"
 
 
 def _about_readings(log: Log) -> Iterator[str]:

@@ -36,7 +36,7 @@ WORDS = (
     ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
     ("supply_V", r"v?bat\w*|supply\w*|vbus|bus"),
     ("enabled", r"enabled?|torque_?on|torque"),
-    ("voltage_V", r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty"),
+    ("voltage_V", r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty|tastgrad|tastverh\w*"),
     ("current_A", r"current\w*|amps?|i|cur|ma|strom|load\w*"),
     ("rate", r"speed\w*|vel\w*|omega|w|rpm|rate|gyro\w*|drehzahl|geschw\w*|dps"),
     ("angle", r"angle\w*|pos\w*|theta|yaw|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q"),
@@ -44,6 +44,8 @@ WORDS = (
 """Words of a column's name by what they mean; the first that is there counts."""
 WHEEL = r"(fly|reaction_?)?wheels?(speed|rate|angle|pos)?|rw"
 """Words of a column's name that say that the motion is a wheel's."""
+DUTY = ("duty", "tastgrad", "tastverh")
+"""How the words of a duty begin."""
 COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""
 DESIRED = "des"
@@ -283,7 +285,7 @@ def _command(column: str, values: np.ndarray, unit: str, supply: float | None) -
     size = float(np.max(np.abs(values)))
     if unit == "percent":
         return _line("duty", column, "percent", "needs [drive] supply")
-    if size <= 1.0 and any(part.startswith("duty") for part in _parts(column)):
+    if size <= 1.0 and any(part.startswith(DUTY) for part in _parts(column)):
         return _line("duty", column, "", "of 1, needs [drive] supply: right?")
     if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
         whole = "" if unit or size > 1.0 else "V? Of full power it is a duty"

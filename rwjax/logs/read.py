@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rwjax.errors import LogError, printable, refuses_other_types
+from rwjax.errors import OF_ARGUMENT, InputError, LogError, printable, refuses_other_types
 from rwjax.logs.fields import fields_of
 from rwjax.logs.log import Log
 from rwjax.logs.read_sheet import read_sheet
@@ -29,9 +29,12 @@ def read_logs(
 
     Raises:
         LogError: As `read_log`, and where the same file is named twice.
-        InputError: The rig is none.
+        InputError: The rig is none, or a path is.
     """
-    given = [Path(path) for path in ([paths] if isinstance(paths, str | os.PathLike) else paths)]
+    named = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
+    if other := next((path for path in named if not isinstance(path, str | os.PathLike)), None):
+        raise InputError(f"read_logs: `paths` holds a `{type(other).__name__}`; it {OF_ARGUMENT['paths'][1]}")
+    given = [Path(path) for path in named]
     for path, times in Counter(os.path.realpath(path) for path in given).items():
         if times > 1:
             raise LogError(f"{path}: named {times} times; name each log once")
@@ -61,6 +64,6 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
 
     Raises:
         LogError: With file, line, what is wrong and what would be right.
-        InputError: The rig is none.
+        InputError: The rig is none, or the path is.
     """
     return Log(printable(Path(path).name), **fields_of(read_sheet(path), rig, outputs_required))

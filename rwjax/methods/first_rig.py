@@ -1,6 +1,7 @@
 """A first rig file, from the columns of logs and the numbers of a datasheet. What is guessed is free where logs can tell it, and said."""
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
@@ -219,7 +220,7 @@ def _commands_by_hand(sheet: Sheet) -> str:
     if (torque := next(filter(is_commanded_torque, sheet.names), None)) is None:
         return (
             ', under [columns], such as `voltage_V = "NAME"`: or duty, command_A (a current), command_Nm (a torque, kind = "joint") '
-            "or goal_rad (an angle that a servo is to reach)"
+            f"or goal_rad (an angle that a servo is to reach){_platform_by_hand(sheet)}"
         )
     motion = [one for name, one in proposed(sheet, "joint").items() if name == "time_s" or COLUMNS_OF_MOTION & {name}]
     sources = [one.line.partition("   #")[0] for one in motion if one.column != torque]
@@ -228,6 +229,25 @@ def _commands_by_hand(sheet: Sheet) -> str:
         f": `{printable(torque)}` looks like a commanded torque, which is command_Nm of a joint: a file with the lines "
         f'`kind = "joint"`, `axis.inertia = 0.1` (a guess, kg m2), `axis.friction.viscous = 0.0`, `columns = {{ {printable(lines)} }}` '
         'and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig'
+    )
+
+
+def _platform_by_hand(sheet: Sheet) -> str:
+    """The lines that are a first rig file of a platform, where all but the command is taken for a column of one."""
+    motion = proposed(sheet, "platform")
+    if "time_s" not in motion or not {*COLUMNS} & {*motion}:
+        return ""
+    taken = {one.column for one in motion.values()}
+    others = [name for name in sheet.names if name not in taken and name not in columns_of("platform")]
+    column = json.dumps(others[0] if len(others) == 1 else "NAME", ensure_ascii=False)
+    percent = re.search(r"%|percent|pct", column)
+    command = f'duty = {{ column = {column}, unit = "percent" }}' if percent else f"voltage_V = {column}"
+    lines = ", ".join([*(one.line.partition("   #")[0] for one in motion.values()), command])
+    more = "`drive.supply = 12.0` (V, a guess), " if percent else ""
+    more += "`encoder.counts_per_rev = 2048` (a guess), " if "yaw_counts" in motion else ""
+    return (
+        f'; a file with the lines `kind = "platform"`, `drive.gain = 1.0`, `axis.inertia = 0.1` (a guess), `axis.friction.viscous = 0.0`, '
+        f'{more}`columns = {{ {printable(lines)} }}` and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig'
     )
 
 

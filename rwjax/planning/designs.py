@@ -83,6 +83,6 @@ DESIGNS = {
     "square_offset": Design("square", 0.6, 6.0, 12.0, "validates: about an offset", offset=0.15, role="validate"),
 }
 BACK = "_back"
-"""Ends the name of a run that goes in the other direction than the one before."""
+"""Ends the name of a run that is commanded backward, beside one forward."""
 LONGEST_S = REST_S + max(design.length for design in DESIGNS.values()) + TAIL_S
 """Length [s] of the longest run, with rest before it and time to coast after it."""

@@ -113,14 +113,22 @@ def replaced(folder: Path, rig: str) -> str | None:
 
     Returns:
         What is replaced, in words; None where nothing is.
+
+    Raises:
+        InputError: Where the plan that lies there is not as `write_plan` wrote it, but by hand or changed since.
     """
-    if not (folder / FILE).exists():
+    path = folder / FILE
+    if not path.exists():
         return None
+    own = f"{path}: is not as `rwjax plan` wrote it, and would be replaced; give another folder with -o, or move that file"
     try:
-        other = read_plan(folder).rig
+        other = read_plan(folder)
+        as_written = read_text(path, InputError) == _text_of(other)
     except InputError:
-        return f"a {FILE} that could not be read"
-    return None if other == rig else f"the plan of rig `{other}` and its runs"
+        raise InputError(own) from None
+    if not as_written:
+        raise InputError(own)
+    return None if other.rig == rig else f"the plan of rig `{other.rig}` and its runs"
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:
@@ -149,13 +157,18 @@ def write_plan(folder: Path, plan: Plan) -> Path:
     for run in plan.runs:
         path = folder / f"{run.name}.csv"
         write_text(path, _csv_of(path, run), InputError)
+    write_text(folder / FILE, _text_of(plan), InputError)
+    return folder / FILE
+
+
+def _text_of(plan: Plan) -> str:
+    """The text of a plan's file."""
     plain = as_document(plan)
     for run in plain["runs"]:
         reaches = tomlkit.inline_table()
         reaches.update(run["reaches"])
         run["reaches"] = reaches
-    write_text(folder / FILE, HEAD + tomlkit.dumps(plain), InputError)
-    return folder / FILE
+    return HEAD + tomlkit.dumps(plain)
 
 
 def clear_plan(folder: Path) -> None:

@@ -82,7 +82,7 @@ def _in_sequence(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> P
     """The runs one after the other, each as large as the travel that is left allows.
 
     Each takes the direction that allows more, or the one that ends nearer the middle where both allow the same. A design and
-    its way back are one: the same size, opposite directions.
+    its way back are one: the same size, opposite directions. Where the way back comes first, it keeps its name.
     """
     found, begin = Played({}, {}), 0.0
     for _, group in groupby(sized, key=lambda name: name.removesuffix(BACK)):
@@ -92,7 +92,9 @@ def _in_sequence(rig: Rig, within: Envelope, sized: dict[str, SizedDesign]) -> P
             continue
         best = min(np.flatnonzero(options.good), key=lambda k: (-options.size[k], abs(options.end[k])))
         runs = iter(options.runs)
-        if _add(found, {name: [next(runs)[best] for _ in range(sized[name].design.repeats)] for name in names}):
+        played = [[next(runs)[best] for _ in range(sized[name].design.repeats)] for name in names]
+        turned = played[0][0].experiment.amplitude * sized[names[0]].design.direction < 0.0
+        if _add(found, dict(zip(reversed(names) if turned else names, played, strict=True))):
             begin = options.end[best]
     return found
 

@@ -96,6 +96,16 @@ def _with(values: np.ndarray, names: Sequence[str], given: Mapping[str, Any]) ->
     return jnp.stack([jnp.asarray(given.get(name, value), float) for name, value in zip(names, values, strict=True)])
 
 
+def _array(argument: str, values: Any) -> np.ndarray:
+    """Numbers as an array; raises `InputError` for anything else."""
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        several = isinstance(values, Sequence) and not isinstance(values, str)
+        what = "holds what is no number" if several else f"is a `{type(values).__name__}`"
+        raise InputError(f"`{argument}` {what}; it has to be an array of numbers") from None
+
+
 def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> None:
     """Raises `InputError` for a name that the rig does not have, and for a value that is no finite number or none that a file may hold."""
     for name, value in given.items():
@@ -112,15 +122,15 @@ def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> N
 
 def _log_of(rig: Rig, time: np.ndarray, columns: Mapping[str, Any]) -> Log:
     """Log without readings; raises `InputError` where times or command are unusable."""
-    beside = {name: np.asarray(columns[name], float) for name in ("enabled", "supply_V") if name in columns}
+    beside = {name: _array(name, columns[name]) for name in ("enabled", "supply_V") if name in columns}
     inputs = [name for name in columns if name not in beside]
     if len(inputs) != 1 or inputs[0] not in (*GIVEN, GOAL):
         said = ", ".join(f"`{name}`" for name in columns) or "nothing"
         raise InputError(
             f"`command` holds {said}; it has one of {', '.join((*GIVEN, GOAL))}, and `enabled` and `supply_V` beside"
         )
-    command, time = columns[inputs[0]], np.asarray(time, float)
-    command = np.zeros(command.shape) if isinstance(command, Tracer) else np.asarray(command, float)
+    command, time = columns[inputs[0]], _array("time", time)
+    command = np.zeros(command.shape) if isinstance(command, Tracer) else _array("command", command)
     if time.ndim != 1 or len(time) < 2:
         raise InputError(f"`time` has the shape {time.shape}; give the times of at least two samples, (n,)")
     shape = (len(time), 2) if rig.kind in TWO_AXIS else (len(time),)

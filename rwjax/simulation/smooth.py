@@ -7,6 +7,7 @@ friction would hold creeps. `docs/methods.md` says what that costs beside the ex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 import diffrax
@@ -89,7 +90,8 @@ class Smooth(Solver):
     def __check_init__(self) -> None:
         if self.width is None or isinstance(self.width, Tracer):
             return
-        if np.ndim(self.width) or isinstance(self.width, str) or not 0.0 < self.width < np.inf:
+        number = isinstance(self.width, Real | np.ndarray | jax.Array) and np.ndim(self.width) == 0
+        if not number or not 0.0 < float(self.width) < np.inf:
             raise InputError(f"width {self.width}: the width of the smooth sign has to be a positive number [rad/s]")
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":

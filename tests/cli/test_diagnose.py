@@ -240,6 +240,27 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -
     )
 
 
+@pytest.mark.parametrize(
+    ("given", "more"),
+    [
+        ((), "--budget 480"),
+        (("--budget", "2.5", "--segments", "3"), "--budget 10 --segments 3"),
+        (
+            ("--budget", "inf", "--only", "drive.lag", "axis.coulomb", "--without", "drive.lag"),
+            "--budget inf --only drive.lag --only axis.coulomb --without drive.lag",
+        ),
+    ],
+)
+def test_after_a_search_that_was_ended_the_next_command_gives_it_more_time(
+    quick: Shell, given: tuple[str, ...], more: str
+) -> None:
+    ended = diagnosed(verdict="unknown", complete=False, untried=("drive.lag",))
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **named: ended)
+    code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out", *given)
+    assert code == 0, err
+    assert out.splitlines()[-1] == f"next: rwjax diagnose rig.toml run.csv -o out {more}"
+
+
 def left(status: int) -> None:
     raise SystemExit(status)
 

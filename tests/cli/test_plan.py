@@ -40,12 +40,21 @@ def test_a_plan_is_written_and_told(
     for text, said in (
         (own, ""),
         (own.replace("thesis platform", "bench"), "note: this replaces the plan of rig `bench` and its runs\n"),
-        ("rig =", "note: this replaces a plan.toml that could not be read\n"),
     ):
         earlier.write_text(text)
         assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
         notes = capsys.readouterr().err
         assert said in notes and ("replaces" in notes) == bool(said)
+    edited = own.replace("length_s", "length_s  ", 1), own + "# repeat the last one\n", "rig ="
+    for text in edited:
+        earlier.write_text(text)
+        before = {path.name: path.read_bytes() for path in (tmp_path / "b").iterdir()}
+        assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 2
+        refusal = (
+            f"rwjax: {earlier}: is not as `rwjax plan` wrote it, and would be replaced; give another folder with -o"
+        )
+        assert capsys.readouterr().err == f"{refusal}, or move that file\n"
+        assert {path.name: path.read_bytes() for path in (tmp_path / "b").iterdir()} == before
 
 
 def test_a_folder_of_logs_is_refused_and_stays_as_it_is(

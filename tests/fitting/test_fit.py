@@ -8,7 +8,7 @@ import pytest
 from rwjax import Log, RigError, parse_rig, predict, simulate
 from rwjax.fitting.fit import fit
 from tests.fitting.logs import ALL, FREE, TIME, log_of, red, runs_of
-from tests.joints import joint, servo
+from tests.joints import joint, logged, servo
 from tests.systems import platform, record, run
 
 
@@ -182,6 +182,21 @@ def test_a_fit_whose_best_run_is_not_finite_is_refused() -> None:
     log = record(TIME[:100], np.sign(np.sin(TIME[:100])), {"yaw_rad": np.sin(TIME[:100])})
     with pytest.raises(RigError, match=r"the best free run misses yaw_rad by nan rad, and no rig goes beyond 1e\+09"):
         fit(rig, [log])
+
+
+def test_a_gear_that_the_file_lacks_is_told_of_where_it_matters() -> None:
+    time = np.arange(100) * 0.01
+    bare = joint(gear__ratio=0.0, motor__torque_constant=2.0, motor__inertia=0.0)
+    log = logged(bare, time, voltage_V=5.0 * np.sign(np.sin(7.0 * time)))
+    given = replace(bare, free=("axis.inertia",))
+    told = [note for note in fit(given, [log]).notes if "gear.ratio" in note]
+    assert told == [
+        "the rig file has no gear.ratio: 1 is taken, which is right where the motor's numbers hold behind the gear, as `rwjax init` writes them"
+    ]
+    estimated = replace(bare, free=("motor.torque_constant",))  # with the gear it is one number
+    geared = replace(bare, numbers=bare.numbers | {"gear.ratio": 1.0}, free=("axis.inertia",))
+    for rig in (estimated, geared):
+        assert not any("gear.ratio" in note for note in fit(rig, [log]).notes)
 
 
 def test_a_servo_s_numbers_come_back_from_what_simulate_gives() -> None:

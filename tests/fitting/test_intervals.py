@@ -9,6 +9,7 @@ from rwjax.fitting.bootstrap import bootstrap
 from rwjax.fitting.fit import fit
 from rwjax.fitting.intervals import interval_words
 from rwjax.fitting.profile import interval
+from rwjax.plant.from_rig import SMALLEST
 from rwjax.rig.model import Rig
 from tests.fitting.logs import ALL, FREE, log_of
 from tests.systems import platform
@@ -38,6 +39,30 @@ def test_numbers_that_only_scale_together_have_no_interval() -> None:
 def test_an_open_end_is_said_in_words() -> None:
     said = [interval_words(*ends, 3) for ends in ((1.0, 2.0), (1.0, np.inf), (-np.inf, 2.0), (np.nan, np.nan))]
     assert said == ["95 %: 1 to 2", "95 %: above 1", "95 %: below 2", "95 %: any value"]
+
+
+def test_an_end_that_only_the_limits_of_a_number_make_is_said_to_be_open() -> None:
+    said = [
+        interval_words(*ends, 3, allowed)
+        for ends, allowed in (
+            ((0.5, 2.0), (0.5, 2.0)),
+            ((0.7, 2.0), (0.5, 2.0)),
+            ((0.5, 1.0), (0.5, 2.0)),
+            ((0.7, 1.0), (0.5, 2.0)),
+            ((SMALLEST, np.inf), (SMALLEST, np.inf)),
+            ((SMALLEST, 1.0), (SMALLEST, np.inf)),
+            ((0.0, 1.0), (0.0, np.inf)),  # friction is never negative: an end as good as any
+        )
+    ]
+    assert said == [
+        "95 %: any value of those allowed, 0.5 to 2",
+        "95 %: above 0.7, up to all that is allowed, 2",
+        "95 %: below 1, down to all that is allowed, 0.5",
+        "95 %: 0.7 to 1",
+        "95 %: any value",
+        "95 %: below 1",
+        "95 %: 0 to 1",
+    ]
 
 
 def held_at_zero() -> tuple[Rig, Log]:

@@ -63,3 +63,12 @@ def test_a_number_on_its_bound_is_told_where_its_profile_has_two_ends() -> None:
     assert not found.uncertainty.tells_something and found.tells_something
     still = platform("viscous = 0.0", free='"axis.friction.viscous"')
     assert not fit(still, [log_of(still, 0.0 * TIME, noise=1e-3)]).tells_something
+
+
+def test_a_number_that_nothing_but_its_limits_holds_is_not_told_and_shown_as_open() -> None:
+    name = "axis.friction.viscous"
+    still = replace(platform("viscous = 0.15", free=f'"{name}"'), bounds={name: (0.1, 0.2)})
+    found = fit(still, [log_of(still, 0.0 * TIME, noise=1e-3)])
+    assert found.allowed == {name: (0.1, 0.2)} and not found.tells_something
+    assert found.interval_words(name) == "95 %: any value of those allowed, 0.1 to 0.2"
+    assert found.interval_words(name) in str(found) and found.interval_words("axis.inertia") == ""

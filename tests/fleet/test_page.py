@@ -69,7 +69,8 @@ def test_outcomes_are_counted() -> None:
 
 def test_rigs_that_cannot_be_compared_are_not_said_to_be_sound() -> None:
     assert (
-        shown(MOVED.filter(pl.col("rig") < "r0004")).sentence == "4 rigs, of which too few tell numbers to be compared."
+        shown(MOVED.filter(pl.col("rig") < "r0004")).sentence
+        == "4 rigs, of which too few tell numbers to be compared: that takes 8, as do the fleet's numbers."
     )
     one_failed = MOVED.with_columns(status=pl.when(pl.col("rig") == "r0009").then(pl.lit("failed")).otherwise("status"))
     assert "1 was not compared; 2 of 80 jobs failed." in shown(one_failed).sentence
@@ -80,7 +81,11 @@ def test_rigs_that_cannot_be_compared_are_not_said_to_be_sound() -> None:
     [
         ("check", 1, "1 rig; 1 of 1 job failed."),
         ("compare", 2, "2 rigs; 2 of 2 jobs failed."),
-        ("fit", 1, "1 rig, of which too few tell numbers to be compared; 1 of 1 job failed."),
+        (
+            "fit",
+            1,
+            "1 rig, of which too few tell numbers to be compared: that takes 8, as do the fleet's numbers; 1 of 1 job failed.",
+        ),
     ],
 )
 def test_one_is_said_as_one(command: str, rigs: int, sentence: str) -> None:

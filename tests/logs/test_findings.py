@@ -68,6 +68,11 @@ ODD = [
         "readings",
         "yaw_rad: 2 outliers, the first at 3 s, not counted",
     ),
+    (
+        replace(GOOD, left_out={"yaw_rad": GOOD.time[-1:]}),
+        "readings",
+        f"yaw_rad: the last reading, at {GOOD.time[-1]:.6g} s, is an outlier and not counted: where the recording broke off within",
+    ),
     (of(yaw_rad_s=at(RATE, slice(500, 560), RATE[500])), "readings", "yaw_rad_s stays the same for 0.59 s from 5 s on"),
     (of(yaw_rad_s=0.01 * RNG.normal(size=2000)), "readings", "yaw_rad_s hardly moves"),
     (

@@ -21,6 +21,7 @@ K = np.arange(100.0)
         ("Zeit [s]", 0.01 * K, 'time_s = "Zeit [s]"'),
         ("pwm", 255 - K, 'voltage_V = { column = "pwm", scale = "12 V / 255" }'),
         ("duty_pct", 0.3 * K, 'duty = { column = "duty_pct", unit = "percent" }   # needs [drive] supply'),
+        ("Tastgrad [%]", 0.3 * K, 'duty = { column = "Tastgrad [%]", unit = "percent" }   # needs [drive] supply'),
         ("motor_duty", 0.01 * K, 'duty = "motor_duty"   # of 1, needs [drive] supply: right?'),
         ("u", 0.1 * K, 'voltage_V = "u"'),
         ("command_norm", 0.01 * K, 'voltage_V = "command_norm"   # V? Of full power it is a duty'),

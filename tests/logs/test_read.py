@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.errors import LogError
+from rwjax.errors import InputError, LogError
 from rwjax.logs.read import read_log, read_logs
 from rwjax.logs.write import write_log
 from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, changed
@@ -137,6 +137,22 @@ def test_several_logs(tmp_path):
     assert [log.name for log in read_logs(str(paths[1]), PLATFORM)] == ["c.csv"]
     with pytest.raises(LogError, match="c.csv: named 2 times; name each log once"):
         read_logs([tmp_path / "c.csv", tmp_path / "a/../c.csv"], PLATFORM)
+
+
+def test_paths_may_be_generated_and_what_is_no_path_is_said(tmp_path) -> None:
+    (tmp_path / "run.csv").write_text("\n".join([HEADER, *ROWS]))
+    (log,) = read_logs((path for path in [tmp_path / "run.csv"]), PLATFORM)
+    assert log.name == "run.csv"
+    right = "it has to be the path of a file, as a text or a `pathlib.Path`"
+    for given, said in (
+        (5, "`paths` is a `int`"),
+        ({"run": "run.csv"}, "`paths` is a `dict`"),
+        (None, "`paths` is a `NoneType`"),
+    ):
+        with pytest.raises(InputError, match=f"^read_logs: {re.escape(f'{said}; {right}')}, or several in a list$"):
+            read_logs(given, PLATFORM)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match=f"^read_log: `path` is a `list`; {re.escape(right)}$"):
+        read_log([tmp_path / "run.csv"], PLATFORM)  # pyright: ignore[reportArgumentType]
 
 
 def test_names_of_files_are_printed_and_stay_different(tmp_path) -> None:

@@ -30,6 +30,18 @@ MALFORMED = [
     (changed(3, "0.03,1"), ":5: 2 cells; the header names 3 columns"),
     (changed(3, ""), ":5: 1 cell; the header names 3 columns"),
     ([HEADER, *ROWS, "0.12,1"], ":14: 2 cells; the header names 3 columns; the last line is cut short: delete it"),
+    *(
+        (
+            [HEADER, *ROWS, f"0.12,1,{cut}"],
+            f":14: `yaw_counts` is '{cut}'; it has to be a number; the last line is cut short: delete it",
+        )
+        for cut in ("-", "1e", "-1.5E-")
+    ),
+    (changed(3, "0.03,1,-"), ":5: `yaw_counts` is '-'; it has to be a number, or empty where a reading is missing"),
+    (
+        [HEADER, *ROWS, "0.12,1,x"],
+        ":14: `yaw_counts` is 'x'; it has to be a number, or empty where a reading is missing",
+    ),
     (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
     ([HEADER, *(row.replace(".", ",") for row in ROWS[1:])], "3 columns; decimals have a point, 0.01, not 0,01"),
     (changed(3, "0:03,1,1"), "it has to be a number of seconds, or a date written as 2024-05-01 12:00:00.010"),

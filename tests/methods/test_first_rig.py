@@ -217,6 +217,33 @@ def test_a_commanded_torque_is_told_by_lines_that_are_a_rig_file(tmp_path: Path)
     assert log.input == "command_Nm" and {*log.outputs} == {"yaw_rad"} and rig.free
 
 
+@pytest.mark.parametrize(
+    ("names", "command"),
+    [
+        ("Zeit [s],Stellgrad [%],Winkel [deg]", "duty"),
+        ("t,Stellgröße,yaw_counts", "voltage_V"),
+        ("time_s,Stellgröße,yaw_rad", "voltage_V"),
+    ],
+)
+def test_a_command_under_an_unknown_name_is_told_by_lines_that_are_a_rig_file(
+    tmp_path: Path, names: str, command: str
+) -> None:
+    rows = [f"{k / 100},{(-1) ** (k // 50) * 40},{k // 3}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join([names, *rows]))
+    with pytest.raises(LogError, match="no column is taken for a command") as said:
+        first_rig([tmp_path / "run.csv"], NOTHING)
+    lines = re.findall("`([a-z_.]+ = [^`]*)`", str(said.value).partition("a file with the lines")[2])
+    rig = parse_rig("\n".join(lines))
+    (log,) = read_logs([tmp_path / "run.csv"], rig)
+    assert log.input == command and {*log.outputs} == {"yaw_rad"} and rig.free
+
+
+def test_of_several_unknown_columns_the_user_has_to_say_which_is_the_command(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("time_s,foo,bar,yaw_rad\n" + "\n".join(f"{k},{k % 7},1,{k}" for k in range(50)))
+    with pytest.raises(LogError, match=r'voltage_V = "NAME" }` and `fit\.free = '):
+        first_rig([tmp_path / "run.csv"], NOTHING)
+
+
 @pytest.mark.parametrize("name", ["foo", "load_torque_Nm"])
 def test_a_log_without_a_command_is_told_what_commands_there_are(tmp_path: Path, name: str) -> None:
     (tmp_path / "run.csv").write_text(f"millis,{name},encoder\n" + "\n".join(f"{k},{k % 7},{k}" for k in range(50)))

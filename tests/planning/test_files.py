@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rwjax import InputError
 from rwjax.planning.experiment import SHAPES, Experiment
-from rwjax.planning.files import NUMBERS, ROLES, Plan, Run, clear_plan, read_plan, write_next, write_plan
+from rwjax.planning.files import NUMBERS, ROLES, Plan, Run, clear_plan, read_plan, replaced, write_next, write_plan
 
 NUMBER = st.floats(-1e3, 1e3)
 SECONDS = st.integers(4, 2000).map(lambda ticks: ticks / 100)
@@ -49,6 +49,21 @@ def test_a_plan_reads_back_equal(plan: Plan, tmp_path: Path) -> None:
         columns = [*run.experiment.command(), *([run.experiment.enabled()] if run.experiment.switches else [])]
         assert lines[0] == f"time_s,{run.experiment.input}" + ",enabled" * run.experiment.switches
         assert np.array_equal(np.array([line.split(",") for line in lines[1:]], float), np.column_stack(columns))
+
+
+@given(plan=PLAN)
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_plan_as_it_was_written_may_be_replaced_and_one_by_hand_may_not(plan: Plan, tmp_path: Path) -> None:
+    path = write_plan(tmp_path, plan)
+    assert replaced(tmp_path, plan.rig) is None
+    assert replaced(tmp_path, plan.rig + "x") == f"the plan of rig `{plan.rig}` and its runs"
+    own = path.read_text()
+    path.write_text(own.replace("\n[[runs]]", "\n# mine\n[[runs]]", 1))
+    with pytest.raises(InputError, match="is not as `rwjax plan` wrote it, and would be replaced"):
+        replaced(tmp_path, plan.rig)
+    path.write_text(own)
+    clear_plan(tmp_path)
+    assert replaced(tmp_path, plan.rig) is None
 
 
 GOOD = """schema = "rwjax.plan/1"

@@ -118,6 +118,16 @@ def test_within_a_travel_a_run_that_is_left_out_moves_nothing() -> None:
     assert twice.runs == once.runs and twice.twins["again"] in ways
 
 
+def test_a_run_back_that_is_played_first_keeps_its_name() -> None:
+    """The axis has gone forward before, so that there is more room the other way."""
+    rig = platform("viscous = 0.02\ncoulomb = 0.05")
+    back = SizedDesign(replace(coast(0.3).design, direction=-1.0), 0.3, 1.0)
+    sized = {"before": coast(0.27), "fast": coast(0.3), "fast_back": back}
+    played = play_runs(rig, envelope(rig, 10.0, {"yaw_rad": 2.0}), sized).runs
+    assert [*played] == ["before", "fast_back", "fast"]
+    assert [np.sign(run.experiment.amplitude) for (run,) in played.values()] == [1.0, -1.0, 1.0]
+
+
 def test_within_a_travel_a_run_and_its_way_back_are_left_out_together() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.05")
     back = SizedDesign(replace(coast(0.3).design, direction=-1.0), 0.3, 1.0)

@@ -1,7 +1,9 @@
 """The free run of a rig under a command."""
 
+import re
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import diffrax
 import jax
@@ -74,6 +76,30 @@ def test_a_number_that_the_rig_lacks_is_said() -> None:
         simulate(platform(), T, U, numbers={"axis.inertia": "heavy"})
     with pytest.raises(InputError, match="number `axis.inertia` None: has to be a finite number"):
         simulate(platform(), T, U, numbers={"axis.inertia": None})  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"time": {"time_s": T}, "command": U}, "simulate: `time` is a `dict`; it has to be an array of numbers"),
+        ({"time": T, "command": "full"}, "`command` is a `str`; it has to be an array of numbers"),
+        (
+            {"time": T, "command": {"voltage_V": U, "supply_V": {}}},
+            "`supply_V` is a `dict`; it has to be an array of numbers",
+        ),
+        (
+            {"time": T, "command": U, "numbers": [0.2]},
+            'simulate: `numbers` is a `list`; it has to be values by name, as {"axis.inertia": 0.2}',
+        ),
+        (
+            {"time": T, "command": U, "start": 2.0},
+            'simulate: `start` is a `float`; it has to be values by name, as {"w": 2.0}',
+        ),
+    ],
+)
+def test_an_argument_that_holds_no_numbers_is_told_in_one_line(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
+        simulate(platform(), **given)
 
 
 def test_a_number_that_no_rig_file_may_hold_is_refused_in_its_words() -> None:

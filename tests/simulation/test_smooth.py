@@ -1,5 +1,7 @@
 """The smooth solver: creep and sliding in closed form, the exact solver, steps that end at jumps, runs that fail."""
 
+import subprocess
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from time import perf_counter
@@ -244,3 +246,20 @@ def test_the_loop_of_a_servo_and_torque_that_is_off_are_left_to_the_exact_solver
 def test_a_width_that_is_no_positive_number_is_refused_where_the_solver_is_made(width: float) -> None:
     with pytest.raises(InputError, match=rf"^width {width}: the width of the smooth sign has to be a positive number"):
         Smooth(width)
+
+
+def test_a_width_that_is_no_number_is_refused_in_the_same_words() -> None:
+    """In a process of its own, where no signature is checked, as for a user."""
+    program = """
+from rwjax import InputError, Smooth
+for width in ({}, [0.1], "wide"):
+    try:
+        Smooth(width)
+    except InputError as error:
+        print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [
+        f"width {width}: the width of the smooth sign has to be a positive number [rad/s]"
+        for width in ("{}", "[0.1]", "wide")
+    ]
