@@ -57,8 +57,10 @@ FINAL = "final"
 FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 FRESH, NEWEST = "fresh", "fresh_further"
-FRESH_PARTS = FRESH, "fresh_messy", NEWEST
-"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of two later searches."""
+FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last"
+"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of three later searches."""
+ONE_CAUSE = "final_single"
+"""File of cases of the final set with one cause, nothing missing or a cause outside the list, by the newest search."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
@@ -297,6 +299,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "asked": of(asked),
     "final": of(reached, name=FINAL),
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
+    "one-cause": of(reached, name=ONE_CAUSE),
     "fresh": of(reached, name=FRESH),
     "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=NEWEST),
     "messy-by-search": messy_by_search,

@@ -129,7 +129,8 @@ OF_ARGUMENT: dict[str, tuple[Callable[[Any], bool], str]] = {
     "path": (lambda given: isinstance(given, A_PATH), "has to be the path of a file, as a text or a `pathlib.Path`"),
     "paths": (
         lambda given: (
-            isinstance(given, A_PATH) or (isinstance(given, Iterable) and not isinstance(given, Mapping | bytes))
+            isinstance(given, A_PATH)
+            or (isinstance(given, Iterable) and not (isinstance(given, Mapping | bytes) or hasattr(given, "read")))
         ),
         "has to be the path of a file, as a text or a `pathlib.Path`, or several in a list",
     ),

@@ -1,5 +1,6 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,8 +63,7 @@ def diagnose(
 
     check_segments(segments)
     positive(budget=budget)
-    limit = Budget(budget)
-    rig = read_rig(rig_file)
+    limit, rig = Budget(budget), read_rig(rig_file)
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, clear_results, (rig_file, *log_files))
     target.check()
@@ -85,7 +85,8 @@ def diagnose(
         elif result.verdict == "unknown":
             told.append(f"  {corrected}: with {_held(result)}; go on from {rig_file}")
         again = "diagnose", rig_file, *log_files, "-o", output, *_with_more_time(budget, only, without)
-        told += [] if result.complete else [next_command(*again, segments=segments, force=force)]
+        silent = result.complete or limit.stopped or isinf(budget)  # else its budget has ended it
+        told += [] if silent else [next_command(*again, segments=segments, force=force)]
         say("\n".join([str(result), *told]))
     note(*asked)
     if limit.stopped:

@@ -56,12 +56,13 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> No
 
 
 def _keep_others(target: Path, text: str) -> None:
-    """Raises `InputError` where a log's place is taken by anything but the same log: it may have been edited since."""
+    """Raises `InputError` where a log's place is taken by anything but the same log."""
     from rwjax.text_files import read_text
 
     if target.exists() and (target.is_dir() or read_text(target, LogError) != text):
         raise InputError(
-            f"{target}: is there already and is not what would be written; give another folder with -o, or move it"
+            f"{target}: is there already and is not what would be written: it may have been edited, or imported with other "
+            "[columns]; give another folder with -o, or move it"
         )
 
 

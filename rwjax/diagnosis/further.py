@@ -64,7 +64,7 @@ def may_be_claimed(judged: Judged, choice: Choice, names: Sequence[str]) -> Furt
     Returns:
         The choice with what may be claimed of it.
     """
-    return _told_apart(_moving(_gone_on(judged, choice, names)))
+    return _told_apart(_moving(_with_equals(_gone_on(judged, choice, names))))
 
 
 def _may_ask(judged: Judged, choice: Choice) -> bool:
@@ -116,6 +116,34 @@ def _claims(further: Further) -> Hypothesis | None:
         return further.claim.named
     claims = not further.refused and _verdict_of(further.judged, further.choice) in CLAIMS
     return further.choice.best if claims else None
+
+
+def _with_equals(further: Further) -> Further:
+    """The same, a whole answer with the sets beside it that leave as little of every output's held-out runs by no more numbers.
+
+    Evidence that tells these apart is of less than what any rig file leaves out. A law of more numbers may follow anything as well: there
+    the evidence decides, and so it does between a law and its special case.
+    """
+    judged, choice = further.judged, further.choice
+    if further.claim or _claims(further) is None:
+        return further
+    fits, best, known = judged.fits, choice.best, (choice.best, *choice.alternatives)
+    first = [e for e, _ in choice.ranking[: fits.settings.report.ranked] if e.names]
+    others = [e for e in first if not any(_akin(e, one) for one in known)]
+    judged.prepare(others)
+    most, numbers = 1.0 + fits.settings.search.equal, len(fits(best).free)
+    least = {name: gap.after for name, gap in judged.gaps(judged(best)).items()}
+    equal = [
+        e
+        for e in others
+        if len(fits(e).free) <= numbers and all(judged(e).rms(name) <= most * after for name, after in least.items())
+    ]
+    return replace(further, choice=replace(choice, alternatives=(*choice.alternatives, *equal)))
+
+
+def _akin(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether two sets are the same or one is a special case of the other: then what the larger adds is needed, or it is not."""
+    return one == other or one.contains(other) or other.contains(one)
 
 
 def _moving(further: Further) -> Further:

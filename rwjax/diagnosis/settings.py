@@ -167,6 +167,11 @@ class SearchSettings:
         10.0,
         "the same for a law outside the list of effects in the place of a name: wider, since such a law is one of many of its kind",
     )
+    equal: float = _limit(
+        0.05,
+        "share by which a set of no more numbers may leave more of every output's held-out runs and stand beside the choice all the same: of "
+        "thousands of readings the evidence tells less apart, but it takes the model for exact, which no rig's sampling is",
+    )
     tie: float = _limit(
         0.1,
         "share of the excess by which two hypotheses may differ and still tie where neither reaches the noise",

@@ -122,7 +122,7 @@ def interval_words(low: float, high: float, digits: int = 6, allowed: tuple[floa
         return f"95 %: above {ends[0]}" + (
             f", up to all that is allowed, {most:.{digits}g}" if np.isfinite(most) else ""
         )
-    if from_least and least != 0.0:
+    if from_least and (least != 0.0 or not np.isfinite(low)):
         limit = np.isfinite(least) and abs(least) > SMALLEST
         return f"95 %: below {ends[1]}" + (f", down to all that is allowed, {least:.{digits}g}" if limit else "")
     return f"95 %: {ends[0]} to {ends[1]}"

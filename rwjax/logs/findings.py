@@ -139,7 +139,7 @@ def _about_missing(log: Log) -> Iterator[str]:
         if out:
             first = float(log.left_out[name][0])
             if first == log.time[-1]:
-                yield f"{name}: the last reading, at {first:.6g} s, is an outlier and not counted: where the recording broke off within that number, delete the last line"
+                yield f"{name}: the last reading, at {first:.6g} s, is an outlier and not counted: where the recording broke off within that number, delete the last line, else look at the wiring"
             else:
                 yield f"{name}: {counted(out, 'outlier')}, the first at {first:.6g} s, not counted; look at the wiring"
 

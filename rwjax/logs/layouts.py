@@ -76,8 +76,6 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
             "log microseconds, or keep one row of each time stamp"
             if step[row - 1] == 0.0
             else "split the log there where a new run begins, else sort its rows"
-            if row < len(time) - 1
-            else "the last row may be cut short: delete it"
         )
         said = f"{sheet.called('time_s')} is {time[row]} after {time[row - 1]}"
         raise sheet.error(row, f"{said}; time has to increase from row to row: {remedy}")

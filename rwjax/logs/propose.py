@@ -198,7 +198,7 @@ def _values(sheet: Sheet, column: str, dates: Sequence[str] = ()) -> np.ndarray 
 def _parts(column: str) -> list[str]:
     """The words of a column's name, units with a stroke among them, the last first."""
     small = column.lower()
-    return [*re.findall(r"[\[(]([^\])]*)[\])]", small), *reversed(re.split(r"[\s_\-.\[\]()]+", small)), small]
+    return [*re.findall(r"[\[(]([^\[(\])]*)[\])]", small), *reversed(re.split(r"[\s_\-.\[\]()]+", small)), small]
 
 
 def _unit(column: str) -> str:

@@ -32,8 +32,8 @@ def read_logs(
         InputError: The rig is none, or a path is.
     """
     named = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
-    if other := next((path for path in named if not isinstance(path, str | os.PathLike)), None):
-        raise InputError(f"read_logs: `paths` holds a `{type(other).__name__}`; it {OF_ARGUMENT['paths'][1]}")
+    if others := [path for path in named if not isinstance(path, str | os.PathLike)]:
+        raise InputError(f"read_logs: `paths` holds a `{type(others[0]).__name__}`; it {OF_ARGUMENT['paths'][1]}")
     given = [Path(path) for path in named]
     for path, times in Counter(os.path.realpath(path) for path in given).items():
         if times > 1:

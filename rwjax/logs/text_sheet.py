@@ -21,8 +21,8 @@ MOST_COLUMNS = 1000
 """Columns of a log: a header of more is no header."""
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars"}
 """What may separate the cells of a row; of several in a header the first here, since decimals may have commas."""
-BEGUN = r"[-+]?(\d+([.,]\d*)?|[.,]\d*)?([eE][-+]?)?"
-"""What a number leaves that is cut off before its end: a sign, or all but the digits of its exponent."""
+BEGUN = r"[-+]|[-+]?(\d+([.,]\d*)?|[.,]\d+)[eE][-+]?|[-+]?[.,]"
+"""What a number leaves that is cut off before its end: a sign, a point, or all but the digits of its exponent."""
 DATE = r"^(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d)(:\d\d(?:[.,]\d+)?)? ?(Z|[+-]\d\d(?::?\d\d)?)?$"
 """A date and time by ISO 8601: day, minute, second and time zone."""
 
@@ -155,7 +155,7 @@ class TextSheet(Sheet):
         """What is wrong with a cell; `first` is the first one of a column that may hold dates, "" for any other."""
         said = f"`{self.names[j]}` is {cell!r}; it has to be a number"
         if row == len(self.rows) - 1 and j == len(self.names) - 1 and re.fullmatch(BEGUN, cell):
-            return self.error(row, f"{said}; the last line is cut short: delete it")
+            return self.error(row, f"{said}; where the last line was cut short, delete it")
         is_date, dated = (re.match(DATE, text) for text in (cell, first))
         if is_date and not first:
             return self.error(row, f"{said}: {NO_DATES}")

@@ -7,9 +7,11 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
-from rwjax.logs.propose import is_commanded_torque, proposal, proposed
+from rwjax.logs.propose import FULL_POWER, LIKE_VOLTS, UNITS, is_commanded_torque, proposal, proposed
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
@@ -80,6 +82,8 @@ OF_A_WEIGHT = [
     "# angle = 0.0   # angle, rad: 0 where it hangs down at angle 0",
 ]
 """Lines for gravity, which nothing in a log's columns tells."""
+OTHER_UNIT = r"°?[cfk]|celsius|kelvin|[hkm]?pa|m?bar|[km]?n|[km]?g|[ckm]?m|m?t|[km]?w|m?j|h|min|lux|gauss|ohm|s2|.+/.+"
+"""Words of units that neither a command nor a rig's motion has, in small letters."""
 COLUMNS_OF_MOTION = {name for name, column in COLUMNS.items() if "joint" in column.kinds} - {"current_A"}
 """Columns of a joint's motion."""
 GUESS, GIVEN, BY_NO_LOAD = "a guess", "given", "voltage over the speed without a load"
@@ -239,16 +243,44 @@ def _platform_by_hand(sheet: Sheet) -> str:
         return ""
     taken = {one.column for one in motion.values()}
     others = [name for name in sheet.names if name not in taken and name not in columns_of("platform")]
-    column = json.dumps(others[0] if len(others) == 1 else "NAME", ensure_ascii=False)
-    percent = re.search(r"%|percent|pct", column)
-    command = f'duty = {{ column = {column}, unit = "percent" }}' if percent else f"voltage_V = {column}"
+    found = {name: line for name in others if (line := _command_by_hand(sheet, name))}
+    if not found:
+        return ""
+    command = next(iter(found.values())) if len(found) == 1 else 'voltage_V = "NAME"'
+    percent = command.startswith("duty")
+    what = "the scale" if ', scale = "' in command else "the unit V"
+    guess = "; whether the column is the command is a guess" + ("" if percent else f", and so is {what}")
     lines = ", ".join([*(one.line.partition("   #")[0] for one in motion.values()), command])
     more = "`drive.supply = 12.0` (V, a guess), " if percent else ""
     more += "`encoder.counts_per_rev = 2048` (a guess), " if "yaw_counts" in motion else ""
     return (
         f'; a file with the lines `kind = "platform"`, `drive.gain = 1.0`, `axis.inertia = 0.1` (a guess), `axis.friction.viscous = 0.0`, '
-        f'{more}`columns = {{ {printable(lines)} }}` and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig'
+        f'{more}`columns = {{ {printable(lines)} }}` and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig{guess}'
     )
+
+
+def _command_by_hand(sheet: Sheet, column: str) -> str:
+    """The line of a column that may be a command under a name that says nothing; "" where its unit or its values say that it is none."""
+    words = re.split(r"[\s_\-.\[\]()]+", column.strip(" _-.[]()").lower())
+    unit = next((unit for pattern, unit in UNITS if any(re.fullmatch(pattern, word) for word in words)), "")
+    unit = "percent" if re.search("%|percent|pct", column.lower()) else unit
+    if unit not in ("", "percent", "V", "count") or (len(words) > 1 and re.fullmatch(OTHER_UNIT, words[-1])):
+        return ""
+    name = json.dumps(column, ensure_ascii=False)
+    if unit == "percent":
+        return f'duty = {{ column = {name}, unit = "percent" }}'
+    try:
+        values = sheet.numbers([column])[0]
+    except LogError:
+        return ""
+    values = values[np.isfinite(values)]
+    if not (values.size and values.min() < 0.0 < values.max()):
+        return ""
+    size = np.max(np.abs(values))
+    if unit == "V" or size <= LIKE_VOLTS:
+        return f"voltage_V = {name}"
+    full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
+    return f'voltage_V = {{ column = {name}, scale = "12 V / {full}" }}'
 
 
 def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:

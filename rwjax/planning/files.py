@@ -2,11 +2,13 @@
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import tomlkit
 
@@ -117,18 +119,8 @@ def replaced(folder: Path, rig: str) -> str | None:
     Raises:
         InputError: Where the plan that lies there is not as `write_plan` wrote it, but by hand or changed since.
     """
-    path = folder / FILE
-    if not path.exists():
-        return None
-    own = f"{path}: is not as `rwjax plan` wrote it, and would be replaced; give another folder with -o, or move that file"
-    try:
-        other = read_plan(folder)
-        as_written = read_text(path, InputError) == _text_of(other)
-    except InputError:
-        raise InputError(own) from None
-    if not as_written:
-        raise InputError(own)
-    return None if other.rig == rig else f"the plan of rig `{other.rig}` and its runs"
+    other = _plan_to_replace(folder)
+    return None if other is None or other.rig == rig else f"the plan of rig `{other.rig}` and its runs"
 
 
 def write_plan(folder: Path, plan: Plan) -> Path:
@@ -142,10 +134,11 @@ def write_plan(folder: Path, plan: Plan) -> Path:
         Path of `plan.toml`.
 
     Raises:
-        InputError: Where a file has the name of a run's CSV and is neither this nor one of the plan that lies there, and nothing
-            is changed then; where a file cannot be written.
+        InputError: Where the plan that lies there is not as it was written, or a file has the name of a run's CSV and is neither
+            this nor one of that plan, and nothing is changed then; where a file cannot be written.
     """
-    earlier = _runs_in(folder)
+    other = _plan_to_replace(folder)
+    earlier = () if other is None else other.runs
     for run in plan.runs:
         path = folder / f"{run.name}.csv"
         if path.exists() and not any(_is_csv_of(path, own) for own in (run, *earlier) if own.name == run.name):
@@ -162,36 +155,51 @@ def write_plan(folder: Path, plan: Plan) -> Path:
 
 
 def _text_of(plan: Plan) -> str:
-    """The text of a plan's file."""
+    """The text of a plan's file, with a checksum: a file in which a number was changed is not the text of the plan that it holds."""
     plain = as_document(plan)
     for run in plain["runs"]:
         reaches = tomlkit.inline_table()
         reaches.update(run["reaches"])
         run["reaches"] = reaches
-    return HEAD + tomlkit.dumps(plain)
+    text = HEAD + tomlkit.dumps(plain)
+    return f"{text}\n# as written: {crc32(text.encode()):08x}; an edited plan is never replaced\n"
 
 
 def clear_plan(folder: Path) -> None:
     """Removes an earlier plan from a folder, with its runs, which might be played for those of the next one.
 
-    A file with the name of a run's CSV that is not what the plan's run makes, such as its log, stays.
+    A plan that is not as it was written stays with all its runs. So does a file with the name of a run's CSV that is not what the
+    plan's run makes, such as its log.
 
     Args:
         folder: The folder; it may hold no plan.
     """
-    for run in _runs_in(folder):
+    try:
+        plan = _plan_to_replace(folder)
+    except InputError:
+        return
+    if plan is None:
+        return
+    for run in plan.runs:
         if _is_csv_of(path := folder / f"{run.name}.csv", run):
             path.unlink(missing_ok=True)
-    if (folder / FILE).exists():
-        (folder / FILE).unlink()
+    (folder / FILE).unlink()
 
 
-def _runs_in(folder: Path) -> tuple[Run, ...]:
-    """The runs of the plan in a folder; none where there is no plan, and where it cannot be read."""
+def _plan_to_replace(folder: Path) -> Plan | None:
+    """The plan that lies in a folder, if there is one; raises `InputError` where it is not to the letter as it was written."""
+    path = folder / FILE
+    if not path.exists():
+        return None
     try:
-        return read_plan(folder / FILE).runs
+        plan = read_plan(path)
+        if read_text(path, InputError) == _text_of(plan):
+            return plan
     except InputError:
-        return ()
+        pass  # such as none that can be read
+    raise InputError(
+        f"{path}: is not as `rwjax plan` wrote it, and would be replaced; give another folder with -o, or move that file"
+    )
 
 
 def _csv_of(path: Path, run: Run) -> str:
@@ -214,7 +222,8 @@ def _is_csv_of(path: Path, run: Run) -> bool:
 def write_next(folder: Path, plan: Plan | None) -> Path | None:
     """Writes the plan of a diagnosis's next experiment into `next` in the diagnosis's folder.
 
-    No plan of an earlier diagnosis stays there. A run with the name of a file that stays there gets a number.
+    No plan of an earlier diagnosis stays, unless it was edited since: beside it, the folder gets a number, `next_2`. A run with the
+    name of a file that stays gets a number as well.
 
     Args:
         folder: The diagnosis's folder.
@@ -226,16 +235,36 @@ def write_next(folder: Path, plan: Plan | None) -> Path | None:
     Raises:
         InputError: Where a file cannot be written.
     """
-    target = folder / "next"
-    clear_plan(target)
+    clear_next(folder)
     if plan is None:
         return None
+    target = next(path for path in _numbered(folder / "next") if not path.is_symlink() and not (path / FILE).exists())
     target.mkdir(exist_ok=True)
     names = [run.name for run in plan.runs]
     for k, name in enumerate(names):
         names[k] = _free_name(target, name, {*names[:k], *names[k + 1 :]})
     runs = (replace(run, name=name) for run, name in zip(plan.runs, names, strict=True))
     return write_plan(target, replace(plan, runs=tuple(runs)))
+
+
+def clear_next(folder: Path) -> None:
+    """Removes the plan of an earlier diagnosis's next experiment, as `clear_plan` does, and its folder where nothing stays in it.
+
+    Args:
+        folder: The diagnosis's folder.
+    """
+    if (folder / "next").is_symlink():
+        (folder / "next").unlink()
+    for target in (folder / "next", *folder.glob("next_*")):
+        if not target.is_symlink() and re.fullmatch(r"next(_\d+)?", target.name):
+            clear_plan(target)
+            with suppress(OSError):  # it holds something else, or there is none
+                target.rmdir()
+
+
+def _numbered(folder: Path) -> Iterator[Path]:
+    """A folder, and those with a number behind its name."""
+    return (folder.with_name(folder.name + end) for end in chain([""], (f"_{k}" for k in count(2))))
 
 
 def _free_name(folder: Path, name: str, others: set[str]) -> str:

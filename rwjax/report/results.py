@@ -1,12 +1,11 @@
 """The files of a diagnosis in a folder: its JSON, the corrected rig, the page with its figures, the record, and the next experiment."""
 
-from contextlib import suppress
 from pathlib import Path
 
 from rwjax.diagnosis.record import RECORD, record
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.errors import InputError
-from rwjax.planning.files import clear_plan, write_next
+from rwjax.planning.files import clear_next, write_next
 from rwjax.report.answer import json_text
 from rwjax.report.html import FIGURES, REPORT, corrected_text, write_report
 from rwjax.text_files import write_files, write_text
@@ -51,16 +50,11 @@ def answer_of(d: Diagnosis) -> str:
 
 
 def clear_results(folder: Path) -> None:
-    """Removes an earlier diagnosis, with the plan of its next experiment; what else a user has put there stays.
+    """Removes an earlier diagnosis, with the plan of its next experiment; what else a user has put there or edited stays.
 
     Args:
         folder: folder of the results.
     """
     for name in (JSON, RECORD, CORRECTED, REPORT, *(f"{figure}.png" for figure in FIGURES)):
         (folder / name).unlink(missing_ok=True)
-    plan = folder / "next"
-    if plan.is_symlink():
-        plan.unlink()
-    clear_plan(plan)
-    with suppress(OSError):  # it holds something else, or there is none
-        plan.rmdir()
+    clear_next(folder)

@@ -56,6 +56,7 @@ def simulate(
     Raises:
         InputError: Times or command are unusable, the rig lacks a number or a state that is given, a rig file may not give a number
             this value, the solver is traced, or an argument is of another type.
+        jax.errors.JAXTypeError: `time`, or what is beside the command, is traced.
     """
     numbers, start = dict(numbers or {}), dict(start or {})
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(solver)):
@@ -97,12 +98,20 @@ def _with(values: np.ndarray, names: Sequence[str], given: Mapping[str, Any]) ->
 
 
 def _array(argument: str, values: Any) -> np.ndarray:
-    """Numbers as an array; raises `InputError` for anything else."""
+    """Numbers as an array; raises `InputError` for anything else, and JAX's own error for what is traced."""
     try:
         return np.asarray(values, float)
-    except (TypeError, ValueError):
+    except jax.errors.JAXTypeError:  # traced: JAX says it best
+        raise
+    except (TypeError, ValueError, OverflowError) as error:
         several = isinstance(values, Sequence) and not isinstance(values, str)
-        what = "holds what is no number" if several else f"is a `{type(values).__name__}`"
+        lengths = {len(row) if isinstance(row, Sequence | np.ndarray) else 0 for row in values} if several else set()
+        if isinstance(error, OverflowError):
+            what = "holds a number that is too large"
+        elif len(lengths) > 1 and not any(isinstance(row, str) for row in values):
+            what = "holds rows of different lengths"
+        else:
+            what = "holds what is no number" if several else f"is a `{type(values).__name__}`"
         raise InputError(f"`{argument}` {what}; it has to be an array of numbers") from None
 
 

@@ -90,8 +90,7 @@ class Smooth(Solver):
     def __check_init__(self) -> None:
         if self.width is None or isinstance(self.width, Tracer):
             return
-        number = isinstance(self.width, Real | np.ndarray | jax.Array) and np.ndim(self.width) == 0
-        if not number or not 0.0 < float(self.width) < np.inf:
+        if not _is_positive(self.width):
             raise InputError(f"width {self.width}: the width of the smooth sign has to be a positive number [rad/s]")
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":
@@ -214,6 +213,18 @@ class Smooth(Solver):
             throw=False,
         )
         return jnp.stack(solution.ys or (), axis=1)[jnp.argsort(order)]
+
+
+def _is_positive(value: Any) -> bool:
+    """Whether a value is one real number, positive and finite."""
+    if isinstance(value, np.ndarray | jax.Array):
+        real = value.ndim == 0 and any(jnp.issubdtype(value.dtype, of) for of in (jnp.integer, jnp.floating))
+    else:
+        real = isinstance(value, Real) and not isinstance(value, bool)
+    try:
+        return real and 0.0 < float(value) < np.inf
+    except OverflowError:
+        return False
 
 
 class _Held(NamedTuple):

@@ -246,8 +246,8 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -
         ((), "--budget 480"),
         (("--budget", "2.5", "--segments", "3"), "--budget 10 --segments 3"),
         (
-            ("--budget", "inf", "--only", "drive.lag", "axis.coulomb", "--without", "drive.lag"),
-            "--budget inf --only drive.lag --only axis.coulomb --without drive.lag",
+            ("--budget", "5", "--only", "drive.lag", "axis.coulomb", "--without", "drive.lag"),
+            "--budget 20 --only drive.lag --only axis.coulomb --without drive.lag",
         ),
     ],
 )
@@ -259,6 +259,19 @@ def test_after_a_search_that_was_ended_the_next_command_gives_it_more_time(
     code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out", *given)
     assert code == 0, err
     assert out.splitlines()[-1] == f"next: rwjax diagnose rig.toml run.csv -o out {more}"
+
+
+@pytest.mark.parametrize("given", [("--budget", "inf"), ()], ids=["no budget", "Ctrl-C"])
+def test_more_time_is_advised_only_where_the_budget_has_ended_the_search(quick: Shell, given: tuple[str, ...]) -> None:
+    def ended(rig: object, logs: object, **named: Any) -> object:
+        if not given:
+            named["budget"].stop()
+        return diagnosed(verdict="unknown", complete=False, untried=("drive.lag",))
+
+    quick.patch.setattr("os._exit", left)
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", ended)
+    code, out, _ = quick("diagnose", "rig.toml", "run.csv", "-o", "out", *given)
+    assert code == (0 if given else 130) and "Unfinished" in out and "next: " not in out
 
 
 def left(status: int) -> None:

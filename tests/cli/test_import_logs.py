@@ -68,15 +68,19 @@ def test_what_cannot_be_written_is_said_before_anything_is(tmp_path: Path) -> No
 
 def test_a_log_that_was_edited_since_is_not_replaced_and_an_equal_one_is_no_hindrance(tmp_path: Path) -> None:
     found, logs = files(tmp_path), tmp_path / "logs"
-    import_logs(found[:1], tmp_path / "rig.toml", logs)
-    import_logs(found[:1], tmp_path / "rig.toml", logs)
-    edited = (logs / "semicolons.csv").read_text().replace("# from:", "# role: validate\n# from:")
-    (logs / "semicolons.csv").write_text(edited)
-    said = f"{logs / 'semicolons.csv'}: is there already and is not what would be written; give another folder with -o"
+    import_logs(found[:2], tmp_path / "rig.toml", logs)
+    import_logs(found[:2], tmp_path / "rig.toml", logs)
+    (logs / "semicolons.csv").unlink()
+    edited = (logs / "packed.csv").read_text().replace("# from:", "# role: validate\n# from:")
+    (logs / "packed.csv").write_text(edited)
+    said = (
+        f"{logs / 'packed.csv'}: is there already and is not what would be written: it may have been edited, or imported with "
+        "other [columns]; give another folder with -o, or move it"
+    )
     with pytest.raises(InputError, match=re.escape(said)):
         import_logs(found, tmp_path / "rig.toml", logs)
-    assert [path.name for path in logs.iterdir()] == ["semicolons.csv"]
-    assert (logs / "semicolons.csv").read_text() == edited
+    assert [path.name for path in logs.iterdir()] == ["packed.csv"]  # none is written before all are looked at
+    assert (logs / "packed.csv").read_text() == edited
     import_logs(found, tmp_path / "rig.toml", tmp_path / "others")
     (tmp_path / "taken" / "semicolons.csv").mkdir(parents=True)
     with pytest.raises(InputError, match=re.escape("semicolons.csv: is there already and is not what would be")):

@@ -3,10 +3,13 @@
 import json
 import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from rwjax.planning.experiment import Experiment
+from rwjax.planning.files import Plan, Run, read_plan, write_plan
 from tests.cli.shell import DEMO, ROOT
 from tests.command import rwjax as within
 
@@ -37,15 +40,20 @@ def test_a_plan_is_written_and_told(
     assert json.loads(out) == written and err == ""
     earlier = tmp_path / "b" / "plan.toml"
     own = earlier.read_text()
-    for text, said in (
-        (own, ""),
-        (own.replace("thesis platform", "bench"), "note: this replaces the plan of rig `bench` and its runs\n"),
+    for rig, said in (
+        ("thesis platform", ""),
+        ("bench", "note: this replaces the plan of rig `bench` and its runs\n"),
     ):
-        earlier.write_text(text)
+        write_plan(tmp_path / "b", replace(read_plan(earlier), rig=rig))
         assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "b") == 0
         notes = capsys.readouterr().err
         assert said in notes and ("replaces" in notes) == bool(said)
-    edited = own.replace("length_s", "length_s  ", 1), own + "# repeat the last one\n", "rig ="
+    edited = (
+        own.replace("length_s", "length_s  ", 1),
+        own.replace("length_s = ", "length_s = 1", 1),
+        own + "# mine\n",
+        "rig =",
+    )
     for text in edited:
         earlier.write_text(text)
         before = {path.name: path.read_bytes() for path in (tmp_path / "b").iterdir()}
@@ -55,6 +63,25 @@ def test_a_plan_is_written_and_told(
         )
         assert capsys.readouterr().err == f"{refusal}, or move that file\n"
         assert {path.name: path.read_bytes() for path in (tmp_path / "b").iterdir()} == before
+
+
+def test_a_plan_that_is_edited_meanwhile_is_not_replaced(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = Run("one", Experiment("square", 1.0, 0.0, 1.0, 1.0), "train", "", (), {})
+    path = write_plan(tmp_path, Plan("thesis platform", {}, (run,)))
+    edited = path.read_text() + "# mine\n"
+
+    def recommend(*given: object) -> object:
+        path.write_text(edited)
+        return (run,), ()
+
+    monkeypatch.setattr("rwjax.planning.campaign.recommend", recommend)
+    assert within(monkeypatch, "plan", DEMO / "rig.toml", "--volts", 6, "-o", tmp_path) == 2
+    assert capsys.readouterr().err.startswith(
+        f"rwjax: {path}: is not as `rwjax plan` wrote it, and would be replaced; "
+    )
+    assert path.read_text() == edited and {each.name for each in tmp_path.iterdir()} == {"one.csv", "plan.toml"}
 
 
 def test_a_folder_of_logs_is_refused_and_stays_as_it_is(

@@ -15,11 +15,13 @@ from rwjax.diagnosis.layout import laid_out
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.outside_laws import OutsideLaw
 from rwjax.diagnosis.search.forward_backward import ForwardBackward
+from rwjax.logs.log import Log
 from tests.diagnosis.several_runs import RIG, TIME, run_of
-from tests.systems import record, run, wheel
+from tests.systems import platform, record, run, wheel
 
 DRY, STRIBECK, BIAS = (Hypothesis((name,)) for name in ("axis.coulomb", "axis.stribeck", "axis.bias_torque"))
 TRUTH = {DRY: {"axis.coulomb": {"M_c": 0.06}}, BIAS: {"axis.bias_torque": {"T": 0.02}}}
+STIFF = replace(platform("viscous = 0.4"), free=("axis.inertia", "axis.friction.viscous"))
 OUTSIDE = "rwjax.diagnosis.further.doing_as_well"
 
 
@@ -89,6 +91,27 @@ def test_nothing_is_claimed_where_an_output_stands_still_by_a_number_that_ran_aw
     found = claimed_of(DRY, ())
     assert found.complete and found.held == (away if held else ())
     assert {*found.refused} == ({*DRY.names} if held else set())
+
+
+def of_a_drive_that_lags(early: float) -> list[Log]:
+    """Runs whose readings are stamped some time [s] too early, as the sampling of a rig may have it."""
+    logs, rng = [], np.random.default_rng(0)
+    for k in range(3):
+        command = np.where(TIME > 0.6, (2.0 + k) * np.sign(np.sin((0.8 + 0.3 * k) * TIME)), 0.0)
+        asked = record(TIME, command, dict.fromkeys(("yaw_rad", "yaw_rad_s"), np.zeros(len(TIME))))
+        y = run(STIFF, asked, {}, effects={"drive.lag": {"T": 0.12}})
+        angle = y["yaw_rad"] + early * y["yaw_rad_s"] + rng.normal(0.0, 1e-3, len(TIME))
+        logs.append(replace(record(TIME, command, {"yaw_rad": angle}), name=f"{k}.csv"))
+    return logs
+
+
+@pytest.mark.parametrize("early", [0.0, 1e-3])
+def test_a_law_of_fewer_numbers_that_leaves_as_little_stands_beside_the_choice_whatever_the_evidence(
+    early: float,
+) -> None:
+    found = diagnose(STIFF, of_a_drive_that_lags(early), only=("drive.lag", "axis.flexible_coupling"))
+    assert found.verdict == ("ambiguous" if early else "effect")
+    assert "drive.lag" in {name for names in (found.effects, *found.alternatives) for name in names}
 
 
 def test_a_number_that_the_file_only_guesses_takes_no_claim_away() -> None:

@@ -52,6 +52,7 @@ def test_an_end_that_only_the_limits_of_a_number_make_is_said_to_be_open() -> No
             ((SMALLEST, np.inf), (SMALLEST, np.inf)),
             ((SMALLEST, 1.0), (SMALLEST, np.inf)),
             ((0.0, 1.0), (0.0, np.inf)),  # friction is never negative: an end as good as any
+            ((-np.inf, 1.0), (0.0, np.inf)),
         )
     ]
     assert said == [
@@ -62,6 +63,7 @@ def test_an_end_that_only_the_limits_of_a_number_make_is_said_to_be_open() -> No
         "95 %: any value",
         "95 %: below 1",
         "95 %: 0 to 1",
+        "95 %: below 1",
     ]
 
 

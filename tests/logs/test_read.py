@@ -151,6 +151,14 @@ def test_paths_may_be_generated_and_what_is_no_path_is_said(tmp_path) -> None:
     ):
         with pytest.raises(InputError, match=f"^read_logs: {re.escape(f'{said}; {right}')}, or several in a list$"):
             read_logs(given, PLATFORM)  # pyright: ignore[reportArgumentType]
+    for given, kind in (([None], "NoneType"), ([0], "int"), ([()], "tuple"), ([tmp_path / "run.csv", 0], "int")):
+        with pytest.raises(InputError, match=f"^read_logs: `paths` holds a `{kind}`; {re.escape(right)}, or several"):
+            read_logs(given, PLATFORM)  # pyright: ignore[reportArgumentType]
+    with (
+        open(tmp_path / "run.csv") as file,
+        pytest.raises(InputError, match="^read_logs: `paths` is a `TextIOWrapper`; "),
+    ):
+        read_logs(file, PLATFORM)
     with pytest.raises(InputError, match=f"^read_log: `path` is a `list`; {re.escape(right)}$"):
         read_log([tmp_path / "run.csv"], PLATFORM)  # pyright: ignore[reportArgumentType]
 

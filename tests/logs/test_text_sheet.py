@@ -33,9 +33,13 @@ MALFORMED = [
     *(
         (
             [HEADER, *ROWS, f"0.12,1,{cut}"],
-            f":14: `yaw_counts` is '{cut}'; it has to be a number; the last line is cut short: delete it",
+            f":14: `yaw_counts` is '{cut}'; it has to be a number; where the last line was cut short, delete it",
         )
-        for cut in ("-", "1e", "-1.5E-")
+        for cut in ("-", "1e", "-1.5E-", ".")
+    ),
+    (
+        ["time_s;voltage_V;yaw_counts", *(row.replace(",", ";") for row in ROWS), "0.12;1;1,234"],
+        ":14: `yaw_counts` is '1,234'; it has to be a number, and beside decimal points a comma is none",
     ),
     (changed(3, "0.03,1,-"), ":5: `yaw_counts` is '-'; it has to be a number, or empty where a reading is missing"),
     (

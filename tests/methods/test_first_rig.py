@@ -221,6 +221,7 @@ def test_a_commanded_torque_is_told_by_lines_that_are_a_rig_file(tmp_path: Path)
     ("names", "command"),
     [
         ("Zeit [s],Stellgrad [%],Winkel [deg]", "duty"),
+        ("Zeit [s],STELL PERCENT,Winkel [deg]", "duty"),
         ("t,Stellgröße,yaw_counts", "voltage_V"),
         ("time_s,Stellgröße,yaw_rad", "voltage_V"),
     ],
@@ -236,10 +237,49 @@ def test_a_command_under_an_unknown_name_is_told_by_lines_that_are_a_rig_file(
     rig = parse_rig("\n".join(lines))
     (log,) = read_logs([tmp_path / "run.csv"], rig)
     assert log.input == command and {*log.outputs} == {"yaw_rad"} and rig.free
+    assert ("so is the unit V" in str(said.value)) == (command == "voltage_V")
+
+
+def test_an_unknown_command_too_large_for_volts_gets_a_scale_that_is_said_to_be_a_guess(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{(-1) ** (k // 50) * 255},{k // 3}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["time_s,Stell,yaw_rad", *rows]))
+    with pytest.raises(LogError, match="is a first rig; .* is a guess, and so is the scale$") as said:
+        first_rig([tmp_path / "run.csv"], NOTHING)
+    assert 'voltage_V = { column = "Stell", scale = "12 V / 255" }' in str(said.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "low"),
+    [
+        ("temperature_C", -1),
+        ("temp [°C]", -1),
+        ("accel_m_s2", -1),
+        ("load_torque_Nm", -1),
+        ("temperature", 1),
+        ("note", math.nan),
+    ],
+)
+def test_a_column_of_another_unit_or_of_one_sign_is_no_command_of_a_first_rig(
+    tmp_path: Path, name: str, low: float
+) -> None:
+    rows = [f"{k / 100},{(low if k % 2 else 2) if low == low else 'x'},{0.01 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join([f"time_s,{name},yaw_rad", *rows]))
+    with pytest.raises(LogError, match="no column is taken for a command|has to be a number") as said:
+        first_rig([tmp_path / "run.csv"], NOTHING)
+    assert "is a first rig" not in str(said.value)
+
+
+def test_beside_a_temperature_the_other_unknown_column_is_the_command(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{(-1) ** (k // 50)},{20 + k / 100},{0.01 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["time_s,Stell,temperature_C,yaw_rad", *rows]))
+    with pytest.raises(LogError, match='voltage_V = "Stell" }` and `fit'):
+        first_rig([tmp_path / "run.csv"], NOTHING)
 
 
 def test_of_several_unknown_columns_the_user_has_to_say_which_is_the_command(tmp_path: Path) -> None:
-    (tmp_path / "run.csv").write_text("time_s,foo,bar,yaw_rad\n" + "\n".join(f"{k},{k % 7},1,{k}" for k in range(50)))
+    (tmp_path / "run.csv").write_text(
+        "time_s,foo,bar,yaw_rad\n" + "\n".join(f"{k},{k % 7 - 3},{k % 3 - 1},{k}" for k in range(50))
+    )
     with pytest.raises(LogError, match=r'voltage_V = "NAME" }` and `fit\.free = '):
         first_rig([tmp_path / "run.csv"], NOTHING)
 

@@ -61,6 +61,9 @@ def test_a_plan_as_it_was_written_may_be_replaced_and_one_by_hand_may_not(plan: 
     path.write_text(own.replace("\n[[runs]]", "\n# mine\n[[runs]]", 1))
     with pytest.raises(InputError, match="is not as `rwjax plan` wrote it, and would be replaced"):
         replaced(tmp_path, plan.rig)
+    before = {each.name: each.read_bytes() for each in tmp_path.iterdir()}
+    clear_plan(tmp_path)
+    assert {each.name: each.read_bytes() for each in tmp_path.iterdir()} == before
     path.write_text(own)
     clear_plan(tmp_path)
     assert replaced(tmp_path, plan.rig) is None
@@ -131,16 +134,16 @@ def test_what_no_plan_wrote_is_never_replaced(tmp_path: Path, content: bytes, ea
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"other.csv": content}
 
 
-def test_a_run_that_was_changed_by_hand_stays_unless_the_next_plan_has_it(tmp_path: Path) -> None:
+def test_a_plan_that_was_changed_by_hand_stays_with_its_runs(tmp_path: Path) -> None:
     plan = write_plan(tmp_path, Plan("rig", {}, (ONE,)))
     before = (tmp_path / "one.csv").read_bytes()
     for text in (plan.read_text().replace("amplitude_V = 1.0", "amplitude_V = 2.0"), "rig ="):
         plan.write_text(text)
-        with pytest.raises(InputError, match=r"one\.csv: is not the CSV of a run that a plan here wrote"):
-            write_plan(tmp_path, Plan("rig", {}, (replace(ONE, why="another"),)))
+        for run in (ONE, OTHER):
+            with pytest.raises(InputError, match=r"plan\.toml: is not as `rwjax plan` wrote it, and would be replaced"):
+                write_plan(tmp_path, Plan("rig", {}, (run,)))
         assert plan.read_text() == text and (tmp_path / "one.csv").read_bytes() == before
-        write_plan(tmp_path, Plan("rig", {}, (ONE,)))
-        assert read_plan(tmp_path).runs == (ONE,) and (tmp_path / "one.csv").read_bytes() == before
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["one.csv", "plan.toml"]
 
 
 def test_a_run_whose_lines_end_otherwise_is_still_the_plans(tmp_path: Path) -> None:
@@ -167,6 +170,22 @@ def test_a_switched_run_of_an_earlier_plan_is_replaced(tmp_path: Path) -> None:
     for length in (1.0, 2.0):
         write_plan(tmp_path, Plan("rig", {}, (Run("one", replace(coast, length=length), "train", "", (), {}),)))
     assert (tmp_path / "one.csv").read_text().splitlines()[-1].startswith("2.6,")
+
+
+@pytest.mark.parametrize("edited", ["schema = 1\n", "rig ="])
+def test_an_edited_plan_of_the_next_experiment_stays_and_the_new_one_lies_beside_it(
+    tmp_path: Path, edited: str
+) -> None:
+    own = write_next(tmp_path, Plan("rig", {}, (ONE,)))
+    assert own is not None
+    own.write_text(edited)
+    csv = (tmp_path / "next" / "one.csv").read_bytes()
+    for run in (ONE, OTHER):  # the second takes the place of the first
+        assert write_next(tmp_path, Plan("rig", {}, (run,))) == tmp_path / "next_2" / "plan.toml"
+        assert read_plan(tmp_path / "next_2").runs == (run,)
+    assert write_next(tmp_path, None) is None
+    assert [path.name for path in tmp_path.iterdir()] == ["next"]
+    assert own.read_text() == edited and (tmp_path / "next" / "one.csv").read_bytes() == csv
 
 
 @pytest.mark.parametrize("log", ["next.csv", "next.raw", "next.notes"])

@@ -128,6 +128,16 @@ def test_a_run_back_that_is_played_first_keeps_its_name() -> None:
     assert [np.sign(run.experiment.amplitude) for (run,) in played.values()] == [1.0, -1.0, 1.0]
 
 
+def test_a_run_whose_own_direction_is_back_keeps_its_name() -> None:
+    rig = platform("viscous = 0.02\ncoulomb = 0.05")
+    first = SizedDesign(replace(coast(0.3).design, direction=-1.0), 0.3, 1.0)
+    played = play_runs(rig, envelope(rig, 10.0, {"yaw_rad": 5.0}), {"fast": first, "fast_back": coast(0.3)}).runs
+    assert {name: np.sign(run.experiment.amplitude) for name, (run,) in played.items()} == {
+        "fast": -1.0,
+        "fast_back": 1.0,
+    }
+
+
 def test_within_a_travel_a_run_and_its_way_back_are_left_out_together() -> None:
     rig = platform("viscous = 0.02\ncoulomb = 0.05")
     back = SizedDesign(replace(coast(0.3).design, direction=-1.0), 0.3, 1.0)

@@ -95,6 +95,15 @@ def test_a_number_that_the_rig_lacks_is_said() -> None:
             {"time": T, "command": U, "start": 2.0},
             'simulate: `start` is a `float`; it has to be values by name, as {"w": 2.0}',
         ),
+        (
+            {"time": T, "command": [10**400]},
+            "`command` holds a number that is too large; it has to be an array of numbers",
+        ),
+        (
+            {"time": T, "command": [[1.0, 2.0], [3.0]]},
+            "`command` holds rows of different lengths; it has to be an array of numbers",
+        ),
+        ({"time": T, "command": [1.0, "full"]}, "`command` holds what is no number; it has to be an array of numbers"),
     ],
 )
 def test_an_argument_that_holds_no_numbers_is_told_in_one_line(given: dict[str, Any], message: str) -> None:
@@ -114,6 +123,17 @@ def test_a_number_that_no_rig_file_may_hold_is_refused_in_its_words() -> None:
 def test_a_solver_whose_number_is_traced_is_refused() -> None:
     with pytest.raises(InputError, match="^a number of the solver is traced; make the solver outside of what JAX"):
         jax.jit(lambda solver: simulate(platform(), T, U, solver=solver))(Smooth(0.01))
+
+
+@pytest.mark.parametrize("name", ["time", "supply_V"])
+def test_traced_times_or_supplies_are_told_by_jaxs_own_error(name: str) -> None:
+    def run(traced: jax.Array) -> Trajectory:
+        if name == "time":
+            return simulate(platform(), traced, U)  # pyright: ignore[reportArgumentType]
+        return simulate(platform(), T, {"voltage_V": U, "supply_V": traced})
+
+    with pytest.raises(jax.errors.TracerArrayConversionError):
+        jax.jit(run)(jnp.asarray(T))
 
 
 SMOOTH = Smooth(0.01, diffrax.Tsit5())

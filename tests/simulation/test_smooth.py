@@ -251,8 +251,10 @@ def test_a_width_that_is_no_positive_number_is_refused_where_the_solver_is_made(
 def test_a_width_that_is_no_number_is_refused_in_the_same_words() -> None:
     """In a process of its own, where no signature is checked, as for a user."""
     program = """
+import numpy as np
 from rwjax import InputError, Smooth
-for width in ({}, [0.1], "wide"):
+Smooth(np.array(0.1)), Smooth(np.float32(0.1)), Smooth(1)
+for width in ({}, [0.1], "wide", np.array("x"), np.array(1j), np.array(True), True, 10**400):
     try:
         Smooth(width)
     except InputError as error:
@@ -261,5 +263,5 @@ for width in ({}, [0.1], "wide"):
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == [
         f"width {width}: the width of the smooth sign has to be a positive number [rad/s]"
-        for width in ("{}", "[0.1]", "wide")
+        for width in ("{}", "[0.1]", "wide", "x", "1j", "True", "True", 10**400)
     ]

@@ -8,9 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.fitting.questions.likeness import AS_IT_IS, GIVEN, Question, Run, explained, names_of, plainly_better
+from rwjax.fitting.questions.likeness import GIVEN, Question, Run, explained, names_of, plainly_better
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
+
+NOTHING = 0.1
+"""Share explained by angles as rad from which none is asked about: a motion that is 57 times too large is like nothing simulated [1]."""
 
 
 def about_degrees(runs: Sequence[Run], in_rad: Callable[[], Sequence[Run]]) -> list[Question]:
@@ -21,11 +24,11 @@ def about_degrees(runs: Sequence[Run], in_rad: Callable[[], Sequence[Run]]) -> l
         in_rad: The same logs, their angles taken for degrees, with the free runs that begin there.
 
     Returns:
-        The question; none where some log is less like its free run then.
+        The question; none where some log is like its free run as it is, or less so as degrees.
     """
     shares = [explained(run) for run in runs]
     names = dict.fromkeys(name for run in runs for name in angles_of(run.log))
-    if not names or not shares or min(shares) >= AS_IT_IS:
+    if not names or max(shares) >= NOTHING:
         return []
     others = in_rad()
     asked = [run.log for run, share, other in zip(runs, shares, others, strict=True) if plainly_better(share, other)]

@@ -69,15 +69,17 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     if unsigned := about_lost_signs(runs):
         problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
         runs = _free_runs(problem, theta, problem.batch, problem.start)
-    readings = about_readings(runs)
-    if not readings and (degrees := about_degrees(runs, lambda: _in_rad(problem, theta))):
-        return [*dropped, *unsigned.values(), *degrees]
     whole = not any(
         log.goes_on for log in problem.logs
     )  # in less time a segment hardly leaves its start: no sign of a clock
     clocks = about_clock(runs, lambda factor: _in_time(problem, theta, factor)) if whole else {}
     pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
     explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
+    readings = about_readings(runs)
+    hangs = "axis.gravity.torque" in problem.structure.numbers  # what does not starts at any angle
+    degrees = about_degrees(runs, lambda: _in_rad(problem, theta)) if hangs and not explained and not readings else []
+    if degrees:
+        return [*dropped, *unsigned.values(), *degrees]
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
     return [*dropped, *unsigned.values(), *readings, *clocks, *steps, *about_other_runs(runs, explained)]
 

@@ -10,7 +10,7 @@ from rwjax.fitting.questions.angles import about_degrees, angles_of, from_degree
 from rwjax.fitting.questions.ask import questions
 from rwjax.fitting.questions.likeness import Run
 from tests.joints import joint
-from tests.systems import record
+from tests.systems import platform, record, run
 
 TIME = np.arange(800) * 0.01
 RIG = joint(axis__gravity__torque=1.2, axis__friction__coulomb=0.05)
@@ -52,7 +52,17 @@ def test_counts_are_no_degrees_and_what_fits_as_it_is_is_not_simulated_anew() ->
     assert angles_of(counted) == [] and from_degrees(counted).outputs["yaw_rad"] is log.outputs["yaw_rad"]
     far = {"yaw_rad": -3.0 * log.outputs["yaw_rad"]}
     assert about_degrees([Run(counted, far)], never) == [] == about_degrees([Run(log, log.outputs)], never)
-    assert about_degrees([], never) == []
+    still = {"yaw_rad": 0.0 * log.outputs["yaw_rad"]}
+    assert about_degrees([Run(log, still), Run(log, log.outputs)], never) == [] == about_degrees([], never)
+
+
+def test_a_clock_ten_times_too_fast_is_not_taken_for_degrees() -> None:
+    """An angle under a steady torque grows with the square of time: a hundred times too far is near 57."""
+    rig, time = platform("viscous = 0.0005"), 0.02 * np.arange(1500)
+    command = 2.0 * np.sin(0.25 * time) + 0.5
+    y = run(rig, record(time, command), {"w": 0.1})["yaw_rad"]
+    (question,) = questions(rig, [replace(record(0.1 * time, command, {"yaw_rad": y}), name="a.csv")])
+    assert question.startswith("a.csv: 10 times faster") and "Multiply `time_s` by 10" in question
 
 
 def test_no_degrees_where_one_of_several_logs_is_less_like_its_run_then() -> None:
