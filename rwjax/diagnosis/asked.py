@@ -55,6 +55,9 @@ def asked(rig: Rig, only: Sequence[str] = (), without: Sequence[str] = ()) -> As
     Raises:
         InputError: a name is none, or nothing is left; one sentence says what would be right.
     """
+    for option, names in (("only", only), ("without", without)):
+        if isinstance(names, str):
+            raise InputError(f"`{option}` is one name; give names in a list, as {option}=[{names!r}]")
     every = candidates(rig)
     known = {*every, *listed()}
     for name in (*only, *without):

@@ -8,6 +8,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from numbers import Real
 from threading import Event
 from typing import TypeVar
 
@@ -29,8 +30,8 @@ class Budget:
     """
 
     def __init__(self, seconds: float = math.inf, clock: Callable[[], float] = time.monotonic) -> None:
-        if not seconds > 0.0:
-            raise InputError(f"budget {seconds:g}: has to be positive, in seconds; inf is no limit")
+        if not isinstance(seconds, Real) or not seconds > 0.0:
+            raise InputError(f"budget {seconds}: has to be a positive number of seconds; inf is no limit")
         self.seconds = seconds
         self._clock = clock
         self._begun = clock()

@@ -121,7 +121,7 @@ class RigFit:
             name: Its name.
 
         Returns:
-            Such as `95 %: 0.1 to 0.2`, with an end that only the number's limits make said as open; "" for a number without an interval.
+            Such as `95 %: 0.1 to 0.2`; an end that only the limits of the number make is said as open. Empty where it has no interval.
         """
         if name not in self.interval:
             return ""

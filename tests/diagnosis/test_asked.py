@@ -44,3 +44,11 @@ def test_a_name_that_is_none_is_refused_in_one_line(only: list[str], without: li
     with pytest.raises(InputError) as wrong:
         asked(RIG, only, without)
     assert said in str(wrong.value) and "\n" not in str(wrong.value)
+
+
+@pytest.mark.parametrize("option", ["only", "without"])
+def test_one_name_that_is_no_list_is_not_read_letter_by_letter(option: str) -> None:
+    with pytest.raises(
+        InputError, match=f"^`{option}` is one name; give names in a list, as {option}=\\['drive.lag'\\]$"
+    ):
+        asked(platform(), **{option: "drive.lag"})

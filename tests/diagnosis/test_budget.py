@@ -66,7 +66,7 @@ def test_a_heeded_search_is_the_same_search_until_the_budget_ends() -> None:
             ended.send(10)  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan")])
-def test_a_budget_is_positive(seconds: float) -> None:
-    with pytest.raises(InputError, match="has to be positive"):
-        Budget(seconds)
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), "10"])
+def test_a_budget_is_positive(seconds: float | str) -> None:
+    with pytest.raises(InputError, match="has to be a positive number of seconds"):
+        Budget(seconds)  # pyright: ignore[reportArgumentType]
