@@ -121,7 +121,7 @@ class RigFit:
             name: Its name.
 
         Returns:
-            Such as `95 %: 0.1 to 0.2`; an end that only the limits of the number make is said as open. Empty where it has no interval.
+            Both ends, with one that only the limits of the number make said as open. Empty where it has no interval.
         """
         if name not in self.interval:
             return ""
