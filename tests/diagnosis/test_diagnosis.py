@@ -207,7 +207,7 @@ def test_names_that_are_none_are_refused_before_the_work(pushed: tuple[Rig, Log]
     rig, log = pushed
     with pytest.raises(InputError, match="`axis.colomb` is no effect .* nearest `axis.coulomb`"):
         diagnose(rig, [log], without=["axis.colomb"])
-    with pytest.raises(InputError, match="budget 0: has to be positive"):
+    with pytest.raises(InputError, match="budget 0.0: has to be a positive number of seconds"):
         diagnose(rig, [log], budget=0.0)
 
 
