@@ -163,17 +163,11 @@ def _ahead(result: "RigFit | Identified", output: Path, log_files: "Sequence[Pat
 
 
 def _estimates(result: "RigFit | Identified") -> list[str]:
-    from rwjax.fitting.intervals import interval_words
-    from rwjax.fitting.rig_fit import RigFit
-
     lines = []
     for name in result.rig.free:
         error = result.rig.standard_error.get(name)
         spread = "" if error is None else f" ± {error:.2g}"
-        if name in result.interval:
-            words = (
-                result.interval_words(name) if isinstance(result, RigFit) else interval_words(*result.interval[name])
-            )
+        if words := result.interval_words(name):
             spread += f" ({words})"
         lines.append(f"{name} = {result.rig.values[name]:.6g}{spread}")
     return lines + result.of_runs()

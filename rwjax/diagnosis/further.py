@@ -129,7 +129,7 @@ def _with_equals(further: Further) -> Further:
         return further
     fits, best, known = judged.fits, choice.best, (choice.best, *choice.alternatives)
     first = [e for e, _ in choice.ranking[: fits.settings.report.ranked] if e.names]
-    others = [e for e in first if not any(_akin(e, one) for one in known)]
+    others = [e for e in first if not any(_nested(e, one) for one in known)]
     judged.prepare(others)
     most, numbers = 1.0 + fits.settings.search.equal, len(fits(best).free)
     least = {name: gap.after for name, gap in judged.gaps(judged(best)).items()}
@@ -141,7 +141,7 @@ def _with_equals(further: Further) -> Further:
     return replace(further, choice=replace(choice, alternatives=(*choice.alternatives, *equal)))
 
 
-def _akin(one: Hypothesis, other: Hypothesis) -> bool:
+def _nested(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether two sets are the same or one is a special case of the other: then what the larger adds is needed, or it is not."""
     return one == other or one.contains(other) or other.contains(one)
 

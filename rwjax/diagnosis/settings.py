@@ -170,7 +170,8 @@ class SearchSettings:
     equal: float = _limit(
         0.05,
         "share by which a set of no more numbers may leave more of every output's held-out runs and stand beside the choice all the same: of "
-        "thousands of readings the evidence tells less apart, but it takes the model for exact, which no rig's sampling is",
+        "thousands of readings the evidence tells less apart, but it takes the model for exact, which no rig's sampling is. It was set after a look at "
+        "24 simulated rigs whose one cause was named, where the nearest rival left 9 % more",
     )
     tie: float = _limit(
         0.1,

@@ -157,7 +157,9 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
         found.pop("duty", None)
         volts = found.pop("voltage_V", None)
         if volts is not None and "pwm" not in volts.column.lower() and "supply_V" in columns_of(kind):
-            found.setdefault("supply_V", _line("supply_V", volts.column, "mV" if _unit(volts.column) == "mV" else ""))
+            found.setdefault(
+                "supply_V", _line("supply_V", volts.column, "mV" if unit_by_name(volts.column) == "mV" else "")
+            )
     angles = {COLUMNS[name].output for name in found if name in COLUMNS and not COLUMNS[name].encoder}
     return {
         name: one
@@ -201,8 +203,15 @@ def _parts(column: str) -> list[str]:
     return [*re.findall(r"[\[(]([^\[(\])]*)[\])]", small), *reversed(re.split(r"[\s_\-.\[\]()]+", small)), small]
 
 
-def _unit(column: str) -> str:
-    """The unit that a column's name holds, "" for none."""
+def unit_by_name(column: str) -> str:
+    """The unit that a column's name holds.
+
+    Args:
+        column: The name.
+
+    Returns:
+        A unit of `UNITS`, "" for none.
+    """
     parts = [part for part in _parts(column) if part]
     return next((unit for pattern, unit in UNITS if any(re.fullmatch(pattern, part) for part in parts)), "")
 
@@ -210,7 +219,7 @@ def _unit(column: str) -> str:
 def _meaning(column: str, parts: Sequence[str]) -> str:
     """What a column's name means, "" for nothing: the first word that agrees with its unit."""
     means = [word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)]
-    in_rates = _unit(column) in RATES
+    in_rates = unit_by_name(column) in RATES
     agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]
     if means[:1] == ["voltage_V"] and in_rates:
         agreed = ["rate"]
@@ -231,7 +240,7 @@ def _ends_otherwise(column: str, units: Collection[str] | None) -> bool:
     """Whether a column's name ends in a unit that is none of these; a bare letter may mean anything else, as in `enc_a`."""
     *words, last = re.findall(r"[^\s_\-.\[\]()]+", column) or [""]
     bare = len(last) == 1 and not column.rstrip().endswith(("]", ")"))
-    unit = "" if bare or not words else _unit(last)
+    unit = "" if bare or not words else unit_by_name(last)
     return units is not None and unit not in ("", *units)
 
 
@@ -240,12 +249,12 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
-    means, unit = _meaning(column, parts), _unit(column)
+    means, unit = _meaning(column, parts), unit_by_name(column)
     size = SIZE in parts and values.min() >= 0.0
     if means == "time_s":
         return _line("time_s", column, unit if unit in ("ms", "us", "s") else _time_unit(values))
     if means == "voltage_V":
-        return _command(column, values, unit, supply)
+        return command_line(column, values, unit, supply)
     of_wheel = any(re.fullmatch(WHEEL, part) for part in parts)
     if of_wheel and means in ("angle", "rate") and "wheel_rad" not in valid:
         return None
@@ -280,8 +289,18 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
     return None
 
 
-def _command(column: str, values: np.ndarray, unit: str, supply: float | None) -> Proposal:
-    """A command in volts, or in steps of a PWM."""
+def command_line(column: str, values: np.ndarray, unit: str, supply: float | None) -> Proposal:
+    """A command in volts, or in steps of a PWM.
+
+    Args:
+        column: Name of its column.
+        values: Its values (n,) [its unit], at least one.
+        unit: The unit that its name holds, "" for none.
+        supply: Volts of full power [V], 12 where none are given.
+
+    Returns:
+        The line under `[columns]`, with what a user has to look at.
+    """
     size = float(np.max(np.abs(values)))
     if unit == "percent":
         return _line("duty", column, "percent", "needs [drive] supply")

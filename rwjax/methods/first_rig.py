@@ -11,7 +11,7 @@ import numpy as np
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
-from rwjax.logs.propose import FULL_POWER, LIKE_VOLTS, UNITS, is_commanded_torque, proposal, proposed
+from rwjax.logs.propose import command_line, is_commanded_torque, proposal, proposed, unit_by_name
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
@@ -261,26 +261,17 @@ def _platform_by_hand(sheet: Sheet) -> str:
 
 def _command_by_hand(sheet: Sheet, column: str) -> str:
     """The line of a column that may be a command under a name that says nothing; "" where its unit or its values say that it is none."""
-    words = re.split(r"[\s_\-.\[\]()]+", column.strip(" _-.[]()").lower())
-    unit = next((unit for pattern, unit in UNITS if any(re.fullmatch(pattern, word) for word in words)), "")
-    unit = "percent" if re.search("%|percent|pct", column.lower()) else unit
-    if unit not in ("", "percent", "V", "count") or (len(words) > 1 and re.fullmatch(OTHER_UNIT, words[-1])):
+    last, unit = re.split(r"[\s_\-.\[\]()]+", column.strip(" _-.[]()").lower())[-1], unit_by_name(column)
+    if unit not in ("", "percent", "V", "mV", "count") or (last != column.lower() and re.fullmatch(OTHER_UNIT, last)):
         return ""
-    name = json.dumps(column, ensure_ascii=False)
-    if unit == "percent":
-        return f'duty = {{ column = {name}, unit = "percent" }}'
     try:
         values = sheet.numbers([column])[0]
     except LogError:
         return ""
     values = values[np.isfinite(values)]
-    if not (values.size and values.min() < 0.0 < values.max()):
+    if not values.size or (unit != "percent" and not values.min() < 0.0 < values.max()):
         return ""
-    size = np.max(np.abs(values))
-    if unit == "V" or size <= LIKE_VOLTS:
-        return f"voltage_V = {name}"
-    full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
-    return f'voltage_V = {{ column = {name}, scale = "12 V / {full}" }}'
+    return command_line(column, values, unit, None).line.partition("   #")[0]
 
 
 def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:

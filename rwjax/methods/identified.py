@@ -9,6 +9,7 @@ from scipy.special import stdtrit
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import CommandDelay, EncoderDelay
 from rwjax.errors import RigError
+from rwjax.fitting.intervals import interval_words
 from rwjax.kinds import GOAL
 from rwjax.logs.driven import without_servo
 from rwjax.logs.log import Log
@@ -51,6 +52,17 @@ class Identified:
         """95 % interval of each estimated number by its standard error [SI]."""
         errors = self.rig.standard_error
         return {n: (self.rig.values[n] - NORMAL_95 * e, self.rig.values[n] + NORMAL_95 * e) for n, e in errors.items()}
+
+    def interval_words(self, name: str) -> str:
+        """The 95 % interval of a number in words.
+
+        Args:
+            name: Its name.
+
+        Returns:
+            Both ends. Empty where it has no interval.
+        """
+        return interval_words(*self.interval[name]) if name in self.interval else ""
 
     def of_runs(self) -> list[str]:
         """Numbers that a run has of its own.

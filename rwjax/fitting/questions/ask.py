@@ -76,8 +76,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     pulses = about_pulses(runs, lambda volts: _under(problem, theta, volts))
     explained = {k for numbers in (*clocks.values(), *pulses.values()) for k in numbers}
     readings = about_readings(runs)
-    hangs = "axis.gravity.torque" in problem.structure.numbers  # what does not starts at any angle
-    degrees = about_degrees(runs, lambda: _in_rad(problem, theta)) if hangs and not explained and not readings else []
+    asks = "psi" in problem.structure.angles and not explained and not readings  # else a run may begin at any angle
+    degrees = about_degrees(runs, lambda: _in_rad(problem, theta)) if asks else []
     if degrees:
         return [*dropped, *unsigned.values(), *degrees]
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
