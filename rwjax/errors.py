@@ -4,6 +4,7 @@ import difflib
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
+from inspect import signature
 from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -124,41 +125,46 @@ RIGHT = {
 """What is right for an argument, by the name of its type; with an s at its end for a sequence of it."""
 
 
-A_PATH = str | os.PathLike
-OF_ARGUMENT: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "path": (lambda given: isinstance(given, A_PATH), "has to be the path of a file, as a text or a `pathlib.Path`"),
-    "paths": (
+A_PATH = str | os.PathLike[str]
+OF_PATH = "has to be a path, as a text or a `pathlib.Path`"
+OF_TYPE: dict[Any, tuple[Callable[[Any], bool], str]] = {
+    A_PATH: (lambda given: isinstance(given, str | os.PathLike), OF_PATH),
+    Iterable[A_PATH] | A_PATH: (
         lambda given: (
-            isinstance(given, A_PATH)
+            isinstance(given, str | os.PathLike)
             or (isinstance(given, Iterable) and not (isinstance(given, Mapping | bytes) or hasattr(given, "read")))
         ),
-        "has to be the path of a file, as a text or a `pathlib.Path`, or several in a list",
+        f"{OF_PATH}, or several in a list",
     ),
-    "time": (
+    str: (lambda given: isinstance(given, str), "has to be a text"),
+    "ndarray": (
         lambda given: (
             hasattr(given, "__array__") or (isinstance(given, Sequence) and not isinstance(given, str | bytes))
         ),
         "has to be an array of numbers",
     ),
-    "numbers": (
+    Mapping[str, Any] | None: (
         lambda given: given is None or isinstance(given, Mapping),
-        'has to be values by name, as {"axis.inertia": 0.2}',
+        "has to be values by name, as {name: value}",
     ),
-    "start": (lambda given: given is None or isinstance(given, Mapping), 'has to be values by name, as {"w": 2.0}'),
+    Mapping[str, str] | None: (
+        lambda given: given is None or isinstance(given, Mapping),
+        'has to be notes by key, as {"role": "validate"}',
+    ),
 }
-"""Whether an argument may be right, and what is right, by the argument's name."""
+"""Whether an argument may be right, and what is right, by its type in the signature; numpy's array by the name of its type."""
 
 
 def refuses_other_types(function: Function) -> Function:
-    """A function that refuses arguments of other types before it begins, where `RIGHT` or `OF_ARGUMENT` says what is right.
+    """A function that refuses arguments of other types before it begins, where `RIGHT` or `OF_TYPE` says what is right.
 
     Args:
-        function: The function, all of whose arguments have types in its signature.
+        function: The function; arguments without a type in its signature are not looked at.
 
     Returns:
         The same function, which raises `InputError` for an argument of another type.
     """
-    types = function.__annotations__
+    types = {name: one.annotation for name, one in signature(function).parameters.items()}
 
     @wraps(function)
     def called(*arguments: Any, **named: Any) -> Any:
@@ -167,10 +173,10 @@ def refuses_other_types(function: Function) -> Function:
             if wrong := _of_other_type(value, types.get(name)):
                 raise InputError(f"{function.__name__}: `{name}` {wrong}")
         for name, value in given:  # what has changed places with a rig or a log is told above
-            if name in types and name in OF_ARGUMENT and not OF_ARGUMENT[name][0](value):
-                raise InputError(
-                    f"{function.__name__}: `{name}` is a `{type(value).__name__}`; it {OF_ARGUMENT[name][1]}"
-                )
+            wanted = types.get(name)
+            fits, right = OF_TYPE.get(wanted) or OF_TYPE.get(getattr(wanted, "__name__", "")) or (None, "")
+            if fits and not fits(value):
+                raise InputError(f"{function.__name__}: `{name}` is a `{type(value).__name__}`; it {right}")
         return function(*arguments, **named)
 
     return called  # pyright: ignore[reportReturnType]

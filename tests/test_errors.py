@@ -47,10 +47,15 @@ def test_the_nearest_name_is_found_however_unlike() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "slip"), [("yaw_count", True), ("yaw_counts", True), ("temperature_C", False), ("", False)]
+    ("name", "slip"),
+    [("yaw_count", True), ("yaw_counts", True), ("temperature_C", False), ("yaw_m", False), ("", False)],
 )
 def test_only_what_may_be_a_typing_mistake_is_alike(name: str, slip: bool) -> None:
     assert alike(name, ["time_s", "yaw_counts"]) == slip
+
+
+def test_a_name_without_end_is_compared_by_its_beginning() -> None:
+    assert alike(100 * "x" + 1000 * "y", [100 * "x"]) and nearest(100 * "x" + 1000 * "y", ["y", 100 * "x"]) == 100 * "x"
 
 
 @pytest.mark.parametrize(
@@ -151,6 +156,25 @@ def test_one_log_and_a_solver_are_looked_at_too() -> None:
         rwjax.predict(platform(), [RUN])  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match="^fit: `solver` is the class `Smooth`; it has to be a solver, "):
         rwjax.fit(platform(), [RUN], solver=rwjax.Smooth)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("function", [rwjax.read_rig, rwjax.read_diagnosis, rwjax.read_log], ids=lambda f: f.__name__)
+@pytest.mark.parametrize("other", [{}, None, 3, b"rig.toml"], ids=lambda other: type(other).__name__)
+def test_what_takes_a_path_says_of_anything_else_what_it_has_to_be(function: Callable[..., Any], other: object) -> None:
+    more = (platform(),) if function is rwjax.read_log else ()
+    with pytest.raises(InputError, match=r"`; it has to be a path, as a text or a `pathlib\.Path`$") as refused:
+        function(other, *more)
+    assert f" is a `{type(other).__name__}`; " in str(refused.value)
+
+
+def test_what_is_right_goes_by_the_type_of_an_argument_and_not_by_its_name() -> None:
+    @refuses_other_types
+    def begun(start: str, path: float) -> str:
+        return f"{start} {path}"
+
+    assert begun("w", 2.0) == "w 2.0"
+    with pytest.raises(InputError, match="^begun: `start` is a `dict`; it has to be a text$"):
+        begun({"w": 2.0}, 1.0)  # pyright: ignore[reportArgumentType]
 
 
 def test_files_and_a_rig_that_have_changed_places_are_told_apart() -> None:

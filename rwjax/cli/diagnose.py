@@ -1,5 +1,6 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
+from collections.abc import Callable
 from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -58,7 +59,7 @@ def diagnose(
     from rwjax.fitting import garbage, processes
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
-    from rwjax.report.results import CORRECTED, answer_of, clear_results, write_results
+    from rwjax.report.results import CORRECTED, answer_of, clear_results
     from rwjax.rig.read import read_rig
 
     check_segments(segments)
@@ -72,9 +73,7 @@ def diagnose(
         logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
         result = run(rig, logs, only=only or (), without=without or (), budget=limit, team=team, progress=show)
-        show("writing the report")
-        with target.renewed() as folder:
-            written = {name: path.relative_to(folder) for name, path in write_results(result, folder).items()}
+        written = _written(result, target, show)
     if as_json:
         document(answer_of(result) + "\n")
     else:
@@ -91,6 +90,22 @@ def diagnose(
     note(*asked)
     if limit.stopped:
         raise typer.Exit(STATUS)
+
+
+def _written(result: "Diagnosis", target: ResultFolder, show: Callable[[str], None]) -> dict[str, Path]:
+    """Writes a diagnosis; paths within the folder of what a user opens first. Who ends the command while the page is drawn has the answer."""
+    from rwjax.report.results import write_answer, write_results
+
+    show("writing the answer")
+    with target.renewed() as folder:
+        write_answer(result, folder)
+    show("drawing the report")
+    try:
+        with target.renewed() as folder:
+            return {name: path.relative_to(folder) for name, path in write_results(result, folder).items()}
+    except KeyboardInterrupt:
+        note(f"{target.path} holds the answer, and no page of it yet; {next_command('report', target.path)}")
+        raise
 
 
 def _held(result: "Diagnosis") -> str:

@@ -9,6 +9,7 @@ import typer
 from rwjax.cli.control import Output, Volts, check_table, remark, write_results
 from rwjax.cli.manoeuvre import Amps, delay_note, limits_of, of_rig_or_option
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, positive
+from rwjax.cli.progress import progress
 
 Spin = Annotated[float, typer.Option(help="rate of the wheel [1/min]")]
 Margin = Annotated[float, typer.Option(help="share of the breakaway torque to use")]
@@ -39,8 +40,8 @@ def dump(
     positive(margin=margin)
     check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, math.inf)
-    with of_rig_or_option(rig_file):
-        found = run(rig, spin * RATE, limits, margin)
+    with of_rig_or_option(rig_file), progress(quiet, lines=True) as show:
+        found = run(rig, spin * RATE, limits, margin, show)
     columns = course_columns(found.best)
     moved = math.degrees(float(np.max(np.abs(np.asarray(found.best.angle)))))
     answer = {

@@ -73,7 +73,7 @@ def fit(
     check_segments(segments)
     if output is not None:
         check_file(output, rig_file, *log_files)
-    with progress(quiet) as show:
+    with progress(quiet, lines=True) as show:
         read, identify = _chosen(method, bootstrap, solver, smooth, segments, show)
         rig = read(rig_file)
         show("looking at the logs")

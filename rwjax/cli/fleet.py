@@ -1,14 +1,13 @@
 """The command `fleet`: a command for every rig of a plan, on Dask."""
 
 import os
-import signal
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rwjax.cli.interrupt import CLEAR, first
+from rwjax.cli.interrupt import CLEAR, end, first
 from rwjax.cli.options import Json, Quiet, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, note, say
@@ -86,7 +85,7 @@ def fleet(
 
 def _stopping() -> bool:
     """Says that Ctrl-C was heard, ignores the next ones until the cluster is closed, and lets the run be interrupted."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end()
     with suppress(OSError):
         os.write(2, f"{CLEAR if os.isatty(2) else ''}{STOPPING}\n".encode())
     return False

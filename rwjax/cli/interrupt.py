@@ -1,4 +1,4 @@
-"""Ctrl-C in the command: one line and no traceback, wherever it comes.
+"""Ctrl-C in the command, and SIGTERM alike: one line and no traceback, wherever it comes.
 
 Within the import of a library it ends the process at once. Raised there, a `KeyboardInterrupt` comes out as the library's own
 error, is swallowed, or crashes what is being set up. Anywhere else it is a `KeyboardInterrupt`, which lets the commands tidy up.
@@ -9,10 +9,12 @@ The room imports this module before anything else.
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 
+SIGNALS = signal.SIGINT, signal.SIGTERM
+"""Ctrl-C, and what `kill` and `timeout` send: one is as good a reason to end as the other."""
 STATUS = 130
 """Status of a program that Ctrl-C ended."""
 CLEAR = "\r\x1b[K\x1b[?25h"
@@ -37,7 +39,7 @@ def leave() -> None:
 
 
 def heard(number: int, frame: FrameType | None) -> None:
-    """Handles Ctrl-C.
+    """Handles one of `SIGNALS`.
 
     Args:
         number: of the signal.
@@ -55,7 +57,7 @@ def heard(number: int, frame: FrameType | None) -> None:
 
 @contextmanager
 def first(ask: Callable[[], bool]) -> Iterator[None]:
-    """What the first Ctrl-C does in place of an interruption; the next one is as everywhere.
+    """What the first of `SIGNALS` does in place of an interruption; the next one is as everywhere.
 
     Args:
         ask: asks for the answer so far; False where there is none to come, so that the program is interrupted.
@@ -65,34 +67,45 @@ def first(ask: Callable[[], bool]) -> Iterator[None]:
     """
 
     def asked(number: int, frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, heard)
+        _handle(ours, heard)
         if not ask():
             heard(number, frame)
         with suppress(OSError):
             os.write(2, f"{CLEAR if os.isatty(2) else ''}{ASKED}\n".encode())
 
-    if signal.getsignal(signal.SIGINT) is not heard:  # a program that imports the library
-        yield
-        return
-    signal.signal(signal.SIGINT, asked)
+    ours = _heard()  # none in a program that imports the library
+    _handle(ours, asked)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, heard)
+        _handle(ours, heard)
 
 
 def begin() -> None:
-    """Handles Ctrl-C from here on, if this is the command `rwjax` or `python -m rwjax` and no program that imports the library."""
-    if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, heard)
+    """Handles `SIGNALS` from here on, if this is the command `rwjax` or `python -m rwjax` and no program that imports the library.
+
+    One that is ignored, as Ctrl-C is in a script's background, stays so.
+    """
+    usual = signal.default_int_handler, signal.SIG_DFL
+    if _is_command() and (ours := [number for number in SIGNALS if signal.getsignal(number) in usual]):
+        _handle(ours, heard)
         sys.excepthook = _uncaught
         sys.unraisablehook = _unraisable
 
 
 def end() -> None:
-    """From here on Ctrl-C does nothing: the work is done, and what is left is the end of the process."""
-    if signal.getsignal(signal.SIGINT) is heard:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """From here on `SIGNALS` do nothing: the work is done, and what is left is the end of the process."""
+    _handle(_heard(), signal.SIG_IGN)
+
+
+def _heard() -> list[signal.Signals]:
+    """Those of `SIGNALS` that the command handles."""
+    return [number for number in SIGNALS if signal.getsignal(number) is heard]
+
+
+def _handle(numbers: Iterable[signal.Signals], by: Callable[[int, FrameType | None], None] | signal.Handlers) -> None:
+    for number in numbers:
+        signal.signal(number, by)
 
 
 def _uncaught(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:

@@ -9,6 +9,7 @@ import typer
 from rwjax.cli.control import Output, Rpm, Volts, check_table, remark, write_results
 from rwjax.cli.manoeuvre import Amps, Degrees, delay_note, limits_of, of_rig_or_option
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite
+from rwjax.cli.progress import progress
 
 if TYPE_CHECKING:
     from rwjax.control.slew import Slew
@@ -39,8 +40,8 @@ def slew(
     finite(angle=angle, spin=spin)
     check_table(output, rig_file)
     rig, limits = read_one_axis_rig(rig_file), limits_of(volts, amps, rpm)
-    with of_rig_or_option(rig_file):
-        found = run(rig, math.radians(angle), limits, spin * RATE)
+    with of_rig_or_option(rig_file), progress(quiet, lines=True) as show:
+        found = run(rig, math.radians(angle), limits, spin * RATE, show)
     ideal, columns = found.ideal, course_columns(found.best)
     answer = {
         "schema": "rwjax.slew/1",

@@ -20,6 +20,7 @@ from rwjax.cli.control import (
 )
 from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, span
+from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, say
 from rwjax.errors import InputError
 from rwjax.report.answer import json_text
@@ -73,7 +74,7 @@ def tune(
     controller, timing = controller_of(rig, ki, volts, rpm, period, late, smooth)
     reference = reference_of(step, seconds, period)
     rig, estimate, fit_notes = with_fit(rig_file, rig, fit, plants)
-    with of_file(rig_file):
+    with of_file(rig_file), progress(quiet, lines=True) as show:
         design = run(
             rig,
             GainRequirement(tuple(rows.tolist()), tuple(cols.tolist()), sigma, least),
@@ -82,6 +83,7 @@ def tune(
             step=reference,
             timing=timing,
             thetas=draw_plants(rig, estimate, plants or PLANTS) if estimate is not None else None,
+            progress=show,
         )
     laws = {"robust": _shown(design.robust), "tuned": _shown(design.tuned)}
     answer = json_text({"schema": "rwjax.tune/1", "plants": design.plants, **_stable(design), **laws})

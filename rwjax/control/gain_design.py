@@ -1,5 +1,6 @@
 """Gains for a rig, designed in two steps: the most robust ones for all plants, then tuned through the nonlinear loop."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from rwjax.control.robust_gains import RobustGains, robust_gains
 from rwjax.control.robustness import Robustness, robustness
 from rwjax.control.tuning import LEAST_MODULUS, tune_from
 from rwjax.control.unsettled import least_kp, why_unsettled
-from rwjax.errors import InputError, refuses_other_types
+from rwjax.errors import InputError, counted, refuses_other_types
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
@@ -105,13 +106,14 @@ class GainDesign:
 
 
 class _Task(NamedTuple):
-    """What every controller of a design is judged on; `breakaway`: the command at which the axis breaks loose [V]."""
+    """What every controller of a design is judged on; `breakaway`: the command at which the axis breaks loose [V]; `progress` hears of what takes long."""
 
     rig: Rig
     plants: Float[np.ndarray, "k p"]
     reference: Float[np.ndarray, " s"]
     timing: LoopTiming
     breakaway: float
+    progress: Callable[[str], None]
 
     def response(self, controller: Controller) -> Response:
         """The step response of a controller on the rig."""
@@ -136,6 +138,7 @@ def tune(
     step: StepReference = DEFAULT_STEP,
     timing: LoopTiming | None = None,
     thetas: Float[np.ndarray, "k p"] | None = None,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> GainDesign:
     """Gains for a rig's axis: those of the largest worst-case margin, then tuned through the nonlinear closed loop.
 
@@ -148,6 +151,7 @@ def tune(
         timing: When the controller reads and acts; without it 100 Hz on the rig's encoder (`loop_timing`).
         thetas: Plants for the worst-case margin [SI], one for each row, `(k, p)` (`fit_estimate.draw_plants`); without them the
             rig itself counts.
+        progress: Hears of what takes long, in words.
 
     Returns:
         Both controllers with their margins and responses; the result prints itself.
@@ -162,9 +166,10 @@ def tune(
         )
     timing = loop_timing(rig) if timing is None else timing
     plants = theta_of(rig, structure_of(rig))[None] if thetas is None else thetas
-    task = _Task(rig, plants, step.samples(timing.period), timing, breakaway(rig))
+    task = _Task(rig, plants, step.samples(timing.period), timing, breakaway(rig), progress)
     start, found = _robust_start(task, requirement, controller._replace(feedforward=friction_share * task.breakaway))
-    tuned = tune_from(rig, start, task.reference, timing, requirement.least_modulus)
+    tuned = tune_from(rig, start, task.reference, timing, requirement.least_modulus, progress)
+    progress("looking at the margins and the step response of what was found")
     end = robustness(rig, plants, timing, tuned.controller)
     return GainDesign(task.judge(start, found), task.judge(tuned.controller, end), tuned.least, len(plants))
 
@@ -196,13 +201,15 @@ def _settling(task: _Task, requirement: GainRequirement, controller: Controller)
         return controller._replace(kp=gains.kp, kd=gains.kd), gains
 
     low, high = requirement.kp
+    task.progress(f"looking for the most robust gains for {counted(len(task.plants), 'plant')}")
     best, _ = of(low)
     if float(controller.ki) > 0.0:
         return best
     off, step = _off(task, best), abs(float(task.reference[-1]))
-    for share in HELD:
+    for k, share in enumerate(HELD):
         if off == 0.0:
             break
+        task.progress(f"looking for gains that settle: {k + 1} of {len(HELD)} ranges at most")
         least = min(least_kp(controller, task.breakaway, share * step), high)
         if least <= low:
             continue

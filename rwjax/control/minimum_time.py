@@ -4,6 +4,7 @@ A manoeuvre takes a time T in which the command runs straight between `PIECES` +
 derivatives of the plant's motion by every command and by T are exact.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -101,7 +102,9 @@ class Guess(NamedTuple):
     torque_voltage: float
 
 
-def minimum_time(manoeuvre: Manoeuvre, task: Task, guess: Guess) -> tuple[Trajectory, float]:
+def minimum_time(
+    manoeuvre: Manoeuvre, task: Task, guess: Guess, progress: Callable[[str], None] = lambda text: None
+) -> tuple[Trajectory, float]:
     """The trajectory of least time within the limits that meets the conditions.
 
     The search takes the axis to slide from some piece of the command on. What it ends with is judged on the plant, which may stick.
@@ -111,6 +114,7 @@ def minimum_time(manoeuvre: Manoeuvre, task: Task, guess: Guess) -> tuple[Trajec
         manoeuvre: What is asked.
         task: Its numbers.
         guess: Where the search begins.
+        progress: Hears of every step of the search, in words.
 
     Returns:
         The trajectory, and how far it violates the conditions [1]; 0 where it meets them.
@@ -122,8 +126,8 @@ def minimum_time(manoeuvre: Manoeuvre, task: Task, guess: Guess) -> tuple[Trajec
     clipped = np.clip(guess.commands / task.limits.volts, -1.0, 1.0)
     first, *others = [np.append(clipped, longer) for longer in LONGER]
     best, start, searched = search.judged(first), first, False
-    for _ in range(TRIES):
-        ended = search.run(start)
+    for k in range(TRIES):
+        ended = search.run(start, lambda step, k=k: progress(_step_words(k, step)))
         new = min((search.judged(z) for z in (ended, *search.met[-1:])), key=lambda found: found[:2])
         gained = new.missed < best.missed or (new.missed == best.missed and new.time < (1.0 - GAIN) * best.time)
         best = min(best, new, key=lambda found: found[:2])
@@ -135,6 +139,11 @@ def minimum_time(manoeuvre: Manoeuvre, task: Task, guess: Guess) -> tuple[Trajec
         else:
             break
     return best.trajectory, best.missed if best.missed > REACHED else 0.0
+
+
+def _step_words(k: int, step: int) -> str:
+    """How far a search is, in words; the searches before it are `k`."""
+    return f"looking for the least time: search {k + 1} of {TRIES} at most, step {step} of {SEARCH['maxiter']} at most"
 
 
 class _Found(NamedTuple):
@@ -184,9 +193,10 @@ class _Search:
         missed = _missed(*_judged(self.manoeuvre.conditions, self.task, found))
         return _Found(max(missed, REACHED), float(found.time[-1]), z, found)
 
-    def run(self, start: np.ndarray) -> np.ndarray:
-        """Unknowns z with which the optimiser ends, from a start."""
-        count, scale = PIECES + 1, self.scale
+    def run(self, start: np.ndarray, told: Callable[[int], None]) -> np.ndarray:
+        """Unknowns z with which the optimiser ends, from a start; it tells the number of every step that begins, from 1."""
+        count, scale, steps = PIECES + 1, self.scale, itertools.count(2)
+        told(1)
         last = np.eye(count + 1)[count]
         constraints = [
             {"type": "eq", "fun": lambda y: self.at(y)[0][0], "jac": lambda y: self.at(y)[1][0] * scale},
@@ -200,6 +210,7 @@ class _Search:
             bounds=[(-1.0 / s, 1.0 / s) for s in scale[:count]] + [(SHORTEST, LONGEST)],
             constraints=constraints,
             options=SEARCH,
+            callback=lambda y: told(next(steps)),
         ).x
         return scale * ended
 

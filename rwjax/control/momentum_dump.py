@@ -1,5 +1,6 @@
 """Momentum dump: the wheel slows while static friction holds the axis, and its momentum leaves through the bearing."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -47,7 +48,9 @@ class Dump(NamedTuple):
         return float(self.best.time[-1]) + self.delay
 
 
-def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
+def dump(
+    rig: Rig, spin: float, limits: Limits, margin: float = MARGIN, progress: Callable[[str], None] = lambda text: None
+) -> Dump:
     r"""Brings the wheel to rest in the least time in which the axis does not move.
 
     While the axis rests, what turns the wheel pushes back on the axis: $|J\dot\Omega| \le T = (\mu M_s - M_l)/(1 - \mu\,\mu_l)$. No dump
@@ -59,6 +62,7 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
         spin: Wheel rate at the beginning [rad/s].
         limits: What the drive gives.
         margin: Share of the breakaway torque that is used [1].
+        progress: Hears of what takes long, in words.
 
     Returns:
         The bound, and the trajectory of least time.
@@ -75,11 +79,12 @@ def dump(rig: Rig, spin: float, limits: Limits, margin: float = MARGIN) -> Dump:
         raise InputError(f"margin {margin:g}: has to lie above 0 and not above 1")
     if elastic := [name for name in rig.effects if issubclass(BY_NAME[name], AxisElastic)]:
         raise RigError(f"`{elastic[0]}`: the axis moves a little before it is held; leave it out")
+    progress("looking at what friction holds")
     room, held = _holding_torque(rig, spin, margin)
     changes = any(BY_NAME[name].changes_over_time for name in rig.effects)
     delay = command_delay(rig, spin)
     bound = 0.0 if changes else rig.values["wheel.inertia"] * abs(spin) / room + delay
-    best, missed = _search(rig, spin, limits, margin, _torque(rig, spin, limits, room, held))
+    best, missed = _search(rig, spin, limits, margin, _torque(rig, spin, limits, room, held), progress)
     if missed > REACHED:
         raise InputError(_shortfall(best, spin, -torque_at(rig, limits, abs(spin)), room))
     return Dump(bound, best, delay)
@@ -113,7 +118,9 @@ def _torque(rig: Rig, spin: float, limits: Limits, room: float, held: float) -> 
     return SPARE * min(room / (1.0 + ripple / room), max(torque_at(rig, limits, 0.0), LEAST_TORQUE * held))
 
 
-def _search(rig: Rig, spin: float, limits: Limits, margin: float, torque: float) -> tuple[Trajectory, float]:
+def _search(
+    rig: Rig, spin: float, limits: Limits, margin: float, torque: float, progress: Callable[[str], None]
+) -> tuple[Trajectory, float]:
     """The dump of least time, and how far it violates its conditions, from one with a constant torque [N m]."""
     structure, theta, start = steady_state(rig, spin)
     K, R, J = (rig.values[n] for n in ("motor.torque_constant", "motor.resistance", "wheel.inertia"))
@@ -123,7 +130,7 @@ def _search(rig: Rig, spin: float, limits: Limits, margin: float, torque: float)
     numbers = jnp.array([spin, K / torque, margin, torque])
     task = Task(theta, limits, numbers, start, J * abs(spin) / torque, 1.0)
     manoeuvre = Manoeuvre(structure, _stopped if structure.inductive else _slowed, slides_from=PIECES)
-    return minimum_time(manoeuvre, task, Guess(commands, torque_voltage))
+    return minimum_time(manoeuvre, task, Guess(commands, torque_voltage), progress)
 
 
 def _shortfall(best: Trajectory, spin: float, brakes: float, room: float) -> str:

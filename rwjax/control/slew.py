@@ -1,5 +1,6 @@
 """Rest to rest over an angle: what the ideal on-off law does on the real plant, and the fastest slew there."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -53,7 +54,9 @@ class Slew(NamedTuple):
         return float(self.best.time[-1]) + self.delay
 
 
-def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
+def slew(
+    rig: Rig, angle: float, limits: Limits, spin: float = 0.0, progress: Callable[[str], None] = lambda text: None
+) -> Slew:
     """Slew of a rig's axis from rest to rest.
 
     Args:
@@ -61,6 +64,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
         angle: Angle to turn [rad].
         limits: What the drive gives.
         spin: Wheel rate beforehand [rad/s].
+        progress: Hears of what takes long, in words.
 
     Returns:
         The ideal law with what the plant makes of it, and the trajectory of least time.
@@ -84,6 +88,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
         )
         what = f"takes {ideal.time:.3g} s at least with limits of {given}; {DAY_S:g} s, a day, at most"
         raise InputError(f"angle {turned(angle)}: {what}")
+    progress("following the ideal law on the rig")
     followed = _followed(rig, ideal, float(np.sign(angle)))
     friction = float(np.max(followed.holds[0]))
     structure, theta, start = steady_state(rig, spin)
@@ -92,7 +97,7 @@ def slew(rig: Rig, angle: float, limits: Limits, spin: float = 0.0) -> Slew:
     task = Task(theta, limits, numbers, start, seconds, float(np.sign(angle)))
     torque_voltage = torque * rig.values["motor.resistance"] / rig.values["motor.torque_constant"]
     manoeuvre = Manoeuvre(structure, _still if structure.inductive else _arrived, slides_from=1)
-    best, missed = minimum_time(manoeuvre, task, Guess(commands, torque_voltage))
+    best, missed = minimum_time(manoeuvre, task, Guess(commands, torque_voltage), progress)
     if missed > REACHED:
         raise InputError(_shortfall(rig, angle, limits, spin, best))
     return Slew(ideal, top, followed, float(followed.angle[-1]) - angle, best, delay)

@@ -1,5 +1,6 @@
 """Gains tuned by gradient through the nonlinear closed loop, never closer to instability than asked."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -150,6 +151,7 @@ def tune_from(
     reference: Float[np.ndarray, " s"],
     timing: LoopTiming = DEFAULT_TIMING,
     least_modulus: float = LEAST_MODULUS,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> Tuned:
     """Gains with the least `loss` along a step, from those of a controller or the best of `MULTIPLES` of them.
 
@@ -162,6 +164,7 @@ def tune_from(
         reference: Step that is wanted [rad] at the controller's samples, `(s,)`.
         timing: When the controller reads and acts.
         least_modulus: Modulus margin that is kept [1], or `OF_START` of the start's where that is less.
+        progress: Hears of every step of the search, in words.
 
     Returns:
         The controller found, its loss and its margin.
@@ -186,6 +189,7 @@ def tune_from(
     values = Controller(*(jnp.asarray(float(v)) for v in start))
     smooth = delayed._replace(counts=0)
     of_logs = partial(loss_and_gradient, structure, theta, smooth, values, jnp.asarray(reference), sign)
+    progress("tuning through the closed loop")
     before = float(of_logs(jnp.log(gains[gains > 0.0]), jnp.asarray(free))[0])
     if not np.isfinite(before):
         raise InputError(
@@ -193,7 +197,7 @@ def tune_from(
         )
     starts = [np.log(m * gains[gains > 0.0]) for m in MULTIPLES if margin.modulus(m * gains) >= least]
     objective = _Objective(of_logs, jnp.asarray(free), before)
-    share, best = _search(objective, lambda logs: margin.modulus(np.exp(logs) @ free) - least, starts)
+    share, best = _search(objective, lambda logs: margin.modulus(np.exp(logs) @ free) - least, starts, progress)
     kp, ki, kd = (float(v) for v in np.exp(best) @ free)
     tuned = start._replace(kp=kp, ki=ki, kd=kd)
     return Tuned(tuned, (before, before * share), margin.modulus(np.array([kp, ki, kd])), least)
@@ -235,10 +239,19 @@ class _Objective:
 
 
 def _search(
-    objective: _Objective, spare: Callable[[np.ndarray], float], starts: list[np.ndarray]
+    objective: _Objective,
+    spare: Callable[[np.ndarray], float],
+    starts: list[np.ndarray],
+    progress: Callable[[str], None],
 ) -> tuple[float, np.ndarray]:
     """The least objective that was tried with `spare` margin, and where, from the best of some starts."""
     logs = min(starts, key=lambda logs: objective(logs)[0])
+    steps = itertools.count(1)
+
+    def told(*_: object) -> None:
+        progress(f"tuning through the closed loop: step {next(steps)} of {SEARCH['maxiter']} at most")
+
+    told()
     minimize(
         objective,
         logs,
@@ -247,6 +260,7 @@ def _search(
         bounds=[(x - np.log(SHRINKS), x + np.log(GROWS)) for x in logs],
         constraints=[{"type": "ineq", "fun": lambda logs: spare(logs) - SLACK}],
         options=SEARCH,
+        callback=told,
     )
     kept = sorted((one for one in objective.tried if np.isfinite(one[0])), key=lambda one: one[0])
     return next((x, logs) for x, logs in kept if spare(logs) >= 0.0)

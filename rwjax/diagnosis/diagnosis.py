@@ -186,19 +186,20 @@ def _of_the_answer(further: Further, outcome: _Outcome) -> list[str]:
 
 def _ended(further: Further) -> list[str]:
     """The remark on a search that did not come to its end."""
-    choice, budget = further.choice, further.judged.fits.headway.budget
+    choice, headway = further.choice, further.judged.fits.headway
     if further.complete:
         return []
+    budget, led = headway.budget, f"; best until then was {headway.best}" if headway.best else ""
     why = "Ctrl-C" if budget.stopped else f"the budget of {budget.seconds:g} s"
     if choice.complete:
         names = " and ".join(map(spoken, choice.best.names)) or "the rig as it is"
         return [
-            f"{why} ended the search before it was told whether {names} may be claimed, and nothing is; every candidate was compared by then"
+            f"{why} ended the search before it was told whether {names} may be claimed, and nothing is; every candidate was compared by then{led}"
         ]
     untried = (
         f"not compared were {', '.join(choice.untried)}" if choice.untried else "every candidate was compared by then"
     )
-    return [f"{why} ended the search, and nothing is claimed; {untried}"]
+    return [f"{why} ended the search, and nothing is claimed; {untried}{led}"]
 
 
 def _evidence(choice: Choice, outcome: _Outcome) -> list[str]:
@@ -386,7 +387,7 @@ def _shares(fits: ModelFits, choice: Choice) -> dict[str, float]:
 def _next(fits: ModelFits, outcome: _Outcome, further: Further, among: Asked) -> Proposal:
     """The next experiment that the outcome asks for."""
     if not further.complete:
-        return Proposal("none before the search has come to its end: `--budget inf` sets it no limit")
+        return Proposal("none before the search has come to its end; a longer budget lets it")
     if outcome.uninformative == DROWNED:
         return Proposal("runs that begin at rest, half a second before the command")
     if outcome.uninformative or further.held:

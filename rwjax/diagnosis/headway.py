@@ -109,6 +109,11 @@ class Headway:
             self._best = min(self._best, (fitted.cost, words))
 
     @property
+    def best(self) -> str:
+        """What leaves least of the fitted runs so far, in words, with the error that it leaves; empty before a fit was taken down."""
+        return self._best[1]
+
+    @property
     def left(self) -> float | None:
         """About how long the search still takes [s], and no longer than its budget; None before a tenth of the first pass is done."""
         done = self._before + self._done
@@ -123,8 +128,8 @@ class Headway:
         if self._begun is None:
             return ""
         parts = [f"{len(self._of & self.compared)} of {len(self._of)} {self._what}"]
-        if self._best[1]:
-            parts.append(f"best so far {self._best[1]}")
+        if self.best:
+            parts.append(f"best so far {self.best}")
         if (left := self.left) is not None:
             self._shown = min(self._shown, left)
             parts.append(f"about {max(round(self._shown), 1)} s left")

@@ -16,7 +16,7 @@ import numpy as np
 
 from rwjax.diagnosis.localise.where import Missing, Where
 from rwjax.diagnosis.result import Diagnosis
-from rwjax.errors import InputError
+from rwjax.errors import InputError, refuses_other_types
 
 RECORD = "diagnosis.npz"
 """Name of the file in the folder of a diagnosis."""
@@ -50,6 +50,7 @@ def record(d: Diagnosis) -> bytes:
     return file.getvalue()
 
 
+@refuses_other_types
 def read_diagnosis(folder: str | os.PathLike[str]) -> Diagnosis:
     """The diagnosis that `rwjax diagnose -o FOLDER` has written.
 

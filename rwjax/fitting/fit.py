@@ -175,7 +175,7 @@ def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], p
     if problem.solver.smooth:
         from rwjax.fitting.smooth_fit import fit_smooth  # with it comes optimistix, which the exact way does not need
 
-        return fit_smooth(problem, moves, begins)
+        return fit_smooth(problem, moves, begins, progress)
     tried = []
     for k, begin in enumerate(begins):
         progress(f"fitting, start {k + 1} of {len(begins)} at most")

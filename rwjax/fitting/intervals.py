@@ -111,21 +111,16 @@ def interval_words(low: float, high: float, digits: int = 6, allowed: tuple[floa
     Returns:
         Such as `95 %: 0.1 to 0.2`.
     """
-    (least, most), ends = allowed, [f"{end:.{digits}g}" for end in (low, high)]
-    from_least, to_most = not low > least, not high < most
+    first, last, least, most = (f"{end:.{digits}g}" for end in (low, high, *allowed))
+    has_least, has_most = abs(allowed[0]) > SMALLEST and np.isfinite(allowed[0]), np.isfinite(allowed[1])
+    from_least, to_most = not low > allowed[0], not high < allowed[1]
     if from_least and to_most:
-        limits = (
-            f" of those allowed, {least:.{digits}g} to {most:.{digits}g}" if np.isfinite([least, most]).all() else ""
-        )
-        return f"95 %: any value{limits}"
+        return "95 %: any value" + (f" of those allowed, {least} to {most}" if np.isfinite(allowed).all() else "")
     if to_most:
-        return f"95 %: above {ends[0]}" + (
-            f", up to all that is allowed, {most:.{digits}g}" if np.isfinite(most) else ""
-        )
-    if from_least and (least != 0.0 or not np.isfinite(low)):
-        limit = np.isfinite(least) and abs(least) > SMALLEST
-        return f"95 %: below {ends[1]}" + (f", down to all that is allowed, {least:.{digits}g}" if limit else "")
-    return f"95 %: {ends[0]} to {ends[1]}"
+        return f"95 %: above {first}" + (f", up to all that is allowed, {most}" if has_most else "")
+    if from_least and not (allowed[0] == 0.0 and np.isfinite(low)):
+        return f"95 %: below {last}" + (f", down to all that is allowed, {least}" if has_least else "")
+    return f"95 %: {first} to {last}"
 
 
 def _normal(fitted: Fit, error: float, k: int) -> tuple[float, float]:

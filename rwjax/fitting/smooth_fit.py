@@ -4,7 +4,7 @@ A wide sign leaves no ridges in the sum of squares where a body would stick. All
 stage begins where the best fit of the wider one ended.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -33,7 +33,12 @@ LEAST_GAIN = 1e-5
 """Share of the cost below which what such a search gains, or loses by new initial states, ends the fit [1]."""
 
 
-def fit_smooth(problem: Problem, coordinates: Coordinates, begin: Sequence[np.ndarray]) -> Fit:
+def fit_smooth(
+    problem: Problem,
+    coordinates: Coordinates,
+    begin: Sequence[np.ndarray],
+    progress: Callable[[str], None] = lambda text: None,
+) -> Fit:
     """Best fit through a smooth solver in which initial states and numbers agree.
 
     Initial states are free where the model is then complete; else they are taken from the start of each run.
@@ -43,19 +48,31 @@ def fit_smooth(problem: Problem, coordinates: Coordinates, begin: Sequence[np.nd
         coordinates: The free numbers.
         begin: Parameter vectors `(t,)` [SI] where fits begin: the first one by itself, the others side by side and only where
             it does not reach the noise.
+        progress: Hears of every stage, in words.
 
     Returns:
         The fit.
     """
+    progress(_stage_words(0, "; the first time it is compiled, which takes longest"))
     wide = _of_width(problem, STAGES[0])
     here = _best(wide, [_unknowns(wide, coordinates, begin[0], problem.start)], COARSE)
     if begin[1:] and not reaches_noise(here.cost, here.theta, problem):
+        progress(_stage_words(0, f", from {len(begin) - 1} further starts"))
         others = _best(wide, [_unknowns(wide, coordinates, theta, problem.start) for theta in begin[1:]], COARSE)
         here = min(here, others, key=lambda found: found.cost)
-    for factor in STAGES[1:-1]:
+    for k, factor in enumerate(STAGES[1:-1], start=1):
+        progress(_stage_words(k))
         stage = _of_width(problem, factor)
         here = _best(stage, [_unknowns(stage, coordinates, here.theta, here.start)], COARSE)
-    return _agreed(problem, coordinates, here)
+    return _agreed(problem, coordinates, here, progress)
+
+
+def _stage_words(k: int, more: str = "") -> str:
+    """What a stage is, in words; the stages before it are `k`."""
+    wide = (
+        f"a sign of friction {STAGES[k]:g} times as wide as wanted" if STAGES[k] > 1.0 else "the width that is wanted"
+    )
+    return f"fitting by the smooth solver, stage {k + 1} of {len(STAGES)}: {wide}{more}"
 
 
 def fit_again(problem: Problem, fitted: Fit) -> Fit:
@@ -71,18 +88,21 @@ def fit_again(problem: Problem, fitted: Fit) -> Fit:
     return _agreed(problem, fitted.coordinates, _Found(fitted.theta, fitted.start, fitted.cost, fitted.steps))
 
 
-def _agreed(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
+def _agreed(
+    problem: Problem, c: Coordinates, here: "_Found", progress: Callable[[str], None] = lambda text: None
+) -> Fit:
     """Fit of the last stage with free initial states, or with those of the start of each run if the model lacks something."""
-    found = _settled(problem, c, here)
+    found = _settled(problem, c, here, progress)
     if not problem.start_free.any() or is_complete(found):
         return found
-    return _settled(problem.from_start, c, _Found(found.theta, found.start, found.cost, found.steps))
+    return _settled(problem.from_start, c, _Found(found.theta, found.start, found.cost, found.steps), progress)
 
 
-def _settled(problem: Problem, c: Coordinates, here: "_Found") -> Fit:
+def _settled(problem: Problem, c: Coordinates, here: "_Found", progress: Callable[[str], None]) -> Fit:
     """Searches until one gains nothing; initial states that are taken from the start are estimated anew before each."""
     converged, steps = False, here.steps
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
+        progress(_stage_words(len(STAGES) - 1, f", search {k + 1} of {ROUNDS} at most"))
         start = _by_start_rule(problem, here)
         before = _cost(problem, here.theta, start)
         here = _best(problem, [_unknowns(problem, c, here.theta, start)], FINE)

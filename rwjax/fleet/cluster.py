@@ -92,7 +92,7 @@ def _undisturbed() -> Iterator[None]:
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
     if ctrl_c.pressed:
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(ctrl_c.number)
 
 
 def _size(memory: str) -> int:

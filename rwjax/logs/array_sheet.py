@@ -76,6 +76,8 @@ class ArraySheet(Sheet):
             return np.nan
         try:
             return float(value)
+        except OverflowError:
+            raise self.error(row, f"`{name}` is too large for a number; it has to be a number, or missing") from None
         except (TypeError, ValueError):
             shown = repr(value) if isinstance(value, str | bytes | int | float) else f"a {type(value).__name__}"
             raise self.error(row, f"`{name}` is {shown}; it has to be a number, or missing") from None

@@ -22,6 +22,8 @@ FROZEN = 10
 """Equal readings in a row of a sensor whose readings otherwise differ."""
 COARSE = 0.01
 """Smallest change of a reading, in its large ones, from which a sensor counts as one in steps, which a rest leaves at one reading [1]."""
+STEPS, SLOW = 5, 1e-3
+"""Readings by which a motion without noise is seen to come to rest or to begin; size of a step, in large ones, that is hardly a motion [1]."""
 SETTLED = 0.01
 """Range of a command at the end of a run, over its range in the run, up to which it has settled [1]."""
 COUNTERS = {256: "8-bit", 4096: "12-bit", 16384: "14-bit", 65536: "16-bit"}
@@ -105,7 +107,7 @@ def _about_command(log: Log) -> Iterator[str]:
         name = log.input if log.command.ndim == 1 else f"voltage_{k + 1}_V"
         low, high = float(u.min()), float(u.max())
         if low == high:
-            yield f"{name} is {low:g} throughout: it tells friction at most; add runs in which it changes"
+            yield f"{name} is {low + 0.0:g} throughout: it tells friction at most; add runs in which it changes"
             continue
         size, values = max(abs(low), abs(high)), len(np.unique(u))
         at_limit = _clipped(u, size)
@@ -200,8 +202,9 @@ def _frozen(log: Log, name: str) -> tuple[int, int] | None:
 def _rests(log: Log, name: str, first: int, last: int) -> bool:
     """Whether an output that stays the same between two samples rests there.
 
-    It goes on without a leap. Its logged speed, which moves elsewhere, is 0 for most of that time; or its readings are coarse and go on by
-    a step, or have come there so by the end of the run, under a command that has settled.
+    It goes on without a leap. Its logged speed, which moves elsewhere, is 0 for most of that time; or it comes to rest and begins again
+    smoothly, as in a simulation without noise; or its readings are coarse and go on by a step, or have come there so by the end of the run,
+    under a command that has settled.
     """
     jump = np.abs(np.diff(log.outputs[name]))
     moving = jump[jump > 0.0]
@@ -215,12 +218,29 @@ def _rests(log: Log, name: str, first: int, last: int) -> bool:
         within = np.isin(np.arange(len(speed)), np.arange(first, last + 1))
         if np.mean(speed[within] == 0.0) > 0.5 and np.mean(speed[~within] != 0.0) > 0.5:
             return True
+    if _slows_and_begins(np.diff(log.outputs[name]), first, last, SLOW * large):
+        return True
     if float(np.min(moving)) <= COARSE * large:
         return False
     if last < len(jump):
         return True
     changes = np.ptp(log.command[first : last + 1], axis=0)
     return bool(jump[first - 1] <= large) and bool(np.all(changes <= SETTLED * np.ptp(log.command, axis=0)))
+
+
+def _slows_and_begins(steps: np.ndarray, first: int, last: int, slow: float) -> bool:
+    """Whether a motion slows to a rest between two samples and gets up from it, as far as there are readings before and after.
+
+    Away from the rest its steps have one sign and grow, at least twofold within `STEPS`: noise does not do so, nor a motion that a sensor
+    leaves out. Or they are `slow`.
+    """
+    sides = [side for side in (steps[:first][::-1][:STEPS], steps[last : last + STEPS]) if len(side)]
+    sizes = [np.abs(side) for side in sides]
+    grows = [
+        abs(int(np.sum(np.sign(side)))) == STEPS and np.all(np.diff(size) >= 0.0) and 2.0 * size[0] <= size[-1]
+        for side, size in zip(sides, sizes, strict=True)
+    ]
+    return all(up or bool(np.all(size <= slow)) for up, size in zip(grows, sizes, strict=True))
 
 
 def _about_loop(log: Log) -> Iterator[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rwjax.errors import LogError, nearest, printable
+from rwjax.errors import InputError, LogError, nearest, printable, refuses_other_types
 from rwjax.logs.array_sheet import ArraySheet
 from rwjax.logs.fields import fields_of
 from rwjax.logs.frame_sheet import frame_sheet
@@ -94,11 +94,12 @@ class Log:
         _check(self)
 
     @classmethod
+    @refuses_other_types
     def from_arrays(
         cls,
         rig: Rig,
         *,
-        time: "ArrayLike",
+        time: "ArrayLike | None" = None,
         name: str = "run",
         notes: Mapping[str, str] | None = None,
         outputs_required: bool = True,
@@ -108,7 +109,7 @@ class Log:
 
         Args:
             rig: The rig that was logged.
-            time: Time [s] (n,), strictly increasing.
+            time: Time [s] (n,), strictly increasing. No log is without it.
             name: Name of the log.
             notes: Notes as in a file, such as `{"role": "validate"}`.
             outputs_required: Whether a log without any measured output is an error.
@@ -119,13 +120,20 @@ class Log:
 
         Raises:
             LogError: As `read_log`, with the argument and the number of the sample.
+            InputError: There is no time, or an argument is of another type.
         """
+        if time is None or "time_s" in columns:
+            raise InputError(
+                "from_arrays: the times of the samples [s] are given as `time`, "
+                + ("not `time_s`" if "time_s" in columns else "which is missing")
+            )
         held = {"time_s": time, **columns}
-        given = {key.lower(): f"{value}" for key, value in (notes or {}).items()}
+        given = {f"{key}".lower(): f"{value}" for key, value in (notes or {}).items()}
         table = ArraySheet(printable(name), given, list(held), held, "sample")
         return cls(printable(name), **fields_of(table, replace(rig, sources={}), outputs_required))
 
     @classmethod
+    @refuses_other_types
     def from_frame(
         cls,
         rig: Rig,
@@ -149,8 +157,9 @@ class Log:
 
         Raises:
             LogError: As `read_log`, with the column and the number of the row.
+            InputError: An argument is of another type.
         """
-        given = {key.lower(): f"{value}" for key, value in (notes or {}).items()}
+        given = {f"{key}".lower(): f"{value}" for key, value in (notes or {}).items()}
         table = replace(frame_sheet(frame, printable(name)), notes=given)
         return cls(printable(name), **fields_of(table, rig, outputs_required))
 

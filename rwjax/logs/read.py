@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rwjax.errors import OF_ARGUMENT, InputError, LogError, printable, refuses_other_types
+from rwjax.errors import OF_PATH, InputError, LogError, printable, refuses_other_types
 from rwjax.logs.fields import fields_of
 from rwjax.logs.log import Log
 from rwjax.logs.read_sheet import read_sheet
@@ -33,7 +33,7 @@ def read_logs(
     """
     named = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
     if others := [path for path in named if not isinstance(path, str | os.PathLike)]:
-        raise InputError(f"read_logs: `paths` holds a `{type(others[0]).__name__}`; it {OF_ARGUMENT['paths'][1]}")
+        raise InputError(f"read_logs: `paths` holds a `{type(others[0]).__name__}`; it {OF_PATH}, or several in a list")
     given = [Path(path) for path in named]
     for path, times in Counter(os.path.realpath(path) for path in given).items():
         if times > 1:

@@ -18,6 +18,9 @@ from rwjax.text_files import cannot_be_read
 MOST_BYTES = 2_000_000_000
 """Size of a file, unpacked, above which it is no log of one run."""
 
+WORKBOOKS = (".xlsx", ".xlsm", ".ods")
+"""How the names of spreadsheets' own files end."""
+
 
 def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     """The table that a file holds.
@@ -90,6 +93,8 @@ def _npz(path: str | os.PathLike[str], content: bytes) -> Sheet:
             arrays = {name: held[name] for name in held.files} if plain else {}
     # reason: what a damaged archive makes zipfile, zlib and NumPy raise; NotImplementedError is zipfile's for an unknown packing
     except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, NotImplementedError):
+        if Path(path).suffix.lower() in WORKBOOKS:
+            raise LogError(f"{path}: is a damaged workbook; save its sheet as CSV") from None
         raise LogError(f"{path}: the NPZ file is damaged or holds objects; write it again from plain arrays") from None
     if not plain:
         workbook = "xl/workbook.xml" in names
@@ -120,6 +125,11 @@ def _text(path: str | os.PathLike[str], content: bytes) -> str:
         if wide:
             raise LogError(f"{path}: begins as UTF-16 and is none; save it as UTF-8") from None
         text = bad.object.decode("cp1252", "replace")
-    if "\0" in text:
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    before, nul, _ = text.partition("\0")
+    if nul and "\n" not in before:
         raise LogError(f"{path}: is no text; a log is CSV, Parquet, MAT or NPZ, plain or as gz")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    if nul:
+        line = before.count("\n") + 1
+        raise LogError(f"{path}:{line}: holds NUL bytes, as a loss of power leaves them; delete this line as a whole")
+    return text

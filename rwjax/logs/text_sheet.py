@@ -94,6 +94,8 @@ class TextSheet(Sheet):
 
     def _miscounted(self, row: int, count: int) -> LogError:
         """What is wrong with a row of so many cells."""
+        if (again := self._second_header(row)) is not None:
+            return self._begun_anew(again)
         if self.rows[row].startswith("#"):
             return self.error(row, "a note among the samples; notes go before the header")
         comma = count > len(self.names) and self.delimiter == "," and self._has_decimal_commas()
@@ -102,6 +104,19 @@ class TextSheet(Sheet):
         hint = "; the last line is cut short: delete it" if cut else hint
         by = "" if self.delimiter == "," else f", separated by {SEPARATORS[self.delimiter]}"
         return self.error(row, f"{counted(count, 'cell')}; the header names {len(self.names)} columns{by}{hint}")
+
+    def _second_header(self, row: int) -> int | None:
+        """The row that repeats the header, where nothing but notes and empty lines stand between it and another row."""
+        beyond = (k for k in range(row, len(self.rows)) if self.rows[k].strip() and not self.rows[k].startswith("#"))
+        first = next(beyond, None)
+        named = first is not None and [cell.strip(' "') for cell in self.rows[first].split(self.delimiter)]
+        return first if named == self.names else None
+
+    def _begun_anew(self, row: int) -> LogError:
+        """What is wrong with a header among the samples."""
+        return self.error(
+            row, "the header again, as of a logger that was started anew: give each run a file of its own"
+        )
 
     def _has_decimal_commas(self) -> bool:
         """Whether decimals seem to have commas: most rows have more cells than the header names, and hardly one a point."""
@@ -153,6 +168,8 @@ class TextSheet(Sheet):
 
     def _no_number(self, row: int, j: int, cell: str, first: str) -> LogError:
         """What is wrong with a cell; `first` is the first one of a column that may hold dates, "" for any other."""
+        if self._second_header(row) == row:
+            return self._begun_anew(row)
         said = f"`{self.names[j]}` is {cell!r}; it has to be a number"
         if row == len(self.rows) - 1 and j == len(self.names) - 1 and re.fullmatch(BEGUN, cell):
             return self.error(row, f"{said}; where the last line was cut short, delete it")

@@ -5,12 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rwjax.errors import LogError, printable
+from rwjax.errors import LogError, printable, refuses_other_types
 from rwjax.logs.mapped_sheet import LAYOUT
 from rwjax.logs.sheet import FREE_TEXT, ROLES
 from rwjax.text_files import write_text
 
 
+@refuses_other_types
 def write_log(
     path: str | os.PathLike[str], columns: Mapping[str, np.ndarray], notes: Mapping[str, str] | None = None
 ) -> None:

@@ -323,7 +323,9 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             share, why = (
                 (1.0, "of a bob, m g l") if d.bob else (0.5, "of a rod, m g l/2; of a bob at its end twice that")
             )
-            found["axis.gravity.torque"] = Known(rounded(share * d.mass * GRAVITY * d.length), why, free=True)
+            scale = _weighs_the_motor(kind, d, columns)
+            why += ", fixed: it tells the torque constant" if scale else ""
+            found["axis.gravity.torque"] = Known(rounded(share * d.mass * GRAVITY * d.length), why, free=not scale)
             found["axis.gravity.angle"] = Known(0.0, f"0 where the {'bob' if d.bob else 'rod'} hangs down at angle 0")
     if "goal_rad" in columns:
         found = servo_numbers(
@@ -333,6 +335,13 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             wheel_measured=bool({"wheel_rad_s", "wheel_rad", "wheel_counts"} & columns),
         )
     return found
+
+
+def _weighs_the_motor(kind: str, d: Datasheet, columns: set[str]) -> bool:
+    """Whether the weight of a joint's link is all that tells its motor's torques: a current, an inertia or the motor's numbers do so as well."""
+    told = d.axis_inertia or d.torque_constant or (d.supply and (d.no_load_speed or (d.stall_torque and d.resistance)))
+    told = told or {"current_A", "command_Nm", "goal_rad"} & columns
+    return bool(kind == "joint" and d.mass and d.length and not told)
 
 
 def _inertia(d: Datasheet) -> Known:
@@ -367,7 +376,8 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
         K = Known(rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
     else:
         inertia = d.wheel_inertia or d.axis_inertia
-        told = bool(current or inertia or kind == "wheel" or "wheel_rad_s" in columns)
+        weighed = _weighs_the_motor(kind, d, columns)
+        told = bool(current or inertia or weighed or kind == "wheel" or "wheel_rad_s" in columns)
         K = Known(0.02, f"{GUESS}, or --torque-constant", free=told)
     if d.resistance:
         R = Known(d.resistance, GIVEN)
@@ -378,7 +388,7 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
         by_voltage = current and "command_A" not in columns
         why = (
             given
-            if current or d.wheel_inertia or d.axis_inertia
+            if current or d.wheel_inertia or d.axis_inertia or _weighs_the_motor(kind, d, columns)
             else f"{given}: torques and inertias are as wrong as this is"
         )
         R = Known(1.0, why, free=by_voltage)

@@ -27,11 +27,26 @@ def write_results(d: Diagnosis, folder: Path) -> dict[str, Path]:
     Raises:
         InputError: a file cannot be written, or a number of the result is not finite.
     """
+    write_answer(d, folder)
+    report, plan = write_report(d, folder), write_next(folder, d.proposal)
+    return ({"plan of the next experiment": plan} if plan is not None else {}) | {"report": report}
+
+
+def write_answer(d: Diagnosis, folder: Path) -> None:
+    """Writes what programs read of a diagnosis, which takes no time: its JSON, the corrected rig and the record.
+
+    From the record the page can be drawn later (`rwjax report`).
+
+    Args:
+        d: the diagnosis.
+        folder: folder of the results, which exists.
+
+    Raises:
+        InputError: a file cannot be written, or a number of the result is not finite.
+    """
     write_text(folder / JSON, answer_of(d) + "\n", InputError)
     write_text(folder / CORRECTED, corrected_text(d), InputError)
     write_files({str(folder / RECORD): record(d)}, InputError)
-    report, plan = write_report(d, folder), write_next(folder, d.proposal)
-    return ({"plan of the next experiment": plan} if plan is not None else {}) | {"report": report}
 
 
 def answer_of(d: Diagnosis) -> str:

@@ -8,7 +8,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from rwjax.errors import LONGEST_TEXT, RigError, printable
+from rwjax.errors import LONGEST_TEXT, RigError, printable, refuses_other_types
 from rwjax.kinds import COEFFICIENTS, NUMBERS, POLYNOMIAL, THESIS_CHOICES
 from rwjax.rig import document, parse
 from rwjax.rig.columns_section import sources
@@ -19,6 +19,7 @@ from rwjax.rig.tied import tied_section, with_tied
 from rwjax.text_files import parse_toml, read_text
 
 
+@refuses_other_types
 def read_rig(path: str | os.PathLike[str]) -> Rig:
     """The rig that a TOML file describes.
 
@@ -34,6 +35,7 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
     return parse_rig(read_text(path, RigError), path)
 
 
+@refuses_other_types
 def read_one_axis_rig(path: str | os.PathLike[str]) -> Rig:
     """The rig that a TOML file describes, for what knows one command and one axis.
 
@@ -53,6 +55,7 @@ def read_one_axis_rig(path: str | os.PathLike[str]) -> Rig:
         raise RigError(f"{path}: {error}") from None
 
 
+@refuses_other_types
 def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
     """The rig that a TOML text describes.
 

@@ -123,7 +123,11 @@ def _check_names(what: str, given: Mapping[str, Any], names: Sequence[str]) -> N
         if isinstance(value, Tracer):
             continue
         number = np.ndim(value) == 0 and isinstance(value, Real | np.ndarray | jax.Array)
-        if not (number and np.isfinite(float(value))):
+        try:
+            finite = number and np.isfinite(float(value))
+        except OverflowError:
+            raise InputError(f"{what} `{name}` is too large: has to be a finite number") from None
+        if not finite:
             raise InputError(f"{what} `{name}` {value}: has to be a finite number")
         if what == "number":
             rig_value(name, float(value))

@@ -214,22 +214,23 @@ def test_a_name_that_is_none_is_one_line(quick: Shell) -> None:
     assert err == "rwjax: `axis.colomb` is no effect and no fixed number of this rig; nearest `axis.coulomb`\n"
 
 
-def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -> None:
-    """The signal comes while the diagnosis works, and once more while the results are written."""
+@pytest.mark.parametrize("number", interrupt.SIGNALS)
+def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell, number: signal.Signals) -> None:
+    """The signal comes while the diagnosis works."""
 
     def stopped(rig: object, logs: object, **given: Any) -> object:
         with given["budget"].searching():
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
         return diagnosed(verdict="unknown", complete=False, untried=("drive.lag",))
 
     quick.patch.setattr("os._exit", left)
     quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", stopped)
-    before = signal.signal(signal.SIGINT, interrupt.heard)
+    before = signal.signal(number, interrupt.heard)
     try:
         code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out", "--json")
-        assert signal.getsignal(signal.SIGINT) is interrupt.heard
+        assert signal.getsignal(number) is interrupt.heard
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(number, before)
     answer = json.loads(out)
     assert code == 130 and err == "rwjax: interrupted\n"
     assert answer == json.loads((quick.folder / "out" / "diagnosis.json").read_text())
@@ -238,6 +239,24 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell) -
     assert (
         (quick.folder / "out" / "corrected.toml").read_text().startswith("# caution: not claimed: Unfinished: so far")
     )
+
+
+@pytest.mark.parametrize("number", interrupt.SIGNALS)
+def test_who_ends_the_command_while_the_page_is_drawn_has_the_answer(quick: Shell, number: signal.Signals) -> None:
+    def drawn(d: object) -> dict:
+        signal.raise_signal(number)
+        raise AssertionError("goes on")
+
+    quick.patch.setattr("os._exit", left)
+    quick.patch.setattr("rwjax.report.html.figures_of", drawn)
+    before = signal.signal(number, interrupt.heard)
+    try:
+        code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    finally:
+        signal.signal(number, before)
+    assert (code, out) == (130, "") and files(quick.folder / "out") == ALWAYS - {"report.html"}
+    assert err.splitlines()[0] == "note: out holds the answer, and no page of it yet; next: rwjax report out"
+    assert json.loads((quick.folder / "out" / "diagnosis.json").read_text())["verdict"] == "effect"
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,12 @@ def test_logs_that_tell_nothing_of_any_free_number_give_no_rig_file(tmp_path: Pa
     assert shell("fit", "rig.toml", "still.csv", "-o", "fitted.toml", "--force")[0] == 0
 
 
+def test_a_fit_says_what_it_is_at(shell: Shell) -> None:
+    shell.patch.setattr("rwjax.cli.progress.EVERY_S", 0.01)
+    code, _, err = shell("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml")
+    assert code == 0 and "looking at the logs\n" in err and "\nfitting, start 1 of " in err
+
+
 def test_a_fit_whose_logs_tell_only_a_combination_says_so_and_writes_the_rig_file(tmp_path: Path, shell: Shell) -> None:
     rig = platform("viscous = 0.0", free='"axis.inertia", "drive.gain"')
     log = log_of(rig, noise=1e-3)
@@ -78,7 +84,7 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
         assert stopped.returncode == 2 and line.startswith("rwjax: yaw_rad ") and asked in line
         assert line.endswith("; `--force` goes on even so") and not (tmp_path / "fitted.toml").exists()
         done = program("fit", str(DEMO / "rig.toml"), "log.csv", "-o", "fitted.toml", "--force", cwd=tmp_path)
-        first, *others = done.stderr.splitlines()
+        first, *others = [line for line in done.stderr.splitlines() if line.startswith(("note: ", "rwjax: "))]
         assert first.startswith("note: yaw_rad ") and asked in first
         assert others[-1].startswith("note: fitted.toml is written even so") and (tmp_path / "fitted.toml").exists()
         assert not any("Warning" in line for line in others)

@@ -86,6 +86,23 @@ def test_only_what_python_was_given_before_the_program_tells_which_it_is(
     assert (signal.getsignal(signal.SIGINT) is interrupt.heard) == handled
 
 
+@pytest.mark.parametrize("ignored", [signal.SIG_IGN, signal.default_int_handler], ids=["in a script", "by hand"])
+def test_sigterm_ends_like_ctrl_c_also_where_ctrl_c_is_ignored(tmp_path: Path, ignored: object) -> None:
+    (tmp_path / "jax.py").write_text(INTERRUPTED.replace("SIGINT", "SIGTERM"))
+    before = signal.signal(signal.SIGINT, ignored)  # pyright: ignore[reportArgumentType]
+    try:
+        done = subprocess.run(
+            [sys.executable, *MODULE, *map(str, REGION)],
+            capture_output=True,
+            text=True,
+            env=os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
+            check=False,
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
+
+
 class Ended(Exception):
     """The end of the process."""
 
@@ -156,14 +173,18 @@ def test_a_process_that_the_command_begins_keeps_its_ctrl_c(tmp_path: Path) -> N
 
 @pytest.fixture
 def own_handler() -> Iterator[None]:
-    """The command's handler of Ctrl-C, within a test."""
-    before = signal.signal(signal.SIGINT, interrupt.heard)
+    """The command's handler of Ctrl-C and SIGTERM, within a test."""
+    before = [(number, signal.signal(number, interrupt.heard)) for number in interrupt.SIGNALS]
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before:
+        signal.signal(number, handler)
 
 
 @pytest.mark.usefixtures("own_handler")
-def test_the_first_ctrl_c_asks_and_the_second_interrupts(capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("number", interrupt.SIGNALS)
+def test_the_first_ctrl_c_asks_and_the_second_interrupts(
+    number: signal.Signals, capfd: pytest.CaptureFixture[str]
+) -> None:
     asked: list[int] = []
 
     def ask() -> bool:
@@ -171,10 +192,10 @@ def test_the_first_ctrl_c_asks_and_the_second_interrupts(capfd: pytest.CaptureFi
         return True
 
     with pytest.raises(KeyboardInterrupt), interrupt.first(ask):
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(number)
         assert asked == [1] and capfd.readouterr().err == f"{interrupt.ASKED}\n"
         signal.raise_signal(signal.SIGINT)
-    assert asked == [1] and signal.getsignal(signal.SIGINT) is interrupt.heard
+    assert asked == [1] and [signal.getsignal(one) for one in interrupt.SIGNALS] == [interrupt.heard] * 2
 
 
 @pytest.mark.usefixtures("own_handler")

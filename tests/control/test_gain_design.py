@@ -40,7 +40,9 @@ def test_a_design_is_the_most_robust_gains_and_then_tuned_ones() -> None:
 
 @pytest.mark.slow
 def test_robust_gains_move_an_axis_with_dry_friction() -> None:
-    found = tune(platform(), friction_share=0.5, step=STEP)
+    told: list[str] = []
+    found = tune(platform(), friction_share=0.5, step=STEP, progress=told.append)
+    assert told[0] == "looking for the most robust gains for 1 plant" and told[-1].startswith("looking at the margins")
     assert np.isfinite(found.robust.response.settling) and found.robust.why == "" and "settles in" in str(found)
     assert found.robust.robustness.modulus >= found.tuned.robustness.modulus - 0.01
 

@@ -44,8 +44,10 @@ def test_a_manoeuvre_without_a_way_says_how_far_it_falls_short() -> None:
         return jnp.zeros(1), jnp.array([-1.0])
 
     guess = Guess(np.zeros(PIECES + 1), VOLTS)
-    _, missed = minimum_time(Manoeuvre(structure_of(RIG), never, PIECES), _task(ANGLE, LEAST), guess)
+    told: list[str] = []
+    _, missed = minimum_time(Manoeuvre(structure_of(RIG), never, PIECES), _task(ANGLE, LEAST), guess, told.append)
     assert missed == pytest.approx(1.0)
+    assert told[0] == "looking for the least time: search 1 of 4 at most, step 1 of 200 at most"
 
 
 def test_commands_run_straight_between_their_values() -> None:

@@ -20,7 +20,9 @@ LIMITS = Limits(12.0, 3.0)
 @pytest.mark.parametrize("spin", [SPIN, pytest.param(-SPIN, marks=pytest.mark.slow)])
 @pytest.mark.slow
 def test_the_wheel_stops_near_the_bound_and_the_axis_does_not_move(spin: float) -> None:
-    found = dump(TESTBED, spin, LIMITS)
+    told: list[str] = []
+    found = dump(TESTBED, spin, LIMITS, progress=told.append)
+    assert told[0] == "looking at what friction holds" and told[1].startswith("looking for the least time: search 1")
     assert found.bound == pytest.approx(J * SPIN / (0.9 * HOLDS))
     assert found.bound < found.time < 1.05 * found.bound
     assert np.all(np.asarray(found.best.angle) == 0.0)  # held, not nearly held

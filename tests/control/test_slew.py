@@ -47,7 +47,11 @@ def test_the_fastest_slew_is_nearly_the_exact_one_and_never_faster(friction: flo
 
 def test_the_wheel_s_limit_makes_a_hold() -> None:
     angle = np.radians(90.0)
-    found = slew(rig(), angle, LIMITS)
+    told: list[str] = []
+    found = slew(rig(), angle, LIMITS, progress=told.append)
+    assert told[0] == "following the ideal law on the rig" and told[1].startswith(
+        "looking for the least time: search 1"
+    )
     ideal = on_off(I, J, angle, TORQUE, TOP)
     assert ideal.hold > 0.0 and ideal.time * (1.0 - 1e-4) < found.time < 1.01 * ideal.time
     assert np.mean(np.abs(found.best.wheel) > 0.99 * TOP) > 0.5 * ideal.hold / ideal.time

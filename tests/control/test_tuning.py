@@ -77,7 +77,10 @@ def test_no_gains_of_a_grid_with_the_same_margin_do_better() -> None:
 
 def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
     stuck = Controller(0.2, kd=0.05, filter_time=0.02, voltage_limit=5.0)  # 0.06 V; friction holds up to 0.125 V
-    found = tune_from(RIG, stuck, REFERENCE, TIMING)
+    told: list[str] = []
+    found = tune_from(RIG, stuck, REFERENCE, TIMING, progress=told.append)
+    steps = [f"tuning through the closed loop: step {k} of 60 at most" for k in range(1, len(told))]
+    assert told == ["tuning through the closed loop", *steps] and len(steps) > 1
     assert found.loss[1] < 0.1 * found.loss[0] and found.controller.ki == 0.0
 
 

@@ -33,14 +33,14 @@ FIT_FILE = json.dumps(
 )
 OPTIONS = {
     "predict": "RIG LOG -o OUT.csv|RIG LOG|RIG LOG --json|RIG LOG -o LOG",
-    "fit": "RIG LOG -o OUT.toml|RIG LOG --json|RIG LOG LOG2 -o OUT.toml|RIG LOG -o RIG|RIG LOG --method two-stage|RIG LOG --method limit-speeds|RIG LOG --bootstrap 40",
+    "fit": "RIG LOG -o OUT.toml --quiet|RIG LOG --json --quiet|RIG LOG LOG2 -o OUT.toml --quiet|RIG LOG -o RIG --quiet|RIG LOG --method two-stage --quiet|RIG LOG --method limit-speeds --quiet|RIG LOG --bootstrap 40 --quiet",
     "compare": "RIG LOG LOG2 -o OUT",
     "region": "RIG --kp 1:50:5 --kd 0:5:4 -o OUT.csv|RIG --sigma N --angle N --kp 1:9:3 --kd 1:9:3|RIG --kp 1:50:3 --kd N:N:2|RIG --period N --kp 1:2:2 --kd 1:2:2|RIG --fit FIT --plants 20 --kp 1:9:3 --kd 1:2:2",
     "sweep": "RIG --kp 1:50:2 --kd 1:5:2 --seconds 1 -o OUT.csv|RIG --kp 1:50:2 --kd 1:5:2 --step N --volts N --seconds 1|RIG --kp 1:50:2 --kd 1:5:2 --ki N --late N --period N --seconds N",
-    "tune": "RIG --seconds 1 --kp 0:20|RIG --fit FIT --plants 20 --seconds 1",
+    "tune": "RIG --seconds 1 --kp 0:20 --quiet|RIG --fit FIT --plants 20 --seconds 1 --quiet",
     "size": "RIG --angle 45 --seconds 3 --density N|RIG --angle N --seconds N --radius 20:50:3 --thickness 1:5:3 -o OUT.csv",
-    "slew": "RIG --angle 45 --amps 3 --rpm 4000 -o OUT.csv|RIG --angle N --amps N --volts N",
-    "dump": "RIG --spin 3000 -o OUT.csv|RIG --spin N --volts N|RIG --spin 3000 --margin N --amps N",
+    "slew": "RIG --angle 45 --amps 3 --rpm 4000 -o OUT.csv --quiet|RIG --angle N --amps N --volts N --quiet",
+    "dump": "RIG --spin 3000 -o OUT.csv --quiet|RIG --spin N --volts N --quiet|RIG --spin 3000 --margin N --amps N --quiet",
     "plan": "RIG --volts 12 -o OUT|RIG --volts N --rate N -o OUT|RIG --volts 6 --travel N -o OUT",
     "decode": "RIG RAW -o OUT.csv|RIG RAW",
     "record": "RIG PORT -o OUT.csv --seconds 0.4|RIG PORT --seconds 0.4",

@@ -1,4 +1,7 @@
-"""Commands killed with -9 at random moments, two at a time, and on a full disk: the old output or the new one, whole."""
+"""Commands killed with -9 at random moments, two at a time, and on a full disk: the old output or the new one, whole.
+
+Of a diagnosis there may be the answer alone: its page is drawn later.
+"""
 
 import itertools
 import os
@@ -11,7 +14,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from rwjax import parse_rig
+from rwjax.diagnosis.record import RECORD
 from rwjax.link.stream_to_logs import write_logs
+from rwjax.report.results import CORRECTED, JSON
 from tests.damage.commands import SECONDS, board, contents
 from tests.damage.process import start
 from tests.damage.trial import Damaged, Outcome
@@ -31,6 +36,8 @@ KILLED = ("fit", "diagnose", "record")
 BESIDE = ("fit two", "fit full", "diagnose two", "diagnose full", "record full")
 """What is done besides, once for every `EVERY` kills: two at a time, with different rigs; commands on a full disk."""
 EVERY = 5
+ANSWER = (JSON, CORRECTED, RECORD)
+"""Files of a diagnosis that are there before its page is drawn."""
 LEAST = 600
 """Bytes that a file may have on a full disk: the line that says so has to go somewhere."""
 
@@ -111,9 +118,10 @@ class Kills:
         return self._torn(folder, command)
 
     def _torn(self, folder: Path, command: str) -> list[str]:
-        """What is wrong with an output that has to be the old or the new one."""
-        found = _output(folder)
-        return [] if found in (self.known[command, "old"], self.known[command, "new"]) else ["torn"]
+        """What is wrong with an output that has to be the old or the new one, or of a diagnosis the answer without its page."""
+        whole = [self.known[command, name] for name in ("old", "new")]
+        answers = [{name: digest for name, digest in each.items() if Path(name).name in ANSWER} for each in whole]
+        return [] if _output(folder) in (whole + answers if command == "diagnose" else whole) else ["torn"]
 
     def _two(self, folder: Path, command: str) -> list[str]:
         """Two processes that write one output."""

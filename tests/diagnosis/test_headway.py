@@ -92,3 +92,4 @@ def test_what_leaves_least_is_told_by_its_error() -> None:
     )
     assert found and 0.5 * 2e-3 < float(found[1]) < 3.0 * 2e-3  # the noise, and what a few steps leave
     assert fits.headway.compared == {right, wrong}
+    assert fits.headway.best == f"constant torque ({found[1]} rad left of the fitted runs)"

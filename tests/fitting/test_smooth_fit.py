@@ -119,7 +119,10 @@ def test_a_start_from_which_runs_fail_is_left_for_another(logs: list[Log]) -> No
     wild = np.where(np.array(structure.names) == "axis.friction.viscous", -40.0, theta)  # grows by e every 2.5 ms
     alone = fit_smooth(problem, moves, [wild])
     assert alone.cost == np.inf and not alone.converged and np.array_equal(alone.theta, wild)
-    found = fit_smooth(problem, moves, [wild, wild, np.where(free, 1.3 * theta, theta)])
+    told: list[str] = []
+    found = fit_smooth(problem, moves, [wild, wild, np.where(free, 1.3 * theta, theta)], told.append)
+    assert [text.partition(": ")[0][-12:] for text in told[:4]] == [f"stage {k} of 3" for k in (1, 1, 2, 3)]
+    assert "from 2 further starts" in told[1] and "search 1 of 6 at most" in told[3]
     assert found.converged and found.theta == pytest.approx(theta, rel=1e-2)
 
 

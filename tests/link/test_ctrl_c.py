@@ -48,6 +48,21 @@ def test_ctrl_c_while_the_log_is_written_costs_nothing_and_ends_a_plan(pressed_t
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize("handled", [True, False])
+def test_sigterm_is_noted_where_the_program_handles_it(handled: bool) -> None:
+    came: list[int] = []
+    before = signal.signal(signal.SIGTERM, (lambda number, frame: came.append(number)) if handled else signal.SIG_IGN)
+    try:
+        with ctrl_c.CtrlC() as noted:
+            signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert (noted.pressed, came) == ((True, [signal.SIGTERM]) if handled else (False, []))
+    assert noted.number == (signal.SIGTERM if handled else signal.SIGINT)
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_later_ctrl_c_leaves_a_disk_that_takes_nothing(pressed_twice, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         pressed_twice(patience_s=0.0)

@@ -55,7 +55,7 @@ ODD = [
     ),
     (replace(GOOD, time=T + 0.004 * RNG.uniform(-1, 1, 2000)), "clock", "ms apart, "),
     (replace(GOOD, time=T + 1e-3 * T**2), "clock", "does the clock drift?"),
-    (replace(GOOD, command=np.zeros(2000)), "command", "voltage_V is 0 throughout"),
+    (replace(GOOD, command=np.full(2000, -0.0)), "command", "voltage_V is 0 throughout"),
     (replace(GOOD, command=np.abs(U)), "command", "voltage_V never goes below 0"),
     (replace(GOOD, command=np.clip(U, -4.0, 4.0)), "command", "voltage_V is at its largest, 4 V, in "),
     (
@@ -159,6 +159,22 @@ def test_an_arm_that_rests_at_the_end_of_a_run_is_no_dropout() -> None:
     assert sum("stays the same" in str(f) for f in findings(leaps)) == 1
 
 
+@pytest.mark.parametrize("digits", [15, 6])
+def test_a_simulation_without_noise_that_rests_is_no_dropout_and_one_that_stands_still_amid_its_motion_is(
+    digits: int,
+) -> None:
+    begins = 0.2 * np.maximum(T - 4.0, 0.0) ** 2  # a constant torque from 4 s on
+    ends = -0.2 * np.maximum(12.0 - T, 0.0) ** 2  # dry friction stops it at 12 s
+    waits = np.where(T < 8.0, -0.2 * np.maximum(6.0 - T, 0.0) ** 2, 0.2 * np.maximum(T - 8.0, 0.0) ** 2)
+    creeps = np.where(T < 8.0, np.sin(T), np.sin(8.0) + np.cos(8.0) * (1.0 - np.exp(8.0 * (8.0 - T))))
+    lost = at(T**2, slice(900, 960), 81.0)
+    noise = np.random.default_rng(1).normal(0.0, 1e-4, len(T))
+    dead = at(ends + noise, slice(1300, 2000), ends[1300])
+    for angle, many in ((begins, 0), (ends, 0), (waits, 0), (creeps, 0), (lost, 1), (dead, 1)):
+        log = replace(GOOD, outputs={"yaw_rad": np.round(angle, digits)}, resolution={})
+        assert sum("stays the same" in str(f) for f in findings(log)) == many
+
+
 def test_a_speed_that_is_always_0_excuses_no_dropout() -> None:
     hangs = at(np.sin(T), slice(600, 800), float(np.sin(T[600])))
     for dead in ({}, {"yaw_rad_s": np.zeros(len(T))}):
@@ -202,3 +218,49 @@ def test_a_drop_out_is_named_and_is_nothing_else_besides() -> None:
     log = replace(GOOD, outputs={"yaw_rad": at(counts, slice(300, 400), 0.0)}, resolution={"yaw_rad": COUNT})
     (found,) = findings(log)
     assert found.about == "readings" and "yaw_rad is exactly 0 counts from 3 to 3.99 s, and jumps there" in found.says
+
+
+def test_a_gap_is_five_intervals_and_a_drift_needs_a_run() -> None:
+    for seconds, gaps in ((0.03, 0), (0.1, 1)):
+        late = replace(GOOD, time=np.where(np.arange(2000) > 700, T + seconds, T))
+        assert sum("gap in time" in says for _, says in said(late)) == gaps
+    for count, drifts in ((60, 0), (400, 1)):  # a quarter of 60 samples is too few for the mean interval
+        t = T[:count] + 0.02 * T[:count] ** 2 / T[count]
+        short = replace(GOOD.cut(0, count), time=t)
+        assert sum("does the clock drift?" in says for _, says in said(short)) == drifts
+
+
+def test_a_wheel_that_turns_as_fast_as_a_wrap_leaps_wraps_nothing() -> None:
+    speeds_up = 0.5 * 330.0 * T[:400] ** 2  # up to 13 rad from sample to sample
+    log = replace(GOOD.cut(0, 400), outputs={"wheel_rad": speeds_up}, resolution={})
+    assert not any("it wraps" in says for _, says in said(log))
+
+
+def test_chance_is_no_loop_nor_is_a_rate_that_moves_with_its_command() -> None:
+    asked = 0
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        few = replace(GOOD.cut(0, 125), command=rng.normal(size=125), outputs={"yaw_rad": rng.normal(size=125)})
+        asked += any(about == "loop" for about, _ in said(few))
+    assert asked <= 3  # four lags, each beyond 4 standard deviations
+    u = np.random.default_rng(0).normal(size=2000)
+    moved = replace(GOOD, command=u, outputs={"yaw_rad_s": 0.01 * np.cumsum(u)}, resolution={})
+    assert not [says for about, says in said(moved) if about == "loop"]
+
+
+def test_a_sensor_that_often_gives_a_reading_again_is_not_frozen_by_three_times_as_many() -> None:
+    again = np.resize([4, 1, 1, 1], 1200)
+    again[400] = 12
+    readings = np.repeat(np.random.default_rng(4).normal(size=1200), again)[:2000]
+    log = replace(GOOD, outputs={"yaw_rad": readings}, resolution={})
+    assert not any("stays the same" in says for _, says in said(log))
+    again[400] = 30
+    readings = np.repeat(np.random.default_rng(4).normal(size=1200), again)[:2000]
+    found = said(replace(log, outputs={"yaw_rad": readings}))
+    assert sum("stays the same" in says for _, says in found) == 1
+
+
+def test_a_reading_in_a_hundred_may_be_missing_without_a_word() -> None:
+    for count, many in ((20, 0), (21, 1)):
+        lost = of(yaw_rad=at(ANGLE, slice(100, 100 + count), np.nan))
+        assert sum("readings are missing" in says for _, says in said(lost)) == many

@@ -5,9 +5,10 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import polars as pl
 import pytest
 
-from rwjax.errors import LogError
+from rwjax.errors import InputError, LogError
 from rwjax.logs.log import Log, with_earlier
 from tests.logs.texts import HEADER, PLATFORM
 
@@ -132,6 +133,36 @@ def test_a_log_whose_arrays_do_not_belong_together_is_refused(changes: dict, mes
     whole = Log("run", t, t, {"yaw_rad": t}, {}, {}, False, None, 0.0)
     with pytest.raises(LogError, match=re.escape(message)):
         replace(whole, **changes)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"time_s": range(12)}, "from_arrays: the times of the samples [s] are given as `time`, not `time_s`"),
+        (
+            {"time": range(12), "time_s": range(12)},
+            "from_arrays: the times of the samples [s] are given as `time`, not `time_s`",
+        ),
+        ({}, "from_arrays: the times of the samples [s] are given as `time`, which is missing"),
+        ({"time": range(12), "name": 3}, "from_arrays: `name` is a `int`; it has to be a text"),
+        (
+            {"time": range(12), "notes": ["role"]},
+            'from_arrays: `notes` is a `list`; it has to be notes by key, as {"role": "validate"}',
+        ),
+        ({"time": [0.0, 10**400] * 6}, "run: sample 2: `time_s` is too large for a number; "),
+    ],
+)
+def test_arrays_under_other_arguments_are_told_in_one_line(given: dict, said: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(said)}"):
+        Log.from_arrays(PLATFORM, voltage_V=np.zeros(12), yaw_rad=np.zeros(12), **given)
+
+
+def test_a_rig_and_a_frame_that_have_changed_places_are_told_apart() -> None:
+    frame = pl.DataFrame({"time_s": [0.0, 1.0]})
+    with pytest.raises(InputError, match="^from_frame: `rig` is a `DataFrame`; it has to be a rig, as "):
+        Log.from_frame(frame, PLATFORM)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(InputError, match="^from_frame: `name` is a `int`; it has to be a text$"):
+        Log.from_frame(PLATFORM, frame, name=3)  # pyright: ignore[reportArgumentType]
 
 
 def test_arrays_go_through_the_checks_of_a_file() -> None:

@@ -143,9 +143,10 @@ def test_paths_may_be_generated_and_what_is_no_path_is_said(tmp_path) -> None:
     (tmp_path / "run.csv").write_text("\n".join([HEADER, *ROWS]))
     (log,) = read_logs((path for path in [tmp_path / "run.csv"]), PLATFORM)
     assert log.name == "run.csv"
-    right = "it has to be the path of a file, as a text or a `pathlib.Path`"
+    right = "it has to be a path, as a text or a `pathlib.Path`"
     for given, said in (
         (5, "`paths` is a `int`"),
+        (b"run.csv", "`paths` is a `bytes`"),
         ({"run": "run.csv"}, "`paths` is a `dict`"),
         (None, "`paths` is a `NoneType`"),
     ):

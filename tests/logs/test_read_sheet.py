@@ -75,8 +75,10 @@ def scalars() -> bytes:
         (gzip.compress(b"x" * 1000)[:20], "the gz file is cut off or damaged"),
         (b"\xff\xfea", "begins as UTF-16 and is none"),
         (b"a\0b\0c", "is no text; a log is CSV, Parquet, MAT or NPZ"),
+        (b"t,u\r\n0,1\r\n0.1,\0\0\0", ":3: holds NUL bytes, as a loss of power leaves them; delete this line"),
+        (b"t,u\n\0\0\n0.1,2\n", ":2: holds NUL bytes"),
     ],
-    ids=range(14),
+    ids=range(16),
 )
 def test_what_is_no_table_is_refused_in_one_line(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "run.x").write_bytes(content)

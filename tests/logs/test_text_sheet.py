@@ -49,6 +49,16 @@ MALFORMED = [
     (changed(3, "0.03,1,2,3"), ":5: 4 cells; the header names 3 columns"),
     ([HEADER, *(row.replace(".", ",") for row in ROWS[1:])], "3 columns; decimals have a point, 0.01, not 0,01"),
     (changed(3, "0:03,1,1"), "it has to be a number of seconds, or a date written as 2024-05-01 12:00:00.010"),
+    *(
+        ([HEADER, *ROWS, *between, again, *ROWS], f":{14 + len(between)}: the header again, as of a logger that was")
+        for between, again in (
+            ([], HEADER),
+            ([""], HEADER),
+            (["", "# role: validate"], HEADER),
+            ([], HEADER.replace(",", ", ")),
+            ([], ",".join(f'"{name}"' for name in HEADER.split(","))),
+        )
+    ),
     (changed(3, "# a: b"), ":5: a note among the samples; notes go before the header"),
     (
         changed(3, "0.03,1,1O"),

@@ -73,6 +73,10 @@ def test_a_datasheet_gives_the_motor_behind_its_gear(tmp_path: Path) -> None:
     assert found.numbers["motor.torque_constant"] == pytest.approx(2.0)
     assert found.numbers["motor.resistance"] == pytest.approx(12.0)  # 2 N m/A · 12 V / 2 N m
     assert {"axis.gravity.torque", "axis.inertia"} <= {*found.free}
+    by_winding = parse_rig(text_of([tmp_path / "run.csv"], Datasheet(supply=12.0, stall_torque=2.0, resistance=6.0)))
+    assert by_winding.numbers["motor.torque_constant"] == pytest.approx(1.0)  # 2 N m by 12 V / 6 ohm
+    with pytest.raises(LogError, match="no column holds counts, and an angle needs no --counts: leave it out"):
+        first_rig([tmp_path / "run.csv"], datasheet._replace(counts=2048.0))
 
 
 @pytest.mark.parametrize(
@@ -352,6 +356,21 @@ def test_a_mass_is_that_of_a_rod_or_of_a_bob(bob: bool, inertia: float, torque: 
     assert found.numbers["axis.inertia"] == pytest.approx(inertia, rel=1e-2)
     assert found.numbers["axis.gravity.torque"] == pytest.approx(torque * 9.81 * 0.3, rel=1e-2)
     assert ("of a bob, m l²" in text) == bob and ("of a bob at its end twice that" in text) == (not bob)
+
+
+def test_a_weight_tells_the_torques_of_a_motor_under_a_voltage_as_it_does_those_of_a_servo(tmp_path: Path) -> None:
+    inertia, weight = 0.4 * 0.5**2 / 3.0, 0.5 * 0.4 * 9.81 * 0.5
+    motor = "[motor]\ntorque_constant = 0.3\nresistance = 1.0"
+    axis = f"[axis]\ninertia = {inertia}\nfriction.viscous = 0.05\ngravity.torque = {weight}\ngravity.angle = 0.0"
+    paths = logs_of(parse_rig(f'kind = "joint"\n{motor}\n{axis}\n'), tmp_path, ("yaw_rad",))
+    found = parse_rig(text_of(paths, Datasheet(mass=0.4, length=0.5), "joint"))
+    assert "motor.torque_constant" in found.free and "axis.gravity.torque" not in found.free
+    assert found.numbers["axis.gravity.torque"] == pytest.approx(0.981)
+    assert found.numbers["motor.torque_constant"] == pytest.approx(0.3, rel=0.1)
+    assert found.numbers["axis.inertia"] == pytest.approx(inertia, rel=0.1)
+    for given in ({"torque_constant": 0.3, "resistance": 1.0}, {"axis_inertia": 0.03}):
+        known = parse_rig(text_of(paths, Datasheet(mass=0.4, length=0.5, **given), "joint"))
+        assert "axis.gravity.torque" in known.free
 
 
 def test_a_number_of_the_datasheet_that_the_file_does_not_use_is_said(tmp_path: Path) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rwjax import read_rig
-from rwjax.report.html import FIGURES
-from rwjax.report.results import clear_results, write_results
+from rwjax import read_diagnosis, read_rig
+from rwjax.report.html import FIGURES, write_report
+from rwjax.report.results import clear_results, write_answer, write_results
 from tests.report.diagnosed import diagnosed, draws_one_figure
 
 
@@ -29,6 +29,12 @@ def test_everything_is_written_and_goes_away_again(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "effect"
     clear_results(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_answer_needs_no_page_and_the_page_can_be_drawn_from_it(tmp_path: Path) -> None:
+    write_answer(diagnosed(), tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"diagnosis.json", "corrected.toml", "diagnosis.npz"}
+    assert write_report(read_diagnosis(tmp_path), tmp_path).exists()
 
 
 @pytest.mark.parametrize("of", [{}, {"effects": ()}, {"effects": (), "complete": False}])

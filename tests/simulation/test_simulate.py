@@ -89,11 +89,19 @@ def test_a_number_that_the_rig_lacks_is_said() -> None:
         ),
         (
             {"time": T, "command": U, "numbers": [0.2]},
-            'simulate: `numbers` is a `list`; it has to be values by name, as {"axis.inertia": 0.2}',
+            "simulate: `numbers` is a `list`; it has to be values by name, as {name: value}",
         ),
         (
             {"time": T, "command": U, "start": 2.0},
-            'simulate: `start` is a `float`; it has to be values by name, as {"w": 2.0}',
+            "simulate: `start` is a `float`; it has to be values by name, as {name: value}",
+        ),
+        (
+            {"time": T, "command": U, "numbers": {"axis.inertia": 10**400}},
+            "number `axis.inertia` is too large: has to be a finite number",
+        ),
+        (
+            {"time": T, "command": U, "start": {"w": -(10**400)}},
+            "state `w` is too large: has to be a finite number",
         ),
         (
             {"time": T, "command": [10**400]},

@@ -22,7 +22,8 @@ def so_far(fits: ModelFits, candidates: Sequence[str]) -> Choice:
         The leader with the ranking, as a choice that is not complete.
     """
     compare = ModelComparison(fits)
-    begun = [e for e in fits if e.names and e in fits.headway.compared and np.isfinite(fits.known(e).cost)]
+    seen = [e for e in fits if e.names and (e in fits.headway.compared or fits.stepped(e))]  # from some places at least
+    begun = [e for e in seen if np.isfinite(fits.known(e).cost)]
     best = compare.leader([NOTHING, *begun])
     effective = compare.effective(best)
     base = compare.criterion(NOTHING, effective)
@@ -33,5 +34,5 @@ def so_far(fits: ModelFits, candidates: Sequence[str]) -> Choice:
         criterion={e: compare.criterion(e, effective) - base for e in (NOTHING, *begun)},
         ranking=compare.probabilities(ranked, effective),
         complete=False,
-        untried=tuple(name for e in singles if e not in fits.headway.compared for name in e.names),
+        untried=tuple(name for e in singles if e not in fits.headway.compared and e not in begun for name in e.names),
     )

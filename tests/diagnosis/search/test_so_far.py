@@ -25,4 +25,7 @@ def test_what_leads_so_far_is_no_choice() -> None:
     some = so_far(fits, names)
     assert some.best == RIGHT and not some.complete and some.untried == LATER.names and not some.alternatives
     assert some.ranking[0][0] == RIGHT and {e for e, _ in some.ranking} == {RIGHT, WRONG, NOTHING}
+    fits.headway.compared -= {RIGHT}  # ended before it was fitted from all of its places
+    again = so_far(fits, names)
+    assert (again.best, again.untried, again.ranking) == (RIGHT, LATER.names, some.ranking)
     assert np.sum([p for _, p in some.ranking]) == pytest.approx(1.0)
