@@ -41,7 +41,7 @@ def friction(law: Law, numbers: np.ndarray | list[float], w: np.ndarray) -> np.n
     zero = jnp.zeros(())
 
     def forward(rate: jax.Array) -> jax.Array:
-        motion = Motion(zero, zero, zero, rate, zero, zero, zero, load=zero, sensed=rate, own={})
+        motion = Motion(zero, zero, zero, rate, zero, zero, zero, drawn=zero, load=zero, sensed=rate, own={})
         return sum((e.level(motion, 1.0) if isinstance(e, AxisDry) else -e.torque(motion) for e in effects), zero)
 
     return np.sign(w) * np.asarray(jax.vmap(forward)(jnp.abs(jnp.asarray(w))))

@@ -127,6 +127,7 @@ class Backlash(Coupling):
     limits: ClassVar[tuple[str, ...]] = ("axis.flexible_coupling",)
     shown_by: ClassVar[Mapping[str, int]] = {DWELLING: 0}
     linear_as: ClassVar[str | None] = "axis.flexible_coupling"
+    longest_step: ClassVar[float] = 1.25e-3  # a contact lasts some 10 ms, and its damper presses at once
     g: Scalar = param("rad", bounds=(0.0, 10.0), starts=(0.02, 0.05, 0.15, 0.5, 0.05, 0.15, 0.05, 0.15, 0.5), tex="g")
     s: Scalar = param("1", bounds=(0.02, 0.98), null=0.3, starts=(0.3, 0.3, 0.3, 0.3, 0.6, 0.6, 0.3, 0.3, 0.3), tex="s")
     k: Scalar = param("N m/rad", bounds=(1e-9, 1e6), null=1e3, starts=(4000.0,), scale="inertial", tex="k")
@@ -142,6 +143,20 @@ class Backlash(Coupling):
         over = twist - jnp.clip(twist, -0.5 * self.g, 0.5 * self.g)
         pressed = self.k * over + self.c * slip
         return jnp.where(over > 0.0, jnp.maximum(pressed, 0.0), jnp.where(over < 0.0, jnp.minimum(pressed, 0.0), 0.0))
+
+    def mean_torque(self, before: Motion, after: Motion) -> Scalar:
+        (twist, slip), (twist_1, slip_1) = self.mine(before), self.mine(after)
+        found = jnp.zeros_like(twist)
+        for side in (1.0, -1.0):
+            over, over_1 = side * twist - 0.5 * self.g, side * twist_1 - 0.5 * self.g
+            way = over_1 - over
+            meets = jnp.where(over * over_1 < 0.0, -over / jnp.where(way == 0.0, 1.0, way), 0.0)  # part of the step
+            begin = jnp.where(over > 0.0, 0.0, meets)
+            end = jnp.where(over_1 > 0.0, 1.0, meets)
+            middle = 0.5 * (begin + end)
+            pressed = self.k * (over + middle * way) + self.c * side * (slip + middle * (slip_1 - slip))
+            found += side * (end - begin) * jnp.maximum(pressed, 0.0)
+        return found
 
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:

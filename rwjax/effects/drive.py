@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from rwjax.effects.c_code import literal
-from rwjax.effects.effect import FittedRig
+from rwjax.effects.effect import FittedRig, Motion
 from rwjax.effects.parameter import param
 from rwjax.effects.ports import Advance, CommandDelay, CommandFilter, CommandMap, GoalDelay, Supply
 from rwjax.effects.shown import DWELLING, FAST, LEVELS
@@ -279,25 +279,41 @@ class AsymmetricGain(CommandMap):
         return f"u /= u > 0.0f ? 1.0f + {a} : 1.0f - {a};"
 
 
+LAGS = 0.1
+"""Share of a supply's drop that lags above which a curve of the drive is another thing [1]."""
+
+
 class SupplySag(Supply):
-    r"""Supply voltage that drops with load: power $u i$ taken from a source with resistance, $u_e = u\,(1 - \rho|u i|)$.
+    r"""Supply voltage that drops with load, $u_e = u\,(1 - \rho p)$, $p = (1 - m) P + m v$ with $\tau\dot v = P - v$.
+
+    $P = |u i|$ is the power taken from a source with resistance. A share $m$ of the drop comes and goes with a lag, as that of a
+    battery does (first-order equivalent circuit: Plett, Battery Management Systems I (2015), section 2.3). Where no current is known,
+    it is taken to be in proportion to the size of the command: $P = |u| \cdot 1\,$A.
 
     Attributes:
         rho: Share of the voltage that is lost per power [1/W].
+        m: Share of the drop that lags [1].
+        tau: Time constant of that share [s].
     """
 
     name: ClassVar[str] = "drive.supply_sag"
     label: ClassVar[str] = "sagging supply"
     coordinate: ClassVar[str] = "current"
-    light: ClassVar[bool] = True
-    meaning: ClassVar[str] = "supply voltage that drops with load (`platform`: u for i, in V)"
-    equation: ClassVar[str] = "u (1 − ρ abs(u i))"
+    states: ClassVar[tuple[str, ...]] = ("v",)
+    meaning: ClassVar[str] = "supply voltage that drops with load (`platform`: 1 A for i)"
+    equation: ClassVar[str] = "u (1 − ρ p), p = (1 − m) abs(u i) + m v, τ v' = abs(u i) − v"
     like_larger: ClassVar[tuple[str, ...]] = ("motor.resistance",)
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 2}
     rho: Scalar = param("1/W", bounds=(0.0, jnp.inf), starts=(0.1,), scale="per_watt", tex="\\rho")
+    m: Scalar = param("1", bounds=(0.0, 1.0), starts=(0.0, 1.0, 1.0), tex="m", role="form")
+    tau: Scalar = param("s", bounds=(0.02, 1e3), null=1.0, starts=(1.0, 0.3, 2.0), tex="\\tau", role="form")
 
-    def voltage(self, u: Scalar, i: Scalar) -> Scalar:
-        return u * jnp.maximum(1.0 - self.rho * jnp.abs(u * i), 0.0)
+    def drift(self, motion: Motion) -> tuple[Scalar, ...]:
+        return ((motion.drawn - self.mine(motion)[0]) / self.tau,)
+
+    def voltage(self, u: Scalar, motion: Motion) -> Scalar:
+        drop = motion.drawn + self.m * (self.mine(motion)[0] - motion.drawn)
+        return u * jnp.maximum(1.0 - self.rho * drop, 0.0)
 
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:
@@ -337,9 +353,10 @@ class Curvature(CommandMap):
     def same_as(cls, fitted: FittedRig) -> tuple[str, ...]:
         """A sagging supply on a `platform`, where no current is known and the command alone says how much it is loaded.
 
-        The gain has to fall with the command's size, most of all where that is large, as that of a sagging supply does.
+        The gain has to fall with the command's size, most of all where that is large, as that of a sagging supply does. A supply
+        whose drop lags is no curve.
         """
-        if fitted.kind != "platform":
+        if fitted.kind != "platform" or fitted.numbers.get(f"{SupplySag.name}.m", 0.0) > LAGS:
             return ()
         if cls.name in fitted.names:
             if f"{cls.name}.c" not in fitted.numbers:

@@ -34,6 +34,7 @@ class Motion(NamedTuple):
         theta: Angle of the wheel [rad].
         Omega: Rate of the wheel relative to the body [rad/s].
         i: Motor current [A].
+        drawn: Power that the motor would draw from a supply without resistance [W]; V times 1 A where no current is known.
         load: Torque that the drive transmits to the axis [N m].
         sensed: Rate of the body that carries the encoder [rad/s].
         own: The effects' own states by `effect:state`.
@@ -46,6 +47,7 @@ class Motion(NamedTuple):
     theta: Scalar
     Omega: Scalar
     i: Scalar
+    drawn: Scalar
     load: Scalar
     sensed: Scalar
     own: dict[str, Scalar]
@@ -89,6 +91,8 @@ class Effect(eqx.Module):
     states: ClassVar[tuple[str, ...]] = ()
     """Names of its own states, each 0 at a run's first sample."""
 
+    longest_step: ClassVar[float] = math.inf
+    """Longest time step [s] that follows it; longer ones are divided."""
     light: ClassVar[bool] = False
     """Whether it costs next to nothing in a simulation, and at its nulls changes nothing: free runs of plants without it may then use
     the program of those with it (`rwjax.simulation.shared_program`)."""

@@ -177,6 +177,18 @@ class Coupling(Effect):
             The torque [N m].
         """
 
+    def mean_torque(self, before: Motion, after: Motion) -> Scalar:
+        """Mean over a time step of the torque that it transmits [N m], where twist and slip change evenly over the step.
+
+        Args:
+            before: The motion as the step begins.
+            after: The motion as it ends.
+
+        Returns:
+            The torque [N m].
+        """
+        return 0.5 * (self.torque(before) + self.torque(after))
+
 
 class Inertia(Effect):
     """Inertia of the axis (of the wheel, where there is no axis) that changes with its rate."""
@@ -343,12 +355,12 @@ class Supply(Effect):
     """What load takes away from the voltage."""
 
     @abstractmethod
-    def voltage(self, u: Scalar, i: Scalar) -> Scalar:
+    def voltage(self, u: Scalar, motion: Motion) -> Scalar:
         """Voltage at the motor [V].
 
         Args:
             u: Voltage of the drive [V].
-            i: Current that flows [A].
+            motion: The motion, without what load takes away.
 
         Returns:
             The voltage [V].

@@ -12,6 +12,9 @@ WEIGHS = 0.01
 def _bandwidth(series: np.ndarray) -> float:
     """Bartlett bandwidth in samples by the first-order plug-in of Andrews (Econometrica 59, 1991, eq. 6.4)."""
     num = den = 0.0
+    series = series / max(
+        float(np.max(np.abs(series), initial=0.0)), 1e-300
+    )  # no power of it leaves the range of numbers
     for x in series.T:
         x = x - x.mean()
         power = float(x @ x)

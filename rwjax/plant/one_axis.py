@@ -122,6 +122,7 @@ class OneAxis(Plant):
         m = Motion(
             t=t,
             V=u,
+            drawn=zero,
             load=zero,
             sensed=self._encoder_side(s)[1] if self.structure.has_axis else s["Omega"],
             own={name: value for name, value in s.items() if ":" in name},
@@ -129,7 +130,9 @@ class OneAxis(Plant):
         )
         R = self._resistance(m)
         for effect in self.on(Supply):
-            u = effect.voltage(u, self._current(s, u, R))
+            i = self._current(s, u, R) if self.structure.has_current else 1.0
+            m = m._replace(drawn=jnp.abs(u * i))
+            u = effect.voltage(u, m)
         if self.structure.kind != "platform":
             s["i"] = self._current(s, u, R)
         load = n["drive.gain"] * u if self.structure.kind == "platform" else zero
@@ -409,6 +412,19 @@ class OneAxis(Plant):
             rates = _pushed(rates, body, friction)
             torques.append(BodyTorque(free, free - holding))
         return FrictionRates(rates, torques)
+
+    def through_contacts(self, t: Scalar, x: State, h: Scalar, end: State, u: Scalar, rates: State) -> State:
+        """Rates at a step's end with what makes the mean of both ends the mean over the step, of a torque that sets in within it."""
+        names = self.structure.states
+        for effect in self.on(Coupling):
+            before, after = self.motion(t, x, u), self.motion(t + h, end, u)
+            missing = 2.0 * effect.mean_torque(before, after) - effect.torque(before) - effect.torque(after)
+            w = missing / self._axis_inertia(after)
+            added = {"w": w, f"{effect.name}:slip": -missing / (effect.share() * self.whole_inertia()) - w}
+            rates = tuple(
+                rate + added[name] if name in added else rate for name, rate in zip(names, rates, strict=True)
+            )
+        return rates
 
     def with_smooth_friction(self, t: Scalar, x: State, u: Scalar, width: Scalar) -> State:
         """Rates of the state with dry friction by a smooth sign."""

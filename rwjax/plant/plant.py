@@ -120,6 +120,22 @@ class Plant(eqx.Module):
             Rate of every state, in the state's unit per second.
         """
 
+    def through_contacts(self, t: Scalar, x: State, h: Scalar, end: State, u: Command, rates: State) -> State:
+        """Rates at a step's end with what makes the mean of both ends the mean over the step, of a torque that sets in within it.
+
+        Args:
+            t: Time at which the step begins [s].
+            x: State at its beginning.
+            h: Its length [s].
+            end: State at its end, as the rates at its beginning predict it.
+            u: Voltage over the step [V].
+            rates: Rates at its end, in the order of the states.
+
+        Returns:
+            The rates; as they are where nothing sets in at once.
+        """
+        return rates
+
     @abstractmethod
     def with_friction(self, t: Scalar, x: State, u: Command, start: State) -> FrictionRates:
         """Rates of the state with dry friction, and the torque on every body that carries any.

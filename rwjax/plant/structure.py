@@ -1,5 +1,6 @@
 """What a plant is made of, without its numbers: kind, names, states, outputs and effects."""
 
+import math
 from collections.abc import Collection, Mapping
 from functools import cache
 from typing import NamedTuple
@@ -15,6 +16,10 @@ State = tuple[Scalar, ...]
 Numbers = dict[str, Scalar]
 """Values by dotted name: `axis.inertia`, and `axis.stribeck.v_s` for parameters of effects."""
 
+LONGEST_STEP = 5e-3
+"""Longest time step [s] of a rig that is no joint. Where only angles are logged, faster samples share a step."""
+OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
+"""The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
 LATE_TICKS = 24
 """Ticks of a servo by which a delay within its loop is late at most."""
 OUTPUTS = ("yaw_rad", "yaw_rad_s", "wheel_rad", "wheel_rad_s", "current_A")
@@ -78,6 +83,19 @@ class Structure(NamedTuple):
     def has_current(self) -> bool:
         """Whether the motor's current is known."""
         return self.kind != "platform" and self.command != "torque"
+
+    @property
+    def longest_step(self) -> float:
+        """Longest step of a time grid [s]: a sampling interval is divided until its parts are no longer than this."""
+        if self.kind != "joint":
+            return LONGEST_STEP
+        return OF_INDUCTIVE_JOINTS if self.inductive else OF_JOINTS
+
+    @property
+    def parts_of_step(self) -> int:
+        """Parts into which each step of a time grid is divided further, since an effect asks for it [1]."""
+        needed = min((BY_NAME[effect].longest_step for effect in self.effects), default=math.inf)
+        return max(1, math.ceil(self.longest_step / needed - 1e-9))
 
     @property
     def halves(self) -> tuple["Structure", ...]:

@@ -156,11 +156,18 @@ def _over(plant: Plant, p: Propagator, begin: _Begin) -> State:
     n0 = _minus(rates0, _times(p.A, x, direct))
     a = plant.deflected(x, _add(_times(p.E, x, reached), _times(p.phi1, n0, reached)), h)
     rates1, torques1 = plant.with_friction(t + h, a, u, start)
+    rates1 = plant.through_contacts(t, x, h, a, u, rates1)
     n1 = _minus(rates1, _times(p.A, a, direct))
     x1 = _add(a, _times(p.phi2, _minus(n1, n0), reached))
     torques = list(zip(torques0, torques1, strict=True))
     x1 = plant.settle(SmoothStep(t, x, x1, u, h, rates0, torques, sliding))
     return plant.within_limits(plant.deflected(x, x1, h))
+
+
+def _parts(plant: Plant, t: Scalar, h: Scalar) -> list[tuple[Scalar, Scalar]]:
+    """Begin and length [s] of the equal parts into which the plant's effects divide a step."""
+    parts = plant.structure.parts_of_step
+    return [(t + k * (h / parts), h / parts) for k in range(parts)]
 
 
 @dataclass(frozen=True)
@@ -170,19 +177,23 @@ class ExponentialStep(SlidingStepper):
     from_library: ClassVar[bool] = True
 
     def prepare(self, plant: Plant, h: Scalar) -> Propagator:
-        """The linear part of the plant and its exponential functions."""
-        return _propagator(plant, h)
+        """The linear part of the plant and its exponential functions for a part of the step."""
+        return _propagator(plant, h / plant.structure.parts_of_step)
 
     def step(self, plant: Plant, prepared: Propagator, t: Scalar, x: State, u: Command, h: Scalar) -> State:
-        """State after one step."""
-        return _over(plant, prepared, _Begin(t, x, u, h, x))
+        """State after one step, in as many equal parts as the plant's effects need."""
+        for begin, part in _parts(plant, t, h):
+            x = _over(plant, prepared, _Begin(begin, x, u, part, x))
+        return x
 
     def slide(
         self, plant: OneAxis, prepared: Propagator, t: Scalar, x: State, u: Scalar, h: Scalar, direction: Scalar
     ) -> State:
         """`step` of an axis that slides in a given direction: dry friction neither holds it nor turns with it."""
         w = plant.structure.states.index("w")
-        return _over(plant, prepared, _Begin(t, x, u, h, (*x[:w], direction, *x[w + 1 :]), w))
+        for begin, part in _parts(plant, t, h):
+            x = _over(plant, prepared, _Begin(begin, x, u, part, (*x[:w], direction, *x[w + 1 :]), w))
+        return x
 
 
 EXPONENTIAL_STEP = ExponentialStep()

@@ -19,11 +19,6 @@ from rwjax.logs.segments import runs_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
 
-LONGEST_STEP = 5e-3
-"""Longest time step [s]: the sampling interval is divided until its parts are no longer than this. Where only angles are logged, faster
-samples share a step."""
-OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
-"""The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
 OF_JOINT, OF_JOINT_S = 8, 960.0
 """Parts into which a joint's steps are divided at most where its numbers or its motion count, and not the gap alone [1]; and the length
 of its logs times these parts [s], so that long logs take less."""
@@ -65,16 +60,9 @@ def share_of_readings(value: np.ndarray, resolution: float) -> np.ndarray:
     return np.repeat(np.where(length > LONGEST_RUN, 1.0 / length, 1.0), length)
 
 
-def _longest(structure: Structure) -> float:
-    """Longest time step of a plant [s]."""
-    if structure.kind != "joint":
-        return LONGEST_STEP
-    return OF_INDUCTIVE_JOINTS if structure.inductive else OF_JOINTS
-
-
 def _steps_of(structure: Structure, log: Log, refine: int) -> tuple[float, int]:
     """Grid step of one log [s], and how many of them it has. With a servo steps begin at its ticks, and in equal parts between them."""
-    dt, longest, servo = float(np.median(np.diff(log.time))), _longest(structure), structure.servo
+    dt, longest, servo = float(np.median(np.diff(log.time))), structure.longest_step, structure.servo
     if servo is not None:
         longest = longest if all(map(is_angle, log.outputs)) else min(longest, dt)
         moves = any(issubclass(BY_NAME[name], Clock) for name in structure.effects) or f"{SERVO}.period" in log.added

@@ -25,13 +25,12 @@ from rwjax.logs.noise import pooled_noise
 from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.plant import Plant
-from rwjax.plant.structure import State, Structure
+from rwjax.plant.structure import LONGEST_STEP, State, Structure
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.commands import Stretch, commands, each_window
 from rwjax.simulation.forward_mode import with_jacobian
-from rwjax.simulation.layout import LONGEST_STEP
 from rwjax.simulation.solver import Solver, ThroughWindow
 from rwjax.simulation.windows import log_by_log, side_by_side, time_grid
 from rwjax.types import Scalar

@@ -49,6 +49,7 @@ def motion(w: float = 0.0, Omega: float = 0.0) -> Motion:
         theta=zero,
         Omega=jnp.asarray(Omega),
         i=zero,
+        drawn=zero,
         load=zero,
         sensed=zero,
         own={},

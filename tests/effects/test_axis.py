@@ -1,9 +1,18 @@
 """Loads and stops of the axis beside their closed forms."""
 
-import numpy as np
+from typing import Any
 
-from tests.effects.rigs import FREE, REST, TIME, go
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from rwjax.effects.axis import Backlash
+from rwjax.effects.effect import Motion
+from tests.effects.rigs import FREE, REST, TIME, go, motion
 from tests.systems import platform, record, run
+
+PLAY = {"g": 0.1, "s": 0.3, "k": 200.0, "c": 0.8}
 
 
 def test_an_end_stop_takes_energy_and_never_pulls() -> None:
@@ -19,3 +28,52 @@ def test_an_end_stop_takes_energy_and_never_pulls() -> None:
 def test_a_constant_torque_below_breakaway_turns_nothing() -> None:
     y = run(platform(), record(TIME, REST), {}, effects={"axis.bias_torque": {"T": -0.049}})
     assert np.ptp(y["yaw_rad"]) == 0.0
+
+
+def _twisted(twist: Any, slip: Any) -> Motion:
+    own = {"axis.backlash:twist": jnp.asarray(twist), "axis.backlash:slip": jnp.asarray(slip)}
+    return motion()._replace(own=own)
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [
+        ((0.02, 1.0), (0.08, 2.0)),  # it sets in
+        ((-0.08, 0.1), (-0.03, 0.1)),  # it lets go
+        ((0.06, 1.0), (0.09, 0.5)),
+        ((0.0, 1.0), (0.04, 1.0)),
+        ((-0.07, 0.0), (0.09, 0.0)),  # from one side to the other
+        ((0.05, 1.0), (0.05, 1.0)),
+    ],
+)
+def test_the_mean_torque_of_play_is_that_over_a_step_of_even_motion(
+    begin: tuple[float, float], end: tuple[float, float]
+) -> None:
+    play = Backlash(**{name: jnp.asarray(value) for name, value in PLAY.items()})
+    shares = (np.arange(20000) + 0.5) / 20000
+    twist, slip = (a + shares * (b - a) for a, b in zip(begin, end, strict=True))
+    mean = np.mean(np.asarray(jax.vmap(lambda at, by: play.torque(_twisted(at, by)))(twist, slip)))
+    assert float(play.mean_torque(_twisted(*begin), _twisted(*end))) == pytest.approx(mean, rel=1e-3, abs=1e-9)
+
+
+def test_play_is_followed_through_its_impacts() -> None:
+    u, y = np.sin(2.0 * np.pi * 1.1 * TIME[:401]), [0.0]
+    g, s, k, c = PLAY.values()
+
+    def rates(x: np.ndarray, volts: float) -> np.ndarray:
+        _, w, twist, slip = x
+        over = twist - np.clip(twist, -0.5 * g, 0.5 * g)
+        T = np.sign(over) * max(np.sign(over) * (k * over + c * slip), 0.0)
+        dw = (T - 0.02 * w) / (0.1 * (1.0 - s))
+        return np.array([w, dw, slip, (0.4 * volts - T) / (0.1 * s) - dw])
+
+    x, h = np.zeros(4), 1e-4
+    for volts in u[:-1]:
+        for _ in range(100):
+            k1 = rates(x, volts)
+            k2 = rates(x + 0.5 * h * k1, volts)
+            k3 = rates(x + 0.5 * h * k2, volts)
+            x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rates(x + h * k3, volts))
+        y.append(x[0])
+    found = run(platform("viscous = 0.02\ncoulomb = 0.0"), record(TIME[:401], u), {}, effects={"axis.backlash": PLAY})
+    assert np.max(np.abs(found["yaw_rad"] - y)) < 0.003 * np.ptp(y)

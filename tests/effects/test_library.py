@@ -115,6 +115,8 @@ LATE, SAG = ["drive.delay", "sensor.delay"], ["drive.supply_sag", "drive.curvatu
         ("platform", ("drive.curvature",), CURVE, [[*BIAS, "drive.bias"], LATE, SAG]),
         ("platform", ("drive.curvature",), CURVE | {"drive.curvature.c": 0.1}, [[*BIAS, "drive.bias"], LATE]),
         ("platform", ("drive.curvature",), CURVE | {"drive.curvature.p": 0.4}, [[*BIAS, "drive.bias"], LATE]),
+        ("platform", ("drive.supply_sag",), {"drive.supply_sag.m": 0.05}, [[*BIAS, "drive.bias"], LATE, SAG]),
+        ("platform", ("drive.supply_sag",), {"drive.supply_sag.m": 0.9}, [[*BIAS, "drive.bias"], LATE]),
         ("two_axis", (), {}, [[f"{axis}.{name[5:]}" for name in BIAS] for axis in ("yaw", "pitch")]),
     ],
 )

@@ -26,6 +26,12 @@ def test_logs_add_up() -> None:
     assert meat(G, r) == pytest.approx(meat(G[:1], r[:1]) + meat(G[1:], r[1:]))
 
 
+def test_a_score_of_any_size_is_within_the_range_of_numbers() -> None:
+    rng = np.random.default_rng(3)
+    G, r = rng.normal(size=(300, 1, 2)), red(300, 0.9, 1.0, 4)[:, None]
+    assert meat([1e120 * G], [r]) == pytest.approx(1e240 * meat([G], [r]))
+
+
 def test_numbers_of_an_undetermined_combination_are_named_and_others_are_not() -> None:
     J = np.random.default_rng(2).normal(size=(50, 3))
     J = np.column_stack([J, J[:, 0] * 1e3, np.zeros(50)])  # the fourth scales with the first, the fifth leaves no trace

@@ -9,7 +9,7 @@ from rwjax.effects.effect import Motion
 from rwjax.plant.dry_friction import friction_level, friction_sum, smooth_friction
 
 ZERO = jnp.zeros(())
-MOTION = Motion(t=ZERO, V=ZERO, psi=ZERO, w=ZERO, theta=ZERO, Omega=ZERO, i=ZERO, load=ZERO, sensed=ZERO, own={})
+MOTION = Motion(*(ZERO,) * 10, own={})
 
 
 def test_levels_add_up_and_each_is_raised_by_the_shares_of_the_others() -> None:

@@ -8,6 +8,8 @@ import pytest
 from rwjax.plant.from_rig import structure_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.columns_section import Source
+from rwjax.rig.model import Rig
+from tests.joints import joint
 from tests.systems import platform, reaction, wheel
 from tests.two_axes import TILTING, two_axis
 
@@ -68,3 +70,10 @@ def test_a_device_without_signs_reports_sizes() -> None:
     unsigned = replace(rig, sources={"wheel_rad_s": Source("speed", unsigned=True), "current_A": Source("current_A")})
     assert structure_of(unsigned).as_reported(reading) == (-1.0, 2.0, -3.0)
     assert structure_of(rig).as_reported(reading) == (-1.0, -2.0, -3.0)
+
+
+@pytest.mark.parametrize(("kind", "parts"), [(platform(), 4), (joint(), 2), (reaction(), 4)])
+def test_play_divides_the_steps_of_a_grid(kind: Rig, parts: int) -> None:
+    structure = structure_of(kind)
+    assert structure.parts_of_step == 1
+    assert structure._replace(effects=("axis.backlash",)).parts_of_step == parts

@@ -11,9 +11,10 @@ from rwjax.kinds import SERVO
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.plant.from_rig import structure_of, theta_of
+from rwjax.plant.structure import LONGEST_STEP, OF_INDUCTIVE_JOINTS, OF_JOINTS
 from rwjax.rig.model import Rig
 from rwjax.simulation.free_run import free_run
-from rwjax.simulation.layout import LONGEST_STEP, OF_INDUCTIVE_JOINTS, OF_JOINT, OF_JOINTS, lay_out
+from rwjax.simulation.layout import OF_JOINT, lay_out
 from rwjax.simulation.trajectory import trajectory_of
 
 JOINT = """

@@ -7,7 +7,8 @@ import pytest
 
 from rwjax.errors import LogError
 from rwjax.plant.from_rig import structure_of
-from rwjax.simulation.layout import EARLIEST, LONGEST_STEP, lay_out, share_of_readings
+from rwjax.plant.structure import LONGEST_STEP
+from rwjax.simulation.layout import EARLIEST, lay_out, share_of_readings
 from tests.systems import platform, record
 
 STRUCTURE = structure_of(platform())

@@ -10,6 +10,12 @@ def _lag(T: float) -> np.ndarray:
     return 4.0 * (AFTER - T * (1.0 - np.exp(-AFTER / T)))
 
 
+def _sagged(rho: float, m: float, tau: float) -> np.ndarray:
+    """At 1 V and 1 A the drop is ρ (1 − m exp(−t/τ))."""
+    return 4.0 * ((1.0 - rho) * AFTER + rho * m * tau * (1.0 - np.exp(-AFTER / tau)))
+
+
+SAG = {"rho": 0.2, "m": 0.7, "tau": 1.5}
 WAVE = np.where(TIME < 5.0, 1.0, -1.0)
 MOTIONS = [
     Known("drive.lag", {"T": 0.2}, FREE, PUSH, {}, RATE, lambda y: _lag(0.2), 1e-9),
@@ -42,4 +48,6 @@ MOTIONS = [
     Known("drive.one_sided", {"s": -1.0}, FREE, WAVE, {}, RATE, lambda y: -4.0 * np.maximum(TIME - 5.0, 0.0), 1e-9),
     Known("drive.one_sided", {"s": 0.25}, FREE, -PUSH, {}, RATE, lambda y: -3.0 * AFTER, 1e-9),
     Known("drive.supply_sag", {"rho": 0.2}, LOCKED, ON, {}, AMPERE, lambda y: ON / (R + 0.2), 1e-8, SETTLED),
+    Known("drive.supply_sag", {"rho": 0.2}, FREE, -PUSH, {}, RATE, lambda y: -_sagged(0.2, 0.0, 1.0), 1e-9),
+    Known("drive.supply_sag", SAG, FREE, PUSH, {}, RATE, lambda y: _sagged(**SAG), 1e-5),
 ]
