@@ -152,7 +152,10 @@ OF_TYPE: dict[Any, tuple[Callable[[Any], bool], str]] = {
         'has to be notes by key, as {"role": "validate"}',
     ),
 }
-"""Whether an argument may be right, and what is right, by its type in the signature; numpy's array by the name of its type."""
+"""Whether an argument may be right, and what is right, by its type in the signature.
+
+numpy's array goes by the name of its type: what needs no more than an error, as the command's options do, imports no numpy for it.
+"""
 
 
 def refuses_other_types(function: Function) -> Function:

@@ -81,7 +81,9 @@ def _folder(variable: str, name: str, words: str) -> Path:
 
 @pytest.fixture
 def hears_ctrl_c() -> Iterator[None]:
-    """Lets what a test begins hear Ctrl-C, which it inherits to ignore where the tests run in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Lets what a test begins hear Ctrl-C, which it inherits to ignore where the tests run in the background, and SIGTERM end it."""
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in usual.items()}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)

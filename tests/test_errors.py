@@ -177,6 +177,18 @@ def test_what_is_right_goes_by_the_type_of_an_argument_and_not_by_its_name() -> 
         begun({"w": 2.0}, 1.0)  # pyright: ignore[reportArgumentType]
 
 
+def test_an_array_may_be_whatever_holds_numbers() -> None:
+    @refuses_other_types
+    def length(time: np.ndarray) -> int:
+        return len(time)
+
+    assert length(np.zeros(2)) == length([0.0, 1.0]) == 2  # pyright: ignore[reportArgumentType]
+    for other in ("0, 1", 2.0, {0.0: 1.0}):
+        with pytest.raises(InputError) as refused:
+            length(other)  # pyright: ignore[reportArgumentType]
+        assert str(refused.value) == f"length: `time` is a `{type(other).__name__}`; it has to be an array of numbers"
+
+
 def test_files_and_a_rig_that_have_changed_places_are_told_apart() -> None:
     with pytest.raises(InputError, match="^read_logs: `rig` is a `list`; it has to be a rig, as "):
         rwjax.read_logs(platform(), ["run.csv"])  # pyright: ignore[reportArgumentType]

@@ -215,7 +215,7 @@ def _drive(runs: list[Motion]) -> Iterator[tuple[str, list[Form]]]:
     )
     yield "drive.bias", [(_volts("one", lambda m: np.ones_like(m.t)),)]
     yield "drive.asymmetric_gain", [(_volts("size", lambda m: np.abs(m.V)),)]
-    power = (lambda m: -m.i) if motored else (lambda m: -(m.V**3))
+    power = (lambda m: -m.i) if motored else (lambda m: -m.V * np.abs(m.V))
     yield "drive.supply_sag", [(_volts("sag", power),)]
     yield "drive.curvature", [(_volts(f"power {n}", lambda m, n=n: m.V * np.abs(m.V) ** (n - 1)),) for n in (2, 3)]
 

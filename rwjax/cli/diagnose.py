@@ -93,7 +93,8 @@ def diagnose(
 
 
 def _written(result: "Diagnosis", target: ResultFolder, show: Callable[[str], None]) -> dict[str, Path]:
-    """Writes a diagnosis; paths within the folder of what a user opens first. Who ends the command while the page is drawn has the answer."""
+    """Writes a diagnosis; paths within the folder of what a user opens first. Whatever ends the drawing of the page, the answer is there."""
+    from rwjax.errors import InputError
     from rwjax.report.results import write_answer, write_results
 
     show("writing the answer")
@@ -103,7 +104,7 @@ def _written(result: "Diagnosis", target: ResultFolder, show: Callable[[str], No
     try:
         with target.renewed() as folder:
             return {name: path.relative_to(folder) for name, path in write_results(result, folder).items()}
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, InputError):
         note(f"{target.path} holds the answer, and no page of it yet; {next_command('report', target.path)}")
         raise
 

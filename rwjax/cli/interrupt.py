@@ -9,6 +9,7 @@ The room imports this module before anything else.
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
@@ -19,6 +20,8 @@ STATUS = 130
 """Status of a program that Ctrl-C ended."""
 CLEAR = "\r\x1b[K\x1b[?25h"
 """What a terminal is told on which a live view may have left a line and hidden the cursor."""
+SAME_S = 1.0
+"""Time [s] within which another one says the same again: `timeout` sends its own to the program, and then to its whole group."""
 
 ASKED = "rwjax: stopping; the answer so far follows (Ctrl-C again leaves at once)"
 """What the first Ctrl-C says where there is an answer to come."""
@@ -57,7 +60,7 @@ def heard(number: int, frame: FrameType | None) -> None:
 
 @contextmanager
 def first(ask: Callable[[], bool]) -> Iterator[None]:
-    """What the first of `SIGNALS` does in place of an interruption; the next one is as everywhere.
+    """What the first of `SIGNALS` does in place of an interruption; one that comes `SAME_S` later is as everywhere.
 
     Args:
         ask: asks for the answer so far; False where there is none to come, so that the program is interrupted.
@@ -67,7 +70,13 @@ def first(ask: Callable[[], bool]) -> Iterator[None]:
     """
 
     def asked(number: int, frame: FrameType | None) -> None:
-        _handle(ours, heard)
+        since = time.monotonic()
+
+        def again(number: int, frame: FrameType | None) -> None:
+            if time.monotonic() - since >= SAME_S:
+                heard(number, frame)
+
+        _handle(ours, again)
         if not ask():
             heard(number, frame)
         with suppress(OSError):

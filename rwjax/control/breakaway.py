@@ -60,7 +60,9 @@ def breakaway(rig: Rig) -> float:
 def _excess_torque(structure: Structure, theta: Float[Array, " p"], commands: Float[Array, " c"]) -> Float[Array, " c"]:
     """Torque [N m] on the axis at rest at angle 0 beyond what friction holds against turning forward, by commands [V]."""
     plant, zero, w = one_axis_plant_of(structure, theta), jnp.zeros(()), structure.states.index("w")
-    elastic = [f"{effect.name}:z" for effect in plant.on(AxisElastic)]  # before it slides, all of it is built up
+    elastic = [
+        name for effect in plant.on(AxisElastic) for name in effect.state_names()
+    ]  # before it slides, all of it is built up
     rest = tuple(jnp.ones(()) if name in elastic else zero for name in structure.states)
 
     def one(command: Scalar) -> Scalar:

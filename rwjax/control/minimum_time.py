@@ -142,8 +142,9 @@ def minimum_time(
 
 
 def _step_words(k: int, step: int) -> str:
-    """How far a search is, in words; the searches before it are `k`."""
-    return f"looking for the least time: search {k + 1} of {TRIES} at most, step {step} of {SEARCH['maxiter']} at most"
+    """How far a search is, in words; the searches before it are `k`. The end of its last step begins no other."""
+    most = SEARCH["maxiter"]
+    return f"looking for the least time: search {k + 1} of {TRIES} at most, step {min(step, most)} of {most} at most"
 
 
 class _Found(NamedTuple):

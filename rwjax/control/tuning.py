@@ -246,10 +246,10 @@ def _search(
 ) -> tuple[float, np.ndarray]:
     """The least objective that was tried with `spare` margin, and where, from the best of some starts."""
     logs = min(starts, key=lambda logs: objective(logs)[0])
-    steps = itertools.count(1)
+    steps, most = itertools.count(1), SEARCH["maxiter"]
 
-    def told(*_: object) -> None:
-        progress(f"tuning through the closed loop: step {next(steps)} of {SEARCH['maxiter']} at most")
+    def told(*_: object) -> None:  # the end of the last step begins no other
+        progress(f"tuning through the closed loop: step {min(next(steps), most)} of {most} at most")
 
     told()
     minimize(

@@ -9,7 +9,7 @@ import numpy as np
 from rwjax.diagnosis.hypothesis import Hypothesis, chosen_names, free_names, handed_on, structure_for
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import Candidate, ScoreScreen, Screened
-from rwjax.effects.library import included_numbers, limit_numbers
+from rwjax.effects.library import included_numbers, limit_numbers, null_of_optional
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.processes import Task
@@ -113,7 +113,9 @@ def candidate_of(fits: ModelFits, hypothesis: Hypothesis, parent: Hypothesis) ->
     if alike:
         handed = [values[alike[name]] if name in alike else bases[0][k] for k, name in enumerate(structure.names)]
         unprobed.append(np.array(handed))
-    return Candidate(problem, start, off, bases, unprobed, free, free & added & (number | (null == 0.0)), bounds)
+    of_form = np.array([null_of_optional(name) is not None for name in structure.names])
+    amplitude = free & added & (number | (null == 0.0) & ~of_form)
+    return Candidate(problem, start, off, bases, unprobed, free, amplitude, bounds)
 
 
 def _in_order(fits: ModelFits, structure: Structure, values: dict[str, float]) -> np.ndarray:

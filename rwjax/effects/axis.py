@@ -109,6 +109,13 @@ class BiasTorque(AxisTorque):
         return {"T": fields["constant"]} if "constant" in fields else {}
 
 
+def _mean_above_zero(first: Scalar, last: Scalar) -> Scalar:
+    """Mean of what changes evenly from `first` to `last` and counts as 0 below 0."""
+    way = jnp.abs(last - first)
+    part = jnp.maximum(first, last) ** 2 / (2.0 * jnp.where(way > 0.0, way, 1.0))
+    return jnp.where(first * last < 0.0, part, jnp.maximum(0.5 * (first + last), 0.0))
+
+
 class Backlash(Coupling):
     r"""Play between drive and axis: no torque within the gap $g$, elastic contact beyond it.
 
@@ -150,12 +157,13 @@ class Backlash(Coupling):
         for side in (1.0, -1.0):
             over, over_1 = side * twist - 0.5 * self.g, side * twist_1 - 0.5 * self.g
             way = over_1 - over
-            meets = jnp.where(over * over_1 < 0.0, -over / jnp.where(way == 0.0, 1.0, way), 0.0)  # part of the step
+            meets = jnp.where(over * over_1 <= 0.0, -over / jnp.where(way == 0.0, 1.0, way), 0.0)  # part of the step
             begin = jnp.where(over > 0.0, 0.0, meets)
             end = jnp.where(over_1 > 0.0, 1.0, meets)
-            middle = 0.5 * (begin + end)
-            pressed = self.k * (over + middle * way) + self.c * side * (slip + middle * (slip_1 - slip))
-            found += side * (end - begin) * jnp.maximum(pressed, 0.0)
+            first, last = (
+                self.k * (over + part * way) + self.c * side * (slip + part * (slip_1 - slip)) for part in (begin, end)
+            )
+            found += side * (end - begin) * _mean_above_zero(first, last)
         return found
 
     @classmethod

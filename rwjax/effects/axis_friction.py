@@ -16,6 +16,8 @@ from rwjax.effects.powers import fallen, power
 from rwjax.effects.shown import COASTING, DWELLING, SLOW
 from rwjax.types import Scalar
 
+ELEMENTS = 4
+"""Parallel elements of presliding friction."""
 SLOWEST = 1e-9  # of the Stribeck speed: below it a power's derivative has no finite value
 
 
@@ -195,17 +197,21 @@ class AsymmetricFriction(AxisDry):
 
 
 class Presliding(AxisElastic):
-    r"""Elastic, hysteretic displacement before sliding: friction $z$ times its level, and damping.
+    r"""Elastic, hysteretic displacement before sliding: friction $\bar z$ times its level, and damping.
 
-    $\frac{dz}{d\psi} = (1 - z\,\mathrm{sgn}\,w)^{1-s}/x_s$ (Dahl 1968; with $s = 0$ thesis eq. 3.8). With $s > 0$ it slides
-    after a finite way. It is exact in the angle, whatever the step. The damping is $d\,x_s\dot z$ for $s = 0$
+    $\bar z$ is the mean of $N = 4$ parallel elements that carry the same level,
+    $\frac{dz_k}{d\psi} = (1 - z_k\,\mathrm{sgn}\,w)^{1-s}/x_k$, $x_k = x_s\,(1 + r\,\frac{2k - 1 - N}{N})$. With $r = 0$ all are one
+    (Dahl 1968; with $s = 0$ thesis eq. 3.8); with $s = 1$ they are slip elements (Iwan 1966; Al-Bender, Lampaert and Swevers
+    2005), whose hysteresis keeps every turning point that no larger motion has wiped out. With $s > 0$ it slides after a
+    finite way. It is exact in the angle, whatever the step. The damping is the mean of $d\,x_k\dot z_k$ for $s = 0$
     (Canudas de Wit et al. 1995, eq. 3). $M_c$ belongs to it where the rig models no dry friction and is 0 otherwise.
 
     Attributes:
         M_c: Level of the friction; 0 where dry friction is modelled elsewhere [N m].
-        x_s: Displacement by which the friction builds up [rad].
+        x_s: Displacement by which the friction builds up, the mean of the elements' [rad].
         s: Shape: 0 builds up exponentially, 1 along a straight line [1].
         d: Damping of the displacement [N m s/rad].
+        r: Spread of the displacements over which the elements build up: 0 is one for all, 1 evenly from 0 to 2 x_s [1].
     """
 
     name: ClassVar[str] = "axis.presliding"
@@ -213,8 +219,10 @@ class Presliding(AxisElastic):
     coordinate: ClassVar[str] = "yaw"
     meaning: ClassVar[str] = "elastic, hysteretic displacement before sliding"
     equation: ClassVar[str] = (
-        "friction z times its level, dz/dψ = (1 − z sgn w)^(1 − s)/x_s, and damping d (1 − z sgn w) w"
+        "friction z times its level, z the mean of z_k, k = 1 to 4, dz_k/dψ = (1 − z_k sgn w)^(1 − s)/x_k, "
+        "x_k = x_s (1 + r (2k − 5)/4), and damping d (1 − z sgn w) w"
     )
+    states: ClassVar[tuple[str, ...]] = tuple(f"z_{k + 1}" for k in range(ELEMENTS))
     mujoco_drops: ClassVar[Mapping[str, str]] = {"x_s": "the angle over which it builds up"}
     includes: ClassVar[str] = "axis.coulomb"
     shown_by: ClassVar[Mapping[str, int]] = {SLOW: 0, DWELLING: 0}
@@ -226,23 +234,39 @@ class Presliding(AxisElastic):
         starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 1e-3, 0.01, 0.1),
         tex="x_s",
     )
-    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.5,) * 3), tex="s", role="form")
+    s: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(1.0,) * 3), tex="s", role="form")
     d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), starts=(0.0,), scale="torque_per_rate", tex="d", role="form")
+    r: Scalar = param("1", bounds=(0.0, 1.0), starts=(*(0.0,) * 6, *(0.9,) * 3), tex="r", role="form")
 
     def level(self, motion: Motion, direction: float) -> Scalar:
         return self.M_c
 
     def damping(self, motion: Motion) -> Scalar:
-        return self.d * motion.w * (1.0 - self.mine(motion)[0] * jnp.sign(motion.w))
+        return self.d * motion.w * (1.0 - self.built_up(self.mine(motion)) * jnp.sign(motion.w))
 
-    def rate(self, z: Scalar, w: Scalar) -> Scalar:
-        left = 1.0 - z * jnp.sign(w)
+    def built_up(self, shares: tuple[Scalar, ...]) -> Scalar:
+        return sum(shares[1:], start=shares[0]) / len(shares)
+
+    def rates(self, shares: tuple[Scalar, ...], w: Scalar) -> tuple[Scalar, ...]:
+        return tuple(self._rate(z, w / x) for z, x in zip(shares, self._displacements(), strict=True))
+
+    def after(self, shares: tuple[Scalar, ...], travel: Scalar) -> tuple[Scalar, ...]:
+        return tuple(self._after(z, travel / x) for z, x in zip(shares, self._displacements(), strict=True))
+
+    def _displacements(self) -> tuple[Scalar, ...]:
+        """Displacement over which each element builds up [rad]."""
+        return tuple(self.x_s * (1.0 + self.r * (2 * k + 1 - ELEMENTS) / ELEMENTS) for k in range(ELEMENTS))
+
+    def _rate(self, z: Scalar, speed: Scalar) -> Scalar:
+        """Rate of an element's share [1/s] at a speed in units of its displacement [1/s]."""
+        left = 1.0 - z * jnp.sign(speed)
         builds = left > 0.0
-        return jnp.where(builds, jnp.where(builds, left, 1.0) ** (1.0 - self.s), left) * w / self.x_s
+        return jnp.where(builds, jnp.where(builds, left, 1.0) ** (1.0 - self.s), left) * speed
 
-    def after(self, z: Scalar, travel: Scalar) -> Scalar:
-        toward, way = jnp.sign(travel), jnp.abs(travel) / self.x_s
-        return toward + jnp.sign(z - toward) * fallen(jnp.abs(z - toward), way, self.s)
+    def _after(self, z: Scalar, travel: Scalar) -> Scalar:
+        """An element's share after a travel in units of its displacement [1]."""
+        toward = jnp.sign(travel)
+        return toward + jnp.sign(z - toward) * fallen(jnp.abs(z - toward), jnp.abs(travel), self.s)
 
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:

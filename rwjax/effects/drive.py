@@ -280,7 +280,8 @@ class AsymmetricGain(CommandMap):
 
 
 LAGS = 0.1
-"""Share of a supply's drop that lags above which a curve of the drive is another thing [1]."""
+"""Share of a supply's drop that lags above which a curve of the drive is another thing [1]: of a drop that lags not at all the logs of a diagnosis tell
+the share to some hundredths."""
 
 
 class SupplySag(Supply):

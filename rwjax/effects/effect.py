@@ -239,6 +239,15 @@ class Effect(eqx.Module):
         """
         return {}
 
+    @classmethod
+    def state_names(cls) -> tuple[str, ...]:
+        """Names that its own states have in a plant.
+
+        Returns:
+            The names in the order of `states`, as `axis.flexible_coupling:twist`.
+        """
+        return tuple(f"{cls.name}:{state}" for state in cls.states)
+
     def mine(self, motion: Motion) -> tuple[Scalar, ...]:
         """Its own states in a motion.
 
@@ -248,7 +257,7 @@ class Effect(eqx.Module):
         Returns:
             The states in the order of `states` [each in its unit].
         """
-        return tuple(motion.own[f"{self.name}:{state}"] for state in self.states)
+        return tuple(motion.own[name] for name in self.state_names())
 
     def drift(self, motion: Motion) -> tuple[Scalar, ...]:
         """Rates of its own states.

@@ -111,11 +111,22 @@ class AxisAgeing(AxisDry):
 class AxisElastic(Dry):
     """Dry friction of the axis that builds up over a displacement: all of it acts through this effect.
 
-    Its state is the share of the level that is built up [1]. Its `level` is what it adds to that of other friction.
+    Its states are the shares [1] of their levels that its elements have built up: 0 when nothing is bent, 1 or -1 when all
+    slides forward or backward. Its `level` is what it adds to that of other friction.
     """
 
-    states: ClassVar[tuple[str, ...]] = ("z",)
     linear_as: ClassVar[str | None] = ""
+
+    @abstractmethod
+    def built_up(self, shares: tuple[Scalar, ...]) -> Scalar:
+        """Share of the whole level that is built up, positive against rotation forward.
+
+        Args:
+            shares: Those of its elements, in the order of `states` [1].
+
+        Returns:
+            The share, -1 to 1 [1].
+        """
 
     @abstractmethod
     def damping(self, motion: Motion) -> Scalar:
@@ -129,27 +140,27 @@ class AxisElastic(Dry):
         """
 
     @abstractmethod
-    def rate(self, z: Scalar, w: Scalar) -> Scalar:
-        """Rate at which the share builds up.
+    def rates(self, shares: tuple[Scalar, ...], w: Scalar) -> tuple[Scalar, ...]:
+        """Rates at which the elements build up.
 
         Args:
-            z: The share [1].
+            shares: Those of its elements, in the order of `states` [1].
             w: Rate of the axis [rad/s].
 
         Returns:
-            The rate [1/s].
+            The rates in the same order [1/s].
         """
 
     @abstractmethod
-    def after(self, z: Scalar, travel: Scalar) -> Scalar:
-        """The share that is built up after the axis has turned [1].
+    def after(self, shares: tuple[Scalar, ...], travel: Scalar) -> tuple[Scalar, ...]:
+        """What the elements have built up after the axis has turned.
 
         Args:
-            z: The share before [1].
+            shares: Those of its elements before, in the order of `states` [1].
             travel: The angle by which it turns [rad].
 
         Returns:
-            The share after [1].
+            The shares after, in the same order [1].
         """
 
 

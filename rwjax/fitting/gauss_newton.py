@@ -209,8 +209,15 @@ def steps_without(
 
 
 def _largest_share(whole: np.ndarray, part: np.ndarray) -> float:
-    """Largest share [1] of a matrix of normal equations that a part of it has along any direction which the whole one tells."""
-    scale = np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    """Largest share [1] of a matrix of normal equations that a part of it has along any direction which the whole one tells.
+
+    It is infinite where derivatives ran away so far that rounding leaves squares below 0.
+    """
+    if np.any(np.diag(whole) < 0.0):
+        return np.inf
+    read = np.ix_(*[np.flatnonzero(np.diag(whole) > 0.0)] * 2)
+    whole, part = whole[read], part[read]
+    scale = np.sqrt(np.diag(whole))
     size, along = np.linalg.eigh(whole / scale / scale[:, None])
     told = size > 1e-12 * np.max(size, initial=0.0)
     along = along[:, told] / np.sqrt(size[told])

@@ -88,7 +88,7 @@ def scales(rig: Rig, logs: Sequence[Log]) -> dict[str, float]:
         "ampere": ampere,
         "per_ampere2": ampere**-2,
         "per_command": 1.0 / command,
-        "per_watt": 1.0 / (command * (1.0 if rig.kind == "platform" else ampere)),
+        "per_watt": 1.0 / (command * (ampere if "motor.torque_constant" in n else 1.0)),
         "per_rate": 1.0 / rate,
         "turn_per_run": 2.0 * np.pi / max(*(run.time[-1] - run.time[0] for run in whole_runs(logs)), 1e-9),
         "highest": float(np.nanmax(angles)),

@@ -91,8 +91,7 @@ def _undisturbed() -> Iterator[None]:
             yield
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    if ctrl_c.pressed:
-        signal.raise_signal(ctrl_c.number)
+    ctrl_c.heed()
 
 
 def _size(memory: str) -> int:

@@ -34,6 +34,11 @@ class CtrlC:
         for number, before in zip(self._heard, self._before, strict=True):
             signal.signal(number, before or signal.SIG_DFL)  # None: set by a program that is not Python
 
+    def heed(self) -> None:
+        """After the context: what came within is told to the program, whose own handler may want something else than to end."""
+        if self.pressed:
+            signal.raise_signal(self.number)
+
     def _note(self, number: int, _: object) -> None:
         now = time.monotonic()
         if self.pressed and now - self._since >= PATIENCE_S:

@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -120,6 +120,7 @@ def record(
     check_new(output)
     with closing(open_port(url)) as port, CtrlC() as ctrl_c:
         failure, begun, found, beside = None, False, {}, output.with_suffix(".notes")
+        logs, remarks = [], []
         with closing(Raw(output.with_suffix(".raw"))) as raw:
             session = Session(port, raw.write, watch, lambda: ctrl_c.pressed)
             try:
@@ -138,13 +139,17 @@ def record(
         if failure and not begun:
             raw.path.unlink(missing_ok=True)
             beside.unlink(missing_ok=True)
-            raise failure
-        try:
-            logs, remarks = write_logs(raw.path, rig, output)
-        except InputError as error:
-            logs, remarks = [], [str(error)]
+        else:
+            try:
+                logs, remarks = write_logs(raw.path, rig, output)
+            except InputError as error:
+                remarks = [str(error)]
         if ctrl_c.pressed:  # also of one that came too late for the session: nobody wants the next run
             failure = failure or KeyboardInterrupt()
+    with suppress(KeyboardInterrupt):  # it is told by what is returned, or raised here
+        ctrl_c.heed()
+    if failure and not begun:
+        raise failure
     return Recorded(logs, [*found.values(), *remarks], failure)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from rwjax.errors import LogError
 from rwjax.logs.array_sheet import array_sheet
 from rwjax.logs.sheet import Sheet
-from rwjax.logs.text_sheet import text_sheet
+from rwjax.logs.text_sheet import SEPARATORS, text_sheet
 from rwjax.text_files import cannot_be_read
 
 MOST_BYTES = 2_000_000_000
@@ -127,9 +127,16 @@ def _text(path: str | os.PathLike[str], content: bytes) -> str:
         text = bad.object.decode("cp1252", "replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     before, nul, _ = text.partition("\0")
-    if nul and "\n" not in before:
+    if nul and not _has_header(before):
         raise LogError(f"{path}: is no text; a log is CSV, Parquet, MAT or NPZ, plain or as gz")
     if nul:
         line = before.count("\n") + 1
         raise LogError(f"{path}:{line}: holds NUL bytes, as a loss of power leaves them; delete this line as a whole")
     return text
+
+
+def _has_header(text: str) -> bool:
+    """Whether the first whole line that is neither a note nor empty may name columns: printed characters, with separators."""
+    lines = (line for line in text.split("\n")[:-1] if line.strip() and not line.startswith("#"))
+    first = next(lines, "")
+    return first.replace("\t", " ").isprintable() and any(sign in first for sign in SEPARATORS)

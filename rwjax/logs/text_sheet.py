@@ -106,11 +106,14 @@ class TextSheet(Sheet):
         return self.error(row, f"{counted(count, 'cell')}; the header names {len(self.names)} columns{by}{hint}")
 
     def _second_header(self, row: int) -> int | None:
-        """The row that repeats the header, where nothing but notes and empty lines stand between it and another row."""
-        beyond = (k for k in range(row, len(self.rows)) if self.rows[k].strip() and not self.rows[k].startswith("#"))
-        first = next(beyond, None)
-        named = first is not None and [cell.strip(' "') for cell in self.rows[first].split(self.delimiter)]
-        return first if named == self.names else None
+        """The row that repeats the header, where nothing but notes and empty lines stand between it and another row.
+
+        Of files that were put one behind the other each may begin with a byte-order mark.
+        """
+        lines = ((k, self.rows[k].lstrip("\ufeff")) for k in range(row, len(self.rows)))
+        beyond = ((k, line) for k, line in lines if line.strip() and not line.startswith("#"))
+        first, line = next(beyond, (None, ""))
+        return first if [cell.strip(' "') for cell in line.split(self.delimiter)] == self.names else None
 
     def _begun_anew(self, row: int) -> LogError:
         """What is wrong with a header among the samples."""
@@ -168,8 +171,8 @@ class TextSheet(Sheet):
 
     def _no_number(self, row: int, j: int, cell: str, first: str) -> LogError:
         """What is wrong with a cell; `first` is the first one of a column that may hold dates, "" for any other."""
-        if self._second_header(row) == row:
-            return self._begun_anew(row)
+        if (again := self._second_header(row)) is not None:
+            return self._begun_anew(again)
         said = f"`{self.names[j]}` is {cell!r}; it has to be a number"
         if row == len(self.rows) - 1 and j == len(self.names) - 1 and re.fullmatch(BEGUN, cell):
             return self.error(row, f"{said}; where the last line was cut short, delete it")

@@ -304,7 +304,8 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
 
 def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     """Every number of the first rig file, by its name."""
-    found = _motor(kind, d, columns) if kind in MOTORED else {}
+    weighed = _weighs_the_motor(kind, d, columns)
+    found = _motor(kind, d, columns, weighed) if kind in MOTORED else {}
     if kind == "platform":
         found["drive.gain"] = _gain(d)
     if kind in WHEELED:
@@ -323,9 +324,8 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             share, why = (
                 (1.0, "of a bob, m g l") if d.bob else (0.5, "of a rod, m g l/2; of a bob at its end twice that")
             )
-            scale = _weighs_the_motor(kind, d, columns)
-            why += ", fixed: it tells the torque constant" if scale else ""
-            found["axis.gravity.torque"] = Known(rounded(share * d.mass * GRAVITY * d.length), why, free=not scale)
+            why += ", fixed: it tells the torque constant" if weighed else ""
+            found["axis.gravity.torque"] = Known(rounded(share * d.mass * GRAVITY * d.length), why, free=not weighed)
             found["axis.gravity.angle"] = Known(0.0, f"0 where the {'bob' if d.bob else 'rod'} hangs down at angle 0")
     if "goal_rad" in columns:
         found = servo_numbers(
@@ -339,8 +339,7 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
 
 def _weighs_the_motor(kind: str, d: Datasheet, columns: set[str]) -> bool:
     """Whether the weight of a joint's link is all that tells its motor's torques: a current, an inertia or the motor's numbers do so as well."""
-    told = d.axis_inertia or d.torque_constant or (d.supply and (d.no_load_speed or (d.stall_torque and d.resistance)))
-    told = told or {"current_A", "command_Nm", "goal_rad"} & columns
+    told = d.axis_inertia or _torque_constant(d) or {"current_A", "command_Nm", "goal_rad"} & columns
     return bool(kind == "joint" and d.mass and d.length and not told)
 
 
@@ -363,22 +362,26 @@ def _gain(d: Datasheet) -> Known:
     return Known(1.0, "unknown: with 1, torques and inertias are in units of the drive's gain")
 
 
-def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
-    """Torque constant and resistance, seen behind the gear."""
+def _torque_constant(d: Datasheet) -> Known | None:
+    """Torque constant by the datasheet, seen behind the gear; None where it does not tell it."""
+    if d.torque_constant:
+        return Known(d.torque_constant, GIVEN)
+    if d.supply and d.no_load_speed:
+        return Known(rounded(d.supply / d.no_load_speed), BY_NO_LOAD)
+    if d.supply and d.stall_torque and d.resistance:
+        found = rounded(d.stall_torque * d.resistance / d.supply)
+        return Known(found, "stall torque times resistance over the voltage")
+    return None
+
+
+def _motor(kind: str, d: Datasheet, columns: set[str], weighed: bool) -> dict[str, Known]:
+    """Torque constant and resistance, seen behind the gear; `weighed` where a link's weight tells the torques."""
     if "command_Nm" in columns:
         return {}
     current = "current_A" in columns
-    if d.torque_constant:
-        K = Known(d.torque_constant, GIVEN)
-    elif d.supply and d.no_load_speed:
-        K = Known(rounded(d.supply / d.no_load_speed), BY_NO_LOAD)
-    elif d.supply and d.stall_torque and d.resistance:
-        K = Known(rounded(d.stall_torque * d.resistance / d.supply), "stall torque times resistance over the voltage")
-    else:
-        inertia = d.wheel_inertia or d.axis_inertia
-        weighed = _weighs_the_motor(kind, d, columns)
-        told = bool(current or inertia or weighed or kind == "wheel" or "wheel_rad_s" in columns)
-        K = Known(0.02, f"{GUESS}, or --torque-constant", free=told)
+    scaled = bool(current or d.wheel_inertia or d.axis_inertia or weighed)
+    told = scaled or kind == "wheel" or "wheel_rad_s" in columns
+    K = _torque_constant(d) or Known(0.02, f"{GUESS}, or --torque-constant", free=told)
     if d.resistance:
         R = Known(d.resistance, GIVEN)
     elif d.supply and d.stall_torque:
@@ -386,11 +389,7 @@ def _motor(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     else:
         given = f"{GUESS}, or --resistance"
         by_voltage = current and "command_A" not in columns
-        why = (
-            given
-            if current or d.wheel_inertia or d.axis_inertia or _weighs_the_motor(kind, d, columns)
-            else f"{given}: torques and inertias are as wrong as this is"
-        )
+        why = given if scaled else f"{given}: torques and inertias are as wrong as this is"
         R = Known(1.0, why, free=by_voltage)
     return {"motor.torque_constant": K, "motor.resistance": R}
 

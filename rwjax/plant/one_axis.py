@@ -75,6 +75,11 @@ def _pushed(values: State, body: Body, push: Scalar) -> State:
     )
 
 
+def _replaced(names: tuple[str, ...], values: State, changed: Mapping[str, Scalar]) -> State:
+    """States, or their rates, with some changed by name."""
+    return tuple(changed.get(name, value) for name, value in zip(names, values, strict=True))
+
+
 class OneAxis(Plant):
     """Base equations and effects of a rig of the kinds `kinds.ONE_AXIS`.
 
@@ -207,9 +212,9 @@ class OneAxis(Plant):
             k, w = states.index(f"{effect.name}:rest"), states.index("w")
             after = (*after[:k], jnp.where(before[w] == 0.0, before[k] + h, 0.0), *after[k + 1 :])
         for effect in self.on(AxisElastic):
-            k, w = states.index(f"{effect.name}:z"), states.index("w")
-            z = effect.after(before[k], 0.5 * h * (before[w] + after[w]))
-            after = (*after[:k], z, *after[k + 1 :])
+            own, w = effect.state_names(), states.index("w")
+            bent = effect.after(tuple(before[states.index(name)] for name in own), 0.5 * h * (before[w] + after[w]))
+            after = _replaced(states, after, dict(zip(own, bent, strict=True)))
         return after
 
     def no_command(self) -> Scalar:
@@ -316,8 +321,8 @@ class OneAxis(Plant):
         """
         torque = sum((effect.torque(m) for effect in self.on(AxisTorque)), start=drive)
         for effect in self.on(AxisElastic):
-            z, every = effect.mine(m)[0], [*self.on(AxisDry), effect]
-            torque -= z * jnp.where(z > 0.0, friction_level(every, m, 1.0), friction_level(every, m, -1.0))
+            share, every = effect.built_up(effect.mine(m)), [*self.on(AxisDry), effect]
+            torque -= share * jnp.where(share > 0.0, friction_level(every, m, 1.0), friction_level(every, m, -1.0))
             torque -= effect.damping(m)
         return torque
 
@@ -336,7 +341,7 @@ class OneAxis(Plant):
             back_emf = n["motor.torque_constant"] * m.Omega
             rates["i"] = self._switched((m.V - self._resistance(m) * m.i - back_emf) / n["motor.inductance"])
         for effect in self.effects:
-            names = tuple(f"{effect.name}:{state}" for state in effect.states)
+            names = effect.state_names()
             if isinstance(effect, AxisElastic | AxisAgeing):
                 rates |= {name: jnp.zeros_like(m.own[name]) for name in names}  # moved by `deflected`
             elif names and not isinstance(effect, Coupling):
@@ -398,9 +403,9 @@ class OneAxis(Plant):
             found.append((Body(states.index("psi"), states.index("w"), I, reaction), dry))
         return found
 
-    def with_friction(self, t: Scalar, x: State, u: Scalar, start: State) -> FrictionRates:
+    def with_friction(self, t: Scalar, x: State, u: Scalar, start: State, begun: State | None = None) -> FrictionRates:
         """Rates of the state with dry friction, and the torque on every body that carries any."""
-        rates = self.field(t, x, u)
+        rates = self.field(t, x, u) if begun is None else self._through_contacts(t, begun, x, u)
         motion = self.motion(t, x, u)
         torques = []
         for body, effects in self.bodies(motion):
@@ -413,11 +418,11 @@ class OneAxis(Plant):
             torques.append(BodyTorque(free, free - holding))
         return FrictionRates(rates, torques)
 
-    def through_contacts(self, t: Scalar, x: State, h: Scalar, end: State, u: Scalar, rates: State) -> State:
-        """Rates at a step's end with what makes the mean of both ends the mean over the step, of a torque that sets in within it."""
-        names = self.structure.states
+    def _through_contacts(self, t: Scalar, begun: State, x: State, u: Scalar) -> State:
+        """Rates without dry friction at the end of a step, with what makes the mean of both ends that over the step."""
+        rates, names = self.field(t, x, u), self.structure.states
         for effect in self.on(Coupling):
-            before, after = self.motion(t, x, u), self.motion(t + h, end, u)
+            before, after = self.motion(t, begun, u), self.motion(t, x, u)
             missing = 2.0 * effect.mean_torque(before, after) - effect.torque(before) - effect.torque(after)
             w = missing / self._axis_inertia(after)
             added = {"w": w, f"{effect.name}:slip": -missing / (effect.share() * self.whole_inertia()) - w}
@@ -444,9 +449,10 @@ class OneAxis(Plant):
         Returns:
             The rates.
         """
-        names = self.structure.states
-        moving = {f"{effect.name}:z": effect.rate(effect.mine(motion)[0], motion.w) for effect in self.on(AxisElastic)}
-        return tuple(moving.get(name, rate) for name, rate in zip(names, rates, strict=True))
+        for effect in self.on(AxisElastic):
+            moving = zip(effect.state_names(), effect.rates(effect.mine(motion), motion.w), strict=True)
+            rates = _replaced(self.structure.states, rates, dict(moving))
+        return rates
 
     def limited(self, x: State, rates: State) -> State:
         """Rates of the state in which no current leaves what its driver allows.

@@ -120,24 +120,8 @@ class Plant(eqx.Module):
             Rate of every state, in the state's unit per second.
         """
 
-    def through_contacts(self, t: Scalar, x: State, h: Scalar, end: State, u: Command, rates: State) -> State:
-        """Rates at a step's end with what makes the mean of both ends the mean over the step, of a torque that sets in within it.
-
-        Args:
-            t: Time at which the step begins [s].
-            x: State at its beginning.
-            h: Its length [s].
-            end: State at its end, as the rates at its beginning predict it.
-            u: Voltage over the step [V].
-            rates: Rates at its end, in the order of the states.
-
-        Returns:
-            The rates; as they are where nothing sets in at once.
-        """
-        return rates
-
     @abstractmethod
-    def with_friction(self, t: Scalar, x: State, u: Command, start: State) -> FrictionRates:
+    def with_friction(self, t: Scalar, x: State, u: Command, start: State, begun: State | None = None) -> FrictionRates:
         """Rates of the state with dry friction, and the torque on every body that carries any.
 
         A sliding body feels its level against the direction in which it slides. A resting body feels exactly what keeps
@@ -148,6 +132,8 @@ class Plant(eqx.Module):
             x: State.
             u: Voltage at the motors [V], `()` or `(2,)`.
             start: State whose rates give the directions of sliding: the one at the beginning of the step.
+            begun: State at the beginning of a step that ends at `x`: the torque of a contact is then such that the mean of both ends
+                is that over the step.
 
         Returns:
             The rates and the torques.

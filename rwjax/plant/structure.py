@@ -110,7 +110,7 @@ class Structure(NamedTuple):
         axis = ("psi", "w") if self.has_axis else ()
         wheel = ("theta", "Omega") if self.has_wheel else ()
         current = ("i",) if self.inductive else ()
-        own = tuple(f"{effect}:{state}" for effect in self.effects for state in BY_NAME[effect].states)
+        own = tuple(name for effect in self.effects for name in BY_NAME[effect].state_names())
         return axis + wheel + current + own + (self._servo_states if self.servo else ())
 
     @property

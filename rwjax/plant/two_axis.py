@@ -190,7 +190,9 @@ class TwoAxis(Plant):
         found = enumerate([*on_axis, *(half.on(WheelDry) for half in self.halves)])
         return [(body, effects) for body, effects in found if effects]
 
-    def with_friction(self, t: Scalar, x: State, u: Float[Array, " 2"], start: State) -> FrictionRates:
+    def with_friction(
+        self, t: Scalar, x: State, u: Float[Array, " 2"], start: State, begun: State | None = None
+    ) -> FrictionRates:
         """Rates of the state with dry friction, and the torque on every body that carries any."""
         rates, states, dry = self.field(t, x, u), self.structure.states, self.bodies()
         if not dry:

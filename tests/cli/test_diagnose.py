@@ -1,5 +1,6 @@
 """`rwjax diagnose`, as a user calls it."""
 
+import errno
 import json
 import os
 import re
@@ -257,6 +258,17 @@ def test_who_ends_the_command_while_the_page_is_drawn_has_the_answer(quick: Shel
     assert (code, out) == (130, "") and files(quick.folder / "out") == ALWAYS - {"report.html"}
     assert err.splitlines()[0] == "note: out holds the answer, and no page of it yet; next: rwjax report out"
     assert json.loads((quick.folder / "out" / "diagnosis.json").read_text())["verdict"] == "effect"
+
+
+def test_where_the_page_finds_a_full_disk_the_answer_is_there_and_said(quick: Shell) -> None:
+    def drawn(d: object) -> dict:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    quick.patch.setattr("rwjax.report.html.figures_of", drawn)
+    code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    assert (code, out) == (2, "") and files(quick.folder / "out") == ALWAYS - {"report.html"}
+    said = "note: out holds the answer, and no page of it yet; next: rwjax report out"
+    assert err.splitlines()[0] == said and "No space left on device" in err.splitlines()[1]
 
 
 @pytest.mark.parametrize(

@@ -48,9 +48,10 @@ def test_ctrl_c_while_the_program_starts_is_one_line(
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
-def test_ctrl_c_after_the_work_is_done_changes_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", interrupt.SIGNALS)
+def test_ctrl_c_after_the_work_is_done_changes_nothing(tmp_path: Path, number: signal.Signals) -> None:
     (tmp_path / "sitecustomize.py").write_text(
-        "import atexit, os, signal\natexit.register(os.kill, os.getpid(), signal.SIGINT)\n"
+        f"import atexit, os, signal\natexit.register(os.kill, os.getpid(), {int(number)})\n"
     )
     done = subprocess.run(
         [sys.executable, *MODULE, "--version"],
@@ -183,8 +184,9 @@ def own_handler() -> Iterator[None]:
 @pytest.mark.usefixtures("own_handler")
 @pytest.mark.parametrize("number", interrupt.SIGNALS)
 def test_the_first_ctrl_c_asks_and_the_second_interrupts(
-    number: signal.Signals, capfd: pytest.CaptureFixture[str]
+    number: signal.Signals, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(interrupt, "SAME_S", 0.0)
     asked: list[int] = []
 
     def ask() -> bool:
@@ -196,6 +198,27 @@ def test_the_first_ctrl_c_asks_and_the_second_interrupts(
         assert asked == [1] and capfd.readouterr().err == f"{interrupt.ASKED}\n"
         signal.raise_signal(signal.SIGINT)
     assert asked == [1] and [signal.getsignal(one) for one in interrupt.SIGNALS] == [interrupt.heard] * 2
+
+
+@pytest.mark.usefixtures("own_handler")
+@pytest.mark.parametrize("second", interrupt.SIGNALS)
+def test_a_signal_that_is_sent_twice_at_once_asks_for_the_answer_so_far(
+    second: signal.Signals, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As GNU `timeout` does, which signals the program and then its whole group."""
+    monkeypatch.setattr(interrupt, "SAME_S", 1e9)
+    asked: list[int] = []
+
+    def ask() -> bool:
+        asked.append(1)
+        signal.raise_signal(second)
+        return True
+
+    with interrupt.first(ask):
+        signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(second)
+    assert asked == [1] and capfd.readouterr().err == f"{interrupt.ASKED}\n"
+    assert [signal.getsignal(one) for one in interrupt.SIGNALS] == [interrupt.heard] * 2
 
 
 @pytest.mark.usefixtures("own_handler")

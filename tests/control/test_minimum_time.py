@@ -7,7 +7,17 @@ from jaxtyping import Array
 
 from rwjax import parse_rig
 from rwjax.control.drive_limits import Limits
-from rwjax.control.minimum_time import PIECES, REACHED, STEPS, Guess, Manoeuvre, Task, least_in_pieces, minimum_time
+from rwjax.control.minimum_time import (
+    PIECES,
+    REACHED,
+    SEARCH,
+    STEPS,
+    Guess,
+    Manoeuvre,
+    Task,
+    least_in_pieces,
+    minimum_time,
+)
 from rwjax.control.open_loop import Trajectory
 from rwjax.plant.from_rig import structure_of, theta_of
 
@@ -48,6 +58,15 @@ def test_a_manoeuvre_without_a_way_says_how_far_it_falls_short() -> None:
     _, missed = minimum_time(Manoeuvre(structure_of(RIG), never, PIECES), _task(ANGLE, LEAST), guess, told.append)
     assert missed == pytest.approx(1.0)
     assert told[0] == "looking for the least time: search 1 of 4 at most, step 1 of 200 at most"
+
+
+def test_the_steps_of_a_search_are_counted_and_none_is_said_beyond_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SEARCH, "maxiter", 3)
+    guess = Guess(np.where(np.arange(PIECES + 1) < PIECES / 2, 0.6, -0.6) * VOLTS, VOLTS)
+    told: list[str] = []
+    minimum_time(Manoeuvre(structure_of(RIG), _there, PIECES), _task(ANGLE, 1.4 * LEAST), guess, told.append)
+    begin = "looking for the least time: search 1 of 4 at most, step"
+    assert [line for line in told if line.startswith(begin)] == [f"{begin} {k} of 3 at most" for k in (1, 2, 3, 3)]
 
 
 def test_commands_run_straight_between_their_values() -> None:

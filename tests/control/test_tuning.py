@@ -10,7 +10,7 @@ from rwjax.control.closed_loop import loop_setup
 from rwjax.control.controller import Controller
 from rwjax.control.margins import sampled_modulus
 from rwjax.control.sampled_loop import SampledLaw, sampled_loops
-from rwjax.control.tuning import LEAST_MODULUS, loss, loss_and_gradient, tune_from
+from rwjax.control.tuning import LEAST_MODULUS, SEARCH, loss, loss_and_gradient, tune_from
 from rwjax.errors import InputError
 from tests.control.tuned_platform import REFERENCE, RIG, TIMING
 from tests.joints import as_platform, joint
@@ -82,6 +82,14 @@ def test_gains_that_do_not_move_the_axis_are_left_behind() -> None:
     steps = [f"tuning through the closed loop: step {k} of 60 at most" for k in range(1, len(told))]
     assert told == ["tuning through the closed loop", *steps] and len(steps) > 1
     assert found.loss[1] < 0.1 * found.loss[0] and found.controller.ki == 0.0
+
+
+def test_no_step_of_the_search_is_said_beyond_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SEARCH, "maxiter", 2)
+    told: list[str] = []
+    start = Controller(0.2, kd=0.05, filter_time=0.02, voltage_limit=5.0)
+    tune_from(RIG, start, REFERENCE, TIMING, progress=told.append)
+    assert told[1:] == [f"tuning through the closed loop: step {k} of 2 at most" for k in (1, 2, 2)]
 
 
 @pytest.mark.parametrize("exponent", [1.9968, 2.0, 2.0032])

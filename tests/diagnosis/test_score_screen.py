@@ -10,8 +10,8 @@ from rwjax.diagnosis.score_screen import Candidate, ScoreScreen
 from rwjax.diagnosis.starting_points import candidate_of
 from rwjax.fitting.batched_runs import together
 from rwjax.fitting.secant import residuals
-from tests.diagnosis.simulated import fits_of, true_log
-from tests.systems import platform
+from tests.diagnosis.simulated import TIME, fits_of, true_log
+from tests.systems import platform, record, run
 
 NOTHING = Hypothesis()
 
@@ -52,3 +52,17 @@ def test_starts_that_differ_in_amplitudes_alone_add_up() -> None:
     free = np.array([True, True])
     candidate = Candidate(problem, none, none, starts, [], free, np.array([False, True]), np.zeros((2, 2)))
     assert candidate.shapes() == [[0, 1], [2]]
+
+
+def test_a_threshold_is_probed_as_it_is_and_never_in_proportion() -> None:
+    rig, dead, u = platform("viscous = 0.02"), Hypothesis(("drive.deadzone",)), 0.9 * np.sin(1.3 * TIME)
+    jump = 0.03 * np.sqrt(np.mean(u**2))  # one of those that are tried
+    y = run(rig, record(TIME, u), {}, effects={"drive.deadzone": {"j": jump}})["yaw_rad"]
+    y += np.random.default_rng(0).normal(0.0, 2e-4, len(y))
+    fits = fits_of(rig, record(TIME, u, {"yaw_rad": y}))
+    candidate = candidate_of(fits, dead, NOTHING)
+    lost, j = map(candidate.problem.structure.names.index, ("drive.deadzone.u_0", "drive.deadzone.j"))
+    assert candidate.amplitude[lost] and not candidate.amplitude[j]
+    (found,) = ScoreScreen(fits(NOTHING), fits.settings.screening).predict([candidate])
+    assert found.begin[0][j] == pytest.approx(jump) and found.begin[0][lost] == 0.0
+    assert found.predicted < 0.1 * fits(NOTHING).cost

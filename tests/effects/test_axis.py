@@ -44,6 +44,10 @@ def _twisted(twist: Any, slip: Any) -> Motion:
         ((0.0, 1.0), (0.04, 1.0)),
         ((-0.07, 0.0), (0.09, 0.0)),  # from one side to the other
         ((0.05, 1.0), (0.05, 1.0)),
+        ((0.08, 1.0), (0.05, 1.0)),  # up to the edge
+        ((0.08, -2.0), (0.03, -2.0)),  # it rebounds, and never pulls
+        ((0.06, -1.0), (0.045, -1.5)),
+        ((-0.06, 4.0), (-0.055, 1.0)),
     ],
 )
 def test_the_mean_torque_of_play_is_that_over_a_step_of_even_motion(
@@ -56,24 +60,26 @@ def test_the_mean_torque_of_play_is_that_over_a_step_of_even_motion(
     assert float(play.mean_torque(_twisted(*begin), _twisted(*end))) == pytest.approx(mean, rel=1e-3, abs=1e-9)
 
 
-def test_play_is_followed_through_its_impacts() -> None:
+@pytest.mark.parametrize(
+    ("play", "coulomb", "within"),
+    [(PLAY, 0.0, 0.001), ({"g": 0.3, "s": 0.3, "k": 400.0, "c": 2.0}, 0.0, 0.005), (PLAY | {"c": 4.0}, 0.15, 0.02)],
+)
+def test_play_is_followed_through_its_impacts(play: dict[str, float], coulomb: float, within: float) -> None:
     u, y = np.sin(2.0 * np.pi * 1.1 * TIME[:401]), [0.0]
-    g, s, k, c = PLAY.values()
-
-    def rates(x: np.ndarray, volts: float) -> np.ndarray:
-        _, w, twist, slip = x
-        over = twist - np.clip(twist, -0.5 * g, 0.5 * g)
-        T = np.sign(over) * max(np.sign(over) * (k * over + c * slip), 0.0)
-        dw = (T - 0.02 * w) / (0.1 * (1.0 - s))
-        return np.array([w, dw, slip, (0.4 * volts - T) / (0.1 * s) - dw])
-
-    x, h = np.zeros(4), 1e-4
+    g, s, k, c = play.values()
+    psi, w, twist, drive, h = 0.0, 0.0, 0.0, 0.0, 2e-5  # the drive's own rate
     for volts in u[:-1]:
-        for _ in range(100):
-            k1 = rates(x, volts)
-            k2 = rates(x + 0.5 * h * k1, volts)
-            k3 = rates(x + 0.5 * h * k2, volts)
-            x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rates(x + h * k3, volts))
-        y.append(x[0])
-    found = run(platform("viscous = 0.02\ncoulomb = 0.0"), record(TIME[:401], u), {}, effects={"axis.backlash": PLAY})
-    assert np.max(np.abs(found["yaw_rad"] - y)) < 0.003 * np.ptp(y)
+        for _ in range(500):
+            over = twist - min(max(twist, -0.5 * g), 0.5 * g)
+            side = np.sign(over)
+            T = side * max(side * (k * over + c * (drive - w)), 0.0)
+            drive += h * (0.4 * volts - T) / (0.1 * s)
+            free = T - 0.02 * w
+            holds = min(max(free, -coulomb), coulomb) if w == 0.0 else coulomb * np.sign(w)
+            new = w + h * (free - holds) / (0.1 * (1.0 - s))
+            w = 0.0 if new * w < 0.0 else new
+            psi, twist = psi + h * w, twist + h * (drive - w)
+        y.append(psi)
+    rig = platform(f"viscous = 0.02\ncoulomb = {coulomb}")
+    found = run(rig, record(TIME[:401], u), {}, effects={"axis.backlash": play})
+    assert np.max(np.abs(found["yaw_rad"] - y)) < within * np.ptp(y)

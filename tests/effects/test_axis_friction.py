@@ -10,6 +10,7 @@ from rwjax.effects.library import EFFECTS
 from rwjax.effects.parameter import parameters
 from rwjax.effects.ports import AxisDry, AxisElastic
 from rwjax.plant.dry_friction import friction_level
+from rwjax.types import Scalar
 from tests.effects.rigs import DRY, REST, TIME, go, motion
 from tests.systems import platform, record, run
 
@@ -51,6 +52,23 @@ def test_asymmetric_friction_holds_one_way_and_slips_the_other(sign: float) -> N
     assert (np.ptp(y["yaw_rad"]) == 0.0) if sign > 0.0 else (y["yaw_rad"][-1] < -0.1)
 
 
+def bent(s: float, r: float) -> axis_friction.Presliding:
+    """Friction of 0.05 N m that builds up over 0.02 rad in the mean."""
+    return axis_friction.Presliding(*(jnp.asarray(value) for value in (0.05, 0.02, s, 0.0, r)))
+
+
+def turned(effect: AxisElastic, *travels: float) -> tuple[Scalar, ...]:
+    """What its elements have built up after travels [rad] from where nothing is bent."""
+    shares = tuple(jnp.zeros(()) for _ in effect.states)
+    for travel in travels:
+        shares = effect.after(shares, jnp.asarray(travel))
+    return shares
+
+
+def share_after(effect: AxisElastic, *travels: float) -> float:
+    return float(effect.built_up(turned(effect, *travels)))
+
+
 @pytest.mark.parametrize(
     ("s", "there", "back"),
     [
@@ -60,25 +78,51 @@ def test_asymmetric_friction_holds_one_way_and_slips_the_other(sign: float) -> N
     ],
 )
 def test_bent_friction_follows_its_hysteresis_whatever_the_step(s: float, there: float, back: float) -> None:
-    bent = axis_friction.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02), s=jnp.asarray(s), d=jnp.zeros(()))
-    z = jnp.zeros(())
-    for travel, exact in ((0.03, there), (-0.05, back)):
-        whole, parts = bent.after(z, jnp.asarray(travel)), z
-        for _ in range(7):
-            parts = bent.after(parts, jnp.asarray(travel / 7.0))
-        z = whole
-        assert float(whole) == pytest.approx(exact, rel=1e-8) and float(parts) == pytest.approx(exact, rel=1e-8)
+    alike, forward, backward = bent(s, 0.0), [0.03 / 7.0] * 7, [-0.05 / 7.0] * 7
+    assert share_after(alike, 0.03) == pytest.approx(there, rel=1e-8)
+    assert share_after(alike, 0.03, -0.05) == pytest.approx(back, rel=1e-8)
+    assert share_after(alike, *forward) == pytest.approx(there, rel=1e-8)
+    assert share_after(alike, *forward, *backward) == pytest.approx(back, rel=1e-8)
+
+
+WAYS = 0.02 * (1.0 + 0.8 * np.array([-0.75, -0.25, 0.25, 0.75]))  # rad, of the elements of `bent(s, 0.8)`
+
+
+def virgin(way: float) -> float:
+    """Share of the level after a first way [rad] against `bent(1.0, 0.8)`: the elements slide one after the other."""
+    return float(np.mean(np.minimum(way / WAYS, 1.0)))
+
+
+@pytest.mark.parametrize("way", [0.003, 0.01, 0.018, 0.026, 0.04])
+def test_slip_elements_of_several_lengths_bend_piece_by_piece_and_unload_at_twice_the_scale(way: float) -> None:
+    slip = bent(1.0, 0.8)
+    assert share_after(slip, way) == pytest.approx(virgin(way), rel=1e-8)
+    for back in (0.3 * way, way, 1.7 * way):  # Masing's rule, up to the loop's other end at -way
+        assert share_after(slip, way, -back) == pytest.approx(
+            virgin(way) - 2.0 * virgin(0.5 * back), rel=1e-8, abs=1e-9
+        )
+
+
+def test_slip_elements_of_several_lengths_remember_where_they_turned_and_one_that_bends_exponentially_does_not() -> (
+    None
+):
+    loop = (0.022, -0.022)
+    for slip, closes in ((bent(1.0, 0.8), True), (bent(0.0, 0.0), False)):
+        before, after = share_after(slip, 0.024, -0.03), share_after(slip, 0.024, -0.03, *loop)
+        assert (after == pytest.approx(before, rel=1e-8)) == closes
+        outer, through = share_after(slip, 0.024, -0.03, 0.028), share_after(slip, 0.024, -0.03, *loop, 0.028)
+        assert (through == pytest.approx(outer, rel=1e-8)) == closes
 
 
 @pytest.mark.parametrize("s", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("z", [-0.8, 0.0, 0.6])
-@pytest.mark.parametrize("w", [-0.7, 2.0])
-def test_the_rate_of_bent_friction_is_the_slope_of_its_way(w: float, z: float, s: float) -> None:
-    bent = axis_friction.Presliding(M_c=jnp.asarray(0.05), x_s=jnp.asarray(0.02), s=jnp.asarray(s), d=jnp.zeros(()))
-    here, step = jnp.asarray(z), 1e-6
-    after = [float(bent.after(here, jnp.asarray(k * w * step))) for k in (1.0, 2.0)]
-    slope = (4.0 * after[0] - after[1] - 3.0 * z) / (2.0 * step)  # one-sided, since `after` turns where the way does
-    assert float(bent.rate(here, jnp.asarray(w))) == pytest.approx(slope, rel=1e-6)
+@pytest.mark.parametrize(("w", "r"), [(-0.7, 0.0), (2.0, 0.0), (-0.7, 0.8)])
+def test_the_rate_of_bent_friction_is_the_slope_of_its_way(w: float, r: float, z: float, s: float) -> None:
+    some, step = bent(s, r), 1e-6
+    here = tuple(jnp.asarray(z) for _ in some.states)
+    after = [np.array(some.after(here, jnp.asarray(k * w * step))) for k in (1.0, 2.0)]
+    slopes = (4.0 * after[0] - after[1] - 3.0 * z) / (2.0 * step)  # one-sided, since `after` turns where the way does
+    assert np.array(some.rates(here, jnp.asarray(w))) == pytest.approx(slopes, rel=1e-6)
 
 
 def test_bent_friction_is_a_spring_at_first_and_dry_friction_in_the_end() -> None:

@@ -2,6 +2,7 @@
 
 import re
 import signal
+from collections.abc import Iterator
 
 import pytest
 
@@ -30,19 +31,38 @@ def test_ctrl_c_reaches_no_worker_of_an_own_cluster_from_its_first_moment() -> N
     assert signal.SIGINT not in blocked()
 
 
+class Terminated(Exception):
+    """What a program's own handler of SIGTERM raises."""
+
+
+@pytest.fixture
+def own_sigterm() -> Iterator[None]:
+    def handler(number: int, frame: object) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, handler)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.usefixtures("hears_ctrl_c", "own_sigterm")
+@pytest.mark.parametrize(("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
 def test_ctrl_c_while_an_own_cluster_begins_is_heeded_when_it_has_begun_and_ends_it(
-    hears_ctrl_c: None, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    number: signal.Signals,
+    raised: type[BaseException],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     begun = []
 
     class Interrupted(distributed.LocalCluster):
         def __init__(self, **given: object) -> None:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
             super().__init__(**given)
             begun.append(self)
 
     monkeypatch.setattr(distributed, "LocalCluster", Interrupted)
-    with pytest.raises(KeyboardInterrupt), connected(None, 1, None):
+    with pytest.raises(raised), connected(None, 1, None):
         pass
     assert begun[0].status.name == "closed" and "Traceback" not in capfd.readouterr().err
 

@@ -10,6 +10,7 @@ from experiments.testbed.campaign import RIG
 from rwjax.link import ctrl_c, messages, recorder
 from rwjax.link.play_experiment import play
 from rwjax.link.recorder import listen, record
+from rwjax.link.session import Session
 from rwjax.link.stream_to_logs import write_logs
 from rwjax.logs.read import read_log
 from rwjax.planning.experiment import Experiment
@@ -60,6 +61,40 @@ def test_sigterm_is_noted_where_the_program_handles_it(handled: bool) -> None:
         signal.signal(signal.SIGTERM, before)
     assert (noted.pressed, came) == ((True, [signal.SIGTERM]) if handled else (False, []))
     assert noted.number == (signal.SIGTERM if handled else signal.SIGINT)
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize("late", [True, False])
+def test_a_program_with_its_own_handler_hears_of_it_after_the_recording(
+    scripted, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, late: bool
+) -> None:
+    came: list[tuple[int, bool]] = []
+    output = tmp_path / "run.csv"
+
+    def terminated(*given: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    def written(*given) -> tuple[list[Path], list[str]]:
+        terminated()
+        return write_logs(*given)
+
+    def waited(session: Session) -> dict[str, str]:
+        session.samples()
+        return {}
+
+    monkeypatch.setattr(recorder, "write_logs", written if late else write_logs)
+    monkeypatch.setattr(recorder, "check_board", recorder.check_board if late else terminated)
+    scripted(Scripted(stream(range(99))))
+    before = signal.signal(signal.SIGTERM, lambda number, frame: came.append((number, output.exists())))
+    try:
+        if late:
+            assert record("port", read_rig(RIG), output, {}, listen(0.5)).logs == [output]
+        else:
+            with pytest.raises(KeyboardInterrupt):
+                record("port", read_rig(RIG), output, {}, listen(0.5), ready=waited)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert came == [(signal.SIGTERM, late)]
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")

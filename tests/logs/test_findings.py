@@ -175,6 +175,27 @@ def test_a_simulation_without_noise_that_rests_is_no_dropout_and_one_that_stands
         assert sum("stays the same" in str(f) for f in findings(log)) == many
 
 
+@pytest.mark.parametrize(
+    ("away", "dropouts"),
+    [
+        ([1.0, 1.25, 1.5, 1.75, 2.0], 0),
+        ([1.0, 1.1, 1.2, 1.3, 1.4], 1),
+        ([1.0, 1.5, 2.0, 1.5, 3.0], 1),
+        ([1.0, 1.5, 2.0, 2.5, -3.0], 1),
+    ],
+    ids=["twofold in five steps", "hardly slower", "not slower at each step", "turns back"],
+)
+def test_a_motion_has_come_to_rest_where_it_slows_by_half_or_more_at_each_of_five_steps(
+    away: list[float], dropouts: int
+) -> None:
+    steps = 1e-2 * np.sin(T)
+    steps[700] = 1e-6  # fine readings, so that how they end says whether it is a rest
+    steps[1495:1500] = 1e-3 * np.array(away)[::-1]
+    steps[1500:] = 0.0
+    log = replace(GOOD, outputs={"yaw_rad": np.cumsum(steps)}, resolution={})
+    assert sum("stays the same" in str(f) for f in findings(log)) == dropouts
+
+
 def test_a_speed_that_is_always_0_excuses_no_dropout() -> None:
     hangs = at(np.sin(T), slice(600, 800), float(np.sin(T[600])))
     for dead in ({}, {"yaw_rad_s": np.zeros(len(T))}):

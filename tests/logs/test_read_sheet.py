@@ -75,10 +75,15 @@ def scalars() -> bytes:
         (gzip.compress(b"x" * 1000)[:20], "the gz file is cut off or damaged"),
         (b"\xff\xfea", "begins as UTF-16 and is none"),
         (b"a\0b\0c", "is no text; a log is CSV, Parquet, MAT or NPZ"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "is no text; a log is CSV"),
+        (b"\x89MCAP0\r\n\x01\x08\0\0", "is no text; a log is CSV"),
+        (b"#ROSBAG V2.0\nE\0\0\0\n", "is no text; a log is CSV"),
+        (b"\x01,\x02\n\0\0\n", "is no text; a log is CSV"),
+        (b"# role: train\n\nt\tu\n\0\0\n0.1\t2\n", ":4: holds NUL bytes"),
         (b"t,u\r\n0,1\r\n0.1,\0\0\0", ":3: holds NUL bytes, as a loss of power leaves them; delete this line"),
         (b"t,u\n\0\0\n0.1,2\n", ":2: holds NUL bytes"),
     ],
-    ids=range(16),
+    ids=range(21),
 )
 def test_what_is_no_table_is_refused_in_one_line(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "run.x").write_bytes(content)
@@ -86,6 +91,13 @@ def test_what_is_no_table_is_refused_in_one_line(tmp_path: Path, content: bytes,
         read_sheet(tmp_path / "run.x")
     assert message in str(error.value) and str(error.value).startswith(f"{tmp_path / 'run.x'}:")
     assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("end", [".xlsx", ".xlsm", ".ods"])
+def test_a_damaged_workbook_is_called_one(tmp_path: Path, end: str) -> None:
+    (tmp_path / f"run{end}").write_bytes(archive(**{"xl/workbook.xml": b"x" * 99})[:60])
+    with pytest.raises(LogError, match=rf"run\{end}: is a damaged workbook; save its sheet as CSV$"):
+        read_sheet(tmp_path / f"run{end}")
 
 
 def test_a_folder_is_refused_with_what_to_name_in_its_place(tmp_path: Path) -> None:

@@ -55,6 +55,9 @@ MALFORMED = [
             ([], HEADER),
             ([""], HEADER),
             (["", "# role: validate"], HEADER),
+            (["# load: 1, 2, 3"], HEADER),
+            ([], f"\ufeff{HEADER}"),
+            (["\ufeff# role: validate"], HEADER),
             ([], HEADER.replace(",", ", ")),
             ([], ",".join(f'"{name}"' for name in HEADER.split(","))),
         )

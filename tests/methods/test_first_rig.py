@@ -373,6 +373,16 @@ def test_a_weight_tells_the_torques_of_a_motor_under_a_voltage_as_it_does_those_
         assert "axis.gravity.torque" in known.free
 
 
+@pytest.mark.parametrize("command", ["voltage_V", "command_A"])
+def test_a_current_tells_the_torques_so_that_the_weight_stays_free(command: str, tmp_path: Path) -> None:
+    t = 0.01 * np.arange(400)
+    columns = {"time_s": t, command: np.sin(3.0 * t), "yaw_rad": 0.2 * np.sin(3.0 * t - 1.0)}
+    for more, free in (({}, False), ({"current_A": 0.4 * np.sin(3.0 * t)}, True)):
+        write_log(tmp_path / "run.csv", columns | more, {})
+        found = parse_rig(text_of([tmp_path / "run.csv"], Datasheet(mass=0.4, length=0.5), "joint"))
+        assert ("axis.gravity.torque" in found.free) == free and "motor.torque_constant" in found.free
+
+
 def test_a_number_of_the_datasheet_that_the_file_does_not_use_is_said(tmp_path: Path) -> None:
     paths = servo_log(tmp_path)
     (said,) = first_rig(paths, Datasheet(supply=12.0, resistance=1.4), "joint").notes

@@ -13,7 +13,7 @@ from tests.joints import joint
 from tests.systems import platform, reaction, wheel
 from tests.two_axes import TILTING, two_axis
 
-OWN = (("axis.flexible_coupling", "axis.flexible_coupling:twist"), ("axis.presliding", "axis.presliding:z"))
+OWN = (("axis.flexible_coupling", "axis.flexible_coupling:twist"), ("axis.presliding", "axis.presliding:z_1"))
 
 
 @pytest.mark.parametrize(

@@ -75,4 +75,16 @@ MOTIONS = [
         1e-3,  # the displacement enters a step as the one before has left it: first order
         TIME < 2.0,
     ),
+    # elements of several lengths, all elastic: springs of M_c/4x_k side by side, of 0.1 N m/rad together
+    Known(
+        "axis.presliding",
+        {"M_c": 0.05, "x_s": 0.625 / 0.96, "s": 1.0, "r": 0.8},
+        FREE,
+        REST,
+        {"w": 0.2},
+        PSI,
+        lambda y: 0.2 * np.sin(TIME),
+        1e-3,
+        TIME < 2.0,
+    ),
 ]
