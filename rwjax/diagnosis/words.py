@@ -278,11 +278,11 @@ def why_not(
         return "It was not judged on held-out runs." if more_evidence else f"The training runs speak more for {best}."
     if leaves <= after and more_evidence:
         return (
-            f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, and the fitted runs alone speak more for it; "
+            f"It leaves {leaves:.3g} {unit} of the held-out runs, where {best} leaves {after:.3g}, and the fitted runs alone speak more for it; "
             "what is named has to stand other tests, too."
         )
     if leaves <= after:
-        return f"It leaves {leaves:.3g} {unit} of the held-out runs, no more than {best}, but the training runs speak more for that."
+        return f"It leaves {leaves:.3g} {unit} of the held-out runs, where {best} leaves {after:.3g}, but the training runs speak more for that."
     if after == 0.0:
         return f"It leaves {leaves:.3g} {unit} on held-out runs, and {best} leaves nothing."
     times = f"{float(f'{leaves / after:.2g}'):g}"

@@ -46,8 +46,12 @@ def c_header(rig: Rig) -> Exported:
     steps = [(name, text) for name in reversed(order) if (text := BY_NAME[name].c_command(rig.effects[name]))]
     levels = [Term(text, name) for name in order if (text := BY_NAME[name].c_level(rig.effects[name]))]
     held = {*(name for name, _ in steps), *(term.meaning for term in levels)}
+    left = {name: "no function of the rate or the command is written for it" for name in order if name not in held}
+    if lacking := _lacking(rig):
+        left[f"{_identifier(rig.name)}_friction_command"] = f"without `{lacking}` no command is known for a torque"
     text = rendered(
         TEMPLATE,
+        left=left,
         kind=rig.kind,
         name=re.sub(r"[*/\\]", "_", rig.name),
         prefix=_identifier(rig.name),
@@ -57,9 +61,6 @@ def c_header(rig: Rig) -> Exported:
         per_torque=_command_per_torque(rig),
         number=literal,
     )
-    left = {name: "no function of the rate or the command is written for it" for name in order if name not in held}
-    if lacking := _lacking(rig):
-        left[f"{_identifier(rig.name)}_friction_command"] = f"without `{lacking}` no command is known for a torque"
     return Exported(text, left)
 
 

@@ -14,6 +14,8 @@ from rwjax.rig.columns import unit_of
 
 GAP, UNEVEN, DRIFTS = 5.0, 0.2, 0.01
 """Interval over the median one that is a gap; scatter of the others, and change from begin to end, over the median [1]."""
+LOST, FEW = 1.5, 0.1
+"""Interval over the median one from which a row is lost between even ones; share of the intervals up to which it is rows, and not the rate [1]."""
 AT_LIMIT, MANY, CLOSE = 0.1, 20, 0.8
 """Share of the samples at the largest command, beside as many other values, from which it is clipped, if it comes from as near."""
 MISSING = 0.01
@@ -87,6 +89,13 @@ def _about_clock(log: Log) -> Iterator[str]:
             f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
             "where it was not, split the log"
         )
+    lost = np.flatnonzero((step > LOST * usual) & (step <= GAP * usual))
+    evenly = np.std(step[step <= LOST * usual]) <= UNEVEN * usual
+    if evenly and 0 < len(lost) <= FEW * len(step) and np.mean(_changes(log)) > 0.5:
+        yield (
+            f"rows are missing in {counted(len(lost), 'place')}, the first after {log.time[lost[0]]:.6g} s: the command changes at most samples, "
+            "and counts as held there; write these rows with their command, readings empty"
+        )
     even = step[step <= GAP * usual]
     if np.std(even) > UNEVEN * usual:
         yield (
@@ -98,6 +107,11 @@ def _about_clock(log: Log) -> Iterator[str]:
         first, last = float(np.mean(even[:quarter])), float(np.mean(even[-quarter:]))
         if abs(last - first) > DRIFTS * usual and np.std(even) < UNEVEN * usual:
             yield f"the interval goes from {1e3 * first:.4g} to {1e3 * last:.4g} ms over the run: does the clock drift?"
+
+
+def _changes(log: Log) -> np.ndarray:
+    """Whether a command differs from that of the sample before (n − 1,)."""
+    return np.any(np.diff(log.command.reshape(len(log.command), -1), axis=0) != 0.0, axis=1)
 
 
 def _about_command(log: Log) -> Iterator[str]:

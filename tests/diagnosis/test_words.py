@@ -148,14 +148,14 @@ def test_it_is_said_how_a_number_is_kept_that_is_known() -> None:
 def test_it_is_said_why_a_candidate_is_not_named() -> None:
     assert why_not(0.03, ("a", "b"), 0.01, "rad") == "It leaves 0.03 rad on held-out runs, 3 times what a + b leaves."
     assert why_not(0.009, (), 0.01, "rad").startswith(
-        "It leaves 0.009 rad of the held-out runs, no more than the rig as it is"
+        "It leaves 0.009 rad of the held-out runs, where the rig as it is leaves 0.01, but"
     )
     assert (
         why_not(0.03, ("a",), 0.0, "rad") == "It leaves 0.03 rad on held-out runs, and a leaves nothing."
     )  # an axis at rest
     likelier = why_not(0.009, ("a",), 0.01, "rad", more_evidence=True)
     assert likelier.startswith(
-        "It leaves 0.009 rad of the held-out runs, no more than a, and the fitted runs alone speak"
+        "It leaves 0.009 rad of the held-out runs, where a leaves 0.01, and the fitted runs alone speak"
     )
     assert why_not(None, ("a",), 0.01, "rad", more_evidence=True) == "It was not judged on held-out runs."
     assert why_not(None, ("a",), 0.01, "rad") == "The training runs speak more for a."

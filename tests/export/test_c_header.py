@@ -111,7 +111,9 @@ def test_names_of_all_letters_stand_in_the_header(tmp_path: Path) -> None:
 
 def test_what_is_no_function_of_the_rate_is_left_out(tmp_path: Path) -> None:
     rig = replace(platform(), effects={"axis.periodic_torque": {"s": 0.1, "c": 0.0, "omega": 3.0, "p": 0.0, "q": 0.0}})
-    assert {*c_header(rig).left_out} == {"axis.periodic_torque"}
+    found = c_header(rig)
+    assert {*found.left_out} == {"axis.periodic_torque"} and "/* Left out is axis.periodic_torque: " in found.text
+    assert "back-EMF" not in found.text  # a platform has no motor of its own
     with pytest.raises(RigError, match="wheel"):
         c_header(wheel())
 

@@ -1,9 +1,11 @@
 """Gauss-Newton steps with a prior, at a bound, and where nothing is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rwjax.fitting.gauss_newton import gauss_newton_step, initial_state_response
+from rwjax.fitting.gauss_newton import gauss_newton_step, initial_state_response, steps_without
 from rwjax.fitting.multiple_shooting import least_squares
 from tests.fitting.heavier import believed_heavier
 
@@ -46,3 +48,12 @@ def test_derivatives_that_are_not_finite_give_no_step() -> None:
     e = least_squares(problem, moves, theta, most_steps=0).evaluation
     assert gauss_newton_step(problem, e, moves, theta, 1e-3) is not None
     assert gauss_newton_step(problem, e._replace(g=np.nan * e.g), moves, theta, 1e-3) is None
+
+
+def test_no_log_is_left_out_of_squares_that_rounding_leaves_below_zero() -> None:
+    problem, moves, theta = believed_heavier()
+    e = least_squares(problem, moves, theta, most_steps=0).evaluation
+    logs = [[0]]
+    assert steps_without(problem, e, moves, theta, logs, np.inf)[0] is not None
+    problem = replace(problem, prior=np.zeros_like(problem.prior))
+    assert steps_without(problem, e._replace(H=-1e25 * e.H), moves, theta, logs, 1.0) == [None]

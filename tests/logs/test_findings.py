@@ -241,6 +241,27 @@ def test_a_drop_out_is_named_and_is_nothing_else_besides() -> None:
     assert found.about == "readings" and "yaw_rad is exactly 0 counts from 3 to 3.99 s, and jumps there" in found.says
 
 
+@pytest.mark.parametrize(
+    ("command", "rows", "told"),
+    [
+        (U, [700, 900, 1400], True),
+        (np.sign(U), [700, 900, 1400], False),
+        (U, [*range(0, 2000, 3)], False),
+        (U, [], False),
+    ],
+    ids=["a command that changes", "one that is held", "another rate", "none"],
+)
+def test_rows_that_are_lost_while_the_command_changes_are_told(
+    command: np.ndarray, rows: list[int], told: bool
+) -> None:
+    kept = np.delete(np.arange(2000), rows)
+    outputs = {name: y[kept] for name, y in GOOD.outputs.items()}
+    log = replace(GOOD, time=T[kept], command=command[kept], outputs=outputs)
+    assert [says[:40] for _, says in said(log) if "rows are missing" in says] == told * [
+        "rows are missing in 3 places, the first "
+    ]
+
+
 def test_a_gap_is_five_intervals_and_a_drift_needs_a_run() -> None:
     for seconds, gaps in ((0.03, 0), (0.1, 1)):
         late = replace(GOOD, time=np.where(np.arange(2000) > 700, T + seconds, T))
