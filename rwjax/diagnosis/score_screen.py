@@ -291,11 +291,9 @@ class ScoreScreen:
         self, candidate: Candidate, free: np.ndarray, changes: list[np.ndarray], starts: list[np.ndarray]
     ) -> tuple[float, np.ndarray]:
         """Half the sum of squares that the best sum of some starts leaves, and the share of each start in it."""
-        C, moved = self._without(np.stack(changes, axis=1)), _amplitudes(candidate, starts) != 0.0
-        if not moved.any():  # it is there or not, as a threshold is
-            return 0.5 * float(np.sum((free + C[:, 0]) ** 2)), np.eye(len(starts))[0]
+        C = self._without(np.stack(changes, axis=1))
         share = np.linalg.lstsq(C, -free, rcond=1e-9)[0]
-        one_sided = (moved & (candidate.bounds[:, 0] >= candidate.off)).any(axis=1)
+        one_sided = ((_amplitudes(candidate, starts) != 0.0) & (candidate.bounds[:, 0] >= candidate.off)).any(axis=1)
         share = np.clip(share, np.where(one_sided, 0.0, -self.limits.largest), self.limits.largest)
         return 0.5 * float(np.sum((free + C @ share) ** 2)), share
 
