@@ -61,6 +61,8 @@ FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last"
 """Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of three later searches."""
 ONE_CAUSE = "final_single"
 """File of cases of the final set with one cause, nothing missing or a cause outside the list, by the newest search."""
+CONTACTS = "final_contacts"
+"""File of cases of the final set that lack play, an elastic coupling, an end stop, presliding or a sagging supply, by a search mended for these."""
 TOLD = "final_told_all"
 """File of cases of the fourth part whose true names were the only candidates."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
@@ -300,6 +302,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "final": of(reached, name=FINAL),
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "one-cause": of(reached, name=ONE_CAUSE),
+    "contacts": of(lambda among, alike: by("effect", among, alike), "single", name=CONTACTS),
     "fresh": of(reached, name=FRESH),
     "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=NEWEST),
     "messy-by-search": messy_by_search,
