@@ -39,7 +39,9 @@ def test_logs_that_tell_nothing_of_any_free_number_give_no_rig_file(tmp_path: Pa
 def test_a_fit_says_what_it_is_at(shell: Shell) -> None:
     shell.patch.setattr("rwjax.cli.progress.EVERY_S", 0.01)
     code, _, err = shell("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml")
-    assert code == 0 and "looking at the logs\n" in err and "\nfitting, start 1 of " in err
+    assert (
+        code == 0 and "fitting, start " in err and " at most\n" in err
+    )  # what is over within a hundredth of a second may go untold
 
 
 def test_a_fit_whose_logs_tell_only_a_combination_says_so_and_writes_the_rig_file(tmp_path: Path, shell: Shell) -> None:

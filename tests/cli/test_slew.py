@@ -12,7 +12,7 @@ def test_slew_writes_its_course(shell: Shell) -> None:
     code, out, err = shell("slew", "rig.toml", "--angle", "20", *LIMITS)
     assert code == 0, err
     assert float(table(out)["yaw_rad"][-1]) == pytest.approx(np.radians(20.0), rel=1e-3) and "short" in err
-    assert "\nlooking for the least time: search 1 of 4 at most, step " in err
+    assert "looking for the least time: search 1 of 4 at most, step " in err
 
 
 @pytest.mark.parametrize(
