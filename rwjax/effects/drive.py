@@ -280,8 +280,8 @@ class AsymmetricGain(CommandMap):
 
 
 LAGS = 0.1
-"""Share of a supply's drop that lags above which a curve of the drive is another thing [1]: of a drop that lags not at all the logs of a diagnosis tell
-the share to some hundredths."""
+"""Share of a supply's drop that lags above which a curve of the drive is another thing [1]. Set by hand: what was fitted to simulated supplies
+that lag is 0.95 and above."""
 
 
 class SupplySag(Supply):

@@ -420,16 +420,15 @@ class OneAxis(Plant):
 
     def _through_contacts(self, t: Scalar, begun: State, x: State, u: Scalar) -> State:
         """Rates without dry friction at the end of a step, with what makes the mean of both ends that over the step."""
-        rates, names = self.field(t, x, u), self.structure.states
+        names = self.structure.states
+        rates = dict(zip(names, self.field(t, x, u), strict=True))
         for effect in self.on(Coupling):
             before, after = self.motion(t, begun, u), self.motion(t, x, u)
             missing = 2.0 * effect.mean_torque(before, after) - effect.torque(before) - effect.torque(after)
             w = missing / self._axis_inertia(after)
-            added = {"w": w, f"{effect.name}:slip": -missing / (effect.share() * self.whole_inertia()) - w}
-            rates = tuple(
-                rate + added[name] if name in added else rate for name, rate in zip(names, rates, strict=True)
-            )
-        return rates
+            rates["w"] += w
+            rates[f"{effect.name}:slip"] -= missing / (effect.share() * self.whole_inertia()) + w
+        return tuple(rates[name] for name in names)
 
     def with_smooth_friction(self, t: Scalar, x: State, u: Scalar, width: Scalar) -> State:
         """Rates of the state with dry friction by a smooth sign."""

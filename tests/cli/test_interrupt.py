@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -187,17 +188,12 @@ def test_the_first_ctrl_c_asks_and_the_second_interrupts(
     number: signal.Signals, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(interrupt, "SAME_S", 0.0)
-    asked: list[int] = []
-
-    def ask() -> bool:
-        asked.append(1)
-        return True
-
+    ask = Mock(return_value=True)
     with pytest.raises(KeyboardInterrupt), interrupt.first(ask):
         signal.raise_signal(number)
-        assert asked == [1] and capfd.readouterr().err == f"{interrupt.ASKED}\n"
+        assert ask.call_count == 1 and capfd.readouterr().err == f"{interrupt.ASKED}\n"
         signal.raise_signal(signal.SIGINT)
-    assert asked == [1] and [signal.getsignal(one) for one in interrupt.SIGNALS] == [interrupt.heard] * 2
+    assert ask.call_count == 1 and [signal.getsignal(one) for one in interrupt.SIGNALS] == [interrupt.heard] * 2
 
 
 @pytest.mark.usefixtures("own_handler")
@@ -207,17 +203,11 @@ def test_a_signal_that_is_sent_twice_at_once_asks_for_the_answer_so_far(
 ) -> None:
     """As GNU `timeout` does, which signals the program and then its whole group."""
     monkeypatch.setattr(interrupt, "SAME_S", 1e9)
-    asked: list[int] = []
-
-    def ask() -> bool:
-        asked.append(1)
-        signal.raise_signal(second)
-        return True
-
+    ask = Mock(side_effect=lambda: signal.raise_signal(second) is None)
     with interrupt.first(ask):
         signal.raise_signal(signal.SIGTERM)
         signal.raise_signal(second)
-    assert asked == [1] and capfd.readouterr().err == f"{interrupt.ASKED}\n"
+    assert ask.call_count == 1 and capfd.readouterr().err == f"{interrupt.ASKED}\n"
     assert [signal.getsignal(one) for one in interrupt.SIGNALS] == [interrupt.heard] * 2
 
 
