@@ -42,10 +42,11 @@ class Heating(Winding):
 
 
 class Saturation(MotorTorque):
-    r"""Torque per ampere that falls with the current, $K_e = K/(1 + a\,i^2)$.
+    r"""Torque per ampere that falls with the current, $K_e = K\,(1 + a\,i^2)^{-m}$; with $m = 1/2$ the torque itself has a limit.
 
     Attributes:
-        a: Inverse of the current squared at which half the torque is left [1/A²].
+        a: Inverse of the square of the current from which on it falls [1/A²]; with m = 1 half the torque is left there.
+        m: How fast it falls [1].
     """
 
     name: ClassVar[str] = "motor.saturation"
@@ -53,12 +54,13 @@ class Saturation(MotorTorque):
     coordinate: ClassVar[str] = "current"
     light: ClassVar[bool] = True
     meaning: ClassVar[str] = "torque per ampere that falls with the current"
-    equation: ClassVar[str] = "K/(1 + a i²)"
+    equation: ClassVar[str] = "K (1 + a i²)^(−m)"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 3}
-    a: Scalar = param("1/A2", bounds=(0.0, jnp.inf), starts=(0.1,), scale="per_ampere2", tex="a")
+    a: Scalar = param("1/A2", bounds=(0.0, jnp.inf), starts=(0.1, 0.2), scale="per_ampere2", tex="a")
+    m: Scalar = param("1", bounds=(0.25, 2.0), null=1.0, starts=(1.0, 0.5), tex="m", role="form")
 
     def factor(self, i: Scalar) -> Scalar:
-        return 1.0 / (1.0 + self.a * i**2)
+        return (1.0 + self.a * i**2) ** -self.m
 
     @classmethod
     def linear_note(cls, given: Mapping[str, float]) -> str:

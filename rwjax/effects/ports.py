@@ -24,6 +24,9 @@ SLIDING = 1e-6
 Advance = Callable[[tuple[Scalar, ...], Scalar], tuple[tuple[Scalar, ...], Scalar]]
 """One step of what follows a command: from its states and the command to its states then and the mean over the step [V]."""
 
+Kept = tuple[Float[Array, " steps"], ...]
+"""What follows a command keeps: each of its states at the beginning of every step `(steps,)` [V]."""
+
 
 class AxisTorque(Effect):
     """Torque on the axis that is smooth in the motion."""
@@ -325,18 +328,23 @@ class CommandFilter(Effect):
             step's end [V] and the mean voltage over the step [V].
         """
 
-    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
-        """Voltage over every step [V]; settled at the first one.
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> tuple[Float[Array, " steps"], Kept]:
+        """What it makes of a command; settled at the first step.
 
         Args:
             command: Command over each step [V] `(steps,)`.
             h: Length of a step [s].
 
         Returns:
-            The mean voltage over each step [V] `(steps,)`.
+            The mean voltage over each step [V] `(steps,)`, and its states at the beginning of each [V].
         """
-        settled = (command[0],) * len(self.filter_states)
-        return jax.lax.scan(self.over(h), settled, command)[1]
+        advance = self.over(h)
+
+        def step(now: tuple[Scalar, ...], wanted: Scalar) -> tuple[tuple[Scalar, ...], Any]:
+            end, mean = advance(now, wanted)
+            return end, (mean, now)
+
+        return jax.lax.scan(step, (command[0],) * len(self.filter_states), command)[1]
 
     @classmethod
     def order(cls, given: Mapping[str, Any]) -> int:

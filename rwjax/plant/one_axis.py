@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.effects.effect import Effect, Motion
 from rwjax.effects.library import BY_NAME
@@ -37,6 +37,7 @@ from rwjax.effects.ports import (
     Encoder,
     EncoderDelay,
     Inertia,
+    Kept,
     MotorTorque,
     Reading,
     Supply,
@@ -46,7 +47,7 @@ from rwjax.effects.ports import (
 )
 from rwjax.effects.rig_terms import of_rig_numbers
 from rwjax.plant.dry_friction import friction_level, smooth_friction
-from rwjax.plant.plant import BodyTorque, Drive, FrictionRates, Plant, SmoothStep
+from rwjax.plant.plant import BodyTorque, Drive, Followed, FrictionRates, Plant, SmoothStep
 from rwjax.plant.stick import stopped
 from rwjax.plant.structure import OUTPUTS, Numbers, State, Structure
 from rwjax.types import Scalar
@@ -229,7 +230,7 @@ class OneAxis(Plant):
             command = effect.command(command)
         return command
 
-    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Followed:
         """What lags and rate limits of the drive make of the voltage.
 
         Args:
@@ -237,11 +238,21 @@ class OneAxis(Plant):
             h: Length of a step [s].
 
         Returns:
-            Voltage over every step `(s,)` [V].
+            The voltage that follows it.
         """
+        mean, row = command, list[tuple[CommandFilter, Kept]]()
         for effect in self.on(CommandFilter):
-            command = effect.follow(command, h)
-        return command
+            mean, kept = effect.follow(mean, h)
+            row.append((effect, kept))
+
+        def at(step: Int[Array, ""], time: Scalar, span: Scalar) -> Scalar:
+            before = now = command[step]
+            for effect, kept in row:
+                then, before = effect.over(time)(tuple(x[step] for x in kept), before)
+                _, now = effect.over(span)(then, now)
+            return now
+
+        return Followed(mean, at)
 
     @property
     def filters(self) -> bool:

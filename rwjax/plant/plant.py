@@ -1,10 +1,11 @@
 """The interface of every plant: all that the simulation asks of a rig, whatever its kind."""
 
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import equinox as eqx
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rwjax.plant.structure import State, Structure
 from rwjax.types import Scalar
@@ -61,6 +62,18 @@ class SmoothStep(NamedTuple):
     sliding: int | None = None
 
 
+class Followed(NamedTuple):
+    """A voltage that follows a command over time.
+
+    Attributes:
+        mean: Its mean over every step `(s,)` [V].
+        at: From the number of a step, the time since it began [s] and a span [s] to its mean over the span from then on [V].
+    """
+
+    mean: Float[Array, " steps"]
+    at: Callable[[Int[Array, ""], Scalar, Scalar], Scalar]
+
+
 @runtime_checkable
 class Drive(Protocol):
     """What lies between one command and one motor."""
@@ -76,7 +89,7 @@ class Drive(Protocol):
         """
         ...
 
-    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Float[Array, " steps"]:
+    def follow(self, command: Float[Array, " steps"], h: Scalar) -> Followed:
         """What lags and rate limits of the drive make of the voltage.
 
         Args:
@@ -84,7 +97,7 @@ class Drive(Protocol):
             h: Length of a step [s].
 
         Returns:
-            Voltage over every step `(s,)` [V].
+            The voltage that follows it.
         """
         ...
 

@@ -17,6 +17,10 @@ from rwjax.types import Scalar
 
 ON_TIME = 1e-6
 """Part of a period by which a servo's tick may be off a grid point and still counts as on it [1]."""
+BEHIND = 0.01
+"""Part of a step behind a reading over which it sees a voltage that lags: a lag of far less acts at once [1]."""
+BEGUN = 1e-6
+"""Part of a step that has passed at least where a lag is asked for its voltage, since over no time it has no mean [1]."""
 
 
 class Switched(NamedTuple):
@@ -112,7 +116,7 @@ def commands(plant: Plant, run: Batch) -> Acting:
     """Voltage that acts over the steps of one log, and at its readings.
 
     A delay shifts the command in time, continuously. A reading sees the mean from its own time to the next sample, or over one
-    grid step, whichever is shorter.
+    grid step, whichever is shorter. Of a voltage that lags it sees what is there right behind it.
 
     Args:
         plant: The plant of the log.
@@ -208,8 +212,9 @@ def _of_channel(drive: Drive, command: Float[Array, " k"], run: Batch, pace: Sca
     followed = drive.follow(mean(whole_log(run).points), h * pace)
 
     def lagging(part: Stretch) -> tuple[Array, Array]:
-        steps = followed[part.points[:-1]]
-        return steps, steps[part.slot_step]  # a voltage that lags does not jump between steps
+        since, span = jnp.maximum(part.slot_part, BEGUN) * h * pace, BEHIND * h * pace
+        seen = jax.vmap(lambda step, time: followed.at(step, time, span))(part.points[part.slot_step], since)
+        return followed.mean[part.points[:-1]], seen
 
     return lagging
 

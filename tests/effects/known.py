@@ -11,6 +11,7 @@ from tests.systems import wheel as wheel_rig
 
 OPEN = wheel_rig().with_values({"motor.torque_constant": 1e-9, "motor.friction": 0.0})  # as if open: no damping
 LOCKED = wheel_rig().with_values({"wheel.inertia": 1e6})
+AT_ONCE = LOCKED.with_values({"motor.inductance": 0.0})  # the current is that of the voltage
 I, J, R, K = 0.1, 1.24e-4, 0.83, 0.0182
 PUSH = np.where(TIME < 1.0, 0.0, 1.0)
 AFTER = np.maximum(TIME - 1.0, 0.0)  # s since the push of 4 rad/s2

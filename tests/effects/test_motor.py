@@ -8,9 +8,14 @@ from tests.effects.rigs import motion
 
 
 def test_the_torque_per_ampere_halves_where_a_i_squared_is_one_and_either_way_alike() -> None:
-    saturation = Saturation(a=jnp.asarray(0.25))
+    saturation = Saturation(a=jnp.asarray(0.25), m=jnp.asarray(1.0))
     assert float(saturation.factor(jnp.asarray(2.0))) == float(saturation.factor(jnp.asarray(-2.0))) == 0.5
     assert float(saturation.factor(jnp.asarray(0.0))) == 1.0
+
+
+def test_with_an_exponent_of_one_half_the_torque_itself_has_a_limit() -> None:
+    saturation = Saturation(a=jnp.asarray(0.25), m=jnp.asarray(0.5))
+    assert float(saturation.factor(jnp.asarray(1e4))) * 1e4 == pytest.approx(2.0, rel=1e-6)  # 1/√a
 
 
 def test_a_driver_limits_at_its_number() -> None:

@@ -62,7 +62,7 @@ def test_steps_and_readings_see_the_mean_of_the_held_command(late: dict, overlap
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.9])
-def test_a_lag_runs_in_the_time_of_the_rig_and_no_reading_jumps(pace: float) -> None:
+def test_a_lag_runs_in_the_time_of_the_rig_and_a_reading_sees_what_is_there_at_its_time(pace: float) -> None:
     u = np.where(TIME >= 0.05, 1.0, 0.0)
     log = record(TIME, u, {"yaw_rad_s": np.zeros_like(TIME)})
     effects = {"drive.lag": {"T": 0.04, "q": 0.0}, "sensor.clock": {"e": 1.0 - pace}}
@@ -71,7 +71,23 @@ def test_a_lag_runs_in_the_time_of_the_rig_and_no_reading_jumps(pace: float) -> 
     edges = np.maximum(pace * (0.005 * np.arange(len(steps) + 1) - 0.05), 0.0)
     area = edges - 0.04 * (1.0 - np.exp(-edges / 0.04))  # of 1 - exp(-t/T)
     assert steps == pytest.approx(np.diff(area) / (0.005 * pace), abs=1e-9)
-    assert np.array_equal(seen, steps[2 * np.arange(len(TIME))])  # the step after each sample
+    there = 1.0 - np.exp(-pace * np.maximum(TIME - 0.05, 0.0) / 0.04)
+    assert seen == pytest.approx(
+        there, abs=0.005 * 0.01 / 0.04
+    )  # as it is over a hundredth of a step behind each sample
+
+
+def test_a_lag_is_seen_between_the_grid_points_too_and_one_of_no_time_acts_at_once() -> None:
+    t = np.cumsum(np.tile([0.01, 0.013, 0.0071], 40))
+    u = np.where(t >= t[30], 1.0, 0.0)
+    log = record(t, u, {"yaw_rad_s": np.zeros_like(t)})
+    batch, _, seen = acting(platform(), log, {"drive.lag": {"T": 0.02, "q": 0.0}})
+    error = seen - (1.0 - np.exp(-np.maximum(t - t[30], 0.0) / 0.02))
+    assert np.abs(error[t != t[30]]).max() < 0.005
+    assert 0.0 <= error[30] < batch.h[0] / 0.02  # over the step in which it changes the command counts by its mean
+    for effect in ({"drive.lag": {"T": 0.0, "q": 0.0}}, {"drive.rate_limit": {"r": 1e12}}):
+        seen = acting(platform(), log, effect)[2]
+        assert seen[t != t[30]] == pytest.approx(u[t != t[30]], abs=1e-9)
 
 
 def test_each_axis_has_its_own_command() -> None:

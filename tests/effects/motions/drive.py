@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.effects.known import AFTER, AMPERE, LOCKED, ON, PUSH, RATE, SETTLED, Known, R
+from tests.effects.known import AFTER, AMPERE, AT_ONCE, LOCKED, ON, PUSH, RATE, SETTLED, Known, R
 from tests.effects.rigs import FREE, REST, TIME
 
 
@@ -20,6 +20,10 @@ WAVE = np.where(TIME < 5.0, 1.0, -1.0)
 MOTIONS = [
     Known("drive.lag", {"T": 0.2}, FREE, PUSH, {}, RATE, lambda y: _lag(0.2), 1e-9),
     Known("drive.lag", {"T": 0.2, "q": 0.5}, FREE, PUSH, {}, RATE, lambda y: 2.0 * _lag(0.2) - _lag(0.1), 1e-4),
+    Known("drive.lag", {"T": 0.008}, AT_ONCE, PUSH, {}, AMPERE, lambda y: (1.0 - np.exp(-AFTER / 0.008)) / R, 0.01),
+    Known(
+        "drive.rate_limit", {"r": 20.0}, AT_ONCE, PUSH, {}, AMPERE, lambda y: np.minimum(20.0 * AFTER, 1.0) / R, 0.005
+    ),
     Known(
         "drive.rate_limit",
         {"r": 2.0},

@@ -33,5 +33,16 @@ MOTIONS = [
         1e-12,
         SETTLED,
     ),
+    Known(
+        "motor.saturation",
+        {"a": 0.5, "m": 0.5},
+        LOCKED,
+        ON,
+        {},
+        SPIN,
+        lambda y: K / np.sqrt(R**2 + 0.5) / 1e6 * (TIME - 8) + y[SPIN][800],
+        1e-12,
+        SETTLED,
+    ),
     Known("motor.current_limit", {"i_m": 0.9}, LOCKED, ON, {}, AMPERE, lambda y: 0.9 * ON, 1e-12, SETTLED),
 ]
