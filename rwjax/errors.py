@@ -143,6 +143,7 @@ OF_TYPE: dict[Any, tuple[Callable[[Any], bool], str]] = {
         ),
         "has to be an array of numbers",
     ),
+    "Mapping": (lambda given: isinstance(given, Mapping), "has to be columns by name, as {name: array}"),
     Mapping[str, Any] | None: (
         lambda given: given is None or isinstance(given, Mapping),
         "has to be values by name, as {name: value}",
@@ -154,7 +155,8 @@ OF_TYPE: dict[Any, tuple[Callable[[Any], bool], str]] = {
 }
 """Whether an argument may be right, and what is right, by its type in the signature.
 
-numpy's array goes by the name of its type: what needs no more than an error, as the command's options do, imports no numpy for it.
+numpy's array goes by the name of its type, and columns of such by that of theirs: what needs no more than an error, as the command's
+options do, imports no numpy for it.
 """
 
 

@@ -177,6 +177,14 @@ def test_what_is_right_goes_by_the_type_of_an_argument_and_not_by_its_name() -> 
         begun({"w": 2.0}, 1.0)  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.parametrize("other", [3, [("time_s", np.zeros(2))], None])
+def test_what_takes_columns_says_of_anything_else_what_it_has_to_be(other: object, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as raised:
+        rwjax.write_log(tmp_path / "run.csv", other)  # pyright: ignore[reportArgumentType]
+    said = f"write_log: `columns` is a `{type(other).__name__}`; it has to be columns by name, as {{name: array}}"
+    assert str(raised.value) == said
+
+
 def test_an_array_may_be_whatever_holds_numbers() -> None:
     @refuses_other_types
     def length(time: np.ndarray) -> int:

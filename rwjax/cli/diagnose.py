@@ -59,6 +59,7 @@ def diagnose(
     from rwjax.fitting import garbage, processes
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
+    from rwjax.report.html import check_page
     from rwjax.report.results import CORRECTED, answer_of, clear_results
     from rwjax.rig.read import read_rig
 
@@ -68,6 +69,7 @@ def diagnose(
     logs = read_logs(log_files, rig)
     target = ResultFolder(output, clear_results, (rig_file, *log_files))
     target.check()
+    check_page(output)
     with processes.Team() as team, first(limit.stop), garbage.seldom_collected(), progress(quiet, lines=True) as show:
         show("looking at the logs")
         logs = with_segments(rig, logs, segments)
@@ -77,12 +79,12 @@ def diagnose(
     if as_json:
         document(answer_of(result) + "\n")
     else:
-        corrected, told = output / CORRECTED, [f"  {name}: {output / path}" for name, path in written.items()]
+        told = [*_of_errors(result), *(f"  {name}: {output / path}" for name, path in written.items())]
         if result.verdict in CLAIMS:
-            fit = "fit", corrected, *log_files, "-o", output / "fitted.toml"
+            fit = "fit", output / CORRECTED, *log_files, "-o", output / "fitted.toml"
             told.append(next_command(*fit, segments=segments, force=force))
         elif result.verdict == "unknown":
-            told.append(f"  {corrected}: with {_held(result)}; go on from {rig_file}")
+            told.append(f"  {output / CORRECTED}: with {_held(result)}; go on from {rig_file}")
         again = "diagnose", rig_file, *log_files, "-o", output, *_with_more_time(budget, only, without)
         silent = result.complete or limit.stopped or isinf(budget)  # else its budget has ended it
         told += [] if silent else [next_command(*again, segments=segments, force=force)]
@@ -107,6 +109,13 @@ def _written(result: "Diagnosis", target: ResultFolder, show: Callable[[str], No
     except (KeyboardInterrupt, InputError):
         note(f"{target.path} holds the answer, and no page of it yet; {next_command('report', target.path)}")
         raise
+
+
+def _of_errors(result: "Diagnosis") -> list[str]:
+    """A line on the standard errors, where they are those of a model that is known not to be whole."""
+    from rwjax.report.html import TOO_TIGHT
+
+    return [f"  note: {TOO_TIGHT}"] if result.verdict == "partial" else []
 
 
 def _held(result: "Diagnosis") -> str:

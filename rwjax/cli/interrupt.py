@@ -14,22 +14,29 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 
-SIGNALS = signal.SIGINT, signal.SIGTERM
-"""Ctrl-C, and what `kill` and `timeout` send: one is as good a reason to end as the other."""
-STATUS = 130
-"""Status of a program that Ctrl-C ended."""
+SAYS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+"""What the command says that ends by Ctrl-C, and by what `kill` and `timeout` send."""
+SIGNALS = tuple(SAYS)
+"""Signals that end the command: one is as good a reason as the other."""
+came = signal.SIGINT
+"""The one that came last: what is raised for it says it no more once typer has made an exit of it."""
+STATUS = 128 + signal.SIGINT
+"""Status that typer makes of a `KeyboardInterrupt`, whatever it was raised for."""
 CLEAR = "\r\x1b[K\x1b[?25h"
 """What a terminal is told on which a live view may have left a line and hidden the cursor."""
 SAME_S = 1.0
 """Time [s] within which another one says the same again: `timeout` sends its own to the program, and then to its whole group."""
 
-ASKED = "rwjax: stopping; the answer so far follows (Ctrl-C again leaves at once)"
-"""What the first Ctrl-C says where there is an answer to come."""
+ASKED = "rwjax: stopping; the answer so far follows (Ctrl-C, or SIGTERM, again leaves at once)"
+"""What the first of `SIGNALS` says where there is an answer to come."""
 
 
 def leave() -> None:
-    """Says so and ends the process at once: threads may be inside compiled code, which must not be torn down under them."""
-    said = (CLEAR if os.isatty(2) else "") + "rwjax: interrupted"
+    """Says what came and ends the process at once: threads may be inside compiled code, which must not be torn down under them.
+
+    The status is the usual one of a program that a signal ended, 130 or 143.
+    """
+    said = f"{CLEAR if os.isatty(2) else ''}rwjax: {SAYS[came]}"
     with suppress(Exception):  # closed, full, or being written to where the program was interrupted
         sys.stdout.flush()
     try:
@@ -38,7 +45,7 @@ def leave() -> None:
     except Exception:
         with suppress(OSError):
             os.write(2, f"{said}\n".encode())
-    os._exit(STATUS)
+    os._exit(128 + came)
 
 
 def heard(number: int, frame: FrameType | None) -> None:
@@ -51,11 +58,17 @@ def heard(number: int, frame: FrameType | None) -> None:
     Raises:
         KeyboardInterrupt: unless a library is being imported.
     """
+    _note(number)
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             leave()
         frame = frame.f_back
     raise KeyboardInterrupt
+
+
+def _note(number: int) -> None:
+    global came
+    came = signal.Signals(number)
 
 
 @contextmanager
@@ -70,6 +83,7 @@ def first(ask: Callable[[], bool]) -> Iterator[None]:
     """
 
     def asked(number: int, frame: FrameType | None) -> None:
+        _note(number)
         since = time.monotonic()
 
         def again(number: int, frame: FrameType | None) -> None:

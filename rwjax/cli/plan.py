@@ -26,7 +26,10 @@ BY_HAND = {
 
 Output = Annotated[Path, typer.Option("-o", metavar="DIR", help="folder of the plan")]
 Volts = Annotated[
-    float | None, typer.Option(help="largest command, V; has to be given where the rig file has no `drive.pwm`")
+    float | None,
+    typer.Option(
+        help="largest command, V; has to be given where the rig file has neither `drive.pwm` nor `drive.supply`"
+    ),
 ]
 Goal = Annotated[
     str | None,

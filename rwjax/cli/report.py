@@ -18,8 +18,9 @@ def report(folder: Folder, quiet: Quiet = False) -> None:
     Example: `rwjax report diagnosis`
     """
     from rwjax.diagnosis.record import read_diagnosis
-    from rwjax.report.html import write_report
+    from rwjax.report.html import check_page, write_report
 
+    check_page(folder)
     found = read_diagnosis(folder)
     with progress(quiet) as show:
         show("drawing")

@@ -29,6 +29,8 @@ STILL = 1e-9
 """Angle [rad], and share of the wheel's rate, within which nothing moves."""
 DELAY_STEPS = 300
 """Time steps in which the drive's delay is looked at."""
+SETTLING = 4
+"""Steps of Newton's method to where the effects' own states stay: one does, but where the current depends on them."""
 INSTANT = 1e-3
 """Time [s] over which a rig at rest is looked at."""
 
@@ -149,7 +151,7 @@ def _instant(plant: OneAxis, t: Scalar, x: tuple, u: Scalar) -> Trajectory:
 
 
 def steady_state(rig: Rig, spin: float = 0.0) -> tuple[Structure, Float[Array, " p"], Float[Array, " n"]]:
-    """A rig whose axis rests while its wheel turns steadily.
+    """A rig whose axis rests while its wheel turns steadily, and has done so for long: what effects carry along has settled, too.
 
     Args:
         rig: The rig.
@@ -159,9 +161,28 @@ def steady_state(rig: Rig, spin: float = 0.0) -> tuple[Structure, Float[Array, "
         Structure of its plant, parameter vector `(p,)` [SI] and state `(n,)` [SI].
     """
     structure = structure_of(rig)
+    theta = jnp.asarray(theta_of(rig, structure))
     current = rig.values.get("motor.friction", 0.0) * spin / rig.values["motor.torque_constant"]
     state = jnp.array([{"Omega": spin, "i": current}.get(name, 0.0) for name in structure.states])
-    return structure, jnp.asarray(theta_of(rig, structure)), state
+    return structure, theta, _settled(structure, theta, state, wheel_holding_voltage(rig.values) * spin)
+
+
+@partial(jax.jit, static_argnums=0)
+def _settled(
+    structure: Structure, theta: Float[Array, " p"], state: Float[Array, " n"], command: Scalar | float
+) -> Float[Array, " n"]:
+    """A state with the effects' own states where they stay under a command [V]; one that returns to nowhere stays as it is."""
+    plant, t, volts = one_axis_plant_of(structure, theta), jnp.zeros(()), jnp.asarray(command)
+
+    def drift(x: Float[Array, " n"]) -> Float[Array, " n"]:
+        rates = plant.internal_rates(plant.motion(t, tuple(x), plant.act(volts)))
+        return jnp.stack([rates.get(name, t) if ":" in name else t for name in structure.states])
+
+    for _ in range(SETTLING):
+        slope = jnp.diagonal(jax.jacfwd(drift)(state))
+        returns = slope < 0.0
+        state = state - jnp.where(returns, drift(state) / jnp.where(returns, slope, 1.0), 0.0)
+    return state
 
 
 def at_rest(rig: Rig, spin: float = 0.0) -> Trajectory:

@@ -34,6 +34,7 @@ def mjcf(rig: Rig) -> Exported:
     model = mujoco_model(rig)
     root = Xml.Element("mujoco", model=rig.name)
     root.append(Xml.Comment(f" {rig.kind} rig, written by rwjax; units are SI "))
+    root.extend(Xml.Comment(f" left out is {name}: {why} ") for name, why in model.left_out.items())
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true")
     option = Xml.SubElement(root, "option", timestep=_text(STEP), integrator="implicitfast", gravity=f"0 0 {-GRAVITY}")
     Xml.SubElement(option, "flag", contact="disable")

@@ -69,6 +69,7 @@ def findings(log: Log) -> list[Finding]:
     read = without_dropouts(log, dropped)
     found = [
         *(("clock", says) for says in _about_clock(log)),
+        *((about, says) for _, about, says in missing_rows(log)),
         *(("command", says) for says in _about_command(log)),
         *(("readings", says) for says in _about_missing(log)),
         *(("readings", dropout.says) for dropout in dropped),
@@ -76,6 +77,29 @@ def findings(log: Log) -> list[Finding]:
         *(("loop", says) for says in _about_loop(read)),
     ]
     return [Finding(log.name, about, says) for about, says in found]
+
+
+def missing_rows(log: Log) -> list[Finding]:
+    """Rows that are missing between even ones while the command changes: whatever simulates the log holds the command there.
+
+    Args:
+        log: The log.
+
+    Returns:
+        One finding with how many rows, and after which time [s] the first; none where no row is missing, or where the command is held anyway.
+    """
+    step = np.diff(log.time)
+    usual = float(np.median(step))
+    lost = np.flatnonzero((step > LOST * usual) & (step <= GAP * usual))
+    evenly = np.std(step[step <= LOST * usual]) <= UNEVEN * usual
+    if not (evenly and 0 < len(lost) <= FEW * len(step) and np.mean(_changes(log)) > 0.5):
+        return []
+    rows = int(np.sum(np.round(step[lost] / usual) - 1.0))
+    says = (
+        f"{counted(rows, 'row')} {'is' if rows == 1 else 'are'} missing, the first after {log.time[lost[0]]:.6g} s: the command changes at "
+        "most samples, and counts as held there; write these rows with their command, readings empty"
+    )
+    return [Finding(log.name, "clock", says)]
 
 
 def _about_clock(log: Log) -> Iterator[str]:
@@ -88,13 +112,6 @@ def _about_clock(log: Log) -> Iterator[str]:
         yield (
             f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
             "where it was not, split the log"
-        )
-    lost = np.flatnonzero((step > LOST * usual) & (step <= GAP * usual))
-    evenly = np.std(step[step <= LOST * usual]) <= UNEVEN * usual
-    if evenly and 0 < len(lost) <= FEW * len(step) and np.mean(_changes(log)) > 0.5:
-        yield (
-            f"rows are missing in {counted(len(lost), 'place')}, the first after {log.time[lost[0]]:.6g} s: the command changes at most samples, "
-            "and counts as held there; write these rows with their command, readings empty"
         )
     even = step[step <= GAP * usual]
     if np.std(even) > UNEVEN * usual:

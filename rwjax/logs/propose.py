@@ -36,7 +36,10 @@ WORDS = (
     ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
     ("supply_V", r"v?bat\w*|supply\w*|vbus|bus"),
     ("enabled", r"enabled?|torque_?on|torque"),
-    ("voltage_V", r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty|tastgrad|tastverh\w*"),
+    (
+        "voltage_V",
+        r"pwm\w*|volt\w*|u|v|cmd\w*|command\w*|input|motor|spannung|dac|duty|throttle\w*|tastgrad|tastverh\w*",
+    ),
     ("current_A", r"current\w*|amps?|i|cur|ma|strom|load\w*"),
     ("rate", r"speed\w*|vel\w*|omega|w|rpm|rate|gyro\w*|drehzahl|geschw\w*|dps"),
     ("angle", r"angle\w*|pos\w*|theta|yaw|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q"),
@@ -44,7 +47,7 @@ WORDS = (
 """Words of a column's name by what they mean; the first that is there counts."""
 WHEEL = r"(fly|reaction_?)?wheels?(speed|rate|angle|pos)?|rw"
 """Words of a column's name that say that the motion is a wheel's."""
-DUTY = ("duty", "tastgrad", "tastverh")
+DUTY = ("duty", "throttle", "tastgrad", "tastverh")
 """How the words of a duty begin."""
 COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""

@@ -19,7 +19,7 @@ import jax
 import numpy as np
 from scipy.optimize import least_squares
 
-from rwjax.errors import LogError
+from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.sandwich import meat, undetermined
 from rwjax.fitting.scales import sizes_of
@@ -33,6 +33,8 @@ from rwjax.simulation.rates import rates_along
 
 WINDOW_S, STRIDE_S = 0.5, 0.1
 """Length of the test functions and the time from one to the next [s]."""
+NUDGE = 1e-3
+"""How far the free numbers are moved to see what acts beside them, in units of their size [1]."""
 
 Form = Callable[[MeasuredMotion, str, np.ndarray], tuple[np.ndarray, np.ndarray]]
 """From a motion, a rate's name and the plant's derivative of it to what is measured and what the model says."""
@@ -109,6 +111,26 @@ class _Regression:
         ]
         self.added = [np.array(structure.vector(log.added)) for log in logs]
 
+    def acting(self) -> list[str]:
+        """States of effects that bend a measured body's rate, at the rig's numbers or where the free ones differ a little."""
+        theta = self.theta.copy()
+        theta[self.free] += NUDGE * self.size
+        own = [(k, name) for k, name in enumerate(self.structure.states) if ":" in name]
+        return [
+            name
+            for k, name in own
+            if any(self._bends(k, theta, *each) for each in zip(self.motions, self.along, strict=True))
+        ]
+
+    def _bends(self, k: int, theta: np.ndarray, m: MeasuredMotion, along: tuple[np.ndarray, ...]) -> bool:
+        """Whether the measured rates of a log change with a state."""
+        t, states, *driven = along
+        moved = states + np.eye(len(self.structure.states))[k]
+        rates = [self.structure.states.index(rate) for rate in m.acceleration]
+        f = (np.asarray(rates_along(self.structure, theta, t, x, *driven))[: len(m.time)] for x in (states, moved))
+        at_zero, at_one = (each[m.known][:, rates] for each in f)
+        return not np.array_equal(at_zero, at_one)
+
     def __call__(self, z: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Residual and its derivative `(…, k)` of each measured body in each log."""
         theta = self.theta.copy()
@@ -132,6 +154,12 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Form) -> Identified:
     train = to_fit(opened, logs)
     pieces = _Regression(opened, train, form)
     structure, free, size = pieces.structure, pieces.free, pieces.size
+    if acting := pieces.acting():
+        effect = acting[0].partition(":")[0]
+        raise RigError(
+            f"rig `{rig.name}`: has {effect}, whose own state bends the motion and is in no reading; the regression takes "
+            "such states as 0: take it out, or fit end to end"
+        )
     bounds = bounds_of(opened, structure)[free].T / size
     equal = bounds[0] >= bounds[1]
     bounds[1][equal] = np.nextafter(bounds[0][equal], np.inf)
@@ -169,7 +197,7 @@ def equation_error(rig: Rig, logs: Sequence[Log]) -> Identified:
         The estimates.
 
     Raises:
-        RigError: Nothing is free, or the rig has a delay.
+        RigError: Nothing is free, or the rig has a delay, or an effect whose own state bends the motion.
         LogError: No log may be fitted, nothing moves fast enough, or a current is missing.
     """
     return _regress(rig, logs, _strong)
@@ -186,7 +214,7 @@ def weak_form(rig: Rig, logs: Sequence[Log]) -> Identified:
         The estimates.
 
     Raises:
-        RigError: Nothing is free, or the rig has a delay.
+        RigError: Nothing is free, or the rig has a delay, or an effect whose own state bends the motion.
         LogError: No log may be fitted, nothing moves fast enough, or a current is missing.
     """
     return _regress(rig, logs, _weak)

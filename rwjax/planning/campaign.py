@@ -55,6 +55,7 @@ def recommend(rig: Rig, within: Envelope) -> tuple[tuple[Run, ...], tuple[str, .
         *_left_out(within, missing),
         *_of_twins(twins),
         *_of_the_drive(rig, within),
+        *_of_the_duty(rig, within),
         *_of_the_travel(within),
         *_of_the_file(rig),
     ]
@@ -130,6 +131,16 @@ def _of_the_drive(rig: Rig, within: Envelope) -> list[str]:
             "reach both ways"
         ]
     return []
+
+
+def _of_the_duty(rig: Rig, within: Envelope) -> list[str]:
+    """A remark on how a drive that takes a duty plays volts."""
+    if "drive.supply" not in rig.numbers or within.input == GOAL:
+        return []
+    volts = rig.numbers["drive.supply"]
+    return [
+        f"the commands are volts, up to the supply's {volts:g} V (`drive.supply`): a drive that takes a duty gets `voltage_V` / {volts:g}"
+    ]
 
 
 def _of_the_travel(within: Envelope) -> list[str]:

@@ -84,8 +84,8 @@ def envelope(
 ) -> Envelope:
     """The envelope of a rig, from what is given and what the rig file knows, whichever is less.
 
-    A rig file knows the command's range from `drive.pwm`, and both range and travel from effects that limit them. A neutral
-    pulse at or near the short end of the pulses' range means an ESC that turns in one direction.
+    A rig file knows the command's range from `drive.pwm` or `drive.supply`, and both range and travel from effects that limit
+    them. A neutral pulse at or near the short end of the pulses' range means an ESC that turns in one direction.
 
     Args:
         rig: The rig.
@@ -111,7 +111,7 @@ def envelope(
     limits = {name: most.get(name, math.inf) for name, limit in LIMITS.items() if rig.kind in limit.kinds}
     if goal is not None:
         return Envelope(goal, limits, input=GOAL)
-    known = [volts] if volts is not None else []
+    known = [most_volts for most_volts in (volts, rig.numbers.get("drive.supply")) if most_volts is not None]
     if rig.pwm is not None:
         check_neutral(rig.pwm)
     reach = {1.0: math.inf, -1.0: math.inf} if rig.pwm is None else commanded_volts(rig.pwm)

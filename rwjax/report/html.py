@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.result import Diagnosis
@@ -21,6 +22,10 @@ from rwjax.text_files import write_text
 
 REPORT = "report.html"
 """Name of the page."""
+TITLE = "<title>rwjax: "
+"""How the title of every page begins: a file without it is none, and is never replaced."""
+TOO_TIGHT = "under `partial` the model is known to lack something more, so that the ± of its numbers are too tight"
+"""What is said beside numbers under that verdict."""
 FIGURES = {
     "motion": "The measured motion of the held-out run that is followed worst, and the simulated one.",
     "waterfall": "Error on held-out runs after each effect is added; the floor is what a perfect model would still leave.",
@@ -86,6 +91,37 @@ def _cautions(d: Diagnosis) -> tuple[str, ...]:
     return ()
 
 
+def check_page(folder: Path) -> None:
+    """Refuses a folder whose `report.html` is no page of a diagnosis: it would be replaced.
+
+    Args:
+        folder: folder of the results; it may hold none.
+
+    Raises:
+        InputError: for such a file.
+    """
+    path = folder / REPORT
+    if path.is_file() and not is_page(path):
+        raise InputError(
+            f"{path}: is no page that rwjax wrote, and would be replaced; move that file, or give another folder"
+        )
+
+
+def is_page(path: Path) -> bool:
+    """Whether a file is the page of a diagnosis.
+
+    Args:
+        path: the file.
+
+    Returns:
+        False where there is none that can be read, and for any other file.
+    """
+    try:
+        return TITLE.encode() in path.read_bytes()
+    except OSError:
+        return False
+
+
 def write_report(d: Diagnosis, folder: Path) -> Path:
     """Writes `report.html` and its figures as PNG.
 
@@ -97,8 +133,9 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
         Path of the report.
 
     Raises:
-        InputError: the report cannot be written.
+        InputError: the report cannot be written, or would replace a file that is no such page.
     """
+    check_page(folder)
     drawn = {name: _draw(d, plot, size, folder / f"{name}.png") for name, (plot, size) in figures_of(d).items()}
     words = {
         "unit_in_rig": partial(unit_in_rig, d.rig),
@@ -108,6 +145,8 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     page = rendered_page(
         "report.html.j2",
         words,
+        title=Markup(TITLE),
+        too_tight=TOO_TIGHT if d.verdict == "partial" else "",
         d=d,
         figures=drawn,
         shows=FIGURES,

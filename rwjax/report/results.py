@@ -7,7 +7,7 @@ from rwjax.diagnosis.result import Diagnosis
 from rwjax.errors import InputError
 from rwjax.planning.files import clear_next, write_next
 from rwjax.report.answer import json_text
-from rwjax.report.html import FIGURES, REPORT, corrected_text, write_report
+from rwjax.report.html import FIGURES, REPORT, corrected_text, is_page, write_report
 from rwjax.text_files import write_files, write_text
 
 JSON, CORRECTED = "diagnosis.json", "corrected.toml"
@@ -70,6 +70,7 @@ def clear_results(folder: Path) -> None:
     Args:
         folder: folder of the results.
     """
-    for name in (JSON, RECORD, CORRECTED, REPORT, *(f"{figure}.png" for figure in FIGURES)):
+    page = [REPORT] if is_page(folder / REPORT) else []
+    for name in (JSON, RECORD, CORRECTED, *page, *(f"{figure}.png" for figure in FIGURES)):
         (folder / name).unlink(missing_ok=True)
     clear_next(folder)

@@ -9,8 +9,9 @@ from rwjax import write_log, write_rig
 from rwjax.diagnosis import diagnosis
 from rwjax.fitting import fit
 from rwjax.methods import comparison
-from tests.cli.shell import Shell
+from tests.cli.shell import DEMO, Shell
 from tests.fitting.questions.runs import LOGS, RIG, TIME
+from tests.report.diagnosed import diagnosed, draws_one_figure
 
 
 @pytest.fixture
@@ -36,6 +37,22 @@ def test_a_question_ends_a_command_before_its_work(
     assert (status, out, len(err.splitlines())) == (2, "", 1)
     assert "is the time in units of 0.1 s? Divide `time_s` by 10" in err and "`--force` goes on even so" in err
     assert sorted(slow_clock.folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("command", ["fit", "diagnose"])
+def test_rows_that_a_log_misses_under_a_changing_command_are_noted_beside_the_result(
+    command: str, shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(diagnosis, "diagnose", lambda rig, logs, **given: diagnosed())
+    draws_one_figure(monkeypatch)
+    rows = (DEMO / "multisine.csv").read_text().splitlines(keepends=True)
+    for name, lost in (("whole.csv", 0), ("late.csv", 2)):
+        (shell.folder / name).write_text("".join(rows[:500] + rows[500 + lost :]))
+    status, _, err = shell(command, str(DEMO / "rig.toml"), "whole.csv", "late.csv", "-o", "out", "--quiet")
+    noted = [line for line in err.splitlines() if "missing" in line]
+    assert (
+        status == 0 and len(noted) == 1 and noted[0].startswith("note: late.csv: 2 rows are missing, the first after ")
+    )
 
 
 @pytest.mark.slow

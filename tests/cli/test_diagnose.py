@@ -215,6 +215,26 @@ def test_a_name_that_is_none_is_one_line(quick: Shell) -> None:
     assert err == "rwjax: `axis.colomb` is no effect and no fixed number of this rig; nearest `axis.coulomb`\n"
 
 
+def test_a_page_of_the_users_own_is_refused_before_the_search(quick: Shell) -> None:
+    begins_no_search(quick)
+    (quick.folder / "out").mkdir()
+    (quick.folder / "out" / "report.html").write_text("mine")
+    code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    assert (code, out) == (2, "") and files(quick.folder / "out") == {"report.html"}
+    assert (
+        err.startswith("rwjax: out/report.html: is no page that rwjax wrote, and would be replaced; ")
+        and err.count("\n") == 1
+    )
+
+
+@pytest.mark.parametrize("verdict", ["effect", "partial"])
+def test_under_partial_the_errors_are_said_to_be_too_tight(quick: Shell, verdict: str) -> None:
+    quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: diagnosed(verdict=verdict))
+    code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
+    assert code == 0, err
+    assert ("  note: under `partial` the model is known to lack something more" in out) == (verdict == "partial")
+
+
 @pytest.mark.parametrize("number", interrupt.SIGNALS)
 def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell, number: signal.Signals) -> None:
     """The signal comes while the diagnosis works."""
@@ -233,7 +253,7 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell, n
     finally:
         signal.signal(number, before)
     answer = json.loads(out)
-    assert code == 130 and err == "rwjax: interrupted\n"
+    assert code == 128 + number and err == f"rwjax: {interrupt.SAYS[number]}\n"
     assert answer == json.loads((quick.folder / "out" / "diagnosis.json").read_text())
     assert (answer["complete"], answer["untried"]) == (False, ["drive.lag"])
     assert "Unfinished: so far" in (quick.folder / "out" / "report.html").read_text()
@@ -255,7 +275,7 @@ def test_who_ends_the_command_while_the_page_is_drawn_has_the_answer(quick: Shel
         code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
     finally:
         signal.signal(number, before)
-    assert (code, out) == (130, "") and files(quick.folder / "out") == ALWAYS - {"report.html"}
+    assert (code, out) == (128 + number, "") and files(quick.folder / "out") == ALWAYS - {"report.html"}
     assert err.splitlines()[0] == "note: out holds the answer, and no page of it yet; next: rwjax report out"
     assert json.loads((quick.folder / "out" / "diagnosis.json").read_text())["verdict"] == "effect"
 

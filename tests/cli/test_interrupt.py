@@ -89,7 +89,9 @@ def test_only_what_python_was_given_before_the_program_tells_which_it_is(
 
 
 @pytest.mark.parametrize("ignored", [signal.SIG_IGN, signal.default_int_handler], ids=["in a script", "by hand"])
-def test_sigterm_ends_like_ctrl_c_also_where_ctrl_c_is_ignored(tmp_path: Path, ignored: object) -> None:
+def test_sigterm_ends_with_its_own_word_and_status_also_where_ctrl_c_is_ignored(
+    tmp_path: Path, ignored: object
+) -> None:
     (tmp_path / "jax.py").write_text(INTERRUPTED.replace("SIGINT", "SIGTERM"))
     before = signal.signal(signal.SIGINT, ignored)  # pyright: ignore[reportArgumentType]
     try:
@@ -102,7 +104,7 @@ def test_sigterm_ends_like_ctrl_c_also_where_ctrl_c_is_ignored(tmp_path: Path, i
         )
     finally:
         signal.signal(signal.SIGINT, before)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "rwjax: interrupted\n")
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "rwjax: terminated\n")
 
 
 class Ended(Exception):

@@ -25,6 +25,12 @@ def test_the_page_comes_back_as_the_diagnosis_has_drawn_it(tmp_path: Path) -> No
     assert {REPORT, "motion.png"} <= {*drawn} <= {REPORT, RECORD, *(f"{name}.png" for name in FIGURES)}
 
 
+def test_a_file_that_is_no_page_is_refused_before_the_record_is_read(shell: Shell) -> None:
+    (shell.folder / "report.html").write_text("mine")
+    code, _, err = shell("report", ".")
+    assert code == 2 and err.count("\n") == 1 and "report.html: is no page that rwjax wrote" in err
+
+
 def test_a_folder_that_holds_no_diagnosis_is_refused_in_one_line(shell: Shell) -> None:
     code, _, err = shell("report", "out")
     assert code == 2 and err.count("\n") == 1 and "give the folder of a diagnosis" in err

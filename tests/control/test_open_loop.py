@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rwjax import parse_rig
-from rwjax.control.open_loop import command_delay
+from rwjax.control.open_loop import command_delay, steady_state
 from rwjax.control.slew import slew
 from rwjax.errors import InputError
 from rwjax.plant.assemble import plant_of
@@ -43,6 +43,21 @@ def test_a_delay_counts_only_where_the_rig_waits(held: str, effect: str, spin: f
         return
     with pytest.raises(InputError, match=f"^{words}.* the drive's delay of 0.2 s; leave the delay out$"):
         slew(late, np.radians(5.0), LIMITS, spin)
+
+
+@pytest.mark.parametrize("spin", [0.0, 200.0])
+def test_with_a_wheel_that_turns_steadily_what_its_current_moves_has_settled(spin: float) -> None:
+    b, c, tau = 2e-6, 0.02, 30.0
+    rig = parse_rig(
+        f'kind = "reaction"\n[motor]\ntorque_constant = {K}\nresistance = {R}\ninductance = 5e-3\nfriction = {b}\n'
+        f"[wheel]\ninertia = {J}\n[axis]\ninertia = {I}\n[axis.friction]\ncoulomb = 0.01\n"
+        f'[effects."drive.supply_sag"]\nrho = 0.01\nm = 0.5\ntau = 2.0\n[effects."motor.heating"]\nc = {c}\ntau = {tau}'
+    )
+    structure, _, start = steady_state(rig, spin)
+    found, i = dict(zip(structure.states, map(float, start), strict=True)), b * spin / K
+    assert found["i"] == pytest.approx(i) and found["Omega"] == spin
+    assert found["drive.supply_sag:v"] == pytest.approx((K * spin + R * i) * i, rel=1e-9)
+    assert found["motor.heating:q"] == pytest.approx(c * i**2 * tau / (1.0 - c * i**2 * tau), rel=1e-9)
 
 
 @pytest.mark.slow

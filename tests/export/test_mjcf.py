@@ -137,6 +137,17 @@ def test_a_negative_effect_is_made_up_for_in_the_held_rig(viscous: str) -> None:
     assert np.max(np.abs(model - held)) < 0.1 * np.max(np.abs(model - ours))
 
 
+def test_the_file_says_what_it_leaves_out_and_is_still_a_model() -> None:
+    rig = replace(
+        servo(joint(axis__friction__coulomb=-0.05), "voltage", ki=3.0),
+        effects={"axis.backlash": {"d": 0.01, "J_m": 1e-3}, "sensor.delay": {"tau": 0.01}},
+    )
+    found = mjcf(rig)
+    comments = re.findall("<!-- left out is (.*?): (.*?) -->", found.text)
+    assert dict(comments) == found.left_out and len(comments) > 3
+    assert Xml.fromstring(found.text).find("actuator") is not None
+
+
 def test_no_number_of_a_model_is_a_minus_zero() -> None:
     text = mjcf(servo(joint(axis__gravity__torque=0.4), "torque", limit=1.0)).text
     assert 'pos="0 0 -0.' in text and not re.search(r'[" ]-0[" ]', text)

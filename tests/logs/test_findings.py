@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.logs.findings import Finding, findings
+from rwjax.logs.findings import Finding, findings, missing_rows
 from rwjax.logs.log import Log
 
 RNG = np.random.default_rng(3)
@@ -244,7 +244,7 @@ def test_a_drop_out_is_named_and_is_nothing_else_besides() -> None:
 @pytest.mark.parametrize(
     ("command", "rows", "told"),
     [
-        (U, [700, 900, 1400], True),
+        (U, [700, 900, 901, 1400], True),
         (np.sign(U), [700, 900, 1400], False),
         (U, [*range(0, 2000, 3)], False),
         (U, [], False),
@@ -257,9 +257,11 @@ def test_rows_that_are_lost_while_the_command_changes_are_told(
     kept = np.delete(np.arange(2000), rows)
     outputs = {name: y[kept] for name, y in GOOD.outputs.items()}
     log = replace(GOOD, time=T[kept], command=command[kept], outputs=outputs)
-    assert [says[:40] for _, says in said(log) if "rows are missing" in says] == told * [
-        "rows are missing in 3 places, the first "
-    ]
+    expected = (
+        "4 rows are missing, the first after 6.99 s: the command changes at most samples, and counts as held there; "
+    )
+    found = [finding for finding in findings(log) if "missing" in finding.says]
+    assert [finding.says[: len(expected)] for finding in found] == told * [expected] and missing_rows(log) == found
 
 
 def test_a_gap_is_five_intervals_and_a_drift_needs_a_run() -> None:

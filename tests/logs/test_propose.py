@@ -20,6 +20,8 @@ K = np.arange(100.0)
         ("micros", 1e4 * K, 'time_s = { column = "micros", unit = "us" }'),
         ("Zeit [s]", 0.01 * K, 'time_s = "Zeit [s]"'),
         ("pwm", 255 - K, 'voltage_V = { column = "pwm", scale = "12 V / 255" }'),
+        ("throttle_pct", 0.3 * K, 'duty = { column = "throttle_pct", unit = "percent" }   # needs [drive] supply'),
+        ("Throttle", 0.01 * K, 'duty = "Throttle"   # of 1, needs [drive] supply: right?'),
         ("duty_pct", 0.3 * K, 'duty = { column = "duty_pct", unit = "percent" }   # needs [drive] supply'),
         ("Tastgrad [%]", 0.3 * K, 'duty = { column = "Tastgrad [%]", unit = "percent" }   # needs [drive] supply'),
         ("motor_duty", 0.01 * K, 'duty = "motor_duty"   # of 1, needs [drive] supply: right?'),

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rwjax.errors import RigError
 from rwjax.methods.regression import equation_error, weak_form
 from tests.joints import joint, logged, servo
 from tests.methods.known_numbers import (
@@ -14,6 +15,7 @@ from tests.methods.known_numbers import (
     finds_an_effect_on_the_command,
     refuses_a_delay,
 )
+from tests.systems import platform, record, run
 
 
 # what each is known for: the weak form loses what lies near standstill, filtered accelerations are biased
@@ -58,3 +60,20 @@ def test_a_joint_is_told_however_it_is_driven(by: str) -> None:
         rig.with_values({"axis.inertia": 0.015, "axis.friction.viscous": 0.03}), [logged(rig, T, **columns)]
     )
     assert found.rig.values["axis.inertia"] == pytest.approx(0.01, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("m", "free", "refused"),
+    [(0.0, "rho", False), (0.0, "m", True), (0.6, "rho", True)],
+    ids=["at once", "free", "late"],
+)
+def test_a_state_that_no_reading_tells_is_refused_where_it_acts(m: float, free: str, refused: bool) -> None:
+    rig = replace(platform("viscous = 0.02"), effects={"drive.supply_sag": {"rho": 0.05, "m": m, "tau": 1.0}})
+    outputs = run(rig, record(T, VOLTS, {"yaw_rad": np.zeros(len(T))}), {})
+    log = record(T, VOLTS, {"yaw_rad": outputs["yaw_rad"]})
+    rig = replace(rig, free=(f"drive.supply_sag.{free}",))
+    if refused:
+        with pytest.raises(RigError, match="has drive.supply_sag, whose own state bends the motion"):
+            weak_form(rig, [log])
+    else:
+        assert weak_form(rig, [log]).rig.values["drive.supply_sag.rho"] == pytest.approx(0.05, rel=0.1)

@@ -144,6 +144,14 @@ def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
         recommend(demo, envelope(demo, 12.0, {"yaw_rad": 0.01, "yaw_rad_s": 3.0}))
 
 
+def test_how_a_drive_that_takes_a_duty_plays_volts_is_said() -> None:
+    rig = replace(RIGS["wheel"], numbers=RIGS["wheel"].numbers | {"drive.supply": 12.0})
+    runs, remarks = recommend(rig, envelope(rig))
+    assert max(abs(run.experiment.amplitude) for run in runs) <= 12.0
+    said = "the commands are volts, up to the supply's 12 V (`drive.supply`): a drive that takes a duty gets `voltage_V` / 12"
+    assert said in remarks
+
+
 @pytest.mark.slow
 def test_a_servo_is_planned_by_goals_and_let_go() -> None:
     rig = servo(joint(axis__friction__coulomb=0.05, axis__gravity__torque=0.3), kp=15.0, period=0.01)

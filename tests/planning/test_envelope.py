@@ -32,6 +32,8 @@ def test_a_neutral_pulse_beyond_which_there_is_little_is_refused(neutral: float,
 def test_what_the_rig_file_knows_is_a_limit() -> None:
     testbed = read_rig(TESTBED)
     assert envelope(testbed).volts == 10.0 and envelope(testbed, 4.0).volts == 4.0
+    supplied = replace(RIGS["wheel"], pwm=None, numbers=RIGS["wheel"].numbers | {"drive.supply": 12.0})
+    assert [envelope(supplied, volts).volts for volts in (None, 24.0, 5.0)] == [12.0, 12.0, 5.0]
     stop = {"high": 1.5, "low": -0.8, "k": 40.0, "d": 0.1}
     limited = replace(testbed, effects={"axis.end_stop": stop, "drive.saturation": {"u_m": 6.0, "n": 5000.0}})
     assert envelope(limited).known == {"voltage_V": 6.0, "yaw_rad": 0.8}

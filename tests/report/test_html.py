@@ -6,6 +6,7 @@ import re
 import resource
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.etree import ElementTree
@@ -20,7 +21,7 @@ from rwjax.diagnosis.result import Left, Ranked
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.errors import InputError
 from rwjax.logs.log import Segments
-from rwjax.report.html import figures_of, write_report
+from rwjax.report.html import check_page, figures_of, is_page, write_report
 from rwjax.report.motions import motions
 from tests.report.diagnosed import MARK, diagnosed, draws_one_figure
 
@@ -74,6 +75,32 @@ def test_a_page_counts_runs_and_beside_them_segments(tmp_path: Path, monkeypatch
     for logs, said in (((first, second), "2 runs, held out"), ((first, goes_on), "1 run in 2 segments, held out")):
         write_report(diagnosed(logs=logs), tmp_path)
         assert said in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize("verdict", ["effect", "ambiguous", "partial"])
+def test_under_partial_the_page_says_beside_both_tables_that_the_errors_are_too_tight(
+    verdict: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draws_one_figure(monkeypatch)
+    write_report(diagnosed(verdict=verdict), tmp_path)
+    assert (tmp_path / "report.html").read_text().count("± of its numbers are too tight") == 2 * (verdict == "partial")
+
+
+def test_a_file_that_is_no_page_is_never_replaced_and_a_page_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draws_one_figure(monkeypatch)
+    check_page(tmp_path)
+    path = write_report(diagnosed(), tmp_path)
+    page = path.read_text()
+    assert is_page(path) and write_report(diagnosed(), tmp_path).read_text() == page
+    path.write_text("<html>mine</html>")
+    for refuses in (check_page, partial(write_report, diagnosed())):
+        with pytest.raises(
+            InputError, match="report.html: is no page that rwjax wrote, and would be replaced; move that file"
+        ):
+            refuses(tmp_path)
+    assert path.read_text() == "<html>mine</html>" and not is_page(path)
 
 
 def test_to_draw_a_page_leaves_the_backend_of_figures_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

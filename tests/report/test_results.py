@@ -29,6 +29,9 @@ def test_everything_is_written_and_goes_away_again(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "effect"
     clear_results(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+    (tmp_path / "report.html").write_text("mine")
+    clear_results(tmp_path)
+    assert (tmp_path / "report.html").read_text() == "mine"
 
 
 def test_the_answer_needs_no_page_and_the_page_can_be_drawn_from_it(tmp_path: Path) -> None:
