@@ -2,7 +2,7 @@
 
 `python -m experiments.blind.draw calibrate [--processes 1 | --scheduler ADDRESS] [--group single …] [--limit 20]` appends to
 `experiments/blind/sets/calibrate.jsonl` what is not there yet, with a limit at most so many places of each group. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. Of `final` a part
-has been drawn and diagnosed once, all of its messy places among it. The places that it and `fresh` leave are for the next claim, on a search
+has been drawn and diagnosed once, all of its messy places among it. The places that it, `fresh` and `third` leave are for the next claim, on a search
 that is frozen before they are drawn.
 
 A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
@@ -73,6 +73,7 @@ PLANS = {
     # of 40 pairs 31 to 37 were found, and 98 % of the single causes; the rest is always found
     "final": Plan(230_000, each=10, wrong=5, outside=20, pairs=240, none=200, messy=200, small=200),
     "fresh": Plan(270_000, each=0, wrong=0, outside=3, pairs=0, none=0, messy=120, small=60),
+    "third": Plan(310_000, each=1, wrong=0, outside=3, pairs=20, none=20, messy=60, small=0),
 }
 
 

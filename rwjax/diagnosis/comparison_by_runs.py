@@ -1,12 +1,12 @@
 """ComparisonByRuns: hypotheses compared also by the runs that they were not fitted to, where a search goes on."""
 
+from rwjax.diagnosis.coloured_comparison import ColouredComparison
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
-from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
 
 
-class ComparisonByRuns(ModelComparison):
+class ComparisonByRuns(ColouredComparison):
     """Compares hypotheses by left-out runs first where these decide clearly, else by the fitted ones. It carries their fits to the end.
 
     Args:
@@ -19,7 +19,7 @@ class ComparisonByRuns(ModelComparison):
     def __init__(self, fits: ModelFits) -> None:
         super().__init__(fits, fits.settings.partial.further_removes)
         self.left_out = LeftOut(fits)
-        self.in_sample = ModelComparison(fits, self.further_removes)
+        self.in_sample = ColouredComparison(fits, self.further_removes)
 
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the logs need the larger hypothesis in place of the smaller one, and left-out runs are followed better with it.

@@ -90,22 +90,37 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
         return Further(judged, choice)
     try:
         with fits.headway.budget.searching():
+            fits.free_starts_of_what_leads()
             search = FurtherSearch(fits, names)
             further = search.go_on(choice.best) if compare.leaves_something(choice.best) else choice
-            if further.best.names:
-                polish(fits, further.best)
-            claim, refused = claimed(search, further)
-            if claim is not None and claim.named != further.best:
-                rivals = [e for e in claim.rivals if len(e.names) <= len(claim.named.names)]
-                further = search.chosen(claim.named, rivals)
+            held = _holding(judged, search, further, followed=not visible)
+            if held.claim is None and choice.best.names and choice.best != further.best:
+                first = _holding(judged, search, choice, followed=not visible)
+                held = _first_of_two(first, held)
+            return held if held.claim else replace(held, judged=judged.anew(), choice=choice)
     except Stopped:
         return Further(judged.anew(), choice, ended=True)
+
+
+def _holding(judged: Judged, search: FurtherSearch, choice: Choice, *, followed: bool) -> Further:
+    """What holds of a choice, beside which no other explanation leaves much less of the held-out runs."""
+    if choice.best.names:
+        polish(search.fits, choice.best)
+    claim, refused = claimed(search, choice)
+    if claim is not None and claim.named != choice.best:
+        choice = search.chosen(claim.named, [e for e in claim.rivals if len(e.names) <= len(claim.named.names)])
     judged = judged.anew()
-    if claim is not None and _beaten(judged, further, claim):
+    if claim is not None and _beaten(judged, choice, claim):
         claim, refused = None, refused | dict.fromkeys(claim.named.names, BEATEN)
-    if claim is None:
-        return Further(judged, choice, refused=refused)
-    return Further(judged, further, claim, refused, followed=not visible)
+    return Further(judged, choice, claim, refused, followed=followed and claim is not None)
+
+
+def _first_of_two(first: Further, beside: Further) -> Further:
+    """What holds of a first choice where nothing holds beside further names, which are then refused; else the answer with these."""
+    if first.claim is None:
+        return beside
+    named = first.claim.named.names
+    return replace(first, refused={n: why for n, why in beside.refused.items() if n not in named} | first.refused)
 
 
 def _claims(further: Further) -> Hypothesis | None:

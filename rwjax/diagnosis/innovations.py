@@ -20,8 +20,8 @@ from rwjax.diagnosis.information_criterion import residuals
 from rwjax.fitting.multiple_shooting import Fit
 
 
-def mean_log_likelihood(fitted: Fit, logs: Sequence[int], order: int) -> float:
-    """Log likelihood of a reading, where a fit's residuals are autoregressions.
+def log_likelihood(fitted: Fit, logs: Sequence[int], order: int) -> tuple[int, float]:
+    """How many readings are predicted from those before them, and the mean log likelihood of one, where a fit's residuals are autoregressions.
 
     Args:
         fitted: the fit.
@@ -29,8 +29,8 @@ def mean_log_likelihood(fitted: Fit, logs: Sequence[int], order: int) -> float:
         order: order p of the autoregressions [1].
 
     Returns:
-        The mean over the readings of all outputs, up to a constant that all fits to the same logs share [1]; minus infinity where a run
-        left the range of numbers.
+        The number of readings of all outputs [1], and the mean up to a constant that all fits to the same logs share [1]; minus infinity
+        where a run left the range of numbers.
     """
     total, count = 0.0, 0
     for name, series in residuals(fitted, logs).items():
@@ -38,7 +38,7 @@ def mean_log_likelihood(fitted: Fit, logs: Sequence[int], order: int) -> float:
         e = innovations(_stretches(series, [np.isfinite(y) for y in read if y is not None]), order)
         total -= 0.5 * len(e) * float(np.log(max(np.mean(e**2), 1e-300))) if len(e) else 0.0
         count += len(e)
-    return total / max(count, 1) if np.isfinite(total) else -np.inf
+    return count, total / max(count, 1) if np.isfinite(total) else -np.inf
 
 
 def _stretches(series: Sequence[np.ndarray], read: Sequence[np.ndarray]) -> list[np.ndarray]:

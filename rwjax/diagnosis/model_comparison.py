@@ -163,7 +163,19 @@ class ModelComparison:
         worth = self.further_removes if further else self.limits.further_removes
         worth = self.limits.first_removes if first else worth
         removes = self.excess(larger) < (1.0 - worth) * self.excess(smaller)
-        return bool(removes and self.gain(larger, smaller) > self.limits.needed)
+        return bool(removes and self.likelier(larger, smaller))
+
+    def likelier(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
+        """Whether the larger hypothesis gains enough in the criterion.
+
+        Args:
+            larger: the hypothesis with more names, or others.
+            smaller: the hypothesis with fewer names.
+
+        Returns:
+            True where it does.
+        """
+        return self.gain(larger, smaller) > self.limits.needed
 
     def ties(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether `other` leaves hardly more than `one` where even `one` does not reach the noise.

@@ -445,16 +445,29 @@ class ModelFits:
             return
         problem = self._with_free_starts(best.problem.structure)
         if is_complete(self.together([_carried_on_elsewhere(problem, best, limits.fold_steps, limits.tolerance)])[0]):
-            maybe = sorted((e for e in self._best if self._best[e].cost <= most), key=lambda e: self._best[e].cost)
-            every = [*(self._finished | dict.fromkeys(maybe[: limits.refitted]))]
-            self.by_start_rule = False
-            try:
-                ends = self.ends_of([self._best[e] for e in every])
-            except Stopped:
-                self.by_start_rule = True  # as in all fits that are known
-                raise
-            self._finished |= dict.fromkeys(every)
-            self._best |= zip(every, ends, strict=True)
+            self._free_starts_of(e for e in self._best if self._best[e].cost <= most)
+
+    def free_starts_of_what_leads(self) -> None:
+        """Frees the first states though nothing is complete, of all finished fits and of those others that leave least.
+
+        What the start rule misses of a first rate grows through a free run. Beside names that leave a visible part it is one of the small causes
+        of that, and each run asks for its own amount of a name.
+        """
+        if self.by_start_rule:
+            self._free_starts_of(self._best)
+
+    def _free_starts_of(self, hypotheses: Iterable[Hypothesis]) -> None:
+        """Frees the first states in all finished fits, and in those of some hypotheses that leave least."""
+        leading = sorted(hypotheses, key=lambda e: self._best[e].cost)[: self.settings.fitting.refitted]
+        every = [*(self._finished | dict.fromkeys(leading))]
+        self.by_start_rule = False
+        try:
+            ends = self.ends_of([self._best[e] for e in every])
+        except Stopped:
+            self.by_start_rule = True  # as in all fits that are known
+            raise
+        self._finished |= dict.fromkeys(every)
+        self._best |= zip(every, ends, strict=True)
 
     def settle(self) -> None:
         """Carries on those of the finished fits that come close to the best one and have not converged."""

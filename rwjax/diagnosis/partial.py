@@ -2,8 +2,7 @@
 
 Everything is decided on training runs. A name holds where
 
-* it is needed beside a remainder that is coloured noise, by the information criterion with the fewer independent readings of those that
-  both residuals allow; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and left-out runs are
+* it is needed beside a remainder that is coloured noise, by the likelihood of each reading beside the ones before; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and left-out runs are
   followed no worse with it than without, but for those that hold little of its change and ask for as much of it. Or else it explains nearly all of the runs, also of those that were left out in turn;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
@@ -21,9 +20,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes
+from rwjax.diagnosis.coloured_comparison import ColouredComparison
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, simplest
-from rwjax.diagnosis.innovations import mean_log_likelihood
+from rwjax.diagnosis.information_criterion import residuals
+from rwjax.diagnosis.innovations import log_likelihood
 from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
@@ -89,7 +90,7 @@ def claimed(search: FurtherSearch, choice: Choice) -> Holding:
         here = _judged(search, best)
         if len(here) < len(best.names):
             return _claim(search, choice, best, refused | here)
-        least = min(here, key=lambda name: _gain(search.fits, best, _without(search.fits, best, name)))
+        least = min(here, key=lambda name: search.by_runs.gain(best, _without(search.fits, best, name)))
         refused[least] = here[least]
         best = best.without(least)
     return Holding(None, refused)
@@ -165,7 +166,7 @@ def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str 
     fitted(fits, smaller)
     if _explains_nearly_all(left_out, best, smaller):
         return None
-    if _gain(fits, best, smaller) <= limits.needed:
+    if not ColouredComparison(fits).likelier(best, smaller):
         return "it is not needed beside a remainder that is coloured noise"
     parts = amplitudes(fits, best, smaller)
     if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
@@ -316,14 +317,6 @@ def _without(fits: ModelFits, best: Hypothesis, name: str) -> Hypothesis:
     return smaller.plus(included) if included and not models(fits.rig.numbers, included) else smaller
 
 
-def _gain(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> float:
-    """Gain of the larger set in the information criterion [1], with the fewer independent readings of both residuals."""
-    compare = ModelComparison(fits)
-    one, other = compare.effective(larger), compare.effective(smaller)
-    effective = {name: min(one[name], other[name]) for name in one}
-    return compare.criterion(larger, effective) - compare.criterion(smaller, effective)
-
-
 def _apart(hypothesis: Hypothesis, names: Collection[str]) -> Hypothesis:
     """A hypothesis apart from some names."""
     return Hypothesis(tuple(name for name in hypothesis.names if name not in names))
@@ -354,7 +347,18 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     most = search.fits.settings.partial.as_much * max(followed(best), search.limits.nothing_left)
     near = [e for e in near if followed(e) < most]
     left_out = search.by_runs.left_out
-    return [e for e in near if all(_asked_alike(left_out, e, name) for name in _apart(e, best.names).names)]
+    near = [e for e in near if all(_asked_alike(left_out, e, name) for name in _apart(e, best.names).names)]
+    known = [e for e in (best, *same, *near) if search.fits.stepped(e)]
+    return [e for e in near if not any(_moves_as(search.fits, e, other) for other in known)]
+
+
+def _moves_as(fits: ModelFits, larger: Hypothesis, other: Hypothesis) -> bool:
+    """Whether a set makes the rig move as one of fewer numbers does, as a spring without stiffness is a constant torque."""
+    if len(fits.known(larger).free) <= len(fits.known(other).free):
+        return False
+    one, two = (residuals(fits.known(e), fits.train) for e in (larger, other))
+    apart = [np.concatenate(one[name]) - np.concatenate(two[name]) for name in one]
+    return all(np.mean(d**2) < fits.settings.search.nothing_left for d in apart)
 
 
 def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -365,7 +369,7 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
     limits = fits.settings.partial
 
     def likelihood(e: Hypothesis) -> float:
-        return mean_log_likelihood(fits.known(e), fits.train, limits.order)
+        return log_likelihood(fits.known(e), fits.train, limits.order)[1]
 
     least = likelihood(named) - limits.less_likely
     return simplest([e for e in rivals if likelihood(e) > least or not np.isfinite(least)])
@@ -378,7 +382,7 @@ def _asked_alike(left_out: LeftOut, hypothesis: Hypothesis, name: str) -> bool:
     fitted(fits, smaller)
     if _explains_nearly_all(left_out, hypothesis, smaller):
         return True
-    if _gain(fits, hypothesis, smaller) <= limits.needed:
+    if not ColouredComparison(fits).likelier(hypothesis, smaller):
         return False
     return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
 

@@ -59,17 +59,28 @@ class PartialSettings:
         0.5, "share of the gap on held-out runs that the names close together at the least: its definition"
     )
     further_removes: float = _limit(
-        0.25,
+        0.4,
         "share of the remaining excess that a further name must remove where the search goes on: of two causes the first leaves the second "
-        "and all that is small besides, and what removes so little has to pass every test below",
+        "and all that is small besides, and what removes so little has to pass every test below. True second names of simulated messy rigs "
+        "removed 0.42 and more",
     )
     by_runs: int = _limit(
         8, "hypotheses that leave least, of which those lead that follow the runs well to which they were not fitted"
     )
     needed: float = _limit(
-        10.0,
-        "gain of the information criterion that each name must bring: twice `search.needed`, since the best of some forty names is "
-        "looked at (ln 40 = 3.7) and the independent readings are few",
+        50.0,
+        "gain in log evidence that each name must bring beside a remainder that is an autoregression: a spring that is none gained 42 beside "
+        "the random walks of three short runs",
+    )
+    needed_by_reading: float = _limit(
+        0.01,
+        "the same by the reading: of many readings any difference is likely. Both were set after a look at ten simulated messy rigs: 13 of 15 true "
+        "large names brought 0.010 and more, false ones up to 0.011 but for those that stand in for a small cause",
+    )
+    needed_of_squares: float = _limit(
+        0.0,
+        "gain in the information criterion by the squares alone, with the fewer independent readings of those that the residuals with and "
+        "without the name allow: no evidence, but none against it. A periodic torque that followed a jump of the encoder had -8, true names 5 and more",
     )
     sigmas: float = _limit(
         3.0, "standard errors beyond which a difference is none of chance: once in 370 for one comparison"
@@ -140,7 +151,10 @@ class PartialSettings:
         "the exact form of a cause does (`search.further_removes`); in a simulated rig with much that is small one led by 2.1, true ones by "
         "7 and more",
     )
-    order: int = _limit(8, "order of the autoregression that what is left is taken for where rivals are compared")
+    order: int = _limit(
+        16,
+        "order of the autoregression that what is left is taken for; orders of 32 and 64 change what true names bring by a tenth",
+    )
     less_likely: float = _limit(
         0.008,
         "mean log likelihood of a reading, beside a remainder that is an autoregression, by which a rival is far less likely: 40 for 5000 "

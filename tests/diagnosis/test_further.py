@@ -14,7 +14,10 @@ from rwjax.diagnosis.judged import Judged, errors_of_the_rig
 from rwjax.diagnosis.layout import laid_out
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.outside_laws import OutsideLaw
+from rwjax.diagnosis.partial import Claim, Holding
+from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import ForwardBackward
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.logs.log import Log
 from tests.diagnosis.several_runs import RIG, TIME, run_of
 from tests.systems import platform, record, run, wheel
@@ -25,7 +28,7 @@ STIFF = replace(platform("viscous = 0.4"), free=("axis.inertia", "axis.friction.
 OUTSIDE = "rwjax.diagnosis.further.doing_as_well"
 
 
-def claimed_of(truth: Hypothesis, alternatives: Sequence[Hypothesis]) -> Further:
+def claimed_of(truth: Hypothesis, alternatives: Sequence[Hypothesis], *beside: str) -> Further:
     """What may be claimed of a name that explains its runs, where some sets stand beside it."""
     layout = laid_out(RIG, [run_of(k, TRUTH[truth]) for k in range(3)])
     fits = ModelFits.of(RIG, layout.logs, layout.train)
@@ -34,7 +37,7 @@ def claimed_of(truth: Hypothesis, alternatives: Sequence[Hypothesis]) -> Further
     choice = ForwardBackward().choose(fits, (*truth.names, *STRIBECK.names))
     assert choice.best == truth
     judged = Judged(fits, layout, errors_of_the_rig(fits, layout), "yaw_rad")
-    return may_be_claimed(judged, replace(choice, alternatives=tuple(alternatives)), truth.names)
+    return may_be_claimed(judged, replace(choice, alternatives=tuple(alternatives)), (*truth.names, *beside))
 
 
 @pytest.mark.parametrize("alternatives", [(), (STRIBECK,)])
@@ -134,3 +137,31 @@ def test_a_wheel_that_something_holds_is_not_explained_by_what_warms_up() -> Non
     assert found.verdict == "unknown"
     assert "runs away, as where something holds a part" in found.refused["motor.heating"]
     assert found.next_experiment.startswith("runs in which what") and found.next_experiment.endswith("turns")
+
+
+@pytest.mark.parametrize("holds", ["further", "first", "neither"])
+def test_where_nothing_holds_beside_a_further_name_the_first_choice_is_asked_alone(
+    holds: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What stands in for something small beside a name may take that name's place."""
+    both, asked = DRY.plus(*BIAS.names), list[Hypothesis]()
+
+    def claimed(search: FurtherSearch, choice: Choice) -> Holding:
+        asked.append(choice.best)
+        if holds == {both: "further", DRY: "first"}[choice.best]:
+            return Holding(Claim(choice.best, (), ()), {})
+        return Holding(None, dict.fromkeys(choice.best.names, "it is not needed"))
+
+    monkeypatch.setattr("rwjax.diagnosis.further.claimed", claimed)
+    for left in ("visible", "something"):
+        monkeypatch.setattr(f"rwjax.diagnosis.further.ModelComparison.leaves_{left}", lambda *_: True)
+    monkeypatch.setattr("rwjax.diagnosis.further.FurtherSearch.go_on", lambda self, begin: with_both(self))
+
+    def with_both(search: FurtherSearch) -> Choice:
+        search.halving.fit([both], DRY)
+        return Choice(both)
+
+    found = claimed_of(DRY, (), *BIAS.names)
+    assert asked == ([both] if holds == "further" else [both, DRY])
+    assert (found.claim and found.claim.named) == {"further": both, "first": DRY, "neither": None}[holds]
+    assert {*found.refused} == {"further": set(), "first": {*BIAS.names}, "neither": {*both.names}}[holds]

@@ -7,9 +7,9 @@ import pytest
 from scipy.signal import lfilter
 
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
-from rwjax.diagnosis.innovations import innovations, mean_log_likelihood
+from rwjax.diagnosis.innovations import innovations, log_likelihood
 from rwjax.fitting.multiple_shooting import Fit
-from tests.diagnosis.several_runs import run_of, searched
+from tests.diagnosis.several_runs import TIME, run_of, searched
 
 DRY = Hypothesis(("axis.coulomb",))
 
@@ -38,16 +38,15 @@ def test_readings_that_lack_cut_a_log_into_stretches() -> None:
     holes = np.zeros(len(logs[0].time), bool)
     holes[300:400] = True
     broken = [replace(log, outputs={"yaw_rad": np.where(holes, np.nan, log.outputs["yaw_rad"])}) for log in logs]
-    whole, cut = (mean_log_likelihood(searched(each, DRY).fits.known(NOTHING), [0, 1], 8) for each in (logs, broken))
+    whole, cut = (log_likelihood(searched(each, DRY).fits.known(NOTHING), [0, 1], 8)[1] for each in (logs, broken))
     assert cut == pytest.approx(whole, abs=0.2)
 
 
 def test_the_likelihood_is_that_of_white_noise_where_nothing_is_missing() -> None:
     search = searched([run_of(k, {}) for k in range(2)], DRY)
     fitted = search.fits.known(NOTHING)
-    assert mean_log_likelihood(fitted, [0, 1], 8) == pytest.approx(
-        0.0, abs=0.1
-    )  # the residual is in units of the noise
+    count, mean = log_likelihood(fitted, [0, 1], 8)
+    assert count == 2 * (len(TIME) - 8) and mean == pytest.approx(0.0, abs=0.1)  # in units of the noise
 
 
 def test_it_tells_a_drive_that_lags_from_one_that_is_late_beside_a_slow_motion() -> None:
@@ -60,6 +59,6 @@ def test_it_tells_a_drive_that_lags_from_one_that_is_late_beside_a_slow_motion()
 
     def likelihood(e: Hypothesis) -> float:
         fitted: Fit = search.fits.known(e)
-        return mean_log_likelihood(fitted, [0, 1, 2], 8)
+        return log_likelihood(fitted, [0, 1, 2], 8)[1]
 
     assert likelihood(lag) > likelihood(late) + 0.02 and likelihood(lag) > likelihood(NOTHING) + 0.02

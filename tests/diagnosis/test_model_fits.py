@@ -8,6 +8,7 @@ import pytest
 from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
+from tests.diagnosis.several_runs import run_of, searched
 from tests.diagnosis.simulated import fits_of, true_log
 from tests.systems import platform
 
@@ -92,9 +93,27 @@ def test_where_the_budget_ends_the_fits_stay_as_they_are() -> None:
     assert fits.by_start_rule  # which the next step would end, since the rig as it is is complete
     budget.stop()
     with budget.searching():
-        for step in (fits.free_starts, lambda: fits.finish([NOTHING]), lambda: fits.carry_on([NOTHING], 1e-9)):
+        for step in (
+            fits.free_starts,
+            fits.free_starts_of_what_leads,
+            lambda: fits.finish([NOTHING]),
+            lambda: fits.carry_on([NOTHING], 1e-9),
+        ):
             with pytest.raises(Stopped):
                 step()
             assert fits.by_start_rule and fits.known(NOTHING) is before and fits.ended(NOTHING)
     fits.free_starts()
     assert not fits.by_start_rule
+
+
+def test_first_states_of_what_leads_are_free_where_a_search_goes_on_though_nothing_is_complete() -> None:
+    """A slow motion that nothing explains stands in the first half second, too: the start rule takes it for a first rate."""
+    search = searched([run_of(k, {"axis.coulomb": {"M_c": 0.06}}, disturbed=0.03) for k in range(2)], NAMED)
+    fits, before = search.fits, {e: search.fits.known(e) for e in (NOTHING, NAMED)}
+    fits.free_starts()
+    assert fits.by_start_rule  # far from complete
+    fits.free_starts_of_what_leads()
+    assert not fits.by_start_rule and all(fits.ended(e) and fits.known(e).cost < f.cost for e, f in before.items())
+    after = fits.known(NAMED)
+    fits.free_starts_of_what_leads()
+    assert fits.known(NAMED) is after  # they are free already

@@ -13,12 +13,21 @@ from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.partial import claimed, further_laws, why_not_in_every_run, why_not_of_its_form
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.going_on import FurtherSearch
-from rwjax.diagnosis.settings import PartialSettings, Settings
+from rwjax.diagnosis.settings import PartialSettings, SearchSettings, Settings
 from tests.diagnosis.several_runs import RIG, run_of, searched
 
 DRY, BIAS, OFFSET, SPRING = (
     Hypothesis((name,)) for name in ("axis.coulomb", "axis.bias_torque", "drive.bias", "axis.spring")
 )
+ANY = PartialSettings(
+    as_much=1e9,
+    needed=-1e9,
+    needed_by_reading=-1e9,
+    needed_of_squares=-1e9,
+    sigmas=1e9,
+    harms=np.inf,
+    less_likely=np.inf,
+)  # under which any rival stands
 FRICTION = {"axis.coulomb": {"M_c": 0.06}}
 PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
@@ -40,7 +49,9 @@ def test_a_true_name_holds_beside_a_motion_that_nothing_explains() -> None:
 def test_a_name_of_which_every_run_asks_for_another_amount_does_not_hold() -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
     search = searched(logs, BIAS, SPRING)
-    search.fits.settings = replace(Settings(), partial=PartialSettings(needed=0.0))
+    search.fits.settings = replace(
+        Settings(), partial=PartialSettings(needed=-np.inf, needed_by_reading=-np.inf, needed_of_squares=-np.inf)
+    )
     why = "runs or sizes of the command ask for different amounts of it"
     assert why_not(search, BIAS, "axis.bias_torque") == why
     assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": why})
@@ -65,7 +76,9 @@ def test_a_name_that_explains_nearly_all_is_not_asked_for_by_each_run_in_the_sam
 ) -> None:
     logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
     search = searched(logs, BIAS)
-    search.fits.settings = replace(Settings(), partial=PartialSettings(needed=0.0))
+    search.fits.settings = replace(
+        Settings(), partial=PartialSettings(needed=-np.inf, needed_by_reading=-np.inf, needed_of_squares=-np.inf)
+    )
     differs = "runs or sizes of the command ask for different amounts of it"
     of_left_out, of_fitted = "left_out.LeftOut.excess", "partial.ModelComparison.excess"
     for fitted, left, worst, why in (
@@ -140,7 +153,13 @@ def test_what_leaves_as_much_stands_beside_the_name_and_many_such_leave_nothing_
     claim, _ = claimed(search, Choice(BIAS))
     assert claim is not None and claim.named == BIAS and claim.alternatives == claim.equivalents == (OFFSET,)
     every = PartialSettings(
-        as_much=1e9, alternatives=0, needed=-1e9, sigmas=1e9, less_likely=np.inf
+        as_much=1e9,
+        alternatives=0,
+        needed=-1e9,
+        needed_by_reading=-1e9,
+        needed_of_squares=-1e9,
+        sigmas=1e9,
+        less_likely=np.inf,
     )  # then dry friction leaves about as much
     search.fits.settings = replace(Settings(), partial=every)
     assert claimed(search, Choice(BIAS)) == (None, {"axis.bias_torque": "many other names leave about as much"})
@@ -217,7 +236,10 @@ def test_a_rival_that_does_not_follow_left_out_runs_does_not_stand_beside_a_name
 ) -> None:
     search = searched([run_of(k, PUSHED, disturbed=0.03) for k in range(2)], BIAS, OFFSET, DRY)
     search.fits.settings = replace(
-        Settings(), partial=PartialSettings(needed=-1e9, sigmas=1e9, as_much=1e9, less_likely=1e9)
+        Settings(),
+        partial=PartialSettings(
+            needed=-1e9, needed_by_reading=-1e9, needed_of_squares=-1e9, sigmas=1e9, as_much=1e9, less_likely=1e9
+        ),
     )
     claim, _ = claimed(search, Choice(BIAS))
     assert claim is not None and DRY in claim.alternatives
@@ -360,17 +382,30 @@ def test_what_the_held_out_runs_alone_show_is_left_by_names_that_close_three_qua
     assert found.verdict == verdict and found.effects == ("axis.coulomb",) and gap.after > 5.0 * gap.floor
 
 
+@pytest.mark.parametrize(("alike", "stands"), [(0.1, True), (1e3, False)])
+def test_a_law_that_moves_as_one_of_fewer_numbers_does_not_stand_beside_it(alike: float, stands: bool) -> None:
+    """A spring with hardly any stiffness is a constant torque, by two numbers in place of one."""
+    search = searched([run_of(k, PUSHED, disturbed=0.03) for k in range(3)], OFFSET, SPRING, DRY)
+    search.fits.settings = replace(
+        Settings(), partial=ANY, search=SearchSettings(nothing_left=alike)
+    )  # apart by 31 noise squares
+    claim, _ = claimed(search, Choice(OFFSET))
+    assert claim is not None and (SPRING in claim.alternatives) == stands and DRY in claim.alternatives
+
+
 @pytest.mark.slow
 def test_rivals_count_against_the_names_that_they_do_without() -> None:
     """Of four rivals two do without dry friction, and two without the bias."""
     both, others = DRY.plus("axis.bias_torque"), ("axis.quadratic_drag", "axis.viscous")
     rivals = [one.plus(name) for one in (DRY, BIAS) for name in others]
     search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, both, *rivals)
-    every = PartialSettings(as_much=1e9, needed=-1e9, sigmas=1e9, harms=np.inf, less_likely=np.inf, alternatives=2)
-    search.fits.settings = replace(Settings(), partial=every)
+    every = replace(ANY, alternatives=2)
+    search.fits.settings = replace(
+        Settings(), partial=every, search=SearchSettings(nothing_left=0.0)
+    )  # a drag of none, too
     claim, refused = claimed(search, Choice(both))
     assert claim is not None and claim.named == both and not refused and {*rivals} <= {*claim.alternatives}
-    search.fits.settings = replace(Settings(), partial=replace(every, alternatives=1))
+    search.fits.settings = replace(search.fits.settings, partial=replace(every, alternatives=1))
     assert claimed(search, Choice(both)) == (None, dict.fromkeys(both.names, "many other names leave about as much"))
 
 
@@ -396,8 +431,7 @@ def test_rivals_that_are_special_cases_of_each_other_both_stand() -> None:
     both, beside = DRY.plus("axis.bias_torque"), BIAS.plus("axis.spring")
     assert SPRING.contains(beside) and beside.contains(SPRING)
     search = searched([run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, SPRING, both, beside)
-    every = PartialSettings(as_much=1e9, needed=-1e9, sigmas=1e9, harms=np.inf, less_likely=np.inf)
-    search.fits.settings = replace(Settings(), partial=every)
+    search.fits.settings = replace(Settings(), partial=ANY)
     claim, _ = claimed(search, Choice(both))
     assert claim is not None and claim.named == both and {SPRING, beside} <= {*claim.alternatives}
 
