@@ -4,7 +4,9 @@ What names leave that stand among much that is small is slow, above all where an
 independent readings, so that half of them less says little. Each reading less what the ones before predict (`innovations`) tells more. With
 the mean log likelihood $\ell$ of one of $n$ readings, a hypothesis with $k$ numbers and $f$ numbers of form gains over another one
 
-$$ n\,(\ell_1 - \ell_2) - \tfrac12 (k_1 - k_2) \ln n - (f_1 - f_2). $$
+$$ n\,(\ell_1 - \ell_2) - \tfrac12 (k_1 - k_2) \ln n - (f_1 - f_2), $$
+
+less what the rig file's priors say against its numbers more than against the other's.
 """
 
 import numpy as np
@@ -43,13 +45,20 @@ class ColouredComparison(ModelComparison):
         if not np.isfinite(more):
             return -np.inf
         (k_1, f_1), (k_2, f_2) = self._numbers(larger), self._numbers(smaller)
-        return count * (more - less) - 0.5 * (k_1 - k_2) * float(np.log(max(count, 1))) - (f_1 - f_2)
+        numbers = 0.5 * (k_1 - k_2) * float(np.log(max(count, 1))) + (f_1 - f_2)
+        return count * (more - less) - numbers - (self._against(larger) - self._against(smaller))
+
+    def _against(self, hypothesis: Hypothesis) -> float:
+        """What the rig file's priors say against a hypothesis's numbers [1]."""
+        fitted = self.fits.known(hypothesis)
+        return fitted.problem.prior_cost(fitted.theta)[0]
 
     def likelier(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the larger hypothesis gains enough, altogether and by the reading, and its squares do not say the opposite.
 
         Of many readings any difference of two models is likely, so that each of them has to tell a little. A law with several numbers that
-        follows a slow motion gains by what it bends at its edges, though the squares have too few independent readings for its numbers.
+        follows a slow motion gains by what it bends at its edges, though the squares have too few independent readings for its numbers. Where
+        most readings do not follow enough others, as between holes, the squares alone decide.
 
         Args:
             larger: the hypothesis with more names, or others.
@@ -58,9 +67,15 @@ class ColouredComparison(ModelComparison):
         Returns:
             True where it does.
         """
-        limits, (count, _) = self.fits.settings.partial, self._likelihood(larger)
+        limits, (count, _), squares = (
+            self.fits.settings.partial,
+            self._likelihood(larger),
+            self._gain_of_squares(larger, smaller),
+        )
+        if count < limits.predicted * sum(self._count.values()):
+            return squares > limits.needed_of_squares_alone
         enough = self.gain(larger, smaller) > max(limits.needed, limits.needed_by_reading * count)
-        return bool(enough and self._gain_of_squares(larger, smaller) > limits.needed_of_squares)
+        return bool(enough and squares > limits.needed_of_squares)
 
     def _gain_of_squares(self, larger: Hypothesis, smaller: Hypothesis) -> float:
         """Gain in the information criterion [1], with the fewer independent readings of those that both residuals allow."""

@@ -90,14 +90,16 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
         return Further(judged, choice)
     try:
         with fits.headway.budget.searching():
-            fits.free_starts_of_what_leads()
+            more = compare.leaves_something(choice.best)
+            if more:
+                fits.free_starts_of_what_leads()
             search = FurtherSearch(fits, names)
-            further = search.go_on(choice.best) if compare.leaves_something(choice.best) else choice
+            further = search.go_on(choice.best) if more else choice
             held = _holding(judged, search, further, followed=not visible)
             if held.claim is None and choice.best.names and choice.best != further.best:
-                first = _holding(judged, search, choice, followed=not visible)
-                held = _first_of_two(first, held)
-            return held if held.claim else replace(held, judged=judged.anew(), choice=choice)
+                first = search.chosen(choice.best, search.rivals(choice.best))
+                held = _first_of_two(_holding(judged, search, first, followed=not visible), held)
+            return held if held.claim else replace(held, choice=choice)
     except Stopped:
         return Further(judged.anew(), choice, ended=True)
 
@@ -118,7 +120,7 @@ def _holding(judged: Judged, search: FurtherSearch, choice: Choice, *, followed:
 def _first_of_two(first: Further, beside: Further) -> Further:
     """What holds of a first choice where nothing holds beside further names, which are then refused; else the answer with these."""
     if first.claim is None:
-        return beside
+        return replace(beside, refused=first.refused | beside.refused)
     named = first.claim.named.names
     return replace(first, refused={n: why for n, why in beside.refused.items() if n not in named} | first.refused)
 

@@ -102,6 +102,23 @@ class ModelComparison:
         squares = self._seen(hypothesis)
         return sum(max(squares[name] / self._count[name] - 1.0, 0.0) for name in squares)
 
+    def apart(self, one: Hypothesis, other: Hypothesis) -> float:
+        """How far apart the motions of two hypotheses are.
+
+        Args:
+            one: a hypothesis.
+            other: another one.
+
+        Returns:
+            Mean square of the difference [1], in units of the noise, of the output where it is largest.
+        """
+        of_one, of_other = (residuals(self.fits.known(e), self.fits.train) for e in (one, other))
+        self._seen(one)  # which counts the readings
+        return max(
+            sum(float(np.sum((a - b) ** 2)) for a, b in zip(of_one[y], of_other[y], strict=True)) / self._count[y]
+            for y in of_one
+        )
+
     def removed(self, hypothesis: Hypothesis) -> float:
         """Share [1] of the rig's own error above the noise that a hypothesis removes from the training logs.
 

@@ -2,7 +2,9 @@
 
 Everything is decided on training runs. A name holds where
 
-* it is needed beside a remainder that is coloured noise, by the likelihood of each reading beside the ones before; every run, and commands of every size, ask for as much of it (`rwjax.diagnosis.agreement`), and left-out runs are
+* it is needed beside a remainder that is coloured noise, by the likelihood of each reading beside the ones before
+  (`rwjax.diagnosis.coloured_comparison`); every run, and commands of every size, ask for as much of it
+  (`rwjax.diagnosis.agreement`), and left-out runs are
   followed no worse with it than without, but for those that hold little of its change and ask for as much of it. Or else it explains nearly all of the runs, also of those that were left out in turn;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
@@ -23,7 +25,6 @@ from rwjax.diagnosis.agreement import Amplitude, amplitudes
 from rwjax.diagnosis.coloured_comparison import ColouredComparison
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, simplest
-from rwjax.diagnosis.information_criterion import residuals
 from rwjax.diagnosis.innovations import log_likelihood
 from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.localise.law import law_left
@@ -349,16 +350,13 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     left_out = search.by_runs.left_out
     near = [e for e in near if all(_asked_alike(left_out, e, name) for name in _apart(e, best.names).names)]
     known = [e for e in (best, *same, *near) if search.fits.stepped(e)]
-    return [e for e in near if not any(_moves_as(search.fits, e, other) for other in known)]
+    return [e for e in near if not any(_moves_as(search.by_runs, e, other) for other in known)]
 
 
-def _moves_as(fits: ModelFits, larger: Hypothesis, other: Hypothesis) -> bool:
+def _moves_as(compare: ComparisonByRuns, larger: Hypothesis, other: Hypothesis) -> bool:
     """Whether a set makes the rig move as one of fewer numbers does, as a spring without stiffness is a constant torque."""
-    if len(fits.known(larger).free) <= len(fits.known(other).free):
-        return False
-    one, two = (residuals(fits.known(e), fits.train) for e in (larger, other))
-    apart = [np.concatenate(one[name]) - np.concatenate(two[name]) for name in one]
-    return all(np.mean(d**2) < fits.settings.search.nothing_left for d in apart)
+    fewer = len(compare.fits.known(other).free) < len(compare.fits.known(larger).free)
+    return bool(fewer and compare.apart(larger, other) < compare.fits.settings.search.nothing_left)
 
 
 def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:

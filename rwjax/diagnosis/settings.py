@@ -82,6 +82,14 @@ class PartialSettings:
         "gain in the information criterion by the squares alone, with the fewer independent readings of those that the residuals with and "
         "without the name allow: no evidence, but none against it. A periodic torque that followed a jump of the encoder had -8, true names 5 and more",
     )
+    predicted: float = _limit(
+        0.5,
+        "share of the readings that have to follow as many others as the autoregression looks back, for it to decide",
+    )
+    needed_of_squares_alone: float = _limit(
+        10.0,
+        "the limit `needed_of_squares` where it does not: twice `search.needed`, since the best of some forty names is looked at",
+    )
     sigmas: float = _limit(
         3.0, "standard errors beyond which a difference is none of chance: once in 370 for one comparison"
     )

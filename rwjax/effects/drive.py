@@ -145,7 +145,7 @@ def _kept(T: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
     on = T > 0.0
     some = jnp.where(on, T, 1.0)
     keep = jnp.where(on, jnp.exp(-h / some), 0.0)
-    return keep, (1.0 - keep) * T / h
+    return keep, -jnp.expm1(-h / some) * T / h
 
 
 class RateLimit(CommandFilter):

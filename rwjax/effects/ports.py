@@ -25,7 +25,7 @@ Advance = Callable[[tuple[Scalar, ...], Scalar], tuple[tuple[Scalar, ...], Scala
 """One step of what follows a command: from its states and the command to its states then and the mean over the step [V]."""
 
 Kept = tuple[Float[Array, " steps"], ...]
-"""What follows a command keeps: each of its states at the beginning of every step `(steps,)` [V]."""
+"""States of a command filter at the beginning of every step, each `(steps,)` [V]."""
 
 
 class AxisTorque(Effect):

@@ -245,8 +245,7 @@ class OneAxis(Plant):
             mean, kept = effect.follow(mean, h)
             row.append((effect, kept))
 
-        def at(step: Int[Array, ""], time: Scalar, span: Scalar) -> Scalar:
-            before = now = command[step]
+        def at(step: Int[Array, ""], before: Scalar, now: Scalar, time: Scalar, span: Scalar) -> Scalar:
             for effect, kept in row:
                 then, before = effect.over(time)(tuple(x[step] for x in kept), before)
                 _, now = effect.over(span)(then, now)

@@ -67,11 +67,12 @@ class Followed(NamedTuple):
 
     Attributes:
         mean: Its mean over every step `(s,)` [V].
-        at: From the number of a step, the time since it began [s] and a span [s] to its mean over the span from then on [V].
+        at: Its mean over a span of time [V]. Arguments are the number of the step in which the span begins, the command's mean from the step's
+            beginning up to the span, and over the span [V], the time between both beginnings, and the span [s].
     """
 
     mean: Float[Array, " steps"]
-    at: Callable[[Int[Array, ""], Scalar, Scalar], Scalar]
+    at: Callable[[Int[Array, ""], Scalar, Scalar, Scalar, Scalar], Scalar]
 
 
 @runtime_checkable

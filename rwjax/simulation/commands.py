@@ -212,8 +212,13 @@ def _of_channel(drive: Drive, command: Float[Array, " k"], run: Batch, pace: Sca
     followed = drive.follow(mean(whole_log(run).points), h * pace)
 
     def lagging(part: Stretch) -> tuple[Array, Array]:
-        since, span = jnp.maximum(part.slot_part, BEGUN) * h * pace, BEHIND * h * pace
-        seen = jax.vmap(lambda step, time: followed.at(step, time, span))(part.points[part.slot_step], since)
+        step, span = part.points[0] + part.slot_step, BEHIND * h
+        begin, since = h * step.astype(float), jnp.maximum(part.slot_part, BEGUN) * h
+        reading = begin + since
+        until = area(reading, step, True)
+        before = (until - area(begin, step, False)) / since
+        now = (area(reading + span, jnp.floor((reading + span) / h).astype(int), True) - until) / span
+        seen = jax.vmap(lambda *each: followed.at(*each, span * pace))(step, before, now, since * pace)
         return followed.mean[part.points[:-1]], seen
 
     return lagging

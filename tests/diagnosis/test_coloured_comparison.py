@@ -69,6 +69,39 @@ def test_squares_with_the_fewer_independent_readings_of_both_residuals_must_not_
     assert readings == [{"yaw_rad": 30.0}] * 2
 
 
+@pytest.mark.parametrize(("holes", "alone", "enough"), [(0, 1e9, True), (3, 10.0, True), (3, 1e9, False)])
+def test_between_holes_where_no_reading_follows_enough_others_the_squares_decide(
+    holes: int, alone: float, enough: bool
+) -> None:
+    logs = [run_of(k, FRICTION) for k in range(2)]
+    if holes:
+        kept = [np.arange(len(log.time)) % holes > 0 for log in logs]
+        logs = [
+            replace(log, outputs={"yaw_rad": np.where(at, log.outputs["yaw_rad"], np.nan)})
+            for log, at in zip(logs, kept, strict=True)
+        ]
+    search = searched(logs, DRY)
+    search.fits.settings = replace(Settings(), partial=PartialSettings(needed_of_squares_alone=alone))
+    assert ColouredComparison(search.fits).likelier(DRY, NOTHING) == enough
+
+
+def test_what_a_prior_says_against_a_number_counts_against_the_gain(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = searched([run_of(k, FRICTION) for k in range(2)], DRY)
+    before, named = ColouredComparison(search.fits).gain(DRY, NOTHING), search.fits.known(DRY)
+    against = {id(named.theta): 7.0}
+    monkeypatch.setattr(type(named.problem), "prior_cost", lambda self, theta: (against.get(id(theta), 0.0), None))
+    assert ColouredComparison(search.fits).gain(DRY, NOTHING) == pytest.approx(before - 7.0)
+
+
+def test_a_better_fit_is_asked_anew() -> None:
+    search = searched([run_of(k, FRICTION) for k in range(2)], DRY)
+    compare, named = ColouredComparison(search.fits), search.fits.known(DRY)
+    assert compare.gain(DRY, NOTHING) > 100.0
+    as_it_is = search.fits.known(NOTHING).evaluation.residual
+    search.fits.put(DRY, replace(named, evaluation=named.evaluation._replace(residual=as_it_is)))
+    assert compare.gain(DRY, NOTHING) < 0.0
+
+
 def test_a_number_of_form_costs_one_and_what_left_the_range_of_numbers_gains_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

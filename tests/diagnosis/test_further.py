@@ -165,3 +165,29 @@ def test_where_nothing_holds_beside_a_further_name_the_first_choice_is_asked_alo
     assert asked == ([both] if holds == "further" else [both, DRY])
     assert (found.claim and found.claim.named) == {"further": both, "first": DRY, "neither": None}[holds]
     assert {*found.refused} == {"further": set(), "first": {*BIAS.names}, "neither": {*both.names}}[holds]
+    assert not found.judged.fits.by_start_rule  # first states are free where the search goes on
+    assert not found.followed
+
+
+def test_a_first_choice_that_another_explanation_beats_is_not_claimed_where_what_was_found_further_does_not_hold(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A bias is asked again where dry friction, which leaves less by far, is refused."""
+
+    def claimed(search: FurtherSearch, choice: Choice) -> Holding:
+        if choice.best == BIAS:
+            return Holding(Claim(BIAS, (), ()), {})
+        return Holding(None, dict.fromkeys(choice.best.names, "it is not needed"))
+
+    layout = laid_out(RIG, [run_of(k, TRUTH[DRY]) for k in range(3)])
+    fits = ModelFits.of(RIG, layout.logs, layout.train)
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    search = FurtherSearch(fits, (*BIAS.names, *DRY.names))
+    search.halving.fit([DRY, BIAS], NOTHING)
+    fits.finish([DRY, BIAS])
+    monkeypatch.setattr("rwjax.diagnosis.further.claimed", claimed)
+    monkeypatch.setattr("rwjax.diagnosis.further.FurtherSearch.go_on", lambda self, begin: self.chosen(DRY, []))
+    judged = Judged(fits, layout, errors_of_the_rig(fits, layout), "yaw_rad")
+    found = may_be_claimed(judged, Choice(BIAS, criterion={NOTHING: 0.0, BIAS: 1.0}), search.candidates)
+    assert found.claim is None and {*found.refused} == {*BIAS.names, *DRY.names}

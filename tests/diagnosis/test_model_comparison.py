@@ -153,3 +153,19 @@ def test_a_tenth_of_the_noise_is_something(excess: float, something: bool, monke
     compare = ModelComparison(fits_of(rig, true_log(rig)))
     monkeypatch.setattr(ModelComparison, "excess", lambda *_: excess)
     assert compare.leaves_something(NOTHING) == something
+
+
+def test_motions_are_as_far_apart_as_their_readings_are_whatever_is_missing() -> None:
+    """By the reading: rows without one count for nothing."""
+    rig = platform("viscous = 0.02")
+    log = true_log(rig)
+    sparse = replace(log, outputs={n: np.where(np.arange(len(y)) % 10, np.nan, y) for n, y in log.outputs.items()})
+    found, other = [], Hypothesis(("axis.coulomb",))
+    for each in (log, sparse):
+        fits = fits_of(rig, each)
+        known = fits(NOTHING)
+        read = known.problem.batch.weight > 0.0
+        moved = known.evaluation._replace(residual=known.evaluation.residual + 3.0 * read)
+        fits.put(other, replace(known, evaluation=moved), ended=True)
+        found.append(ModelComparison(fits).apart(NOTHING, other))
+    assert found == pytest.approx([9.0, 9.0], rel=0.05)

@@ -81,13 +81,21 @@ def test_a_lag_is_seen_between_the_grid_points_too_and_one_of_no_time_acts_at_on
     t = np.cumsum(np.tile([0.01, 0.013, 0.0071], 40))
     u = np.where(t >= t[30], 1.0, 0.0)
     log = record(t, u, {"yaw_rad_s": np.zeros_like(t)})
-    batch, _, seen = acting(platform(), log, {"drive.lag": {"T": 0.02, "q": 0.0}})
-    error = seen - (1.0 - np.exp(-np.maximum(t - t[30], 0.0) / 0.02))
-    assert np.abs(error[t != t[30]]).max() < 0.005
-    assert 0.0 <= error[30] < batch.h[0] / 0.02  # over the step in which it changes the command counts by its mean
+    seen = acting(platform(), log, {"drive.lag": {"T": 0.02, "q": 0.0}})[2]
+    assert seen == pytest.approx(1.0 - np.exp(-np.maximum(t - t[30], 0.0) / 0.02), abs=0.005)
     for effect in ({"drive.lag": {"T": 0.0, "q": 0.0}}, {"drive.rate_limit": {"r": 1e12}}):
         seen = acting(platform(), log, effect)[2]
-        assert seen[t != t[30]] == pytest.approx(u[t != t[30]], abs=1e-9)
+        assert seen == pytest.approx(u, abs=1e-7)
+
+
+def test_of_a_lag_behind_a_rate_limit_a_reading_sees_what_shorter_steps_see() -> None:
+    row = {"drive.rate_limit": {"r": 20.0}, "drive.lag": {"T": 0.015, "q": 0.6}}
+    u = np.where(TIME % 0.3 < 0.15, 1.0, -0.4)
+    fine = np.arange(20 * (len(TIME) - 1) + 1) * 0.0005
+    held = u[np.minimum(np.floor(fine / 0.01 + 1e-9).astype(int), len(u) - 1)]
+    logs = (record(t, c, {"yaw_rad_s": np.zeros_like(t)}) for t, c in ((TIME, u), (fine, held)))
+    coarse, exact = (acting(platform(), log, row)[2] for log in logs)
+    assert np.abs(coarse - exact[::20]).max() < 0.03 < 0.5 < np.abs(coarse - u).max()
 
 
 def test_each_axis_has_its_own_command() -> None:
