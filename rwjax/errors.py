@@ -143,7 +143,7 @@ OF_TYPE: dict[Any, tuple[Callable[[Any], bool], str]] = {
         ),
         "has to be an array of numbers",
     ),
-    "Mapping": (lambda given: isinstance(given, Mapping), "has to be columns by name, as {name: array}"),
+    "Mapping[str, ndarray]": (lambda given: isinstance(given, Mapping), "has to be columns by name, as {name: array}"),
     Mapping[str, Any] | None: (
         lambda given: given is None or isinstance(given, Mapping),
         "has to be values by name, as {name: value}",
@@ -155,7 +155,7 @@ OF_TYPE: dict[Any, tuple[Callable[[Any], bool], str]] = {
 }
 """Whether an argument may be right, and what is right, by its type in the signature.
 
-numpy's array goes by the name of its type, and columns of such by that of theirs: what needs no more than an error, as the command's
+numpy's array goes by the name of its type, and columns of such by those of theirs: what needs no more than an error, as the command's
 options do, imports no numpy for it.
 """
 
@@ -179,12 +179,18 @@ def refuses_other_types(function: Function) -> Function:
                 raise InputError(f"{function.__name__}: `{name}` {wrong}")
         for name, value in given:  # what has changed places with a rig or a log is told above
             wanted = types.get(name)
-            fits, right = OF_TYPE.get(wanted) or OF_TYPE.get(getattr(wanted, "__name__", "")) or (None, "")
+            fits, right = OF_TYPE.get(wanted) or OF_TYPE.get(_in_words(wanted)) or (None, "")
             if fits and not fits(value):
                 raise InputError(f"{function.__name__}: `{name}` is a `{type(value).__name__}`; it {right}")
         return function(*arguments, **named)
 
     return called  # pyright: ignore[reportReturnType]
+
+
+def _in_words(wanted: Any) -> str:
+    """The name of a type, with those of what it holds where it says so."""
+    name, of = getattr(wanted, "__name__", ""), getattr(wanted, "__args__", ())
+    return f"{name}[{', '.join(getattr(one, '__name__', '') for one in of)}]" if of else name
 
 
 def _of_other_type(value: Any, wanted: Any) -> str:

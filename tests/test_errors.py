@@ -1,6 +1,6 @@
 """Errors of unusable input, what they show of it, and the nearest valid name."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -183,6 +183,14 @@ def test_what_takes_columns_says_of_anything_else_what_it_has_to_be(other: objec
         rwjax.write_log(tmp_path / "run.csv", other)  # pyright: ignore[reportArgumentType]
     said = f"write_log: `columns` is a `{type(other).__name__}`; it has to be columns by name, as {{name: array}}"
     assert str(raised.value) == said
+
+
+def test_what_takes_other_things_by_name_is_not_told_of_columns() -> None:
+    @refuses_other_types
+    def many(loads: Mapping[str, float]) -> int:
+        return len(loads)
+
+    assert many([1.0, 2.0]) == 2  # pyright: ignore[reportArgumentType]
 
 
 def test_an_array_may_be_whatever_holds_numbers() -> None:

@@ -1,7 +1,7 @@
 """Questions that a command asks before its work begins, and how a user goes on in spite of them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -15,7 +15,24 @@ GO_ON = "`--force` goes on even so"
 Force = Annotated[bool, typer.Option("--force", help="go on in spite of questions about the logs")]
 
 
-def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> list[str]:
+class Asked(NamedTuple):
+    """What was found before a command's work began.
+
+    Attributes:
+        questions: The questions that the user leaves open.
+        missing: Which logs miss rows: nothing to be answered, and to be known beside the result.
+    """
+
+    questions: list[str]
+    missing: list[str]
+
+    @property
+    def notes(self) -> list[str]:
+        """All of it, the questions first."""
+        return [*self.questions, *self.missing]
+
+
+def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> Asked:
     """Asks about logs that contradict the rig file as a mistake would make them.
 
     Args:
@@ -24,7 +41,7 @@ def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> list[str]:
         force: whether the user goes on in spite of questions.
 
     Returns:
-        What is to be noted beside the result: the questions that the user leaves open, and which logs miss rows.
+        What is to be noted beside the result.
 
     Raises:
         InputError: there are questions; the message holds them all.
@@ -35,4 +52,4 @@ def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> list[str]:
     found = questions(rig, logs)
     if found and not force:
         raise InputError("; ".join([*found, GO_ON]))
-    return [*found, *(str(finding) for log in logs for finding in missing_rows(log))]
+    return Asked([*found], [str(finding) for log in logs for finding in missing_rows(log)])

@@ -63,7 +63,7 @@ def compare(
         document(answer + "\n")
     else:
         say(f"{result}\nfigure: {output / 'comparison.png'}")
-    note(*asked)
+    note(*asked.notes)
 
 
 def _clear(folder: Path) -> None:

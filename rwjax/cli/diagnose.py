@@ -89,7 +89,7 @@ def diagnose(
         silent = result.complete or limit.stopped or isinf(budget)  # else its budget has ended it
         told += [] if silent else [next_command(*again, segments=segments, force=force)]
         say("\n".join([str(result), *told]))
-    note(*asked)
+    note(*asked.notes)
     if limit.stopped:
         raise typer.Exit(STATUS)
 
@@ -113,9 +113,9 @@ def _written(result: "Diagnosis", target: ResultFolder, show: Callable[[str], No
 
 def _of_errors(result: "Diagnosis") -> list[str]:
     """A line on the standard errors, where they are those of a model that is known not to be whole."""
-    from rwjax.report.html import TOO_TIGHT
+    from rwjax.report.html import too_tight
 
-    return [f"  note: {TOO_TIGHT}"] if result.verdict == "partial" else []
+    return [f"  note: {words}"] if (words := too_tight(result)) else []
 
 
 def _held(result: "Diagnosis") -> str:

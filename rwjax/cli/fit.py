@@ -98,8 +98,8 @@ def fit(
         else:
             ahead = next_command("predict", output, *log_files, *_ahead(result, output, log_files), segments=segments)
         say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}", ahead]))
-    note(*dict.fromkeys([*asked, *rig.cautions, *result.notes]))
-    if asked and output is not None:
+    note(*dict.fromkeys([*asked.notes, *rig.cautions, *result.notes]))
+    if asked.questions and output is not None:
         note(f"{output} is written even so; its numbers are those of the logs as they are")
 
 

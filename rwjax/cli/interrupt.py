@@ -18,8 +18,8 @@ SAYS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 """What the command says that ends by Ctrl-C, and by what `kill` and `timeout` send."""
 SIGNALS = tuple(SAYS)
 """Signals that end the command: one is as good a reason as the other."""
-came = signal.SIGINT
-"""The one that came last: what is raised for it says it no more once typer has made an exit of it."""
+_last_signal = signal.SIGINT
+"""The one that came last: typer turns it into exit 130 and forgets which signal came."""
 STATUS = 128 + signal.SIGINT
 """Status that typer makes of a `KeyboardInterrupt`, whatever it was raised for."""
 CLEAR = "\r\x1b[K\x1b[?25h"
@@ -36,7 +36,7 @@ def leave() -> None:
 
     The status is the usual one of a program that a signal ended, 130 or 143.
     """
-    said = f"{CLEAR if os.isatty(2) else ''}rwjax: {SAYS[came]}"
+    said = f"{CLEAR if os.isatty(2) else ''}rwjax: {SAYS[_last_signal]}"
     with suppress(Exception):  # closed, full, or being written to where the program was interrupted
         sys.stdout.flush()
     try:
@@ -45,7 +45,7 @@ def leave() -> None:
     except Exception:
         with suppress(OSError):
             os.write(2, f"{said}\n".encode())
-    os._exit(128 + came)
+    os._exit(128 + _last_signal)
 
 
 def heard(number: int, frame: FrameType | None) -> None:
@@ -67,8 +67,8 @@ def heard(number: int, frame: FrameType | None) -> None:
 
 
 def _note(number: int) -> None:
-    global came
-    came = signal.Signals(number)
+    global _last_signal
+    _last_signal = signal.Signals(number)
 
 
 @contextmanager

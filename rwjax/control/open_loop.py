@@ -12,13 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rwjax.control.controller import wheel_holding_voltage
 from rwjax.control.delays import delays_of
+from rwjax.control.steady_wheel import steady_wheel
 from rwjax.effects.library import BY_NAME
 from rwjax.errors import RigError
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_level
-from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
@@ -29,8 +28,6 @@ STILL = 1e-9
 """Angle [rad], and share of the wheel's rate, within which nothing moves."""
 DELAY_STEPS = 300
 """Time steps in which the drive's delay is looked at."""
-SETTLING = 4
-"""Steps of Newton's method to where the effects' own states stay: one does, but where the current depends on them."""
 INSTANT = 1e-3
 """Time [s] over which a rig at rest is looked at."""
 
@@ -151,7 +148,7 @@ def _instant(plant: OneAxis, t: Scalar, x: tuple, u: Scalar) -> Trajectory:
 
 
 def steady_state(rig: Rig, spin: float = 0.0) -> tuple[Structure, Float[Array, " p"], Float[Array, " n"]]:
-    """A rig whose axis rests while its wheel turns steadily, and has done so for long: what effects carry along has settled, too.
+    """A rig whose axis rests while its wheel turns steadily, as `steady_wheel` has it.
 
     Args:
         rig: The rig.
@@ -159,30 +156,12 @@ def steady_state(rig: Rig, spin: float = 0.0) -> tuple[Structure, Float[Array, "
 
     Returns:
         Structure of its plant, parameter vector `(p,)` [SI] and state `(n,)` [SI].
+
+    Raises:
+        RigError: As `steady_wheel` does.
     """
-    structure = structure_of(rig)
-    theta = jnp.asarray(theta_of(rig, structure))
-    current = rig.values.get("motor.friction", 0.0) * spin / rig.values["motor.torque_constant"]
-    state = jnp.array([{"Omega": spin, "i": current}.get(name, 0.0) for name in structure.states])
-    return structure, theta, _settled(structure, theta, state, wheel_holding_voltage(rig.values) * spin)
-
-
-@partial(jax.jit, static_argnums=0)
-def _settled(
-    structure: Structure, theta: Float[Array, " p"], state: Float[Array, " n"], command: Scalar | float
-) -> Float[Array, " n"]:
-    """A state with the effects' own states where they stay under a command [V]; one that returns to nowhere stays as it is."""
-    plant, t, volts = one_axis_plant_of(structure, theta), jnp.zeros(()), jnp.asarray(command)
-
-    def drift(x: Float[Array, " n"]) -> Float[Array, " n"]:
-        rates = plant.internal_rates(plant.motion(t, tuple(x), plant.act(volts)))
-        return jnp.stack([rates.get(name, t) if ":" in name else t for name in structure.states])
-
-    for _ in range(SETTLING):
-        slope = jnp.diagonal(jax.jacfwd(drift)(state))
-        returns = slope < 0.0
-        state = state - jnp.where(returns, drift(state) / jnp.where(returns, slope, 1.0), 0.0)
-    return state
+    structure, theta, state, _ = steady_wheel(rig, spin)
+    return structure, theta, state
 
 
 def at_rest(rig: Rig, spin: float = 0.0) -> Trajectory:
@@ -194,10 +173,12 @@ def at_rest(rig: Rig, spin: float = 0.0) -> Trajectory:
 
     Returns:
         That instant: torque of the load [N m], and what friction holds [N m].
+
+    Raises:
+        RigError: As `steady_wheel` does.
     """
-    structure, theta, start = steady_state(rig, spin)
-    keeps = jnp.array([wheel_holding_voltage(rig.values) * spin])
-    return Trajectory(*(x[0] for x in open_loop(structure, theta, keeps, INSTANT, start)))
+    structure, theta, start, keeps = steady_wheel(rig, spin)
+    return Trajectory(*(x[0] for x in open_loop(structure, theta, jnp.array([keeps]), INSTANT, start)))
 
 
 def command_delay(rig: Rig, spin: float = 0.0) -> float:
@@ -214,16 +195,15 @@ def command_delay(rig: Rig, spin: float = 0.0) -> float:
 
     Raises:
         RigError: For a rig with a delay that does not wait: its load or its drive moves it meanwhile, its wheel changes its
-            rate, or an effect changes with time.
+            rate, or an effect changes with time; and as `steady_wheel` does.
     """
     delay = float(delays_of(rig).commands[0])
     if delay == 0.0:
         return delay
     why = next((f"`{name}` changes with time" for name in rig.effects if BY_NAME[name].changes_over_time), "")
     if not why:
-        structure, theta, start = steady_state(rig, spin)
-        keeps = jnp.full(DELAY_STEPS, wheel_holding_voltage(rig.values) * spin)
-        seen = open_loop(structure, theta, keeps, delay, start)
+        structure, theta, start, keeps = steady_wheel(rig, spin)
+        seen = open_loop(structure, theta, jnp.full(DELAY_STEPS, keeps), delay, start)
         if not np.max(np.abs(seen.angle)) <= STILL:
             why = "the axis turns"
         elif not np.max(np.abs(seen.wheel - spin)) <= STILL * max(abs(spin), 1.0):

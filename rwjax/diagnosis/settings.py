@@ -78,9 +78,9 @@ class PartialSettings:
         "large names brought 0.010 and more, false ones up to 0.011 but for those that stand in for a small cause",
     )
     needed_of_squares: float = _limit(
-        0.0,
+        5.0,
         "gain in the information criterion by the squares alone, with the fewer independent readings of those that the residuals with and "
-        "without the name allow: no evidence, but none against it. A periodic torque that followed a jump of the encoder had -8, true names 5 and more",
+        "without the name allow: `search.needed`. Periodic torques that were none had -8 to 2, true large names 5.6 and more but for one of twelve",
     )
     predicted: float = _limit(
         0.5,

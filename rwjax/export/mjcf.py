@@ -1,5 +1,6 @@
 """A rig with one axis as a MuJoCo model (MJCF), for MuJoCo 4: a hinge about y with an actuator, and a second hinge for a reaction wheel."""
 
+import re
 from math import atan2, ceil, cos, hypot, inf, sin
 from xml.etree import ElementTree as Xml
 
@@ -34,7 +35,7 @@ def mjcf(rig: Rig) -> Exported:
     model = mujoco_model(rig)
     root = Xml.Element("mujoco", model=rig.name)
     root.append(Xml.Comment(f" {rig.kind} rig, written by rwjax; units are SI "))
-    root.extend(Xml.Comment(f" left out is {name}: {why} ") for name, why in model.left_out.items())
+    root.extend(Xml.Comment(_in_comment(f"left out: {name}: {why}")) for name, why in model.left_out.items())
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true")
     option = Xml.SubElement(root, "option", timestep=_text(STEP), integrator="implicitfast", gravity=f"0 0 {-GRAVITY}")
     Xml.SubElement(option, "flag", contact="disable")
@@ -117,6 +118,11 @@ def _actuator(actuators: Xml.Element, joint: str, drive: Drive) -> None:
     if delay := drive.goal_delay if drive.servo else drive.delay:
         given.set("delay", _text(delay))
         given.set("nsample", str(ceil(delay / STEP) + 1))  # controls that MuJoCo remembers; more for smaller steps
+
+
+def _in_comment(text: str) -> str:
+    """A text as a comment of XML holds it, in which no two dashes may follow each other."""
+    return f" {re.sub('-(?=-)', '- ', text)} "
 
 
 def _constant(actuators: Xml.Element, name: str, joint: str, torque: float) -> None:

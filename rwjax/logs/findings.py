@@ -88,6 +88,8 @@ def missing_rows(log: Log) -> list[Finding]:
     Returns:
         One finding with how many rows, and after which time [s] the first; none where no row is missing, or where the command is held anyway.
     """
+    if len(log.time) < 2:
+        return []
     step = np.diff(log.time)
     usual = float(np.median(step))
     lost = np.flatnonzero((step > LOST * usual) & (step <= GAP * usual))

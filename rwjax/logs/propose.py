@@ -49,6 +49,12 @@ WHEEL = r"(fly|reaction_?)?wheels?(speed|rate|angle|pos)?|rw"
 """Words of a column's name that say that the motion is a wheel's."""
 DUTY = ("duty", "throttle", "tastgrad", "tastverh")
 """How the words of a duty begin."""
+PULSE_WIDTH = r"(pwm|throttle)(_?\d+)?[\s_\-.\[(]+(us|µs)\W*$"
+"""Names of commands as pulses, whose unit is no time of theirs."""
+OF_THROTTLE = r"pct|percent|cmd|command|pwm|duty|norm|raw|in|out|input|output|value|set\w*|des\w*|ref\w*|v|volts?"
+"""Words after a throttle that leave it a command."""
+NO_THROTTLE = rf"throttle[\W_]*(?!({OF_THROTTLE})(?![a-z]))[a-z]"
+"""Names of something else about a throttle, such as its temperature."""
 COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""
 DESIRED = "des"
@@ -72,6 +78,8 @@ SIZE = "abs"
 """Word of a reading without its sign."""
 FULL_POWER = (100, 127, 255, 400, 511, 1000, 1023, 4095, 8191, 32767, 65535)
 """Numbers of full power of a PWM."""
+SHORTEST_US, NEUTRAL_US, LONGEST_US = 1000.0, 1500.0, 2000.0
+"""Pulses of an ESC: full power backwards, none, full power [us]."""
 LIKE_VOLTS = 48.0
 """Largest command that is taken for volts [V]."""
 THESIS_SECTION = """[columns]
@@ -221,6 +229,10 @@ def unit_by_name(column: str) -> str:
 
 def _meaning(column: str, parts: Sequence[str]) -> str:
     """What a column's name means, "" for nothing: the first word that agrees with its unit."""
+    if re.search(PULSE_WIDTH, column.lower()):
+        return "voltage_V"
+    if re.search(NO_THROTTLE, column.lower()):
+        return ""
     means = [word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)]
     in_rates = unit_by_name(column) in RATES
     agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]
@@ -293,7 +305,7 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
 
 
 def command_line(column: str, values: np.ndarray, unit: str, supply: float | None) -> Proposal:
-    """A command in volts, or in steps of a PWM.
+    """A command in volts, in steps of a PWM, or as pulses of an ESC.
 
     Args:
         column: Name of its column.
@@ -312,11 +324,18 @@ def command_line(column: str, values: np.ndarray, unit: str, supply: float | Non
     if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
         whole = "" if unit or size > 1.0 else "V? Of full power it is a duty"
         return _line("voltage_V", column, "mV" if unit == "mV" else "", whole)
-    full = next((number for number in FULL_POWER if size <= number), FULL_POWER[-1])
+    pulses = unit == "us" or (SHORTEST_US <= values.min() and size <= LONGEST_US)
+    full = (
+        int(LONGEST_US - NEUTRAL_US) if pulses else next((most for most in FULL_POWER if size <= most), FULL_POWER[-1])
+    )
     volts = "12" if supply is None else repr(supply).removesuffix(".0")
     scale = f"{volts} V / {full}"
     why = "the supply's voltage over the number of full power" if supply is None else f"{full} is full power"
-    line = f"voltage_V = {{ column = {json.dumps(column, ensure_ascii=False)}, scale = {json.dumps(scale)} }}"
+    keys = f"column = {json.dumps(column, ensure_ascii=False)}, scale = {json.dumps(scale)}"
+    if pulses:
+        keys += f", offset = {NEUTRAL_US:g}"
+        why = f"pulses in us, {volts} V at {LONGEST_US:g} and none at {NEUTRAL_US:g}"
+    line = f"voltage_V = {{ {keys} }}"
     return Proposal("voltage_V", f"{line}   # {why}: right?", column)
 
 

@@ -19,6 +19,8 @@ import jax
 import numpy as np
 from scipy.optimize import least_squares
 
+from rwjax.effects.library import BY_NAME
+from rwjax.effects.ports import AxisAgeing, AxisElastic
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
 from rwjax.fitting.sandwich import meat, undetermined
@@ -95,6 +97,10 @@ class _Regression:
         self.free = np.flatnonzero([name in rig.free for name in structure.names])
         self.size = sizes_of(rig, structure, self.theta, logs)[self.free]
         self.motions = [MeasuredMotion(_as_run(rig, log), structure, log) for log in logs]
+        self.shown = [
+            [*m.acceleration, *(["i"] if "i" in structure.states and "current_A" not in log.outputs else [])]
+            for m, log in zip(self.motions, logs, strict=True)
+        ]  # rates that the numbers have to agree with; a current that is not logged is worked out without these states
         longest = max(len(m.time) for m in self.motions)
 
         def padded(values: np.ndarray) -> np.ndarray:  # one length, so that one program serves all logs
@@ -112,24 +118,31 @@ class _Regression:
         self.added = [np.array(structure.vector(log.added)) for log in logs]
 
     def acting(self) -> list[str]:
-        """States of effects that bend a measured body's rate, at the rig's numbers or where the free ones differ a little."""
+        """Effects whose own states bend what is compared, at the rig's numbers or where the free ones differ a little."""
         theta = self.theta.copy()
         theta[self.free] += NUDGE * self.size
-        own = [(k, name) for k, name in enumerate(self.structure.states) if ":" in name]
-        return [
-            name
-            for k, name in own
-            if any(self._bends(k, theta, *each) for each in zip(self.motions, self.along, strict=True))
-        ]
+        names = self.structure.states
+        effects = dict.fromkeys(name.partition(":")[0] for name in names if ":" in name)
+        runs = [*zip(self.shown, self.motions, self.along, strict=True)]
+        return [effect for effect in effects if any(self._bends(effect, theta, *run) for run in runs)]
 
-    def _bends(self, k: int, theta: np.ndarray, m: MeasuredMotion, along: tuple[np.ndarray, ...]) -> bool:
-        """Whether the measured rates of a log change with a state."""
+    def _bends(
+        self, effect: str, theta: np.ndarray, shown: Sequence[str], m: MeasuredMotion, along: tuple[np.ndarray, ...]
+    ) -> bool:
+        """Whether what is shown of a log changes with an effect's own states, and these do not stay 0 along it."""
         t, states, *driven = along
-        moved = states + np.eye(len(self.structure.states))[k]
-        rates = [self.structure.states.index(rate) for rate in m.acceleration]
-        f = (np.asarray(rates_along(self.structure, theta, t, x, *driven))[: len(m.time)] for x in (states, moved))
-        at_zero, at_one = (each[m.known][:, rates] for each in f)
-        return not np.array_equal(at_zero, at_one)
+        names = self.structure.states
+        own = [k for k, name in enumerate(names) if name.startswith(f"{effect}:")]
+        rates = [names.index(name) for name in shown]
+        at_zero = np.asarray(rates_along(self.structure, theta, t, states, *driven))[: len(m.time)]
+        if not issubclass(BY_NAME[effect], AxisElastic | AxisAgeing) and not np.any(at_zero[:, own]):
+            return False
+        for k in own:
+            moved = states + np.eye(len(names))[k]
+            at_one = np.asarray(rates_along(self.structure, theta, t, moved, *driven))[: len(m.time)]
+            if not np.array_equal(at_zero[m.known][:, rates], at_one[m.known][:, rates], equal_nan=True):
+                return True
+        return False
 
     def __call__(self, z: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Residual and its derivative `(…, k)` of each measured body in each log."""
@@ -155,9 +168,8 @@ def _regress(rig: Rig, logs: Sequence[Log], form: Form) -> Identified:
     pieces = _Regression(opened, train, form)
     structure, free, size = pieces.structure, pieces.free, pieces.size
     if acting := pieces.acting():
-        effect = acting[0].partition(":")[0]
         raise RigError(
-            f"rig `{rig.name}`: has {effect}, whose own state bends the motion and is in no reading; the regression takes "
+            f"rig `{rig.name}`: has {acting[0]}, whose own state bends the motion and is in no reading; the regression takes "
             "such states as 0: take it out, or fit end to end"
         )
     bounds = bounds_of(opened, structure)[free].T / size

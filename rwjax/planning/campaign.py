@@ -137,9 +137,9 @@ def _of_the_duty(rig: Rig, within: Envelope) -> list[str]:
     """A remark on how a drive that takes a duty plays volts."""
     if "drive.supply" not in rig.numbers or within.input == GOAL:
         return []
-    volts = rig.numbers["drive.supply"]
+    supply = rig.numbers["drive.supply"]
     return [
-        f"the commands are volts, up to the supply's {volts:g} V (`drive.supply`): a drive that takes a duty gets `voltage_V` / {volts:g}"
+        f"the commands are volts, up to {within.volts:g} V: a drive that takes a duty gets `voltage_V` / {supply:g} (`drive.supply`)"
     ]
 
 

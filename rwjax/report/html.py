@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.result import Diagnosis
@@ -22,10 +21,12 @@ from rwjax.text_files import write_text
 
 REPORT = "report.html"
 """Name of the page."""
-TITLE = "<title>rwjax: "
-"""How the title of every page begins: a file without it is none, and is never replaced."""
-TOO_TIGHT = "under `partial` the model is known to lack something more, so that the ± of its numbers are too tight"
-"""What is said beside numbers under that verdict."""
+GENERATOR = "rwjax diagnosis"
+"""What wrote the page, as its head says: a file without that is none, and is never replaced."""
+BEGIN, TITLE = b"<!doctype html>", b"<title>rwjax: "
+"""How a page and its title begin; the only mark of pages that earlier versions wrote."""
+HEAD = 500
+"""Bytes in which a page says what wrote it."""
 FIGURES = {
     "motion": "The measured motion of the held-out run that is followed worst, and the simulated one.",
     "waterfall": "Error on held-out runs after each effect is added; the floor is what a perfect model would still leave.",
@@ -117,9 +118,27 @@ def is_page(path: Path) -> bool:
         False where there is none that can be read, and for any other file.
     """
     try:
-        return TITLE.encode() in path.read_bytes()
+        with path.open("rb") as file:
+            head = file.read(HEAD)
     except OSError:
         return False
+    return head.startswith(BEGIN) and (
+        f'<meta name="generator" content="{GENERATOR}">'.encode() in head or TITLE in head
+    )
+
+
+def too_tight(d: Diagnosis) -> str:
+    """What to know of the ± beside a diagnosis's numbers.
+
+    Args:
+        d: the diagnosis.
+
+    Returns:
+        The sentence, without its end; "" where there is nothing to know.
+    """
+    if d.verdict != "partial":
+        return ""
+    return "the ± of its numbers are too tight: under `partial` the model is known to lack something more"
 
 
 def write_report(d: Diagnosis, folder: Path) -> Path:
@@ -145,8 +164,8 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     page = rendered_page(
         "report.html.j2",
         words,
-        title=Markup(TITLE),
-        too_tight=TOO_TIGHT if d.verdict == "partial" else "",
+        generator=GENERATOR,
+        too_tight=too_tight(d).replace("the ± of its numbers", "The ± below"),
         d=d,
         figures=drawn,
         shows=FIGURES,

@@ -218,7 +218,7 @@ def _of_channel(drive: Drive, command: Float[Array, " k"], run: Batch, pace: Sca
         until = area(reading, step, True)
         before = (until - area(begin, step, False)) / since
         now = (area(reading + span, jnp.floor((reading + span) / h).astype(int), True) - until) / span
-        seen = jax.vmap(lambda *each: followed.at(*each, span * pace))(step, before, now, since * pace)
+        seen = jax.vmap(followed.at, (0, 0, 0, 0, None))(step, before, now, since * pace, span * pace)
         return followed.mean[part.points[:-1]], seen
 
     return lagging

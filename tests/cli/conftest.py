@@ -1,6 +1,7 @@
 """What the tests of the commands share."""
 
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,10 @@ from tests.cli.shell import Shell
 
 
 @pytest.fixture(autouse=True)
-def nothing_came(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Forgets the signals of other tests, which a process hears once."""
-    monkeypatch.setattr(interrupt, "came", signal.SIGINT)
+def ctrl_c_came_last() -> None:
+    """Whatever the signals of other tests were."""
+    with suppress(KeyboardInterrupt):
+        interrupt.heard(signal.SIGINT, None)
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from rwjax.diagnosis import diagnosis
 from rwjax.fitting import fit
 from rwjax.methods import comparison
 from tests.cli.shell import DEMO, Shell
+from tests.cli.test_compare import Result as Compared
 from tests.fitting.questions.runs import LOGS, RIG, TIME
 from tests.report.diagnosed import diagnosed, draws_one_figure
 
@@ -39,20 +40,24 @@ def test_a_question_ends_a_command_before_its_work(
     assert sorted(slow_clock.folder.iterdir()) == before
 
 
-@pytest.mark.parametrize("command", ["fit", "diagnose"])
+@pytest.mark.parametrize("command", ["fit", "diagnose", "compare"])
 def test_rows_that_a_log_misses_under_a_changing_command_are_noted_beside_the_result(
     command: str, shell: Shell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(diagnosis, "diagnose", lambda rig, logs, **given: diagnosed())
+    monkeypatch.setattr(comparison, "compare", lambda rig, logs, progress, solver: Compared())
+    monkeypatch.setattr("rwjax.report.comparison.write_figure", lambda result, path: path)
     draws_one_figure(monkeypatch)
     rows = (DEMO / "multisine.csv").read_text().splitlines(keepends=True)
     for name, lost in (("whole.csv", 0), ("late.csv", 2)):
         (shell.folder / name).write_text("".join(rows[:500] + rows[500 + lost :]))
     status, _, err = shell(command, str(DEMO / "rig.toml"), "whole.csv", "late.csv", "-o", "out", "--quiet")
-    noted = [line for line in err.splitlines() if "missing" in line]
-    assert (
-        status == 0 and len(noted) == 1 and noted[0].startswith("note: late.csv: 2 rows are missing, the first after ")
+    first, *others = err.splitlines()
+    said = (
+        "note: late.csv: 2 rows are missing, the first after 4.97 s: the command changes at most samples, and counts as held there; "
+        "write these rows with their command, readings empty"
     )
+    assert (status, first) == (0, said) and (command == "fit" or not others) and "missing" not in "".join(others)
 
 
 @pytest.mark.slow

@@ -232,7 +232,9 @@ def test_under_partial_the_errors_are_said_to_be_too_tight(quick: Shell, verdict
     quick.patch.setattr("rwjax.diagnosis.diagnosis.diagnose", lambda rig, logs, **given: diagnosed(verdict=verdict))
     code, out, err = quick("diagnose", "rig.toml", "run.csv", "-o", "out")
     assert code == 0, err
-    assert ("  note: under `partial` the model is known to lack something more" in out) == (verdict == "partial")
+    assert (
+        "  note: the ± of its numbers are too tight: under `partial` the model is known to lack something more\n" in out
+    ) == (verdict == "partial")
 
 
 @pytest.mark.parametrize("number", interrupt.SIGNALS)

@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from rwjax import read_rig, simulate, write_log, write_rig
+from rwjax.fitting import fit as fitting
 from tests.cli.shell import DEMO, LOGS, Shell, program
 from tests.fitting.logs import log_of
 from tests.systems import platform
@@ -103,6 +104,30 @@ def test_readings_of_the_wrong_sign_or_unit_are_asked_about(tmp_path: Path) -> N
     assert re.search(r"times their noise, most yaw_rad of log\.csv, by [\d.]+ rad RMS: the model lacks", done.stderr)
     done = program("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml", cwd=tmp_path)
     assert "rig file's numbers give" not in done.stderr and "written even so" not in done.stderr
+
+
+@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("question", [False, True], ids=["rows alone", "a question"])
+def test_only_a_question_that_is_left_open_makes_a_written_file_doubtful(
+    question: bool, force: bool, shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits = fitting.fit
+    monkeypatch.setattr(fitting, "fit", lambda *given, **more: replace(fits(*given, **more), notes=()))
+    monkeypatch.setattr("rwjax.fitting.questions.ask.questions", lambda rig, logs: question * ["is it so?"])
+    rows = (DEMO / "multisine.csv").read_text().splitlines(keepends=True)
+    (shell.folder / "late.csv").write_text("".join(rows[:500] + rows[502:]))
+    code, _, err = shell(
+        "fit", str(DEMO / "rig.toml"), "late.csv", "-o", "fitted.toml", "--quiet", *force * ["--force"]
+    )
+    if question and not force:
+        assert (code, err) == (2, "rwjax: is it so?; `--force` goes on even so\n")
+        return
+    missing = (
+        "note: late.csv: 2 rows are missing, the first after 4.97 s: the command changes at most samples, and counts as held there; "
+        "write these rows with their command, readings empty\n"
+    )
+    even_so = "note: fitted.toml is written even so; its numbers are those of the logs as they are\n"
+    assert (code, err) == (0, question * "note: is it so?\n" + missing + question * even_so)
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["the rig file", "a log"])

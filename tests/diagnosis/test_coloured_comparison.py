@@ -52,9 +52,9 @@ def test_a_name_has_to_gain_enough_altogether_and_by_the_reading(
     assert ColouredComparison(search.fits).likelier(DRY, NOTHING) == enough
 
 
-@pytest.mark.parametrize("says", [1.0, -1.0])
-def test_squares_with_the_fewer_independent_readings_of_both_residuals_must_not_speak_against_a_name(
-    says: float, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("says", "enough"), [(6.0, True), (4.0, False)])
+def test_squares_with_the_fewer_independent_readings_of_both_residuals_have_to_say_so_too(
+    says: float, enough: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = searched([run_of(k, FRICTION) for k in range(2)], DRY)
     compare, readings = ColouredComparison(search.fits), list[dict[str, float]]()
@@ -65,7 +65,7 @@ def test_squares_with_the_fewer_independent_readings_of_both_residuals_must_not_
 
     monkeypatch.setattr(compare, "criterion", criterion)
     monkeypatch.setattr(compare, "effective", lambda e: {"yaw_rad": 40.0 if e.names else 30.0})
-    assert compare.likelier(DRY, NOTHING) == (says > 0.0)
+    assert compare.likelier(DRY, NOTHING) == enough
     assert readings == [{"yaw_rad": 30.0}] * 2
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from rwjax import RigError, parse_rig, read_logs, read_rig, simulate
 from rwjax.export.mjcf import mjcf
+from rwjax.export.mujoco_model import mujoco_model
 from rwjax.export.targets import moved_by
 from rwjax.fitting.predict import predict
 from rwjax.rig.model import Rig
@@ -143,9 +144,16 @@ def test_the_file_says_what_it_leaves_out_and_is_still_a_model() -> None:
         effects={"axis.backlash": {"d": 0.01, "J_m": 1e-3}, "sensor.delay": {"tau": 0.01}},
     )
     found = mjcf(rig)
-    comments = re.findall("<!-- left out is (.*?): (.*?) -->", found.text)
+    comments = re.findall("<!-- left out: (.*?): (.*?) -->", found.text)
     assert dict(comments) == found.left_out and len(comments) > 3
     assert Xml.fromstring(found.text).find("actuator") is not None
+
+
+def test_dashes_of_a_reason_end_no_comment(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = replace(mujoco_model(joint()), left_out={"a.b": "see --volts, a---b and --"})
+    monkeypatch.setattr("rwjax.export.mjcf.mujoco_model", lambda rig: model)
+    text = mjcf(joint()).text
+    assert "<!-- left out: a.b: see - -volts, a- - -b and - - -->" in text and Xml.fromstring(text).tag == "mujoco"
 
 
 def test_no_number_of_a_model_is_a_minus_zero() -> None:

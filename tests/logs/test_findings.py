@@ -264,6 +264,13 @@ def test_rows_that_are_lost_while_the_command_changes_are_told(
     assert [finding.says[: len(expected)] for finding in found] == told * [expected] and missing_rows(log) == found
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_a_log_of_no_interval_misses_no_rows(count: int) -> None:
+    outputs = {name: y[:count] for name, y in GOOD.outputs.items()}
+    assert missing_rows(replace(GOOD, time=T[:count], command=U[:count], outputs=outputs)) == []
+
+
 def test_a_gap_is_five_intervals_and_a_drift_needs_a_run() -> None:
     for seconds, gaps in ((0.03, 0), (0.1, 1)):
         late = replace(GOOD, time=np.where(np.arange(2000) > 700, T + seconds, T))

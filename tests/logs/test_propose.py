@@ -21,6 +21,18 @@ K = np.arange(100.0)
         ("Zeit [s]", 0.01 * K, 'time_s = "Zeit [s]"'),
         ("pwm", 255 - K, 'voltage_V = { column = "pwm", scale = "12 V / 255" }'),
         ("throttle_pct", 0.3 * K, 'duty = { column = "throttle_pct", unit = "percent" }   # needs [drive] supply'),
+        ("throttle_temp", K, "# passed over: throttle_temp"),
+        ("Throttle Temp [°C]", K, "# passed over: Throttle Temp [°C]"),
+        ("throttle_position", K, "# passed over: throttle_position"),
+        *(
+            (
+                name,
+                1000 + 10 * K,
+                f'voltage_V = {{ column = "{name}", scale = "12 V / 500", offset = 1500 }}   # pulses in us, 12 V at 2000 and',
+            )
+            for name in ("throttle", "throttle_us", "throttle_cmd", "pwm", "pwm_1 [us]")
+        ),
+        ("throttle_cmd", 255 - K, 'voltage_V = { column = "throttle_cmd", scale = "12 V / 255" }'),
         ("Throttle", 0.01 * K, 'duty = "Throttle"   # of 1, needs [drive] supply: right?'),
         ("duty_pct", 0.3 * K, 'duty = { column = "duty_pct", unit = "percent" }   # needs [drive] supply'),
         ("Tastgrad [%]", 0.3 * K, 'duty = { column = "Tastgrad [%]", unit = "percent" }   # needs [drive] supply'),

@@ -7,6 +7,7 @@ import pytest
 
 from rwjax.errors import RigError
 from rwjax.methods.regression import equation_error, weak_form
+from rwjax.rig.read import parse_rig
 from tests.joints import joint, logged, servo
 from tests.methods.known_numbers import (
     Method,
@@ -77,3 +78,33 @@ def test_a_state_that_no_reading_tells_is_refused_where_it_acts(m: float, free: 
             weak_form(rig, [log])
     else:
         assert weak_form(rig, [log]).rig.values["drive.supply_sag.rho"] == pytest.approx(0.05, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("inductance", "c", "free", "logged_too", "refused"),
+    [
+        (5e-3, 0.02, "motor.torque_constant", (), True),
+        (5e-3, 0.02, "motor.torque_constant", ("current_A",), False),
+        (5e-3, 0.0, "motor.torque_constant", (), False),
+        (5e-3, 0.0, "motor.heating.c", (), True),
+        (0.0, 0.02, "motor.torque_constant", (), True),
+        (0.0, 0.0, "motor.torque_constant", (), False),
+    ],
+    ids=["not logged", "logged", "cold", "free", "at once", "at once, cold"],
+)
+def test_a_winding_that_warms_is_refused_where_it_warms_and_bends_the_current_that_is_not_logged(
+    inductance: float, c: float, free: str, logged_too: tuple[str, ...], refused: bool
+) -> None:
+    rig = parse_rig(
+        'kind = "wheel"\n[motor]\ntorque_constant = 0.0182\nresistance = 0.83\nfriction = 4e-6\n'
+        f"inductance = {inductance}\n[wheel]\ninertia = 1.24e-4\n[fit]\nfree = [{free!r}]\n"
+        f'[effects."motor.heating"]\nc = {c}\ntau = 30.0\n'
+    )
+    names = ("wheel_rad_s", *logged_too)
+    outputs = run(rig, record(T, VOLTS, {name: np.zeros(len(T)) for name in names}), {})
+    log = record(T, VOLTS, {name: outputs[name] for name in names})
+    if refused:
+        with pytest.raises(RigError, match="has motor.heating, whose own state bends the motion"):
+            weak_form(rig, [log])
+    else:
+        assert weak_form(rig, [log]).rig.values["motor.torque_constant"] == pytest.approx(0.0182, rel=0.1)

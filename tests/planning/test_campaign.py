@@ -144,11 +144,12 @@ def test_limits_that_are_missing_or_too_tight_are_one_line() -> None:
         recommend(demo, envelope(demo, 12.0, {"yaw_rad": 0.01, "yaw_rad_s": 3.0}))
 
 
-def test_how_a_drive_that_takes_a_duty_plays_volts_is_said() -> None:
+@pytest.mark.parametrize(("volts", "most"), [(None, 12.0), (5.0, 5.0)])
+def test_how_a_drive_that_takes_a_duty_plays_volts_is_said(volts: float | None, most: float) -> None:
     rig = replace(RIGS["wheel"], numbers=RIGS["wheel"].numbers | {"drive.supply": 12.0})
-    runs, remarks = recommend(rig, envelope(rig))
-    assert max(abs(run.experiment.amplitude) for run in runs) <= 12.0
-    said = "the commands are volts, up to the supply's 12 V (`drive.supply`): a drive that takes a duty gets `voltage_V` / 12"
+    runs, remarks = recommend(rig, envelope(rig, volts))
+    assert max(abs(run.experiment.amplitude) for run in runs) <= most
+    said = f"the commands are volts, up to {most:g} V: a drive that takes a duty gets `voltage_V` / 12 (`drive.supply`)"
     assert said in remarks
 
 
