@@ -45,6 +45,6 @@ def test_only_those_that_leave_least_of_the_fitted_runs_may_lead(monkeypatch: py
 
 
 def test_of_a_single_run_the_evidence_alone_says_what_leads() -> None:
-    by_runs = comparison(1)
-    by_runs.fits.settings = replace(Settings(), partial=PartialSettings(needed_of_squares=0.0))  # of which a run has few
+    by_runs = comparison(1)  # with few independent readings
+    by_runs.fits.settings = replace(Settings(), partial=PartialSettings(needed_of_squares=0.0))
     assert by_runs.leader([BIAS, PERIODIC]) == PERIODIC and by_runs.needs(PERIODIC, NOTHING)
