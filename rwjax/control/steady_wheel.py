@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.optimize import root
 
 from rwjax.control.controller import wheel_holding_voltage
 from rwjax.control.drive_limits import turning
@@ -19,10 +20,10 @@ from rwjax.plant.structure import Structure
 from rwjax.rig.model import Rig
 from rwjax.types import Scalar
 
-STEPS, HALVINGS = 50, 30
-"""Most steps of Newton's method, and times that one of them is halved."""
-EXACT = 1e-10
-"""Last of these steps, over 1 and the value itself [1]."""
+STEPS = 50
+"""Most steps to the command of which the drive makes a voltage."""
+EXACT = 1e-12
+"""Relative error of the state [1]."""
 
 
 class SteadyWheel(NamedTuple):
@@ -108,27 +109,16 @@ def _rates(
 
 
 def _balanced(structure: Structure, theta: Float[Array, " p"], spin: float, unknown: np.ndarray) -> np.ndarray | None:
-    """Voltage and states at which nothing changes, by Newton's method from a first guess; None where it ends at none that is stable.
+    """Voltage and states at which nothing changes, from a first guess; None where there is none, or it is not stable."""
 
-    A step is halved until what the next one would be, with the same derivative, is smaller (Deuflhard, Newton Methods, section 3.3).
-    """
-    try:
-        for _ in range(STEPS):
-            rates, slope = map(np.asarray, _rates(structure, theta, spin, jnp.asarray(unknown)))
-            step = np.linalg.solve(slope, rates)
-            if np.all(np.abs(step) <= EXACT * (1.0 + np.abs(unknown))):
-                return unknown - step if _settles(structure, slope) else None
-            for share in 0.5 ** np.arange(HALVINGS):
-                after = unknown - share * step
-                ahead = np.linalg.solve(slope, np.asarray(_rates(structure, theta, spin, jnp.asarray(after))[0]))
-                if np.linalg.norm(ahead) <= (1.0 - 0.25 * share) * np.linalg.norm(step):
-                    break
-            else:
-                return None
-            unknown = after
-    except np.linalg.LinAlgError:  # nothing that the voltage does changes the wheel's rate
-        pass
-    return None
+    def rates(unknown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        value, slope = _rates(structure, theta, spin, jnp.asarray(unknown))
+        return np.asarray(value), np.asarray(slope)
+
+    found = root(rates, unknown, jac=True, tol=EXACT)
+    left, slope = rates(found.x)
+    still = np.all(np.abs(left) <= np.sqrt(EXACT) * (1.0 + np.abs(slope) @ np.abs(found.x)))
+    return found.x if still and np.linalg.cond(slope) < np.inf and _settles(structure, slope) else None
 
 
 def _settles(structure: Structure, slope: np.ndarray) -> bool:

@@ -54,7 +54,7 @@ class ColouredComparison(ModelComparison):
         return fitted.problem.prior_cost(fitted.theta)[0]
 
     def likelier(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
-        """Whether the larger hypothesis gains enough, altogether and by the reading, and its squares do not say the opposite.
+        """Whether the larger hypothesis gains enough, altogether and by the reading, and by its squares, too.
 
         Of many readings any difference of two models is likely, so that each of them has to tell a little. A law with several numbers that
         follows a slow motion gains by what it bends at its edges, though the squares have too few independent readings for its numbers. Where
