@@ -47,7 +47,7 @@ def begin(
             fitted before begin anyway: of these more is known than the prediction.
 
     Returns:
-        The places by hypothesis; two places of the same cost count as one.
+        The places by hypothesis; two places of the same cost count as one, and one from which a run leaves the range of numbers as none.
     """
     run = partial(fits.together, work=fits.settings.headway.screened * len(hypotheses))
     screen = ScoreScreen(fits(parent), fits.settings.screening, run)
@@ -62,7 +62,7 @@ def begin(
     searches = [Task(f.problem, partial(with_residual, f)) for _, f in points]
     for (e, _), f in zip(points, run(searches), strict=True):
         known = any(abs(f.cost - other.cost) <= same * other.cost for other in places[e])
-        places[e] += () if known else (f,)
+        places[e] += (f,) if np.isfinite(f.cost) and not known else ()
     return {e: Begun(predicted[e], here[e], sorted(places[e], key=lambda f: f.cost)) for e in hypotheses}
 
 

@@ -3,11 +3,12 @@
 import numpy as np
 
 from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.score_screen import ScoreScreen
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, fitted
 from rwjax.diagnosis.starting_points import begin, candidate_of
 from tests.diagnosis.simulated import fits_of, moved_to, true_log
-from tests.systems import platform
+from tests.systems import platform, record, run, wheel
 
 NOTHING = Hypothesis()
 
@@ -37,6 +38,19 @@ def test_a_hypothesis_also_begins_where_the_rig_file_says_if_its_parent_went_far
     k = candidate.problem.structure.names.index("axis.inertia")
     assert candidate.unprobed and all(theta[k] == 0.1 for theta in candidate.unprobed)
     assert all(theta[k] == 0.1 * 5.5 for theta in candidate.starts)
+
+
+def test_a_place_whose_run_leaves_the_range_of_numbers_hides_none_at_which_it_does_not() -> None:
+    rig, dry, time = wheel(), Hypothesis(("wheel.coulomb",)), np.arange(801) * 0.01
+    volts = np.where(time > 0.6, 6.0 * np.sign(np.sin(1.7 * time)), 0.0)
+    speed = run(rig, record(time, volts, {"wheel_rad_s": np.zeros(801)}), {})["wheel_rad_s"]
+    fits = ModelFits.of(rig, [record(time, volts, {"wheel_rad_s": speed + 0.02 * np.sin(1e3 * time)})], [0])
+    fits(NOTHING)
+    moved_to(fits, NOTHING, {"wheel.inertia": 4e-8, "motor.friction": 0.05}, ended=True)
+    places = begin(fits, [dry], NOTHING)[dry].places
+    k = places[0].problem.structure.names.index("wheel.inertia")
+    assert np.all(np.isfinite([f.cost for f in places]))
+    assert rig.values["wheel.inertia"] in [f.theta[k] for f in places]
 
 
 def test_a_limit_begins_at_the_numbers_of_the_effect_that_it_limits() -> None:
