@@ -94,6 +94,18 @@ def counted(number: int, one: str, end: str = "s") -> str:
     return f"{number} {one}{end * (number != 1)}"
 
 
+def in_two_digits(value: float) -> str:
+    """A number in two digits, written out up to a million: 170, and not 1.7e+02.
+
+    Args:
+        value: The number [1].
+
+    Returns:
+        The text.
+    """
+    return f"{float(f'{value:.2g}'):g}"
+
+
 class InputError(ValueError):
     r"""The input is unusable.
 

@@ -18,6 +18,7 @@ from rwjax.errors import (
     RigError,
     alike,
     counted,
+    in_two_digits,
     nearest,
     no_name,
     one_line,
@@ -103,6 +104,11 @@ def test_a_name_is_one_line_of_printed_characters(text: str, why: str) -> None:
 def test_one_thing_is_no_several() -> None:
     said = [counted(1, "sample"), counted(3, "sample"), counted(0, "stretch", "es")]
     assert said == ["1 sample", "3 samples", "0 stretches"]
+
+
+def test_a_large_number_in_two_digits_is_written_out() -> None:
+    said = {170.4: "170", 99.9: "100", 1.0449: "1", 0.0123: "0.012", 123456.0: "120000", 4.81e7: "4.8e+07"}
+    assert [in_two_digits(value) for value in said] == [*said.values()]
 
 
 RUN = record(0.01 * np.arange(50), np.zeros(50), {"yaw_rad": np.zeros(50)})

@@ -20,7 +20,7 @@ class Asked(NamedTuple):
 
     Attributes:
         questions: The questions that the user leaves open.
-        missing: Which logs miss rows: nothing to be answered, and to be known beside the result.
+        missing: Which logs lack rows, few or many in a row: nothing to be answered, and to be known beside the result.
     """
 
     questions: list[str]
@@ -47,9 +47,9 @@ def ask_first(rig: "Rig", logs: "Sequence[Log]", force: bool) -> Asked:
         InputError: there are questions; the message holds them all.
     """
     from rwjax.fitting.questions.ask import questions
-    from rwjax.logs.findings import missing_rows
+    from rwjax.logs.findings import holes
 
     found = questions(rig, logs)
     if found and not force:
         raise InputError("; ".join([*found, GO_ON]))
-    return Asked([*found], [str(finding) for log in logs for finding in missing_rows(log)])
+    return Asked([*found], holes(logs))

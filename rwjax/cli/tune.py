@@ -22,7 +22,7 @@ from rwjax.cli.loop import Period, Seconds, Step, controller_of, reference_of
 from rwjax.cli.options import Json, Quiet, RigFile, finite, of_file, span
 from rwjax.cli.progress import progress
 from rwjax.cli.terminal import document, say
-from rwjax.errors import InputError
+from rwjax.errors import InputError, in_two_digits
 from rwjax.report.answer import json_text
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def _line(name: str, found: dict, why: str) -> str:
     settles = "does not settle" if found["settling"] is None else f"settles in {found['settling']:.3g} s"
     return (
         f"{name}: kp {found['kp']:.4g} V/rad, ki {found['ki']:.4g} V/(rad s), kd {found['kd']:.4g} V s/rad; modulus margin "
-        f"{found['modulus']:.2f}; {settles}, overshoot {100.0 * found['overshoot']:.2g} %, stays "
+        f"{found['modulus']:.2f}; {settles}, overshoot {in_two_digits(100.0 * found['overshoot'])} %, stays "
         f"{math.degrees(abs(found['error'])):.2g}° off{why}"
     )
 

@@ -15,7 +15,7 @@ from rwjax.control.robust_gains import RobustGains, robust_gains
 from rwjax.control.robustness import Robustness, robustness
 from rwjax.control.tuning import LEAST_MODULUS, tune_from
 from rwjax.control.unsettled import least_kp, why_unsettled
-from rwjax.errors import InputError, counted, refuses_other_types
+from rwjax.errors import InputError, counted, in_two_digits, refuses_other_types
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
 
@@ -100,7 +100,7 @@ class GainDesign:
             law, seen = found.controller, found.response
             lines.append(
                 f"  {name}: kp {float(law.kp):.4g} V/rad, ki {float(law.ki):.4g} V/(rad s), kd {float(law.kd):.4g} V s/rad; "
-                f"modulus margin {found.robustness.modulus:.2f}; overshoot {100.0 * float(seen.overshoot):.2g} %, {found.settles}"
+                f"modulus margin {found.robustness.modulus:.2f}; overshoot {in_two_digits(100.0 * float(seen.overshoot))} %, {found.settles}"
             )
         return "\n".join(lines)
 

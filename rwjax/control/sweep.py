@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 from rwjax.control.closed_loop import ClosedLoopRun, closed_loop, loop_setup
 from rwjax.control.controller import DEFAULT_CONTROLLER, DEFAULT_TIMING, Controller, LoopTiming, loop_timing
 from rwjax.control.response import DEFAULT_STEP, Response, StepReference, step_response
-from rwjax.errors import refuses_other_types
+from rwjax.errors import in_two_digits, refuses_other_types
 from rwjax.fitting.threads import THREADS
 from rwjax.lowering.arrays import Spread
 from rwjax.lowering.kept import LANES, lowered
@@ -73,7 +73,7 @@ class GainSweep:
             overshoot = 100.0 * float(self.response.overshoot[i, j])
             lines.append(
                 f"  fastest: kp {self.kp[i]:g} V/rad, kd {self.kd[j]:g} V s/rad after {settling[i, j]:.3g} s, "
-                f"overshoot {overshoot:.2g} %"
+                f"overshoot {in_two_digits(overshoot)} %"
             )
         return "\n".join(lines)
 

@@ -190,7 +190,7 @@ def _ended(further: Further) -> list[str]:
     if further.complete:
         return []
     budget, led = headway.budget, f"; best until then was {headway.best}" if headway.best else ""
-    why = "Ctrl-C" if budget.stopped else f"the budget of {budget.seconds:g} s"
+    why = "an interruption" if budget.stopped else f"the budget of {budget.seconds:g} s"
     if choice.complete:
         names = " and ".join(map(spoken, choice.best.names)) or "the rig as it is"
         return [

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Collection
+from math import isfinite
 from threading import Lock
 from typing import TypeVar
 
@@ -41,7 +42,7 @@ class Headway:
         self._what, self._of = "candidates", frozenset[Hypothesis]()
         self._whole, self._further = 0.0, 0.0
         self._done, self._before = 0.0, 0.0  # work of this pass and of those before it
-        self._shown = np.inf  # time left as told last [s]
+        self._shown, self._least = np.inf, np.inf  # time left as told last, and before this pass [s]
         self._best: tuple[float, str] = np.inf, ""
 
     def say(self, text: str) -> None:
@@ -66,7 +67,7 @@ class Headway:
             self._before += self._done
             self._what, self._of = what, frozenset(hypotheses)
             self._whole, self._further, self._done = len(self._of - self.compared) + besides, further, 0.0
-            self._shown = np.inf
+            self._least, self._shown = min(self._least, self._shown), np.inf
 
     def advance(self, work: float) -> None:
         """Counts work that was done, and tells how far the search is.
@@ -124,7 +125,10 @@ class Headway:
         return min(pace * (self._whole - self._done + self._further), self.budget.left)
 
     def _line(self) -> str:
-        """How far the search is; empty before the first pass. Within a pass the time left only falls."""
+        """How far the search is; empty before the first pass.
+
+        Within a pass the time left only falls. A pass that was not foreseen says so, and how long the budget lets all of them take.
+        """
         if self._begun is None:
             return ""
         parts = [f"{len(self._of & self.compared)} of {len(self._of)} {self._what}"]
@@ -132,5 +136,8 @@ class Headway:
             parts.append(f"best so far {self.best}")
         if (left := self.left) is not None:
             self._shown = min(self._shown, left)
-            parts.append(f"about {max(round(self._shown), 1)} s left")
+            about, most = max(round(self._shown), 1), self.budget.left
+            goes_on = "the search goes on, " if self._shown > self._least + 0.5 else ""
+            at_most = f" (at most {max(round(most), 1)} s)" if isfinite(most) else ""
+            parts.append(f"{goes_on}about {about} s left{at_most}")
         return ", ".join(parts)

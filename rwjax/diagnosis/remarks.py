@@ -6,6 +6,7 @@ import numpy as np
 
 from rwjax.diagnosis.settings import RemarkSettings
 from rwjax.effects.library import thresholds
+from rwjax.errors import in_two_digits
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.questions.ask import ask
 from rwjax.fitting.segments import said
@@ -82,7 +83,7 @@ def _far_from_the_file(rig: Rig, named: Fit, far: float) -> list[str]:
     if not away:
         return []
     order = sorted(away, key=lambda name: -abs(np.log(away[name])))
-    told = ", ".join(f"{name} ({away[name]:.2g} times)" for name in order)
+    told = ", ".join(f"{name} ({in_two_digits(away[name])} times)" for name in order)
     return [
         f"with what is named, numbers are far from the rig file's: {told}; where that cannot be, the name stands in for something else"
     ]

@@ -83,7 +83,7 @@ class Diagnosis:
         rig: the rig as it is.
         logs: all logs, or the parts into which a single one was split; segments where free runs follow those.
         verdict: one of the five outcomes.
-        complete: whether the search came to its end; one that the budget or Ctrl-C has ended claims nothing.
+        complete: whether the search came to its end; one that the budget or an interruption has ended claims nothing.
         untried: candidates that were then not compared.
         restricted: whether some candidates were left out on purpose.
         uninformative: why the logs say nothing, None where they do.
@@ -152,9 +152,10 @@ class Diagnosis:
         other = left_elsewhere(self.gaps, self.signal, self.settings.verdict)
         elsewhere = (other, self.gaps[other]) if other else None
         visible = other or leaves_a_visible_part(gap, self.settings.verdict)
-        why = next((self.refused[name] for name in self.effects if name in self.refused), None)
-        if self.verdict == "unknown" and why and not visible:
-            return doubted_sentence(self.effects, gap, why)
+        doubted = next((name for name in self.effects if name in self.refused), None)
+        if self.verdict == "unknown" and doubted:
+            why = (f"{spoken(doubted)}: " if len(self.effects) > 1 else "") + self.refused[doubted]
+            return doubted_sentence(self.effects, gap, why, self._stays if visible else "")
         said = verdict_sentence(
             self.verdict, self.effects, self.alternatives, gap, unit, self.uninformative, known, elsewhere
         )
@@ -170,10 +171,14 @@ class Diagnosis:
         """The sentence, without the explanations where these logs cannot tell several apart (`explanations`)."""
         if not self.alternatives:
             return self.sentence
-        name = left_elsewhere(self.gaps, self.signal, self.settings.verdict) or self.signal
-        stays = f"{self.gaps[name].after:.3g} {UNIT[name]} of {name}"
-        said = several_sentence(self.verdict, 1 + len(self.alternatives), self.gaps[self.signal], stays)
+        said = several_sentence(self.verdict, 1 + len(self.alternatives), self.gaps[self.signal], self._stays)
         return self._among(said)
+
+    @property
+    def _stays(self) -> str:
+        """What is left of which output, in words."""
+        name = left_elsewhere(self.gaps, self.signal, self.settings.verdict) or self.signal
+        return f"{self.gaps[name].after:.3g} {UNIT[name]} of {name}"
 
     @property
     def explanations(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import BY_NAME
-from rwjax.errors import counted
+from rwjax.errors import counted, in_two_digits
 from rwjax.kinds import half_column
 from rwjax.rig.columns import unit_of
 from rwjax.rig.model import Rig
@@ -126,21 +126,20 @@ def verdict_sentence(
     if verdict == "ambiguous":
         return f"{either[0].upper()}{either[1:]}: these logs cannot tell them apart."
     part = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
-    if elsewhere is None:
-        stays, stands = f"{gap.after:.3g} {unit}", "what is left stands above the floor"
-        times = gap.after / gap.floor
-    else:
-        name, other = elsewhere
-        stays, times = f"{other.after:.3g} {UNIT[name]} of {name}", other.after / other.floor
-        stands = f"{name} stays at {other.after:.3g} {UNIT[name]}, {times:.2g} times its floor"
+    name, other = elsewhere or ("", gap)
+    stays = f"{other.after:.3g} {UNIT[name]} of {name}" if name else f"{other.after:.3g} {unit}"
+    floors = f"{in_two_digits(other.after / other.floor)} times the floor"
     if verdict == "partial":
         return (
             f"Only in part: {either}; this closes {part} on held-out runs, and for the {stays} that stay "
-            f"({times:.2g} times the floor) no {known} was found that holds."
+            f"({floors}) no {known} was found that holds."
         )
     if effects:
-        explain = "explains" if len(effects) == 1 else "together explain"
-        return f"Unknown: {_listed(effects)} {explain} {part}, but {stands}, and no {known} was found that holds."
+        close = "closes" if len(effects) == 1 else "together close"
+        return (
+            f"Unknown: {_listed(effects)} {close} {part}, but this is no claim: {stays} stay, {floors}, and no {known} was found that "
+            "explains these."
+        )
     return f"Unknown: {_remaining(gap, unit)}, and no {known} was found that explains it."
 
 
@@ -149,19 +148,21 @@ def _remaining(gap: Gap, unit: str) -> str:
     return f"a gap above the floor remains ({gap.before:.3g} of {gap.floor:.3g} {unit})"
 
 
-def doubted_sentence(effects: tuple[str, ...], gap: Gap, why: str) -> str:
-    """What a diagnosis says that does not claim names though they explain the logs down to the floor, as one sentence.
+def doubted_sentence(effects: tuple[str, ...], gap: Gap, why: str, stays: str = "") -> str:
+    """What a diagnosis says that does not claim names though they would close a gap, as one sentence.
 
     Args:
         effects: the names.
         gap: the gap of the headline signal [SI].
         why: why they are not claimed.
+        stays: what they leave of which output, in words; empty where that is the floor.
 
     Returns:
         The sentence.
     """
     closed = f"{100 * gap.closed:.0f} % of the gap" if gap.closed is not None else "part of the gap"
-    return f"Unknown: {_listed(effects)} would close {closed}, but this is no claim: {why}."
+    left = f"; {stays} stay" if stays else ""
+    return f"Unknown: {_listed(effects)} would close {closed}, but this is no claim: {why}{left}."
 
 
 def beside_runaways(times: Mapping[str, float]) -> str:
@@ -173,7 +174,7 @@ def beside_runaways(times: Mapping[str, float]) -> str:
     Returns:
         The clause.
     """
-    told = " and ".join(f"{name} ({x:.2g} times the file's)" for name, x in times.items())
+    told = " and ".join(f"{name} ({in_two_digits(x)} times the file's)" for name, x in times.items())
     runs = "runs" if len(times) == 1 else "run"
     return f"beside it {told} {runs} away, as where something holds a part, and what that is is not named"
 
@@ -249,12 +250,12 @@ def left_words(share: float, where: Where | None, windows: Sequence[Window], lim
     Returns:
         The words, without an end.
     """
-    said = f"{100 * share:.2g} % of the excess squared error"
+    said = f"{in_two_digits(100 * share)} % of the excess squared error"
     if where is not None:
         said += f"; nearest to it comes a law in {where_words(where, limits)}, which removes {100 * where.share:.0f} % of that"
     if windows:
         log, begin, end, most = windows[0]
-        said += f"; the second with most of it is {begin:.1f} to {end:.1f} s of {log} ({100 * most:.0f} %)"
+        said += f"; it is largest from {begin:.1f} to {end:.1f} s of {log}, where {100 * most:.0f} % of it lie"
     return said
 
 
@@ -285,7 +286,7 @@ def why_not(
         return f"It leaves {leaves:.3g} {unit} of the held-out runs, where {best} leaves {after:.3g}, but the training runs speak more for that."
     if after == 0.0:
         return f"It leaves {leaves:.3g} {unit} on held-out runs, and {best} leaves nothing."
-    times = f"{float(f'{leaves / after:.2g}'):g}"
+    times = in_two_digits(leaves / after)
     beside = f"about as much as {best}" if times == "1" else f"{times} times what {best} leaves"
     return f"It leaves {leaves:.3g} {unit} on held-out runs, {beside}."
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.effects.library import BY_NAME
+from rwjax.errors import in_two_digits
 from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import pose
 from rwjax.fitting.shooting_nodes import measured_nodes
@@ -108,7 +109,7 @@ def _chosen(rig: Rig, logs: Sequence[Log]) -> Segments:
     if math.isfinite(swings):
         why = "the axis goes over the top, and how often depends on every number"
     if growth > FOLLOWED:
-        why = f"a change of the state grows {growth:.2g} times over a run"
+        why = f"a change of the state grows {in_two_digits(growth)} times over a run"
     return Segments(float(f"{min(seconds, LONGEST_S):.2g}"), why)
 
 

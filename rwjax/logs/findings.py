@@ -1,11 +1,11 @@
 """What is odd about a log by itself, before any model is asked: clock, command, readings, and a loop that closes over them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from rwjax.errors import counted
+from rwjax.errors import counted, in_two_digits
 from rwjax.kinds import GOAL, is_angle
 from rwjax.logs.dropouts import dropouts, equal_stretches, without_dropouts
 from rwjax.logs.log import Log
@@ -14,6 +14,8 @@ from rwjax.rig.columns import unit_of
 
 GAP, UNEVEN, DRIFTS = 5.0, 0.2, 0.01
 """Interval over the median one that is a gap; scatter of the others, and change from begin to end, over the median [1]."""
+MOST_NOTED = 3
+"""Logs that lack rows which are told of one by one beside a result."""
 LOST, FEW = 1.5, 0.1
 """Interval over the median one from which a row is lost between even ones; share of the intervals up to which it is rows, and not the rate [1]."""
 AT_LIMIT, MANY, CLOSE = 0.1, 20, 0.8
@@ -34,6 +36,11 @@ NEAR = 0.1
 """Share of a counter's length by which a jump may differ from it [1]."""
 MOVES = 10.0
 """Range of readings, in standard deviations of their noise, below which they hardly move [1]."""
+STEP, AT_REST, MOVES_OFF, WITHIN_S = 0.1, 0.02, 0.1, 0.5
+"""First command over the largest from which a log begins with a step; speed over the largest up to which a rig rests at first, and from
+which it has moved off; time by which it has, so that it is no friction that holds it [1, 1, 1, s]."""
+SEEN = 3.0
+"""Noise levels, or counts, above which a reading differs from rest [1]."""
 PAST, LAGS, FED_BACK = 20, 3, 0.3
 """Samples from which the next is predicted, samples after which a loop may answer, and correlation from which it does."""
 
@@ -68,9 +75,11 @@ def findings(log: Log) -> list[Finding]:
     dropped = dropouts(log)
     read = without_dropouts(log, dropped)
     found = [
+        *((about, says) for _, about, says in gaps_in_time(log)),
         *(("clock", says) for says in _about_clock(log)),
         *((about, says) for _, about, says in missing_rows(log)),
         *(("command", says) for says in _about_command(log)),
+        *(("command", says) for says in _about_start(read)),
         *(("readings", says) for says in _about_missing(log)),
         *(("readings", dropout.says) for dropout in dropped),
         *(("readings", says) for says in _about_readings(read)),
@@ -104,17 +113,57 @@ def missing_rows(log: Log) -> list[Finding]:
     return [Finding(log.name, "clock", says)]
 
 
+def gaps_in_time(log: Log) -> list[Finding]:
+    """Times without a sample, longer than a few lost rows: whatever simulates the log holds the command there, too.
+
+    Args:
+        log: The log.
+
+    Returns:
+        One finding with how many there are, and where [s] the longest one is; none for a log without any.
+    """
+    step = np.diff(log.time)
+    gaps = np.flatnonzero(step > GAP * np.median(step)) if len(step) else step
+    if not len(gaps):
+        return []
+    k = int(gaps[np.argmax(step[gaps])])
+    changed = int(np.sum(_changes(log)[gaps]))
+    where = "it" if len(gaps) == 1 else f"{changed} of them"
+    known = (
+        f"after {where} the command is another one, and when it changed"
+        if changed
+        else "whether it changed and came back"
+    )
+    says = (
+        f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
+        f"{known} is not known; where it was not held, split the log, or write these rows with their command, readings empty"
+    )
+    return [Finding(log.name, "clock", says)]
+
+
+def holes(logs: Sequence[Log]) -> list[str]:
+    """Where logs lack rows, few or many in a row, as notes beside a result.
+
+    Args:
+        logs: The logs.
+
+    Returns:
+        A sentence for each log that lacks some; one for all of them where they are more than `MOST_NOTED`.
+    """
+    found = [(log.name, [one.says for one in (*missing_rows(log), *gaps_in_time(log))]) for log in logs]
+    lacking = [(name, says) for name, says in found if says]
+    if len(lacking) <= MOST_NOTED:
+        return [f"{name}: {'; and '.join(says)}" for name, says in lacking]
+    return [
+        f"{len(lacking)} of {counted(len(logs), 'log')} lack rows, {lacking[0][0]} first: the command counts as held there, and whether it "
+        "changed there is not known; `rwjax check` says where"
+    ]
+
+
 def _about_clock(log: Log) -> Iterator[str]:
-    """Gaps, uneven intervals, and a clock that changes its rate."""
+    """Uneven intervals, and a clock that changes its rate."""
     step = np.diff(log.time)
     usual = float(np.median(step))
-    gaps = np.flatnonzero(step > GAP * usual)
-    if len(gaps):
-        k = int(gaps[np.argmax(step[gaps])])
-        yield (
-            f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
-            "where it was not, split the log"
-        )
     even = step[step <= GAP * usual]
     if np.std(even) > UNEVEN * usual:
         yield (
@@ -155,6 +204,36 @@ def _about_command(log: Log) -> Iterator[str]:
             yield f"{name} never goes {way} 0: nothing is told of the other direction; add a run that reverses it"
 
 
+def _about_start(log: Log) -> Iterator[str]:
+    """A log that begins with a step from rest: a drive that acts late is taken to have had the first command for long."""
+    if log.input == GOAL or log.enabled is not None:
+        return
+    given = np.abs(log.command.reshape(len(log.command), -1))
+    if not np.any(given[0] > STEP * given.max(axis=0)):
+        return
+    for name in log.outputs:
+        if not name.startswith("current") and _moves_off(log, name):
+            yield (
+                f"the command is not 0 at the first sample, and {name} begins at rest: a drive that acts late counts as settled by then; "
+                "where the command was 0 before, write a row with 0 before the first one, readings empty"
+            )
+            return
+
+
+def _moves_off(log: Log, name: str) -> bool:
+    """Whether a motion begins at rest with the log and moves off soon."""
+    seen = np.isfinite(log.outputs[name])
+    time, y = log.time[seen], log.outputs[name][seen]
+    if not seen[0] or len(y) < FROZEN:
+        return False
+    noise = SEEN * max(noise_by_output(log)[name], log.resolution.get(name, 0.0))
+    speed = np.abs(np.diff(y) / np.diff(time)) if is_angle(name) else np.abs(y)
+    least = noise / np.median(np.diff(time)) if is_angle(name) else noise
+    largest = float(speed.max())
+    soon = speed[time[: len(speed)] <= time[0] + WITHIN_S]
+    return bool(speed[0] <= max(AT_REST * largest, least) < MOVES_OFF * largest <= soon.max())
+
+
 def _clipped(u: np.ndarray, size: float) -> float:
     """Share of the samples at the largest command [1], 0 where it mostly gets there by a leap."""
     at = np.isclose(np.abs(u), size, rtol=1e-6)
@@ -190,7 +269,7 @@ def _about_readings(log: Log) -> Iterator[str]:
             lasts = log.time[k + many - 1] - log.time[k]
             yield f"{name} stays the same for {lasts:.3g} s from {log.time[k]:.6g} s on, and differs from sample to sample elsewhere: a dropout? Leave those cells empty"
         if float(np.ptp(y[seen])) < MOVES * noise[name]:
-            yield f"{name} hardly moves, by {np.ptp(y[seen]) / noise[name]:.2g} times its noise: drive the rig harder, or leave the column out"
+            yield f"{name} hardly moves, by {in_two_digits(float(np.ptp(y[seen])) / noise[name])} times its noise: drive the rig harder, or leave the column out"
 
 
 def _wrapped(log: Log, name: str) -> Iterator[str]:

@@ -8,6 +8,9 @@ No model is asked. A body with inertia changes its angle and its rate little fro
   noise, and most of the six around it lie inside. This finds outliers near one another, which the first rule misses.
 
 What a model may have to explain (a jump that stays, a kink, a slow deviation) is kept.
+
+A log may begin with a step from rest: its first command is not 0, and its first readings come from before the rig has moved. Under such
+a command only a reading is an outlier that no motion between rest and the other readings has.
 """
 
 import numpy as np
@@ -44,7 +47,7 @@ def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None)
     value = y / max(float(np.max(np.abs(y[seen]))), 1e-300)
     distinct = np.diff(np.unique(value[seen]))
     unit = max(noise_level(value[seen]), float(distinct.min())) if len(distinct) else 0.0
-    may = seen & ~_answers(command) if command is not None else seen
+    may = seen & ~(_answers(command) | _starts(command, value, unit)) if command is not None else seen
     longest_gap = (LONGEST + 1.5) * float(np.median(np.diff(time)))
     found = np.zeros(len(y), bool)
     while True:
@@ -72,6 +75,20 @@ def _answers(command: np.ndarray) -> np.ndarray:
     answers = np.convolve(changed, np.ones(ANSWER + 1))[: len(changed)] > 0.5
     answers[:first] |= changed[:first].any()
     return answers
+
+
+def _starts(command: np.ndarray, value: np.ndarray, unit: float) -> np.ndarray:
+    """Readings that may lie off their surroundings because the log begins with a step from rest.
+
+    They are the first ones under a first command that is not 0, and lie within the range of rest and the later readings, widened by
+    its width and the noise.
+    """
+    first = np.arange(len(value)) < ANSWER
+    if not np.any(command[0]) or not np.isfinite(value[~first]).any():
+        return np.zeros(len(value), bool)
+    low, high = min(float(np.nanmin(value[~first])), 0.0), max(float(np.nanmax(value[~first])), 0.0)
+    margin = (high - low) + SIGMAS * unit
+    return first & (value >= low - margin) & (value <= high + margin)
 
 
 def _outside_surroundings(

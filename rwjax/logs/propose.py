@@ -88,6 +88,8 @@ pulse = "pwm_1"   # needs [drive] pwm = { neutral_us = …, volts_per_us = … }
 """The section for a log of the thesis's layout."""
 LIKE_AMPERES = 100.0
 """Largest reading without a unit that is taken for a current [A]; a larger one is a servo's own number."""
+SUPPLY_V = 12.0
+"""Voltage of a supply of which nothing is known, a guess that is said to be one [V]."""
 SEVERAL_TURNS = 7.0
 """Angle beyond which one without a unit is taken for degrees where it moves in steps of 0.01 or more [rad]."""
 
@@ -113,7 +115,7 @@ def proposal(sheet: Sheet, kind: str, without: Collection[str] = (), supply: flo
         sheet: The table as the file holds it.
         kind: Kind of the rig.
         without: Columns of rwjax's that the rig does not have.
-        supply: Voltage of a PWM at full power [V]; 12 V are a guess where none is given.
+        supply: Voltage of a PWM at full power [V]; `SUPPLY_V` is a guess where none is given.
 
     Returns:
         Lines for a rig file, what was not recognised in comments.
@@ -311,7 +313,7 @@ def command_line(column: str, values: np.ndarray, unit: str, supply: float | Non
         column: Name of its column.
         values: Its values (n,) [its unit], at least one.
         unit: The unit that its name holds, "" for none.
-        supply: Volts of full power [V], 12 where none are given.
+        supply: Volts of full power [V], `SUPPLY_V` where none are given.
 
     Returns:
         The line under `[columns]`, with what a user has to look at.
@@ -328,13 +330,14 @@ def command_line(column: str, values: np.ndarray, unit: str, supply: float | Non
     full = (
         int(LONGEST_US - NEUTRAL_US) if pulses else next((most for most in FULL_POWER if size <= most), FULL_POWER[-1])
     )
-    volts = "12" if supply is None else repr(supply).removesuffix(".0")
+    volts = f"{SUPPLY_V:g}" if supply is None else repr(supply).removesuffix(".0")
     scale = f"{volts} V / {full}"
-    why = "the supply's voltage over the number of full power" if supply is None else f"{full} is full power"
+    guess = f"{volts} V is a guess: write the supply's voltage; " if supply is None else ""
+    why = f"{guess}{full} is full power"
     keys = f"column = {json.dumps(column, ensure_ascii=False)}, scale = {json.dumps(scale)}"
     if pulses:
         keys += f", offset = {NEUTRAL_US:g}"
-        why = f"pulses in us, {volts} V at {LONGEST_US:g} and none at {NEUTRAL_US:g}"
+        why = f"{guess}pulses in us, {volts} V at {LONGEST_US:g} and none at {NEUTRAL_US:g}"
     line = f"voltage_V = {{ {keys} }}"
     return Proposal("voltage_V", f"{line}   # {why}: right?", column)
 

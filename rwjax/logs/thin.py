@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rwjax.errors import in_two_digits
 from rwjax.logs.log import Log
 from rwjax.logs.sheet import FEWEST
 
@@ -34,7 +35,7 @@ def thinned(logs: Sequence[Log], samples: int, coarsest: float) -> tuple[tuple[L
     step = max(float(np.median(np.diff(log.time))) for log in found)
     return found, (
         f"the logs have {whole} samples, of which {left} were taken, one of every {every} of the finest: standard errors are up to "
-        f"{every**0.5:.2g} times as large, and nothing faster than {2.0 * step:.3g} s is seen"
+        f"{in_two_digits(every**0.5)} times as large, and nothing faster than {2.0 * step:.3g} s is seen"
     )
 
 
@@ -59,7 +60,7 @@ def some_of(logs: Sequence[Log], samples: int, fewest: int) -> tuple[tuple[Log, 
         return tuple(logs), ""
     return tuple(logs[k] for k in sorted(kept)), (
         f"of {len(logs)} logs {len(kept)} were taken, evenly in the given order: standard errors are about "
-        f"{(len(logs) / len(kept)) ** 0.5:.2g} times as large"
+        f"{in_two_digits((len(logs) / len(kept)) ** 0.5)} times as large"
     )
 
 

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
-from rwjax.logs.propose import command_line, is_commanded_torque, proposal, proposed, unit_by_name
+from rwjax.logs.propose import SUPPLY_V, command_line, is_commanded_torque, proposal, proposed, unit_by_name
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
@@ -149,6 +149,7 @@ def first_rig(
     def text(numbers: dict[str, Known]) -> str:
         return _text(kind, guessed, "rig" if no_name(name) else name, numbers, datasheet, columns, section, model)
 
+    said = (*unused, *_guessed_supply(datasheet, columns, numbers, section))
     rig = parse_rig(text(numbers))
     if model:
         _check_command(sheet, model, columns)
@@ -157,13 +158,13 @@ def first_rig(
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:
         head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax check`.\n"
-        return FirstRig(head + text(numbers), unused)
+        return FirstRig(head + text(numbers), said)
     K = numbers.get("motor.torque_constant")
     try:
         found = first_estimates(rig, logs, numbers, by_no_load_speed=K is not None and K.why == BY_NO_LOAD)
     except InputError as why:
-        return FirstRig(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}", unused)
-    return FirstRig(text(found.numbers), (*unused, *found.notes))
+        return FirstRig(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}", said)
+    return FirstRig(text(found.numbers), (*said, *found.notes))
 
 
 def _section(sheet: Sheet, kind: str, lacks: Sequence[str], supply: float | None) -> str:
@@ -171,6 +172,19 @@ def _section(sheet: Sheet, kind: str, lacks: Sequence[str], supply: float | None
     if {*sheet.names} <= {*columns_of(kind)}:
         return ""
     return printable_lines(proposal(sheet, kind, lacks, supply))
+
+
+def _guessed_supply(
+    datasheet: Datasheet, columns: set[str], numbers: Mapping[str, Known], section: str
+) -> tuple[str, ...]:
+    """A sentence on the supply's voltage, where the file needs one that is neither given nor logged."""
+    of_duty = "drive.supply" in numbers and "supply_V" not in columns
+    if datasheet.supply or not (of_duty or "V is a guess" in section):
+        return ()
+    where = "`drive.supply`" if of_duty else "`scale` under [columns]"
+    return (
+        f"--supply is not given: {SUPPLY_V:g} V in {where} is a guess; write the supply's voltage, or everything per volt is wrong",
+    )
 
 
 def _unused(datasheet: Datasheet, made: Callable[[Datasheet], object]) -> tuple[str, ...]:
@@ -316,7 +330,7 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             0.0, GUESS if told else f"{GUESS}: without the current it is one with the back-EMF", free=told
         )
     if "duty" in columns:
-        found["drive.supply"] = Known(d.supply, GIVEN) if d.supply else Known(12.0, GUESS)
+        found["drive.supply"] = Known(d.supply, GIVEN) if d.supply else Known(SUPPLY_V, f"{GUESS}, or --supply")
     if kind in TURNING:
         found["axis.inertia"] = Known(d.axis_inertia, GIVEN) if d.axis_inertia else _inertia(d)
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)

@@ -60,6 +60,16 @@ def test_rows_that_a_log_misses_under_a_changing_command_are_noted_beside_the_re
     assert (status, first) == (0, said) and (command == "fit" or not others) and "missing" not in "".join(others)
 
 
+def test_many_rows_that_a_log_misses_are_noted_beside_a_fit(shell: Shell) -> None:
+    rows = (DEMO / "square.csv").read_text().splitlines(keepends=True)
+    (shell.folder / "late.csv").write_text("".join(rows[:500] + rows[550:]))
+    status, _, err = shell("fit", str(DEMO / "rig.toml"), "late.csv", "-o", "out", "--quiet")
+    told = [line for line in err.splitlines() if "gap in time" in line]
+    assert (
+        status == 0 and len(told) == 1 and told[0].startswith("note: late.csv: 1 gap in time, the longest 0.51 s at ")
+    )
+
+
 @pytest.mark.slow
 def test_with_force_a_fit_goes_on_and_notes_the_question(shell: Shell) -> None:
     (shell.folder / "rig.toml").write_text(write_rig(RIG))

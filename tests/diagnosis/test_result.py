@@ -1,6 +1,7 @@
 """Diagnosis: as JSON, as text, and the subsystem that it names."""
 
 import json
+import re
 from dataclasses import replace
 from operator import methodcaller
 
@@ -114,9 +115,9 @@ def test_what_is_left_stands_in_the_json_and_in_the_text() -> None:
     }
     assert DIAGNOSIS.json()["left"] is None and "left:" not in str(DIAGNOSIS)
     assert "  left: 4 % of the excess squared error; nearest to it comes a law in time" in str(found)
-    assert "the second with most of it is 4.0 to 5.0 s of b.csv (60 %)" in str(found) and "The rig lacks" not in str(
+    assert "it is largest from 4.0 to 5.0 s of b.csv, where 60 % of it lie" in str(
         found
-    )
+    ) and "The rig lacks" not in str(found)
     nowhere = replace(found, left=replace(left, where=None))
     assert nowhere.json()["left"]["coordinate"] is None and "nearest" not in str(nowhere)
 
@@ -204,3 +205,21 @@ def test_the_text_is_the_sentence_and_a_line_for_each_finding() -> None:
 def test_the_subsystem_is_that_of_the_first_effect_or_of_the_coordinate(rig, effects, coordinate, subsystem) -> None:
     where = Where(coordinate, 0.5, None, None, {coordinate: 0.5}, ())
     assert replace(DIAGNOSIS, rig=rig, verdict="unknown", effects=effects, where=where).subsystem == subsystem
+
+
+def test_names_that_close_a_gap_and_do_not_hold_are_said_to_do_so_with_the_reason() -> None:
+    """The gap's line says 98 % closed beside it."""
+    spring = {"effects": ("axis.spring",), "refused": {"axis.spring": "runs ask for different amounts of it"}}
+    left = Gap(0.05, 0.02, 0.009, 0.98, None, 170.0)
+    found = replace(DIAGNOSIS, verdict="unknown", gaps=DIAGNOSIS.gaps | {"yaw_rad": left}, alternatives=(), **spring)
+    assert found.sentence.endswith(
+        " (axis.spring) would close 98 % of the gap, but this is no claim: runs ask for different amounts of it; 0.02 rad of yaw_rad stay."
+    )
+    several = replace(found, effects=("axis.coulomb", "axis.spring"))
+    assert re.search("this is no claim: [a-z ]*(spring|cable)[a-z ]*: runs ask for different", several.sentence)
+    assert "found that holds" not in found.sentence + replace(found, refused={}).sentence
+
+
+def test_all_of_the_excess_is_100_percent_in_words() -> None:
+    found = replace(DIAGNOSIS, verdict="partial", left=Left(0.996, None, ()))
+    assert "left: 100 % of the excess squared error" in str(found)

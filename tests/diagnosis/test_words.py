@@ -89,8 +89,8 @@ def test_coordinates_in_which_a_law_removes_as_much_are_told() -> None:
             ("a", "b"),
             (),
             None,
-            "Unknown: a (a) and b (b) together explain 98 % of the gap, but what is left stands above the floor, and no effect of "
-            "the library was found that holds.",
+            "Unknown: a (a) and b (b) together close 98 % of the gap, but this is no claim: 0.01 rad stay, 1.1 times the floor, and no "
+            "effect of the library was found that explains these.",
         ),
         (
             "partial",
@@ -190,7 +190,7 @@ def test_it_is_said_beside_which_runaways_nothing_is_claimed() -> None:
         "beside it wheel.inertia (4.8e+07 times the file's) runs away, as where something holds a part, and what that is is not named"
     )
     both = beside_runaways({"a": 1e5, "b": 2e6})
-    assert both.startswith("beside it a (1e+05 times the file's) and b (2e+06 times the file's) run away, as")
+    assert both.startswith("beside it a (100000 times the file's) and b (2e+06 times the file's) run away, as")
 
 
 def test_a_gap_is_a_line() -> None:
@@ -213,9 +213,17 @@ def test_another_output_that_stays_far_off_is_named() -> None:
     other = ("current_A", Gap(4.0, 4.0, 1.0, 0.0, None, None))
     said = verdict_sentence("unknown", ("axis.coulomb",), (), GAP, "rad", None, elsewhere=other)
     assert said.endswith(
-        ", but current_A stays at 4 A, 4 times its floor, and no effect of the library was found that holds."
+        " closes 98 % of the gap, but this is no claim: 4 A of current_A stay, 4 times the floor, and no effect of the library was found "
+        "that explains these."
     )
     said = verdict_sentence("partial", ("axis.coulomb",), (), GAP, "rad", None, elsewhere=other)
     assert said.endswith(
         ", and for the 4 A of current_A that stay (4 times the floor) no effect of the library was found that holds."
     )
+
+
+def test_hundreds_of_floors_are_written_out() -> None:
+    far = Gap(400.0, 17.0, 0.1, 0.96, None, 170.0)
+    for verdict in ("unknown", "partial"):
+        said = verdict_sentence(verdict, ("axis.coulomb",), (), far, "rad", None)
+        assert "170 times the floor" in said and "e+" not in said

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.logs.findings import Finding, findings, missing_rows
+from rwjax.logs.findings import MOST_NOTED, Finding, findings, gaps_in_time, holes, missing_rows
 from rwjax.logs.log import Log
 
 RNG = np.random.default_rng(3)
@@ -315,3 +315,46 @@ def test_a_reading_in_a_hundred_may_be_missing_without_a_word() -> None:
     for count, many in ((20, 0), (21, 1)):
         lost = of(yaw_rad=at(ANGLE, slice(100, 100 + count), np.nan))
         assert sum("readings are missing" in says for _, says in said(lost)) == many
+
+
+def without_rows(command: np.ndarray, rows: slice | list[int], name: str = "run") -> Log:
+    """A log that lacks rows, as where a serial link dropped them."""
+    kept = np.delete(np.arange(2000), rows)
+    outputs = {output: y[kept] for output, y in GOOD.outputs.items()}
+    return replace(GOOD, name=name, time=T[kept], command=command[kept], outputs=outputs)
+
+
+def test_many_missing_rows_are_a_note_beside_a_result_whatever_the_command_did() -> None:
+    square = np.where(T < 7.2, 4.0, -4.0)
+    flips, held = without_rows(square, slice(700, 750)), without_rows(square, slice(1000, 1050))
+    (note,) = holes([flips])
+    assert note.startswith("run: 1 gap in time, the longest 0.51 s at 6.99 s: the command counts as held there; ")
+    assert "after it the command is another one, and when it changed is not known" in note
+    assert "whether it changed and came back is not known" in holes([held])[0]
+    assert [finding.says for finding in gaps_in_time(flips)] == [one for _, one in said(flips) if "gap" in one]
+    assert holes([GOOD]) == [] == gaps_in_time(GOOD)
+
+
+def test_a_log_that_lacks_rows_has_one_note_and_many_such_logs_have_one_together() -> None:
+    few = without_rows(U, [300, *range(700, 750)])
+    (said_of_one,) = holes([GOOD, few])
+    assert "1 row is missing, the first after 2.99 s" in said_of_one and "1 gap in time" in said_of_one
+    logs = [replace(few, name=f"{k}.csv") for k in range(MOST_NOTED + 1)]
+    assert len(holes(logs[:-1])) == MOST_NOTED
+    (said_of_all,) = holes([GOOD, *logs])
+    assert said_of_all.startswith("4 of 5 logs lack rows, 0.csv first: ") and "`rwjax check` says where" in said_of_all
+
+
+def test_a_log_that_begins_with_a_step_from_rest_is_told_how_to_say_so() -> None:
+    turns = 40.0 * (1.0 - np.exp(-3.0 * T)) + 0.01 * np.random.default_rng(5).normal(size=2000)
+    angle = 40.0 * (T + np.exp(-3.0 * T) / 3.0)
+    step = np.where(T < 10.0, 6.0, 5.0)
+
+    def begins(command: np.ndarray, **outputs: np.ndarray) -> bool:
+        log = replace(GOOD, command=command, outputs=outputs, resolution=dict.fromkeys(outputs, 0.0))
+        return any("begins at rest" in says and "write a row with 0" in says for _, says in said(log))
+
+    assert begins(step, yaw_rad_s=turns) and begins(-step, yaw_rad=-angle)
+    assert not begins(step, yaw_rad_s=turns + 20.0)  # it turned before
+    assert not begins(np.where(T > 0.0, step, 0.0), yaw_rad_s=turns)  # the log tells the step
+    assert not begins(step, yaw_rad_s=np.roll(turns, 500) * (T > 5.0))  # friction holds it

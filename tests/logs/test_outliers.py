@@ -183,3 +183,16 @@ def test_a_fit_is_as_good_as_without_them_and_says_so(tmp_path) -> None:
 def test_a_log_shorter_than_the_surroundings_of_a_reading_is_looked_through() -> None:
     few = np.array([2.0, 2.0, 0.03125, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # six differ from the one before
     assert np.sum(outliers(0.1 * np.arange(len(few)), few, None)) < len(few) / 2
+
+
+def test_the_first_readings_of_a_step_from_rest_are_kept_and_a_lost_byte_there_is_found() -> None:
+    noise = 1e-3 * np.random.default_rng(2).normal(size=300)
+    current = np.where(np.arange(300) < 1, 0.0, 3.0) + noise  # the first reading is from before the step
+    speed = 40.0 * (1.0 - np.exp(-TIME[:300] / 0.002)) + noise  # a small motor is at its speed within a sample
+    for y in (current, -current, speed):
+        for u in (np.full(300, 6.0), np.full((300, 2), -6.0)):
+            assert not outliers(TIME[:300], y, u).any()
+    lost = current.copy()
+    lost[0] = 200.0
+    assert np.flatnonzero(outliers(TIME[:300], lost, np.full(300, 6.0))).tolist() == [0]
+    assert np.flatnonzero(outliers(TIME[:300], current, np.zeros(300))).tolist() == [0]  # nothing drives it

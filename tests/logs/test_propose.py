@@ -28,7 +28,7 @@ K = np.arange(100.0)
             (
                 name,
                 1000 + 10 * K,
-                f'voltage_V = {{ column = "{name}", scale = "12 V / 500", offset = 1500 }}   # pulses in us, 12 V at 2000 and',
+                f'voltage_V = {{ column = "{name}", scale = "12 V / 500", offset = 1500 }}   # 12 V is a guess: write the supply\'s voltage; pulses in us, 12 V at 2000 and',
             )
             for name in ("throttle", "throttle_us", "throttle_cmd", "pwm", "pwm_1 [us]")
         ),
@@ -105,7 +105,7 @@ def test_a_column_that_names_the_wheel_is_the_wheels(wheel: str) -> None:
 @pytest.mark.parametrize(
     ("supply", "scale", "why"),
     [
-        (None, "12 V / 255", "the supply's voltage over the number of full power: right?"),
+        (None, "12 V / 255", "12 V is a guess: write the supply's voltage; 255 is full power: right?"),
         (9.0, "9 V / 255", "255 is full power: right?"),
         (7.4, "7.4 V / 255", "255 is full power: right?"),
     ],

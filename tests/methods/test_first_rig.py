@@ -412,3 +412,27 @@ def unused(paths: list[Path], given: Datasheet) -> list[str]:
 
 def test_the_file_of_a_servo_says_the_command_that_the_terminal_says(tmp_path: Path) -> None:
     assert text_of(servo_log(tmp_path), NOTHING).splitlines()[0].endswith("then `rwjax check`.")
+
+
+@pytest.mark.parametrize(
+    ("columns", "full", "where"),
+    [("ms,pwm,counts", 255, "`scale` under [columns]"), ("ms,throttle_pct,counts", 100, "`drive.supply`")],
+)
+def test_a_supply_that_is_not_given_is_a_guess_and_said_to_be_one(
+    columns: str, full: int, where: str, tmp_path: Path
+) -> None:
+    rows = [f"{10 * k},{full * (-1) ** (k // 50)},{30 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join([columns, *rows, ""]))
+    found = first_rig([tmp_path / "run.csv"], NOTHING)
+    (said,) = [note for note in found.notes if "--supply" in note]
+    assert "\n" not in said and f"12 V in {where} is a guess" in said
+    (line,) = [line for line in found.text.splitlines() if line.startswith(("supply", "voltage_V"))]
+    assert "a guess" in line.partition("#")[2] and parse_rig(found.text).free
+    given = first_rig([tmp_path / "run.csv"], Datasheet(supply=9.0))
+    assert not any("--supply" in note for note in given.notes) and "12" not in given.text.partition("[fit]")[0]
+
+
+def test_a_supply_that_is_logged_is_no_guess_that_is_noted(tmp_path: Path) -> None:
+    rows = [f"{10 * k},{100 * (-1) ** (k // 50)},11.1,{30 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["ms,throttle_pct,vbat,counts", *rows, ""]))
+    assert not any("--supply" in note for note in first_rig([tmp_path / "run.csv"], NOTHING).notes)
