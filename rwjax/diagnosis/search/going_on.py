@@ -99,9 +99,21 @@ class FurtherSearch(Search):
                 leading.append(e)
         leading = leading[: self.limits.beginnings]
         fits.end(leading)
+        beside: dict[Hypothesis, Hypothesis] = {}
         for number, e in enumerate(leading, 1):
             tried = extensions(self.candidates, e)
             if tried and not fits.fitted_from(e, tried):
                 self.announce(tried, e, passes=len(leading) - number)
                 fits.take_down(e, tried)
                 self.halving.fit(tried, e)
+                beside |= {one: e for one in tried if one not in beside}
+        self._fit_leading_pairs_thoroughly(beside)
+
+    def _fit_leading_pairs_thoroughly(self, beside: dict[Hypothesis, Hypothesis]) -> None:
+        """Fits the pairs that leave least from all places beside their first name, until one comes near the noise.
+
+        The place at which a second name began may not be its best, and then the pair is refused for what only this fit of it leaves.
+        """
+        enough = self.fits.settings.verdict.doubt**2
+        for e in self._by_cost([*beside])[: self.limits.from_all_places[0]]:
+            self._fit_from_all_places([e], beside[e], [*beside], enough)

@@ -1,5 +1,6 @@
 """Going on: what a search that goes on begins from."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -7,7 +8,9 @@ import pytest
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
+from rwjax.fitting.multiple_shooting import Fit
 from tests.diagnosis.several_runs import run_of, searched
+from tests.diagnosis.simulated import moved_to
 
 DRY, BIAS = Hypothesis(("axis.coulomb",)), Hypothesis(("axis.bias_torque",))
 BOTH = {"axis.coulomb": {"M_c": 0.06}, "axis.bias_torque": {"T": 0.02}}
@@ -70,3 +73,23 @@ def test_what_follows_left_out_runs_worse_does_not_lead_though_it_has_more_names
     search = searched([run_of(k, BOTH) for k in range(2)], DRY, pair)
     monkeypatch.setattr(LeftOut, "excess", lambda _, e: 1500.0 if e == pair else 1000.0)
     assert search.go_on(DRY).best == DRY
+
+
+def test_a_pair_that_began_at_a_poor_place_is_fitted_from_all_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair, poor = DRY.plus(*BIAS.names), []
+    search = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS)
+    halved = search.halving.fit
+
+    def at_a_poor_place(tried: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, Fit]:
+        found = halved(tried, parent)
+        if pair in found:
+            moved_to(search.fits, pair, {"axis.coulomb.M_c": 0.2, "axis.bias_torque.T": -0.1}, ended=True)
+            poor.append(search.fits.known(pair).cost)
+        return found
+
+    monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "pairs", list)
+    monkeypatch.setattr(search.halving, "fit", at_a_poor_place)
+    monkeypatch.setattr(search, "given_way", lambda best: (best, []))
+    search.go_on(BIAS)
+    assert search.fits.known(pair).cost < 0.1 * poor[0]
