@@ -19,7 +19,7 @@ class ComparisonByRuns(ColouredComparison):
     def __init__(self, fits: ModelFits) -> None:
         super().__init__(fits, fits.settings.partial.further_removes)
         self.left_out = LeftOut(fits)
-        self.in_sample = ColouredComparison(fits, self.further_removes)
+        self.in_sample: ColouredComparison = ColouredComparison(fits, self.further_removes)
 
     def needs(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the logs need the larger hypothesis in place of the smaller one, and left-out runs are followed better with it.

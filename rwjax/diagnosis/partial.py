@@ -22,7 +22,6 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.diagnosis.agreement import Amplitude, amplitudes
-from rwjax.diagnosis.coloured_comparison import ColouredComparison
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, simplest
 from rwjax.diagnosis.innovations import log_likelihood
@@ -101,7 +100,7 @@ def _judged(search: FurtherSearch, best: Hypothesis) -> dict[str, str]:
     """The names of a set that do not hold beside the others, and why; where it comes near the noise, no further name is fitted."""
     fits = search.fits
     fitted(fits, best)
-    refused = _failing({name: why_not_in_every_run(search.by_runs.left_out, best, name) for name in best.names})
+    refused = _failing({name: why_not_in_every_run(search.by_runs, best, name) for name in best.names})
     rest = [name for name in best.names if name not in refused]
     if not _near_the_noise(search, best):
         akin = [name for name in search.candidates if any(_akin(name, one) for one in rest)]
@@ -151,23 +150,23 @@ def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
     return {name: why for name, why in reasons.items() if why is not None}
 
 
-def why_not_in_every_run(left_out: LeftOut, best: Hypothesis, name: str) -> str | None:
+def why_not_in_every_run(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:
     """Why a name is not needed, or not in the same amount by every run; one that explains nearly all of these is not asked.
 
     Args:
-        left_out: how sets follow each run that is left out; a fit of the set is at its end.
+        by_runs: compares sets by left-out runs, too; a fit of the set is at its end.
         best: the set.
         name: one of its names.
 
     Returns:
         The first test that it fails, in words; None where it holds.
     """
-    fits = left_out.fits
+    fits, left_out = by_runs.fits, by_runs.left_out
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
     if _explains_nearly_all(left_out, best, smaller):
         return None
-    if not ColouredComparison(fits).likelier(best, smaller):
+    if not by_runs.in_sample.likelier(best, smaller):
         return "it is not needed beside a remainder that is coloured noise"
     parts = amplitudes(fits, best, smaller)
     if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
@@ -216,17 +215,17 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     most = limits.further_law_of_little if little else limits.further_law
     for other, (share, e) in _further(fits, best).items():
         explains = share > most and _akin(other, name) and by_runs.follows_better(e, best)
-        if explains and not _stays(by_runs.left_out, best, e, name):
+        if explains and not _stays(by_runs, best, e, name):
             return "a further law of its coordinate removes part of what it leaves, and changes it"
     return None
 
 
-def _stays(left_out: LeftOut, best: Hypothesis, larger: Hypothesis, name: str) -> bool:
+def _stays(by_runs: ComparisonByRuns, best: Hypothesis, larger: Hypothesis, name: str) -> bool:
     """Whether a name is what it is beside a further law: as much of it, needed, and asked for alike by all runs.
 
     A small cause of the same coordinate may stand beside it. What has another form than what is missing gives way to such a law.
     """
-    fits = left_out.fits
+    fits = by_runs.fits
     if name not in larger.names:
         return False
     fitted(fits, larger)
@@ -235,7 +234,7 @@ def _stays(left_out: LeftOut, best: Hypothesis, larger: Hypothesis, name: str) -
         np.linalg.norm(after[unit] - old) > fits.settings.partial.differs * np.linalg.norm(old)
         for unit, old in before.items()
     )
-    return not any(moved) and _asked_alike(left_out, larger, name)
+    return not any(moved) and _asked_alike(by_runs, larger, name)
 
 
 def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np.ndarray]:
@@ -347,8 +346,7 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     search.by_runs.left_out.prepare(near)
     most = search.fits.settings.partial.as_much * max(followed(best), search.limits.nothing_left)
     near = [e for e in near if followed(e) < most]
-    left_out = search.by_runs.left_out
-    near = [e for e in near if all(_asked_alike(left_out, e, name) for name in _apart(e, best.names).names)]
+    near = [e for e in near if all(_asked_alike(search.by_runs, e, name) for name in _apart(e, best.names).names)]
     known = [e for e in (best, *same, *near) if search.fits.stepped(e)]
     return [e for e in near if not any(_moves_as(search.by_runs, e, other) for other in known)]
 
@@ -373,14 +371,14 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
     return simplest([e for e in rivals if likelihood(e) > least or not np.isfinite(least)])
 
 
-def _asked_alike(left_out: LeftOut, hypothesis: Hypothesis, name: str) -> bool:
+def _asked_alike(by_runs: ComparisonByRuns, hypothesis: Hypothesis, name: str) -> bool:
     """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it; or it explains nearly all."""
-    fits = left_out.fits
+    fits = by_runs.fits
     limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
     fitted(fits, smaller)
-    if _explains_nearly_all(left_out, hypothesis, smaller):
+    if _explains_nearly_all(by_runs.left_out, hypothesis, smaller):
         return True
-    if not ColouredComparison(fits).likelier(hypothesis, smaller):
+    if not by_runs.in_sample.likelier(hypothesis, smaller):
         return False
     return not any(a.weight >= limits.weighs and _differs(a, limits) for a in amplitudes(fits, hypothesis, smaller))
 

@@ -34,7 +34,7 @@ PUSHED = {"axis.bias_torque": {"T": 0.02}}
 
 def why_not(search: FurtherSearch, best: Hypothesis, name: str) -> str | None:
     by_runs = search.by_runs
-    return why_not_in_every_run(by_runs.left_out, best, name) or why_not_of_its_form(by_runs, best, name)
+    return why_not_in_every_run(by_runs, best, name) or why_not_of_its_form(by_runs, best, name)
 
 
 @pytest.mark.slow
@@ -63,12 +63,12 @@ def test_a_name_that_leaves_little_of_fitted_and_of_left_out_runs_is_needed_what
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, SPRING)
     search.fits.settings = replace(Settings(), partial=PartialSettings(needed=np.inf))
     coloured = "it is not needed beside a remainder that is coloured noise"
-    assert why_not_in_every_run(search.by_runs.left_out, SPRING, "axis.spring") == coloured
-    assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") is None
+    assert why_not_in_every_run(search.by_runs, SPRING, "axis.spring") == coloured
+    assert why_not_in_every_run(search.by_runs, DRY, "axis.coulomb") is None
     for excess in ("left_out.LeftOut.excess", "partial.ModelComparison.excess"):  # of the others it leaves as much
         with monkeypatch.context() as patched:
             patched.setattr(f"rwjax.diagnosis.{excess}", lambda *_: 1.0)
-            assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == coloured
+            assert why_not_in_every_run(search.by_runs, DRY, "axis.coulomb") == coloured
 
 
 def test_a_name_that_explains_nearly_all_is_not_asked_for_by_each_run_in_the_same_amount_but_makes_none_worse(
@@ -91,7 +91,7 @@ def test_a_name_that_explains_nearly_all_is_not_asked_for_by_each_run_in_the_sam
             monkeypatch.setattr(f"rwjax.diagnosis.{excess}", lambda _, e, share=share: share if e.names else 1.0)
         squares = {False: {0: 1.0, 1: 1.0}, True: {0: 0.1, 1: worst}}
         monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e, s=squares: s[bool(e.names)])
-        assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
+        assert why_not_in_every_run(search.by_runs, BIAS, "axis.bias_torque") == why
 
 
 def test_a_name_that_leaves_little_of_left_out_runs_is_asked_for_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,7 +134,7 @@ def test_a_run_that_holds_little_of_a_change_tells_its_amplitude_all_the_same(
     search.fits.settings = replace(Settings(), partial=each_is_asked)
     parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(asks, 0.05, 0.01, 1)]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
-    assert why_not_in_every_run(search.by_runs.left_out, BIAS, "axis.bias_torque") == why
+    assert why_not_in_every_run(search.by_runs, BIAS, "axis.bias_torque") == why
 
 
 @pytest.mark.slow
@@ -307,7 +307,7 @@ def test_a_run_that_is_followed_worse_may_hold_little_of_the_change_and_ask_for_
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
     squares = {True: {0: 1.2, 1: 0.1, 2: 0.1}, False: dict.fromkeys(range(3), 1.0)}
     monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e: squares[bool(e.names)])
-    assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == why
+    assert why_not_in_every_run(search.by_runs, DRY, "axis.coulomb") == why
 
 
 @pytest.mark.parametrize(("weight", "why"), [(0.09, None), (0.1, WORSE)])
@@ -320,7 +320,7 @@ def test_several_runs_that_are_followed_worse_count_together(
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
     squares = {True: {0: 1.2, 1: 1.2, 2: 0.1, 3: 0.1}, False: dict.fromkeys(range(4), 1.0)}
     monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e: squares[bool(e.names)])
-    assert why_not_in_every_run(search.by_runs.left_out, DRY, "axis.coulomb") == why
+    assert why_not_in_every_run(search.by_runs, DRY, "axis.coulomb") == why
 
 
 @pytest.mark.parametrize(
