@@ -95,7 +95,7 @@ def counted(number: int, one: str, end: str = "s") -> str:
 
 
 def in_two_digits(value: float) -> str:
-    """A number in two digits, written out up to a million: 170, and not 1.7e+02.
+    """A number in two digits, written out below a million: 170, and not 1.7e+02.
 
     Args:
         value: The number [1].

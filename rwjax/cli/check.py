@@ -16,6 +16,8 @@ SETTLE = (
     "the logs do not look like runs of this rig: settle what is asked about under `units`, in the logs or in the file"
 )
 """What is said on stderr where the findings ask about units."""
+UNWRAP = "readings wrap: settle what stands first under `readings`, in the logs; what is asked under `units` may come from it"
+"""What is said on stderr where readings wrap besides."""
 
 
 def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: Quiet = False) -> None:
@@ -26,6 +28,7 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
     from rwjax.errors import RigError
     from rwjax.fitting.questions.check import check as findings_of
     from rwjax.fitting.questions.numbers import NothingTold
+    from rwjax.logs.findings import WRAPS
     from rwjax.logs.read import read_logs
     from rwjax.rig.read import read_rig
 
@@ -35,6 +38,8 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         logs = read_logs(log_files, rig, outputs_required=False)
         with of_file(rig_file, RigError):
             found = findings_of(rig, logs)
+    wraps = [finding for finding in found if finding.about == "readings" and WRAPS in finding.says]
+    found = [*wraps, *(finding for finding in found if finding not in wraps)]
     usable = not any(finding.about == "units" for finding in found)
     if as_json:
         document(json_text(_json(usable, logs, found), indent=1) + "\n")
@@ -49,7 +54,8 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
         say("\n".join([*map(str, logs), "", *lines, *(ahead if usable else stop)]))
     if not usable:
         asked = next(finding for finding in found if finding.about == "units")
-        raise InputError(f"{rig_file}: {asked if as_json else SETTLE}")
+        first = wraps[0] if wraps else asked
+        raise InputError(f"{rig_file}: {first if as_json else UNWRAP if wraps else SETTLE}")
 
 
 def _json(usable: bool, logs: "tuple[Log, ...]", found: "list[Finding]") -> dict[str, Any]:

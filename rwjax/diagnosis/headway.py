@@ -40,6 +40,7 @@ class Headway:
         self._tell, self._clock, self._lock = tell, clock, Lock()
         self._begun: float | None = None  # time of the first pass
         self._what, self._of = "candidates", frozenset[Hypothesis]()
+        self._doing = ""  # what is done besides the comparison of the pass
         self._whole, self._further = 0.0, 0.0
         self._done, self._before = 0.0, 0.0  # work of this pass and of those before it
         self._shown, self._least = np.inf, np.inf  # time left as told last, and before this pass [s]
@@ -65,7 +66,7 @@ class Headway:
         with self._lock:
             self._begun = self._clock() if self._begun is None else self._begun
             self._before += self._done
-            self._what, self._of = what, frozenset(hypotheses)
+            self._what, self._of, self._doing = what, frozenset(hypotheses), ""
             self._whole, self._further, self._done = len(self._of - self.compared) + besides, further, 0.0
             self._least, self._shown = min(self._least, self._shown), np.inf
 
@@ -80,6 +81,15 @@ class Headway:
             text = self._line()
         if text:
             self._tell(text)
+
+    def doing(self, text: str) -> None:
+        """Says what is done besides the comparison of the pass, which was not counted as work.
+
+        Args:
+            text: what is done, in words; empty where that has come to its end.
+        """
+        with self._lock:
+            self._doing = text
 
     def compare(self, hypothesis: Hypothesis) -> None:
         """Counts a hypothesis as compared.
@@ -127,17 +137,21 @@ class Headway:
     def _line(self) -> str:
         """How far the search is; empty before the first pass.
 
-        Within a pass the time left only falls. A pass that was not foreseen says so, and how long the budget lets all of them take.
+        Within a pass the time left only falls. A pass that was not foreseen says so, and how long the budget lets all of them take. What is done
+        besides is told without a time, but for what the budget lets it take.
         """
         if self._begun is None:
             return ""
         parts = [f"{len(self._of & self.compared)} of {len(self._of)} {self._what}"]
         if self.best:
             parts.append(f"best so far {self.best}")
+        most = self.budget.left  # read before what is told as left, which is no longer then
+        at_most = f"at most {max(round(most), 1)} s" if isfinite(most) else ""
+        if self._doing:
+            return ", ".join([parts[0], self._doing, *parts[1:], *[f"{at_most} left"] * bool(at_most)])
         if (left := self.left) is not None:
             self._shown = min(self._shown, left)
-            about, most = max(round(self._shown), 1), self.budget.left
+            about = max(round(self._shown), 1)
             goes_on = "the search goes on, " if self._shown > self._least + 0.5 else ""
-            at_most = f" (at most {max(round(most), 1)} s)" if isfinite(most) else ""
-            parts.append(f"{goes_on}about {about} s left{at_most}")
+            parts.append(f"{goes_on}about {about} s left" + (f" ({at_most})" if at_most else ""))
         return ", ".join(parts)

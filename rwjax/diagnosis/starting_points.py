@@ -26,7 +26,7 @@ class Begun:
         predicted: half the sum of squares [1] that the score screen predicts to be left, at most what `here` leaves.
         here: the fit as it stands at the best of the screened points, without a step.
         places: fits without a step at the points from which the search should begin; the one with the least cost first;
-            none where it is predicted to leave far more than its parent.
+            none where it is predicted to leave far more than its parent, or where no run from any of them stays within the range of numbers.
     """
 
     predicted: float

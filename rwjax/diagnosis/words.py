@@ -255,7 +255,7 @@ def left_words(share: float, where: Where | None, windows: Sequence[Window], lim
         said += f"; nearest to it comes a law in {where_words(where, limits)}, which removes {100 * where.share:.0f} % of that"
     if windows:
         log, begin, end, most = windows[0]
-        said += f"; it is largest from {begin:.1f} to {end:.1f} s of {log}, where {100 * most:.0f} % of it lie"
+        said += f"; it is largest from {begin:.1f} to {end:.1f} s of {log}, where {100 * most:.0f} % of it lies"
     return said
 
 

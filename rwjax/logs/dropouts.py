@@ -6,7 +6,9 @@ No model is asked. A body with inertia leaves no reading by a leap, so a stretch
 * what lies between the readings before and after it is a way that the rig can go in the time;
 * the readings move right before and right after it: a counter that is set to 0 at rest is none.
 
-A sensor that hangs at its last reading leaps only away. So does a servo that is sampled slowly at the end of every rest, and so that is none here.
+A sensor that hangs at its last reading leaps only away. So does a servo that is sampled slowly at the end of every rest, and so that is no drop-out.
+It is a freeze where it lasts, the command changes meanwhile, the readings move in small steps before and after it, and it ends by one step far
+larger than every other step of the log. Friction or a stop lets a rig go smoothly.
 A rate leaps as well where friction lets go of a rig that is sampled slowly. So a rate's drop-out lies under a large command.
 """
 
@@ -31,6 +33,10 @@ LARGE = 0.5
 """Share of the largest command above which no friction holds a rig that moves at all [1]."""
 PAUSE = 5.0
 """Time between two readings over the median one, from which nothing is known of the motion between them [1]."""
+
+LASTS_S, COMMANDED, MOVING = 0.5, 0.1, 3
+"""Least time of a freeze [s]; range of the command in it, over that in the log [1]; readings of `FEWEST` on each side that differ from their
+neighbour."""
 
 
 class Dropout(NamedTuple):
@@ -59,6 +65,19 @@ def dropouts(log: Log) -> list[Dropout]:
         The drop-outs, output by output and in the order of time; none for a log as it should be.
     """
     return [found for name in log.outputs for found in _of_output(log, name)]
+
+
+def freezes(log: Log, commanded: bool = True) -> list[Dropout]:
+    """Where angles stand still while the command changes, and then jump to where they would be.
+
+    Args:
+        log: The log.
+        commanded: Whether the command has to change meanwhile, with torque on.
+
+    Returns:
+        The freezes, output by output and in the order of time; none for a log as it should be, or a rig that friction or a stop holds.
+    """
+    return [found for name in log.outputs if is_angle(name) for found in _frozen(log, name, commanded)]
 
 
 def without_dropouts(log: Log, found: Sequence[Dropout]) -> Log:
@@ -117,6 +136,49 @@ def _of_output(log: Log, name: str) -> Iterator[Dropout]:
             a, b = int(seen[first]), int(seen[last])
             if _driven(log, name, a, b):
                 yield Dropout(name, a, b, _says(log, name, a, b))
+
+
+def _frozen(log: Log, name: str, commanded: bool) -> Iterator[Dropout]:
+    """The freezes of one angle."""
+    seen = np.flatnonzero(np.isfinite(log.outputs[name]))
+    y, time = log.outputs[name][seen], log.time[seen]
+    jump, step = np.abs(np.diff(y)), np.diff(time)
+    stretches = [
+        (first, last)
+        for first, last in equal_stretches(y).tolist()
+        if FEWEST <= first and last + FEWEST < len(y) and last - first + 1 >= FEWEST
+        if time[last] - time[first] >= LASTS_S
+        if all(np.sum(beside > 0.0) >= MOVING for beside in (jump[first - FEWEST : first], jump[last + 1 :][:FEWEST]))
+        if not commanded or _commanded(log, int(seen[first]), int(seen[last]))
+    ]
+    if not stretches:
+        return
+    goes_on = step <= PAUSE * float(np.median(step))
+    other = goes_on.copy()
+    other[[last for _, last in stretches]] = False
+    fastest = float(np.max(jump[other], initial=0.0))
+    for first, last in stretches:
+        way = LEAP * fastest * (time[last + 1] - time[first]) / float(np.median(step))
+        if np.all(goes_on[first - 1 : last + 1]) and LEAP * fastest < jump[last] <= way:
+            a, b = int(seen[first]), int(seen[last])
+            yield Dropout(name, a, b, _says_frozen(log, name, a, b, float(jump[last])))
+
+
+def _commanded(log: Log, first: int, last: int) -> bool:
+    """Whether the command changes between two samples, and torque is on."""
+    given = log.command.reshape(len(log.time), -1)
+    changes = np.ptp(given[first : last + 1], axis=0) > COMMANDED * np.ptp(given, axis=0)
+    return bool(np.any(changes)) and (log.enabled is None or bool(np.all(log.enabled[first : last + 1])))
+
+
+def _says_frozen(log: Log, name: str, first: int, last: int, jump: float) -> str:
+    """What a freeze is and what to do."""
+    count = log.resolution.get(name, 0.0)
+    shown = f"{jump / count:.0f} counts" if count else f"{jump:.4g} {unit_of(name)}"
+    return (
+        f"{name} stands still from {log.time[first]:.6g} to {log.time[last]:.6g} s while the command changes, then jumps by {shown}: "
+        "the sensor or the link stopped; leave those cells empty"
+    )
 
 
 def _driven(log: Log, name: str, first: int, last: int) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.errors import counted, in_two_digits
 from rwjax.kinds import GOAL, is_angle
-from rwjax.logs.dropouts import dropouts, equal_stretches, without_dropouts
+from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, without_dropouts
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_by_output
 from rwjax.rig.columns import unit_of
@@ -32,6 +32,8 @@ SETTLED = 0.01
 """Range of a command at the end of a run, over its range in the run, up to which it has settled [1]."""
 COUNTERS = {256: "8-bit", 4096: "12-bit", 16384: "14-bit", 65536: "16-bit"}
 """Counts after which a counter begins again."""
+WRAPS = "it wraps"
+"""What is said of readings that begin again."""
 NEAR = 0.1
 """Share of a counter's length by which a jump may differ from it [1]."""
 MOVES = 10.0
@@ -74,6 +76,8 @@ def findings(log: Log) -> list[Finding]:
     """
     dropped = dropouts(log)
     read = without_dropouts(log, dropped)
+    froze = [freeze for freeze in freezes(read) if _frozen(read, freeze.output) is None]
+    moved = without_dropouts(read, froze)
     found = [
         *((about, says) for _, about, says in gaps_in_time(log)),
         *(("clock", says) for says in _about_clock(log)),
@@ -81,9 +85,9 @@ def findings(log: Log) -> list[Finding]:
         *(("command", says) for says in _about_command(log)),
         *(("command", says) for says in _about_start(read)),
         *(("readings", says) for says in _about_missing(log)),
-        *(("readings", dropout.says) for dropout in dropped),
-        *(("readings", says) for says in _about_readings(read)),
-        *(("loop", says) for says in _about_loop(read)),
+        *(("readings", dropout.says) for dropout in (*dropped, *froze)),
+        *(("readings", says) for says in _about_readings(moved)),
+        *(("loop", says) for says in _about_loop(without_dropouts(moved, freezes(moved, commanded=False)))),
     ]
     return [Finding(log.name, about, says) for about, says in found]
 
@@ -153,7 +157,7 @@ def holes(logs: Sequence[Log]) -> list[str]:
     found = [(log.name, [one.says for one in (*missing_rows(log), *gaps_in_time(log))]) for log in logs]
     lacking = [(name, says) for name, says in found if says]
     if len(lacking) <= MOST_NOTED:
-        return [f"{name}: {'; and '.join(says)}" for name, says in lacking]
+        return [str(Finding(name, "clock", "; and ".join(says))) for name, says in lacking]
     return [
         f"{len(lacking)} of {counted(len(logs), 'log')} lack rows, {lacking[0][0]} first: the command counts as held there, and whether it "
         "changed there is not known; `rwjax check` says where"
@@ -287,7 +291,7 @@ def _wrapped(log: Log, name: str) -> Iterator[str]:
         hits = int(np.sum(np.abs(jump - length) < NEAR * length))
         if hits and usual < NEAR * length:
             shown = f"{length:.0f} counts" if count else f"{length:.4g} rad"
-            yield f"{name} jumps by {shown}, a {of}, {hits} times: it wraps; unwrap it first (numpy.unwrap(…, period=…))"
+            yield f"{name} jumps by {shown}, a {of}, {hits} times: {WRAPS}; unwrap it first (numpy.unwrap(…, period=…))"
             return
 
 
@@ -362,7 +366,10 @@ def _about_loop(log: Log) -> Iterator[str]:
     for name, y in log.outputs.items():
         if name.startswith("current"):
             continue
-        whole = _without_gap(log.time, np.isfinite(y))
+        seen = np.isfinite(y)
+        if frozen := _frozen(log, name):  # a jump to where the readings would be answers nothing
+            seen[frozen[0] : sum(frozen)] = False
+        whole = _without_gap(log.time, seen)
         given, read = _new(log.command, whole), _new(y, whole)
         lags = range(0 if is_angle(name) else 1, LAGS + 1)
         answer = max((abs(_correlation(given[lag:], read[: len(read) - lag])) for lag in lags), default=0.0)

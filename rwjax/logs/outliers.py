@@ -9,8 +9,8 @@ No model is asked. A body with inertia changes its angle and its rate little fro
 
 What a model may have to explain (a jump that stays, a kink, a slow deviation) is kept.
 
-A log may begin with a step from rest: its first command is not 0, and its first readings come from before the rig has moved. Under such
-a command only a reading is an outlier that no motion between rest and the other readings has.
+A log may begin with a step from rest: its first command is not 0, and its first readings come from before the rig has moved. Of the
+first three under such a command only those are outliers that no motion between rest and the other readings has.
 """
 
 import numpy as np
@@ -80,13 +80,15 @@ def _answers(command: np.ndarray) -> np.ndarray:
 def _starts(command: np.ndarray, value: np.ndarray, unit: float) -> np.ndarray:
     """Readings that may lie off their surroundings because the log begins with a step from rest.
 
-    They are the first ones under a first command that is not 0, and lie within the range of rest and the later readings, widened by
-    its width and the noise.
+    They are the first ones under a first command that is not 0, as many as may be outliers together, and lie within the range of rest
+    and nearly all later readings, widened by its width and the noise.
     """
-    first = np.arange(len(value)) < ANSWER
-    if not np.any(command[0]) or not np.isfinite(value[~first]).any():
+    seen = np.isfinite(value)
+    first = seen & (np.cumsum(seen) <= LONGEST) & (np.arange(len(value)) < ANSWER)
+    if not np.any(command[0]):
         return np.zeros(len(value), bool)
-    low, high = min(float(np.nanmin(value[~first])), 0.0), max(float(np.nanmax(value[~first])), 0.0)
+    low, high = np.percentile(np.append(value[seen & ~first], 0.0), (1.0, 99.0))  # a later outlier hides none of these
+    low, high = min(low, 0.0), max(high, 0.0)
     margin = (high - low) + SIGMAS * unit
     return first & (value >= low - margin) & (value <= high + margin)
 

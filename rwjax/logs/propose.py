@@ -90,6 +90,8 @@ LIKE_AMPERES = 100.0
 """Largest reading without a unit that is taken for a current [A]; a larger one is a servo's own number."""
 SUPPLY_V = 12.0
 """Voltage of a supply of which nothing is known, a guess that is said to be one [V]."""
+SUPPLY_GUESSED = f"{SUPPLY_V:g} V is a guess: write the supply's voltage; "
+"""What a command's line says then."""
 SEVERAL_TURNS = 7.0
 """Angle beyond which one without a unit is taken for degrees where it moves in steps of 0.01 or more [rad]."""
 
@@ -169,7 +171,7 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
     if "goal_rad" in found:  # a log holds one command
         found.pop("duty", None)
         volts = found.pop("voltage_V", None)
-        if volts is not None and "pwm" not in volts.column.lower() and "supply_V" in columns_of(kind):
+        if volts is not None and not _of_full_power(volts.column) and "supply_V" in columns_of(kind):
             found.setdefault(
                 "supply_V", _line("supply_V", volts.column, "mV" if unit_by_name(volts.column) == "mV" else "")
             )
@@ -323,7 +325,7 @@ def command_line(column: str, values: np.ndarray, unit: str, supply: float | Non
         return _line("duty", column, "percent", "needs [drive] supply")
     if size <= 1.0 and any(part.startswith(DUTY) for part in _parts(column)):
         return _line("duty", column, "", "of 1, needs [drive] supply: right?")
-    if unit in ("V", "mV") or (size <= LIKE_VOLTS and "pwm" not in column.lower()):
+    if unit in ("V", "mV") or (size <= LIKE_VOLTS and not _of_full_power(column)):
         whole = "" if unit or size > 1.0 else "V? Of full power it is a duty"
         return _line("voltage_V", column, "mV" if unit == "mV" else "", whole)
     pulses = unit == "us" or (SHORTEST_US <= values.min() and size <= LONGEST_US)
@@ -332,7 +334,7 @@ def command_line(column: str, values: np.ndarray, unit: str, supply: float | Non
     )
     volts = f"{SUPPLY_V:g}" if supply is None else repr(supply).removesuffix(".0")
     scale = f"{volts} V / {full}"
-    guess = f"{volts} V is a guess: write the supply's voltage; " if supply is None else ""
+    guess = SUPPLY_GUESSED if supply is None else ""
     why = f"{guess}{full} is full power"
     keys = f"column = {json.dumps(column, ensure_ascii=False)}, scale = {json.dumps(scale)}"
     if pulses:
@@ -340,6 +342,11 @@ def command_line(column: str, values: np.ndarray, unit: str, supply: float | Non
         why = f"{guess}pulses in us, {volts} V at {LONGEST_US:g} and none at {NEUTRAL_US:g}"
     line = f"voltage_V = {{ {keys} }}"
     return Proposal("voltage_V", f"{line}   # {why}: right?", column)
+
+
+def _of_full_power(column: str) -> bool:
+    """Whether a command is a share of full power by its name, and so no volts."""
+    return "pwm" in column.lower() or any(part.startswith(DUTY) for part in _parts(column))
 
 
 def _time_unit(values: np.ndarray) -> str:

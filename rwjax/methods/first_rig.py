@@ -11,7 +11,15 @@ import numpy as np
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
-from rwjax.logs.propose import SUPPLY_V, command_line, is_commanded_torque, proposal, proposed, unit_by_name
+from rwjax.logs.propose import (
+    SUPPLY_GUESSED,
+    SUPPLY_V,
+    command_line,
+    is_commanded_torque,
+    proposal,
+    proposed,
+    unit_by_name,
+)
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
@@ -179,7 +187,7 @@ def _guessed_supply(
 ) -> tuple[str, ...]:
     """A sentence on the supply's voltage, where the file needs one that is neither given nor logged."""
     of_duty = "drive.supply" in numbers and "supply_V" not in columns
-    if datasheet.supply or not (of_duty or "V is a guess" in section):
+    if datasheet.supply or not (of_duty or SUPPLY_GUESSED in section):
         return ()
     where = "`drive.supply`" if of_duty else "`scale` under [columns]"
     return (

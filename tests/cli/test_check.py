@@ -75,3 +75,23 @@ def test_the_next_command_is_one_that_the_files_allow(
     check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
     last = capsys.readouterr().out.splitlines()[-1]
     assert last.startswith(f"next: rwjax {suggested} ") if suggested else not last.startswith("next: ")
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_readings_that_wrap_stand_first_and_are_what_is_to_be_settled(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], as_json: bool
+) -> None:
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    run = log(U)
+    y = np.mod(9.5 * run.outputs["yaw_rad"] + 1.0, 2.0 * np.pi)
+    write_log(tmp_path / "run.csv", {"time_s": run.time, "voltage_V": run.command, "yaw_rad": y})
+    with pytest.raises(InputError) as error:
+        check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=as_json, quiet=True)
+    out = capsys.readouterr().out
+    if as_json:
+        found = json.loads(out)["findings"]
+        assert "it wraps" in str(error.value) and [one["about"] for one in found][:2] == ["readings", "units"]
+        return
+    assert "readings wrap: settle what stands first under `readings`" in str(error.value)
+    first, second = [line for line in out.splitlines() if line.startswith("- ")][:2]
+    assert first.startswith("- readings: ") and "it wraps" in first and second.startswith("- units: ")

@@ -189,6 +189,9 @@ def test_with_no_time_at_all_the_gap_is_told_and_every_candidate_is_untried(push
     assert found.untried == tuple(name for name in candidates(rig) if name not in ("sensor.offset",))
     assert found.gaps["yaw_rad"].before > 10.0 * found.gaps["yaw_rad"].floor
     assert any(remark.startswith("an interruption ended the search") for remark in found.remarks)
+    assert (
+        found.next_experiment == "none before the search has come to its end"
+    )  # a longer budget would not have helped
 
 
 def test_matrix_products_take_one_thread_so_that_no_digit_depends_on_the_processors(pushed: tuple[Rig, Log]) -> None:

@@ -110,3 +110,49 @@ def test_a_pass_that_was_not_foreseen_is_said_and_what_the_budget_leaves_never_r
     assert told[-1] == "4 of 4 pairs, the search goes on, about 18 s left (at most 50 s)"
     most = [int(found[1]) for line in told if (found := re.search(r"at most (\d+) s", line))]
     assert len(most) == len(told) and most == sorted(most, reverse=True)
+
+
+def test_what_is_told_as_left_is_never_above_what_the_budget_leaves() -> None:
+    """The clock goes on while the line is written."""
+
+    class Running(Clock):
+        def __call__(self) -> float:
+            self.now += 0.3
+            return self.now
+
+    told = list[str]()
+    headway = Headway(Budget(60.0, Running()), told.append, clock := Running())
+    headway.enter(SOME, "candidates", besides=0.0, further=1e4)
+    clock.now += 10.0
+    for _ in range(30):
+        headway.advance(0.4)
+    both = [re.findall(r"(\d+) s", line) for line in told]
+    assert all(int(about) <= int(most) for about, most in both)
+
+
+def test_a_pass_that_takes_less_than_an_unforeseen_one_before_it_goes_on_as_well() -> None:
+    clock, told = Clock(), list[str]()
+    headway = Headway(Budget(600.0, clock), told.append, clock)
+    for what, many in (("candidates", 1.0), ("pairs", 10.0), ("more", 5.0)):
+        headway.enter(SOME, what, besides=many, further=0.0)
+        clock.now += 10.0
+        headway.advance(1.0)
+    assert ["the search goes on" in line for line in told] == [False, True, True]
+
+
+def test_what_is_done_besides_a_pass_is_said_without_a_time_until_it_ends() -> None:
+    clock, told = Clock(), list[str]()
+    headway = Headway(Budget(60.0, clock), told.append, clock)
+    headway.enter(SOME, "candidates", besides=6.0, further=0.0)
+    clock.now += 10.0
+    headway.advance(5.0)
+    headway.doing("those ahead from all of their places")
+    headway.advance(0.0)
+    assert told[-1] == "0 of 4 candidates, those ahead from all of their places, at most 50 s left"
+    headway.doing("")
+    headway.advance(0.0)
+    assert told[-1] == "0 of 4 candidates, about 10 s left (at most 50 s)"
+    headway.doing("those ahead from all of their places")
+    headway.enter(SOME, "rivals", besides=1.0, further=0.0)  # a pass begins with nothing besides
+    headway.advance(0.0)
+    assert told[-1].startswith("0 of 4 rivals, about ")

@@ -115,7 +115,7 @@ def test_what_is_left_stands_in_the_json_and_in_the_text() -> None:
     }
     assert DIAGNOSIS.json()["left"] is None and "left:" not in str(DIAGNOSIS)
     assert "  left: 4 % of the excess squared error; nearest to it comes a law in time" in str(found)
-    assert "it is largest from 4.0 to 5.0 s of b.csv, where 60 % of it lie" in str(
+    assert "it is largest from 4.0 to 5.0 s of b.csv, where 60 % of it lies" in str(
         found
     ) and "The rig lacks" not in str(found)
     nowhere = replace(found, left=replace(left, where=None))

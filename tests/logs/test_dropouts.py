@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.logs.dropouts import dropouts, equal_stretches, without_dropouts
+from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, without_dropouts
 from rwjax.logs.log import Log
 
 T = np.arange(2000) * 0.01
@@ -130,3 +130,58 @@ def test_a_stretch_with_torque_off_is_no_drop_out() -> None:
 def test_equal_readings_are_found_by_their_first_and_last() -> None:
     assert equal_stretches(np.array([1.0, 1.0, 2.0, 3.0, 3.0, 3.0])).tolist() == [[0, 1], [3, 5]]
     assert equal_stretches(np.array([1.0, np.nan, np.nan])).tolist() == []
+
+
+FREEZE = slice(500, 801)
+
+
+def frozen_at(y: np.ndarray, count: float = COUNT) -> Log:
+    return of_angle(at(y, FREEZE, float(y[500])), count)
+
+
+@pytest.mark.parametrize("count", [COUNT, 0.0])
+def test_readings_that_stand_still_and_jump_to_where_they_would_be_are_a_freeze(count: float) -> None:
+    (found,) = freezes(frozen_at(MOTION, count))
+    assert (found.output, found.first, found.last) == ("yaw_rad", 500, 800)
+    assert found.says.startswith("yaw_rad stands still from 5 to 8 s while the command changes, then jumps by ")
+    y = frozen_at(MOTION, count).outputs["yaw_rad"]
+    by = y[801] - y[500]
+    assert (f"by {abs(by) / count:.0f} counts: " if count else f"by {abs(by):.4g} rad: ") in found.says
+    assert found.says.endswith("the sensor or the link stopped; leave those cells empty")
+    assert freezes(of_angle(MOTION)) == []
+
+
+def test_a_freeze_is_told_only_under_a_command_that_changes_with_torque_on_and_for_half_a_second() -> None:
+    log = frozen_at(MOTION)
+    assert freezes(replace(log, command=at(log.command, slice(450, 850), 2.0))) == []
+    assert len(freezes(replace(log, command=at(log.command, slice(450, 850), 2.0)), commanded=False)) == 1
+    assert freezes(replace(log, enabled=(T < 6.0).astype(float))) == []
+    assert freezes(replace(log, time=np.where(T > 8.005, T + 3.0, T))) == []  # it may turn as far in a gap
+    for last, many in ((550, 0), (551, 1)):
+        still = at(MOTION, slice(500, last), float(MOTION[500]))
+        assert len(freezes(of_angle(still))) == many
+
+
+def test_two_freezes_are_both_told() -> None:
+    twice = at(at(MOTION, FREEZE, float(MOTION[500])), slice(1200, 1400), float(MOTION[1200]))
+    assert [found.first for found in freezes(of_angle(twice))] == [500, 1200]
+
+
+def test_a_rig_that_friction_or_a_stop_holds_is_not_frozen() -> None:
+    rate, angle, held = 0.0, np.zeros(2000), np.zeros(2000)
+    for k in range(1, 2000):  # sticks below 2 V
+        u = 4.0 * np.cos(0.8 * T[k])
+        moves = abs(u) > 2.0 or abs(rate) > 0.04
+        rate = rate + 0.01 * (u - 2.0 * np.sign(rate if rate else u) - 0.2 * rate) if moves else 0.0
+        angle[k] = angle[k - 1] + 0.01 * rate
+        held[k] = np.clip(angle[k], -0.5, 0.2)
+    for y in (angle, held, np.clip(MOTION, 4.0, 7.0)):
+        assert len(equal_stretches(of_angle(y).outputs["yaw_rad"])) and freezes(of_angle(y)) == []
+        slow = slice(0, 2000, 10)
+        assert freezes(of_angle(y[slow], time=T[slow])) == []
+
+
+def test_slips_of_one_sample_between_rests_are_no_freezes() -> None:
+    slips = np.floor(MOTION / 0.3) * 0.3
+    slips[1000:] += 2.0
+    assert freezes(of_angle(slips)) == []

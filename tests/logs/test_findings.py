@@ -341,6 +341,7 @@ def test_a_log_that_lacks_rows_has_one_note_and_many_such_logs_have_one_together
     assert "1 row is missing, the first after 2.99 s" in said_of_one and "1 gap in time" in said_of_one
     logs = [replace(few, name=f"{k}.csv") for k in range(MOST_NOTED + 1)]
     assert len(holes(logs[:-1])) == MOST_NOTED
+    assert holes([replace(few, name="")]) == [said_of_one.removeprefix("run: ")]
     (said_of_all,) = holes([GOOD, *logs])
     assert said_of_all.startswith("4 of 5 logs lack rows, 0.csv first: ") and "`rwjax check` says where" in said_of_all
 
@@ -358,3 +359,27 @@ def test_a_log_that_begins_with_a_step_from_rest_is_told_how_to_say_so() -> None
     assert not begins(step, yaw_rad_s=turns + 20.0)  # it turned before
     assert not begins(np.where(T > 0.0, step, 0.0), yaw_rad_s=turns)  # the log tells the step
     assert not begins(step, yaw_rad_s=np.roll(turns, 500) * (T > 5.0))  # friction holds it
+    assert not begins(np.where(T > 0.0, step, 0.5), yaw_rad_s=turns)  # hardly a command
+    log = replace(GOOD, command=step, outputs={"yaw_rad_s": turns}, resolution={"yaw_rad_s": 0.0})
+    for other in (replace(log, input="goal_rad"), replace(log, enabled=T > 0.0)):
+        assert not any("begins at rest" in says for _, says in said(other))
+
+
+@pytest.mark.parametrize("count", [COUNT, 0.0])
+def test_a_freeze_that_ends_as_the_command_changes_is_told_and_is_no_loop(count: float) -> None:
+    command = 4.0 * np.sign(np.sin(0.7 * T))
+    angle = np.cumsum(np.cumsum(command)) * 1e-4
+    angle = count * np.round(angle / count) if count else angle
+    ends = int(np.flatnonzero(np.diff(command))[2])
+    log = replace(
+        GOOD,
+        command=command,
+        outputs={"yaw_rad": at(angle, slice(ends - 300, ends), float(angle[ends - 300]))},
+        resolution={"yaw_rad": count},
+    )
+    found = said(log)
+    changes = replace(log, command=command + 0.5 * np.sin(5.0 * T))
+    assert not [says for about, says in [*found, *said(changes)] if about == "loop"]
+    (told,) = [says for about, says in said(changes) if about == "readings"]
+    stays = f"yaw_rad stands still from {T[ends - 300]:.6g} to {T[ends - 1]:.6g} s while the command changes, then jumps by "
+    assert told.startswith(stays if count else "yaw_rad stays the same for 2.99 s")

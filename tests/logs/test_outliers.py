@@ -195,4 +195,14 @@ def test_the_first_readings_of_a_step_from_rest_are_kept_and_a_lost_byte_there_i
     lost = current.copy()
     lost[0] = 200.0
     assert np.flatnonzero(outliers(TIME[:300], lost, np.full(300, 6.0))).tolist() == [0]
+    lost[150] = 200.0
+    assert np.flatnonzero(outliers(TIME[:300], lost, np.full(300, 6.0))).tolist() == [0, 150]
     assert np.flatnonzero(outliers(TIME[:300], current, np.zeros(300))).tolist() == [0]  # nothing drives it
+
+
+def test_a_reading_that_is_lost_soon_after_the_start_is_found_under_a_command_that_was_there_before() -> None:
+    turns = 20.0 + 1e-3 * np.random.default_rng(2).normal(size=300)
+    for k in (3, 5, 12):
+        lost = turns.copy()
+        lost[k] = 0.0
+        assert np.flatnonzero(outliers(TIME[:300], lost, np.full(300, 6.0))).tolist() == [k]

@@ -33,6 +33,15 @@ K = np.arange(100.0)
             for name in ("throttle", "throttle_us", "throttle_cmd", "pwm", "pwm_1 [us]")
         ),
         ("throttle_cmd", 255 - K, 'voltage_V = { column = "throttle_cmd", scale = "12 V / 255" }'),
+        *(
+            (
+                name,
+                46.0 * np.sin(K),
+                f'voltage_V = {{ column = "{name}", scale = "12 V / 100" }}   # 12 V is a guess: write the supply\'s voltage; 100 is full power: right?',
+            )
+            for name in ("throttle", "motor_duty", "throttle_cmd", "Tastgrad")
+        ),
+        ("throttle_V", 0.4 * K, 'voltage_V = "throttle_V"'),
         ("Throttle", 0.01 * K, 'duty = "Throttle"   # of 1, needs [drive] supply: right?'),
         ("duty_pct", 0.3 * K, 'duty = { column = "duty_pct", unit = "percent" }   # needs [drive] supply'),
         ("Tastgrad [%]", 0.3 * K, 'duty = { column = "Tastgrad [%]", unit = "percent" }   # needs [drive] supply'),

@@ -416,7 +416,11 @@ def test_the_file_of_a_servo_says_the_command_that_the_terminal_says(tmp_path: P
 
 @pytest.mark.parametrize(
     ("columns", "full", "where"),
-    [("ms,pwm,counts", 255, "`scale` under [columns]"), ("ms,throttle_pct,counts", 100, "`drive.supply`")],
+    [
+        ("ms,pwm,counts", 255, "`scale` under [columns]"),
+        ("ms,throttle_pct,counts", 100, "`drive.supply`"),
+        ("ms,throttle,counts", 46, "`scale` under [columns]"),
+    ],
 )
 def test_a_supply_that_is_not_given_is_a_guess_and_said_to_be_one(
     columns: str, full: int, where: str, tmp_path: Path
@@ -430,6 +434,12 @@ def test_a_supply_that_is_not_given_is_a_guess_and_said_to_be_one(
     assert "a guess" in line.partition("#")[2] and parse_rig(found.text).free
     given = first_rig([tmp_path / "run.csv"], Datasheet(supply=9.0))
     assert not any("--supply" in note for note in given.notes) and "12" not in given.text.partition("[fit]")[0]
+
+
+def test_a_column_that_is_called_a_guess_is_none(tmp_path: Path) -> None:
+    rows = [f"{10 * k},{5 * (-1) ** (k // 50)},1,{30 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["ms,volts_V,12 V is a guess,counts", *rows, ""]))
+    assert not any("--supply" in note for note in first_rig([tmp_path / "run.csv"], NOTHING).notes)
 
 
 def test_a_supply_that_is_logged_is_no_guess_that_is_noted(tmp_path: Path) -> None:

@@ -327,10 +327,12 @@ class Search:
         at_once = self.limits.from_all_places_at_once
         for k in range(0, len(hypotheses), at_once):
             if self._suffices(tried, enough):
-                return
+                break
+            self.fits.headway.doing("those ahead from all of their places")
             for e, fitted in self.halving.from_all_places(hypotheses[k : k + at_once], parent).items():
                 if not self._suffices(tried, enough):
                     self.fits.keep({e: fitted})
+        self.fits.headway.doing("")
 
     def _suffices(self, hypotheses: list[Hypothesis], enough: float) -> bool:
         """Whether the leading hypothesis leaves at most so much excess."""

@@ -128,8 +128,9 @@ class SuccessiveHalving:
             The best fit of each; the store is left as it was.
         """
         limits, begun = self.limits, begin(self.fits, hypotheses, parent)
-        stepped = iter(self._stepped([f for e in hypotheses for f in begun[e].places], limits.thorough_steps))
-        furthest = {e: sorted((next(stepped) for _ in begun[e].places), key=_cost)[: limits.places] for e in hypotheses}
+        places = {e: begun[e].places or [begun[e].here] for e in hypotheses}
+        stepped = iter(self._stepped([f for e in hypotheses for f in places[e]], limits.thorough_steps))
+        furthest = {e: sorted((next(stepped) for _ in places[e]), key=_cost)[: limits.places] for e in hypotheses}
         ends = iter(self.fits.ends_of([f for several in furthest.values() for f in several]))
         return {e: min((next(ends) for _ in several), key=_cost) for e, several in furthest.items()}
 

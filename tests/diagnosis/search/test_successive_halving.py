@@ -1,11 +1,15 @@
 """Successive halving: what advances, what begins again, and what a fit from all places finds."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving, extrapolated_cost, fitted
-from rwjax.diagnosis.starting_points import begin
+from rwjax.diagnosis.starting_points import Begun, begin
 from tests.diagnosis.simulated import fits_of, moved_to, true_log
 from tests.systems import platform
 
@@ -81,3 +85,17 @@ def test_a_hypothesis_that_no_search_has_begun_is_fitted_from_the_rig_as_it_is()
     assert found.numbers()["axis.quadratic_drag.c"] == pytest.approx(0.01, rel=0.05)
     assert fits.ended(drag) and fitted(fits, drag) is found
     assert SuccessiveHalving(fits).fit([], NOTHING) == {}
+
+
+def test_what_begins_at_no_place_is_fitted_from_where_it_was_screened(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, dry = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",))
+    fits = fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.06}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+
+    def nowhere(fits: ModelFits, some: Sequence[Hypothesis], parent: Hypothesis) -> dict[Hypothesis, Begun]:
+        return {e: replace(one, places=[]) for e, one in begin(fits, some, parent).items()}
+
+    monkeypatch.setattr("rwjax.diagnosis.search.successive_halving.begin", nowhere)
+    found = SuccessiveHalving(fits).from_all_places([dry], NOTHING)[dry]
+    assert found.numbers()["axis.coulomb.M_c"] == pytest.approx(0.06, rel=0.05)
