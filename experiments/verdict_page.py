@@ -59,6 +59,8 @@ FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", 
 FRESH, NEWEST = "fresh", "fresh_further"
 FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third"
 """Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of three later searches."""
+OTHERS = "third_others"
+"""File of wheels and platforms of the set `third` with two causes, one outside the list, or nothing missing."""
 ONE_CAUSE = "final_single"
 """File of cases of the final set with one cause, nothing missing or a cause outside the list, by the newest search."""
 CONTACTS = "final_contacts"
@@ -304,6 +306,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "one-cause": of(reached, name=ONE_CAUSE),
     "contacts": of(lambda among, alike: by("effect", among, alike), "single", name=CONTACTS),
     "fresh": of(reached, name=FRESH),
+    "third-others": of(reached, name=OTHERS),
     "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=NEWEST),
     "messy-by-search": messy_by_search,
     "messy-oracle": beside_small_causes,
