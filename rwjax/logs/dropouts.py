@@ -67,17 +67,28 @@ def dropouts(log: Log) -> list[Dropout]:
     return [found for name in log.outputs for found in _of_output(log, name)]
 
 
-def freezes(log: Log, commanded: bool = True) -> list[Dropout]:
+def freezes(log: Log) -> list[Dropout]:
     """Where angles stand still while the command changes, and then jump to where they would be.
 
     Args:
         log: The log.
-        commanded: Whether the command has to change meanwhile, with torque on.
 
     Returns:
         The freezes, output by output and in the order of time; none for a log as it should be, or a rig that friction or a stop holds.
     """
-    return [found for name in log.outputs if is_angle(name) for found in _frozen(log, name, commanded)]
+    return [found for found in leaps_after_rests(log) if _commanded(log, found.first, found.last)]
+
+
+def leaps_after_rests(log: Log) -> list[Dropout]:
+    """Where angles stand still and then jump, whatever the command does meanwhile.
+
+    Args:
+        log: The log.
+
+    Returns:
+        The rests, output by output and in the order of time.
+    """
+    return [found for name in log.outputs if is_angle(name) for found in _leaping(log, name)]
 
 
 def without_dropouts(log: Log, found: Sequence[Dropout]) -> Log:
@@ -138,8 +149,8 @@ def _of_output(log: Log, name: str) -> Iterator[Dropout]:
                 yield Dropout(name, a, b, _says(log, name, a, b))
 
 
-def _frozen(log: Log, name: str, commanded: bool) -> Iterator[Dropout]:
-    """The freezes of one angle."""
+def _leaping(log: Log, name: str) -> Iterator[Dropout]:
+    """The rests of one angle that end by a jump."""
     seen = np.flatnonzero(np.isfinite(log.outputs[name]))
     y, time = log.outputs[name][seen], log.time[seen]
     jump, step = np.abs(np.diff(y)), np.diff(time)
@@ -149,7 +160,6 @@ def _frozen(log: Log, name: str, commanded: bool) -> Iterator[Dropout]:
         if FEWEST <= first and last + FEWEST < len(y) and last - first + 1 >= FEWEST
         if time[last] - time[first] >= LASTS_S
         if all(np.sum(beside > 0.0) >= MOVING for beside in (jump[first - FEWEST : first], jump[last + 1 :][:FEWEST]))
-        if not commanded or _commanded(log, int(seen[first]), int(seen[last]))
     ]
     if not stretches:
         return

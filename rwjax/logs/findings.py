@@ -7,7 +7,7 @@ import numpy as np
 
 from rwjax.errors import counted, in_two_digits
 from rwjax.kinds import GOAL, is_angle
-from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, without_dropouts
+from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, leaps_after_rests, without_dropouts
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_by_output
 from rwjax.rig.columns import unit_of
@@ -87,7 +87,7 @@ def findings(log: Log) -> list[Finding]:
         *(("readings", says) for says in _about_missing(log)),
         *(("readings", dropout.says) for dropout in (*dropped, *froze)),
         *(("readings", says) for says in _about_readings(moved)),
-        *(("loop", says) for says in _about_loop(without_dropouts(moved, freezes(moved, commanded=False)))),
+        *(("loop", says) for says in _about_loop(without_dropouts(moved, leaps_after_rests(moved)))),
     ]
     return [Finding(log.name, about, says) for about, says in found]
 

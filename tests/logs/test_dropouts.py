@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, without_dropouts
+from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, leaps_after_rests, without_dropouts
 from rwjax.logs.log import Log
 
 T = np.arange(2000) * 0.01
@@ -154,7 +154,7 @@ def test_readings_that_stand_still_and_jump_to_where_they_would_be_are_a_freeze(
 def test_a_freeze_is_told_only_under_a_command_that_changes_with_torque_on_and_for_half_a_second() -> None:
     log = frozen_at(MOTION)
     assert freezes(replace(log, command=at(log.command, slice(450, 850), 2.0))) == []
-    assert len(freezes(replace(log, command=at(log.command, slice(450, 850), 2.0)), commanded=False)) == 1
+    assert len(leaps_after_rests(replace(log, command=at(log.command, slice(450, 850), 2.0)))) == 1
     assert freezes(replace(log, enabled=(T < 6.0).astype(float))) == []
     assert freezes(replace(log, time=np.where(T > 8.005, T + 3.0, T))) == []  # it may turn as far in a gap
     for last, many in ((550, 0), (551, 1)):
