@@ -1,6 +1,6 @@
 """The command `diagnose`: where the gap between a rig file and the logs lies, and which effect causes it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.ask_first import Force, ask_first
-from rwjax.cli.interrupt import STATUS, first
+from rwjax.cli.interrupt import STATUS, first, unanswered
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_segments, positive
 from rwjax.cli.progress import progress
 from rwjax.cli.result_folder import ResultFolder
@@ -53,45 +53,60 @@ def diagnose(
 
     Example: `rwjax diagnose rig.toml logs/*.csv -o diagnosis`
     """
-    from rwjax.diagnosis.budget import Budget
-    from rwjax.diagnosis.diagnosis import diagnose as run
-    from rwjax.diagnosis.verdict import CLAIMS
-    from rwjax.fitting import garbage, processes
-    from rwjax.fitting.segments import with_segments
-    from rwjax.logs.read import read_logs
-    from rwjax.report.html import check_page
-    from rwjax.report.results import CORRECTED, answer_of, clear_results
-    from rwjax.rig.read import read_rig
-
-    check_segments(segments)
     positive(budget=budget)
-    limit, rig = Budget(budget), read_rig(rig_file)
-    logs = read_logs(log_files, rig)
-    target = ResultFolder(output, clear_results, (rig_file, *log_files))
-    target.check()
-    check_page(output)
-    with processes.Team() as team, first(limit.stop), garbage.seldom_collected(), progress(quiet, lines=True) as show:
-        show("looking at the logs")
-        logs = with_segments(rig, logs, segments)
-        asked = ask_first(rig, logs, force)
-        result = run(rig, logs, only=only or (), without=without or (), budget=limit, team=team, progress=show)
-        written = _written(result, target, show)
+    with unanswered() as answered, progress(quiet, lines=True) as show:
+        show("reading the logs")
+        from rwjax.diagnosis.budget import Budget
+        from rwjax.diagnosis.diagnosis import diagnose as run
+        from rwjax.fitting import garbage, processes
+        from rwjax.fitting.segments import with_segments
+        from rwjax.logs.read import read_logs
+        from rwjax.report.html import check_page
+        from rwjax.report.results import clear_results
+        from rwjax.rig.read import read_rig
+
+        check_segments(segments)
+        limit, rig = Budget(budget), read_rig(rig_file)
+        logs = read_logs(log_files, rig)
+        target = ResultFolder(output, clear_results, (rig_file, *log_files))
+        target.check()
+        check_page(output)
+        with processes.Team() as team, first(limit.stop), garbage.seldom_collected():
+            show("looking at the logs")
+            logs = with_segments(rig, logs, segments)
+            asked = ask_first(rig, logs, force)
+            result = run(rig, logs, only=only or (), without=without or (), budget=limit, team=team, progress=show)
+            answered()
+            written = _written(result, target, show)
     if as_json:
+        from rwjax.report.results import answer_of
+
         document(answer_of(result) + "\n")
     else:
-        told = [*_of_errors(result), *(f"  {name}: {output / path}" for name, path in written.items())]
-        if result.verdict in CLAIMS:
-            fit = "fit", output / CORRECTED, *log_files, "-o", output / "fitted.toml"
-            told.append(next_command(*fit, segments=segments, force=force))
-        elif result.verdict == "unknown":
-            told.append(f"  {output / CORRECTED}: with {_held(result)}; go on from {rig_file}")
+        files = [f"  {name}: {output / path}" for name, path in written.items()]
+        ahead = _ahead(result, rig_file, log_files, output, segments=segments, force=force)
         again = "diagnose", rig_file, *log_files, "-o", output, *_with_more_time(budget, only, without)
         silent = result.complete or limit.stopped or isinf(budget)  # else its budget has ended it
-        told += [] if silent else [next_command(*again, segments=segments, force=force)]
-        say("\n".join([str(result), *told]))
+        ahead += [] if silent else [next_command(*again, segments=segments, force=force)]
+        say("\n".join([str(result), *_of_errors(result), *files, *ahead]))
     note(*asked.notes)
     if limit.stopped:
         raise typer.Exit(STATUS)
+
+
+def _ahead(
+    result: "Diagnosis", rig_file: Path, log_files: Sequence[Path], output: Path, *, segments: float | None, force: bool
+) -> list[str]:
+    """What to do with the corrected rig file."""
+    from rwjax.diagnosis.verdict import CLAIMS
+    from rwjax.report.results import CORRECTED
+
+    if result.verdict in CLAIMS:
+        fit = "fit", output / CORRECTED, *log_files, "-o", output / "fitted.toml"
+        return [next_command(*fit, segments=segments, force=force)]
+    if result.verdict == "unknown":
+        return [f"  {output / CORRECTED}: with {_held(result)}; go on from {rig_file}"]
+    return []
 
 
 def _written(result: "Diagnosis", target: ResultFolder, show: Callable[[str], None]) -> dict[str, Path]:

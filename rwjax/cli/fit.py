@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rwjax.cli.ask_first import GO_ON, Force, ask_first
+from rwjax.cli.interrupt import unanswered
 from rwjax.cli.options import Json, LogFiles, Quiet, RigFile, Segments, check_file, check_segments, of_file
 from rwjax.cli.progress import progress
 from rwjax.cli.solver import SolverName, SolverOption, Width, solver_of
@@ -63,21 +64,22 @@ def fit(
 
     Example: `rwjax fit rig.toml logs/*.csv -o fitted.toml`
     """
-    from rwjax.errors import RigError
-    from rwjax.fitting.rig_fit import RigFit
-    from rwjax.fitting.segments import with_segments
-    from rwjax.logs.read import read_logs
-    from rwjax.rig.write import write_rig
-    from rwjax.text_files import write_text
-
-    check_segments(segments)
     if output is not None:
         check_file(output, rig_file, *log_files)
-    with progress(quiet, lines=True) as show:
+    with unanswered(), progress(quiet, lines=True) as show:
+        show("reading the logs")
+        from rwjax.errors import RigError
+        from rwjax.fitting.segments import with_segments
+        from rwjax.logs.read import read_logs
+        from rwjax.rig.write import write_rig
+        from rwjax.text_files import write_text
+
+        check_segments(segments)
         read, identify = _chosen(method, bootstrap, solver, smooth, segments, show)
         rig = read(rig_file)
+        logs = read_logs(log_files, rig)
         show("looking at the logs")
-        logs = with_segments(rig, read_logs(log_files, rig), segments)
+        logs = with_segments(rig, logs, segments)
         asked = ask_first(rig, logs, force)
         show("fitting")
         with of_file(rig_file, RigError):
@@ -92,15 +94,23 @@ def fit(
     elif output is None:
         document(text)
     else:
-        fitted = [log.name for log in logs if not log.validate]
-        if isinstance(result, RigFit) and result.lacks_something:
-            ahead = next_command("diagnose", output, *log_files, segments=segments, force=force)
-        else:
-            ahead = next_command("predict", output, *log_files, *_ahead(result, output, log_files), segments=segments)
-        say("\n".join([*_estimates(result), f"fitted to {listed(fitted)}; written to {output}", ahead]))
+        fitted = listed([log.name for log in logs if not log.validate])
+        ahead = _next(result, output, log_files, segments=segments, force=force)
+        say("\n".join([*_estimates(result), f"fitted to {fitted}; written to {output}", ahead]))
     note(*dict.fromkeys([*asked.notes, *rig.cautions, *result.notes]))
     if asked.questions and output is not None:
         note(f"{output} is written even so; its numbers are those of the logs as they are")
+
+
+def _next(
+    result: "RigFit | Identified", output: Path, log_files: "Sequence[Path]", *, segments: float | None, force: bool
+) -> str:
+    """The command to use the fitted rig file with, or to ask what it lacks."""
+    from rwjax.fitting.rig_fit import RigFit
+
+    if isinstance(result, RigFit) and result.lacks_something:
+        return next_command("diagnose", output, *log_files, segments=segments, force=force)
+    return next_command("predict", output, *log_files, *_ahead(result, output, log_files), segments=segments)
 
 
 def _check_told(rig: "Rig", result: "RigFit | Identified") -> None:

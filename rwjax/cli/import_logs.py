@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rwjax.cli.options import keep_input, results
+from rwjax.cli.options import finite, keep_input, positive, results
 from rwjax.cli.terminal import say
 from rwjax.errors import InputError, LogError
 
@@ -16,10 +16,11 @@ Files = Annotated[
 Rig = Annotated[
     Path | None, typer.Option("--rig", metavar="RIG", help="rig file (TOML) whose [columns] says what they hold")
 ]
+Supply = Annotated[float | None, typer.Option(help="voltage of a PWM at full power [V], in a section that is proposed")]
 Output = Annotated[Path | None, typer.Option("-o", metavar="DIR", help="folder for the logs")]
 
 
-def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> None:
+def import_logs(files: Files, rig_file: Rig = None, output: Output = None, supply: Supply = None) -> None:
     """Write logs in rwjax's own layout from files of any, by [columns] of the rig file. Without it, says which columns there are, and proposes a section.
 
     Example: `rwjax import recording.mat --rig rig.toml -o logs`
@@ -29,9 +30,16 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None) -> No
     rig = read_rig(rig_file) if rig_file is not None else None
     if output is not None and rig is None:
         raise InputError(f"-o {output}: logs are written by a rig file; give it with --rig")
+    if supply is not None:
+        finite(supply=supply)
+        positive(supply=supply)
     if rig is None or (output is None and not (rig.sources or rig.columns)):
-        say("\n\n".join(_proposed(path, rig.kind if rig is not None else None) for path in files))
+        say("\n\n".join(_proposed(path, rig.kind if rig is not None else None, supply) for path in files))
         return
+    if supply is not None:
+        raise InputError(
+            "--supply is of the section that is proposed, and the rig file has one already: write it there"
+        )
     from rwjax.logs.convert import converted
     from rwjax.logs.write import log_text
     from rwjax.text_files import write_text
@@ -71,7 +79,7 @@ def _stem(path: Path) -> str:
     return path.name.removesuffix(".gz").rpartition(".")[0] or path.name
 
 
-def _proposed(path: Path, kind: str | None) -> str:
+def _proposed(path: Path, kind: str | None, supply: float | None) -> str:
     """What a file holds, and a section for it; without a kind of rig for the one that `init` takes."""
     from rwjax.errors import printable_lines
     from rwjax.logs.propose import description, proposal
@@ -79,8 +87,8 @@ def _proposed(path: Path, kind: str | None) -> str:
     from rwjax.methods.first_rig import Datasheet, kind_of
 
     sheet = read_sheet(path)
-    kind = kind or kind_of(sheet, Datasheet())
+    kind = kind or kind_of(sheet, Datasheet(supply=supply))
     head = f"{path}: {len(sheet.names)} columns"
     return printable_lines(
-        "\n".join([head, *description(sheet), f"for a `{kind}` rig file:", "", proposal(sheet, kind)])
+        "\n".join([head, *description(sheet), f"for a `{kind}` rig file:", "", proposal(sheet, kind, supply=supply)])
     )

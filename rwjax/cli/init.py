@@ -47,6 +47,10 @@ Joint = Annotated[
 TorqueConstant = Annotated[float | None, typer.Option(help="of the motor, behind the gear [N m/A]")]
 WheelInertia = Annotated[float | None, typer.Option(help="of wheel and rotor [kg m2]; free where it is not given")]
 AxisInertia = Annotated[float | None, typer.Option(help="of what the axis carries [kg m2]; free where it is not given")]
+Gain = Annotated[
+    float | None,
+    typer.Option(help="of a platform's drive: torque per volt [N m/V]; its stall torque over --supply, too"),
+]
 Counts = Annotated[float | None, typer.Option(help="counted edges per turn of the encoder")]
 
 
@@ -60,6 +64,7 @@ def init(
     torque_constant: TorqueConstant = None,
     wheel_inertia: WheelInertia = None,
     axis_inertia: AxisInertia = None,
+    gain: Gain = None,
     mass: Mass = None,
     length: Length = None,
     bob: Bob = False,
@@ -83,7 +88,7 @@ def init(
             raise InputError(f"{output}: is there already; give another with -o, or remove it")
     given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
     given |= {"torque-constant": torque_constant, "wheel-inertia": wheel_inertia, "axis-inertia": axis_inertia}
-    given |= {"mass": mass, "length": length, "counts": counts}
+    given |= {"mass": mass, "length": length, "counts": counts, "gain": gain}
     _check(given, kind, from_mjcf, joint)
     if bob and mass is None:
         raise InputError("--bob says how the mass of --mass and --length is spread: give both")
@@ -109,9 +114,9 @@ def _check(given: dict[str, float | None], kind: Kind | None, from_mjcf: Path | 
         raise InputError("--mass and --length go together: both are of one rod, or of one bob")
     if joint is not None and from_mjcf is None:
         raise InputError("--joint names a hinge of the model that --from-mjcf gives")
-    other = [name for name, value in given.items() if value is not None and name != "counts"] + ["kind"] * (
-        kind is not None
-    )
+    beside = ("counts", "supply")  # what no model says
+    other = [name for name, value in given.items() if value is not None and name not in beside]
+    other += ["kind"] * (kind is not None)
     if from_mjcf is not None and other:
         raise InputError(f"--{other[0]} does not go with --from-mjcf: the model says it")
     at_voltage = [name for name in ("stall-torque", "no-load-speed") if given[name] is not None]

@@ -20,6 +20,10 @@ SIGNALS = tuple(SAYS)
 """Signals that end the command: one is as good a reason as the other."""
 _last_signal = signal.SIGINT
 """The one that came last: typer turns it into exit 130 and forgets which signal came."""
+NO_ANSWER = "; there is no answer yet, and nothing was written"
+"""What the command says besides where its answer was still to come."""
+_no_answer = ""
+"""That, while it is."""
 STATUS = 128 + signal.SIGINT
 """Status that typer makes of a `KeyboardInterrupt`, whatever it was raised for."""
 CLEAR = "\r\x1b[K\x1b[?25h"
@@ -36,7 +40,7 @@ def leave() -> None:
 
     The status is the usual one of a program that a signal ended, 130 or 143.
     """
-    said = f"{CLEAR if os.isatty(2) else ''}rwjax: {SAYS[_last_signal]}"
+    said = f"{CLEAR if os.isatty(2) else ''}rwjax: {SAYS[_last_signal]}{_no_answer}"
     with suppress(Exception):  # closed, full, or being written to where the program was interrupted
         sys.stdout.flush()
     try:
@@ -102,6 +106,29 @@ def first(ask: Callable[[], bool]) -> Iterator[None]:
         yield
     finally:
         _handle(ours, heard)
+
+
+@contextmanager
+def unanswered() -> Iterator[Callable[[], None]]:
+    """Within this, one of `SIGNALS` that ends the command says that there is no answer yet.
+
+    Yields:
+        Function that ends that, when there is an answer.
+    """
+    _say_no_answer(NO_ANSWER)
+    try:
+        yield lambda: _say_no_answer("")
+    except KeyboardInterrupt:  # which `main` turns into the line
+        raise
+    except BaseException:
+        _say_no_answer("")
+        raise
+    _say_no_answer("")
+
+
+def _say_no_answer(words: str) -> None:
+    global _no_answer
+    _no_answer = words
 
 
 def begin() -> None:

@@ -39,7 +39,7 @@ from rwjax.diagnosis.verdict import (
     stands_out,
 )
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, evidence_elsewhere, sure_of, why_not
+from rwjax.diagnosis.words import UNIT, evidence_elsewhere, not_compared, sure_of, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.errors import refuses_other_types
 from rwjax.fitting.multiple_shooting import Fit
@@ -196,9 +196,7 @@ def _ended(further: Further) -> list[str]:
         return [
             f"{why} ended the search before it was told whether {names} may be claimed, and nothing is; every candidate was compared by then{led}"
         ]
-    untried = (
-        f"not compared were {', '.join(choice.untried)}" if choice.untried else "every candidate was compared by then"
-    )
+    untried = not_compared(choice.untried, further.judged.fits.settings.report)
     return [f"{why} ended the search, and nothing is claimed; {untried}{led}"]
 
 

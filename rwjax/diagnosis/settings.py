@@ -506,6 +506,7 @@ class ReportSettings:
         10, "names of the ranking whose held-out gap is worked out, and of which is said why they are not named"
     )
     windows: int = _limit(5, "seconds in which the gap arises that are shown")
+    untried: int = _limit(4, "candidates named that were not compared; of the rest their number is told")
     sure: float = _limit(3.0, "standard errors by which a number must shift for a line of its own")
     far_percent: float = _limit(
         10.0,

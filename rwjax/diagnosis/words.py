@@ -1,7 +1,7 @@
 """The diagnosis in words, for the terminal and the head of the report."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import inf, isfinite
 
 from rwjax.diagnosis.gap import Gap
 from rwjax.diagnosis.hypothesis import spoken
@@ -11,6 +11,7 @@ from rwjax.diagnosis.verdict import Verdict
 from rwjax.diagnosis.waterfall import Rung
 from rwjax.diagnosis.worst_windows import Window
 from rwjax.effects.library import BY_NAME
+from rwjax.effects.parameter import parameters
 from rwjax.errors import counted, in_two_digits
 from rwjax.kinds import half_column
 from rwjax.rig.columns import unit_of
@@ -304,6 +305,24 @@ def evidence_elsewhere(first: tuple[str, ...]) -> str:
     return f"by the evidence of the fitted runs alone {leader} would lead; what is named has to stand other tests, too"
 
 
+def not_compared(untried: Sequence[str], limits: ReportSettings) -> str:
+    """Which candidates an unfinished search has not compared.
+
+    Args:
+        untried: their names.
+        limits: how many are named; of the rest only the number is told.
+
+    Returns:
+        The words.
+    """
+    if not untried:
+        return "every candidate was compared by then"
+    rest = len(untried) - limits.untried
+    if rest <= 1:  # one more name is no longer than its number
+        return f"not compared were {', '.join(untried)}"
+    return f"not compared were {', '.join(untried[: limits.untried])} and {rest} more (`untried` in diagnosis.json)"
+
+
 def numbers_of(rig: Rig, rung: Rung) -> list[str]:
     """The numbers of what a step of the waterfall names.
 
@@ -319,9 +338,26 @@ def numbers_of(rig: Rig, rung: Rung) -> list[str]:
         effect, _, name = number.rpartition(".")
         head, symbol = (f"{effect}: ", name) if effect in BY_NAME else ("", number)
         unit = f" {unit_in_rig(rig, number)}".rstrip()
-        told = f" ± {error:.2g}{unit}" if isfinite(error) else f"{unit} (not told by these logs)"
+        told = f" ± {error:.2g}{unit}" if isfinite(error) else f"{unit} ({without_error(number, value)})"
         lines.setdefault(head or number, []).append(f"{symbol} = {value:.4g}{told}")
     return [(head if head.endswith(": ") else "") + ", ".join(numbers) for head, numbers in lines.items()]
+
+
+def without_error(number: str, value: float) -> str:
+    """Why an estimate of what was added has no standard error.
+
+    Args:
+        number: its name, that of its effect before the last dot.
+        value: the estimate [SI].
+
+    Returns:
+        The words: it sits at an end of the range in which it may lie, or the logs do not tell it.
+    """
+    effect, _, name = number.rpartition(".")
+    low, high = parameters(BY_NAME[effect])[name].bounds if effect in BY_NAME else (-inf, inf)
+    if value in (low, high):
+        return f"the {'least' if value == low else 'most'} that it may be"
+    return "not told by these logs"
 
 
 def moved(first: Rung, last: Rung, limits: ReportSettings) -> list[str]:

@@ -12,6 +12,7 @@ from rwjax.fitting.intervals import intervals
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.ask import ask
+from rwjax.fitting.ran_away import negative_friction
 from rwjax.fitting.rig_fit import RigFit, misfit
 from rwjax.fitting.scales import sizes_of
 from rwjax.fitting.segments import said, with_segments
@@ -105,19 +106,18 @@ def fit(
     rig, logs = driven(rig, logs)
     runs = to_fit(rig, with_segments(rig, logs, segments))
     train = cut_up(runs)
-    structure = structure_of(rig)
+    structure, noise = structure_of(rig), pooled_noise(tuple(runs))
     _check_free(rig, structure)
     problem = pose(
         structure,
         train,
-        pooled_noise(tuple(runs)),
+        noise,
         per_run=rig.per_run,
         prior=rig.prior,
         refine=refine * finer(structure, train),
         solver=solver.suited(rig, train),
     )
-    shared = theta_of(rig, structure)
-    estimated = {*rig.free} - {*rig.per_run}
+    shared, estimated = theta_of(rig, structure), {*rig.free} - {*rig.per_run}
     free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])
     theta, bounds, size = (
         problem.expand(a) for a in (shared, bounds_of(rig, structure), sizes_of(rig, structure, shared, train))
@@ -138,10 +138,11 @@ def fit(
     ]
     notes += [f"{a} and {b} are hardly told apart (correlation {c:+.3f})" for a, b, c in strongly_tied(found)]
     notes += [] if best.converged else [UNSETTLED]
-    smooth = problem.solver.acts_on(rig)
+    smooth, estimate = problem.solver.acts_on(rig), _estimated_rig(rig, best, found)
     notes += [*_bent(problem.solver, smooth), *_misfit(best, smooth), *_far_from_prior(rig, best)]
+    notes += negative_friction(rig.free, estimate.values)
     interval, of_intervals = intervals(best, found, bootstrap, progress)
-    return RigFit(_estimated_rig(rig, best, found), best, found, interval, _rms(best), tuple(notes + of_intervals))
+    return RigFit(estimate, best, found, interval, _rms(best), tuple(notes + of_intervals))
 
 
 def _check_free(rig: Rig, structure: Structure) -> None:

@@ -4,7 +4,7 @@ What holds a part at rest looks like a number without end. Such an estimate foll
 file with it simulates nothing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,8 @@ from rwjax.rig.write import write_rig
 
 FAR = 1000.0
 """Times its first size, or one SI unit where it began at 0, beyond which an estimate is far away [1]."""
+VISCOUS = (".friction.viscous", "motor.friction")
+"""How the names of viscous frictions end."""
 UNSURE = 0.1
 """Standard error, as a share of the estimate, above which the logs do not say how large it is [1]."""
 
@@ -112,4 +114,23 @@ def runaway_words(rig: Rig, fitted: Rig) -> list[str]:
         f"{fitted.standard_error.get(name, np.inf):.1g}: these logs do not tell it; use runs in which that part moves, give it "
         "`fit.bounds` or a `fit.prior`, or take it out of `fit.free`"
         for name in ran_away(rig, fitted)
+    ]
+
+
+def negative_friction(free: Iterable[str], values: Mapping[str, float]) -> list[str]:
+    """What negative estimates of viscous frictions may come from: such a friction drives the motion on.
+
+    Args:
+        free: Names of the numbers that were estimated.
+        values: Their estimates by name [SI].
+
+    Returns:
+        One sentence for each.
+    """
+    return [
+        f"viscous friction came out negative: {name} = {values[name]:.3g} drives the motion on; likely the dry friction falls with the "
+        "speed or is not in the rig file, a fixed number (gain, torque constant, resistance) is wrong and brakes too much, or these logs "
+        "hardly tell it"
+        for name in free
+        if name.endswith(VISCOUS) and values.get(name, 0.0) < 0.0
     ]

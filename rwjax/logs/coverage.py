@@ -60,10 +60,12 @@ class Split:
     Attributes:
         outside: The held-out runs that leave what the fitted runs cover, the one that does so most first.
         proposed: Run, or part of the only run, that could be held out instead; None where none is covered.
+        rule: The rule by which runs are held out, as `folds` names it.
     """
 
     outside: tuple[Outside, ...] = ()
     proposed: str | None = None
+    rule: str = "marked"
 
     def json(self) -> dict:
         """Plain objects.
@@ -85,14 +87,22 @@ class Split:
         more = f" (and {len(others)} more)" if others else ""
         ranges = " against ".join(f"{low:.3g} to {high:.3g}" for low, high in (worst.seen, worst.covered))
         other = (
-            f"; held out instead, {self.proposed} would not: write `# role: validate` into that one"
+            f"; held out {'instead' if self.rule == 'marked' else 'alone'}, {self.proposed} would not: write `# role: validate` into that one"
             if self.proposed
             else "; no other split avoids that, so record a run between these"
         )
         return [
-            f"{worst.log} is held out{more} and leaves what the fitted runs cover: {100 * worst.share:.0f} % of it lies outside in "
+            f"{worst.log}{more}{_leaves(self.rule)}: {100 * worst.share:.0f} % of it lies outside in "
             f"{worst.quantity} ({ranges}), so that its gap tells of extrapolation as well{other}"
         ]
+
+
+def _leaves(rule: str) -> str:
+    """How a run is judged that leaves what is covered."""
+    return {
+        "each-on-the-other": ", judged by a fit to the other run, leaves what that one covers",
+        "leave-one-run-out": ", judged by a fit to the other runs, leaves what they cover",
+    }.get(rule, " is held out and leaves what the fitted runs cover")
 
 
 WITHIN = Split()
@@ -123,7 +133,7 @@ def split_of(rig: Rig, logs: Sequence[Log]) -> Split:
     ]
     covered = [one for one in tried if not one.leaves and one.log not in held]
     best = min(covered, key=lambda one: (one.log not in kept, one.share), default=None)
-    return Split(tuple(leaving), best.log if best else None)
+    return Split(tuple(leaving), best.log if best else None, rule)
 
 
 def _others(logs: Sequence[Log], rule: str) -> list[tuple[Fold, str]]:

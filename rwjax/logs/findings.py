@@ -14,6 +14,8 @@ from rwjax.rig.columns import unit_of
 
 GAP, UNEVEN, DRIFTS = 5.0, 0.2, 0.01
 """Interval over the median one that is a gap; scatter of the others, and change from begin to end, over the median [1]."""
+BURSTS, REGULAR = 5, 0.1
+"""Gaps from which a log may be recorded in bursts, and how far the lengths of these, and the times between them, may differ [1, 1]."""
 MOST_NOTED = 3
 """Logs that lack rows which are told of one by one beside a result."""
 LOST, FEW = 1.5, 0.1
@@ -32,8 +34,6 @@ SETTLED = 0.01
 """Range of a command at the end of a run, over its range in the run, up to which it has settled [1]."""
 COUNTERS = {256: "8-bit", 4096: "12-bit", 16384: "14-bit", 65536: "16-bit"}
 """Counts after which a counter begins again."""
-WRAPS = "it wraps"
-"""What is said of readings that begin again."""
 NEAR = 0.1
 """Share of a counter's length by which a jump may differ from it [1]."""
 MOVES = 10.0
@@ -54,11 +54,15 @@ class Finding(NamedTuple):
         log: Name of the log, "" for all of them.
         about: "clock", "command", "readings", "loop", "units" or "numbers".
         says: What it is and what to do, one sentence.
+        kind: "gaps", "bursts", "missing_rows", "uneven" or "drift" of a clock; "constant", "clipped", "one_way" or "begins_driven" of a
+            command; "missing", "outliers", "dropout", "frozen", "wrap" or "still" of readings; "loop"; "question" about units;
+            "nothing_told" or "barely_told" of numbers.
     """
 
     log: str
     about: str
     says: str
+    kind: str
 
     def __str__(self) -> str:
         """Log and sentence."""
@@ -78,18 +82,22 @@ def findings(log: Log) -> list[Finding]:
     read = without_dropouts(log, dropped)
     froze = [freeze for freeze in freezes(read) if _frozen(read, freeze.output) is None]
     moved = without_dropouts(read, froze)
-    found = [
-        *((about, says) for _, about, says in gaps_in_time(log)),
-        *(("clock", says) for says in _about_clock(log)),
-        *((about, says) for _, about, says in missing_rows(log)),
-        *(("command", says) for says in _about_command(log)),
-        *(("command", says) for says in _about_start(read)),
-        *(("readings", says) for says in _about_missing(log)),
-        *(("readings", dropout.says) for dropout in (*dropped, *froze)),
-        *(("readings", says) for says in _about_readings(moved)),
-        *(("loop", says) for says in _about_loop(without_dropouts(moved, leaps_after_rests(moved)))),
+    found = {
+        "command": (*_about_command(log), *_about_start(read)),
+        "readings": (
+            *_about_missing(log),
+            *(("dropout", dropout.says) for dropout in dropped),
+            *(("frozen", freeze.says) for freeze in froze),
+            *_about_readings(moved),
+        ),
+        "loop": _about_loop(without_dropouts(moved, leaps_after_rests(moved))),
+    }
+    return [
+        *gaps_in_time(log),
+        *(Finding(log.name, "clock", says, kind) for kind, says in _about_clock(log)),
+        *missing_rows(log),
+        *(Finding(log.name, about, says, kind) for about, of in found.items() for kind, says in of),
     ]
-    return [Finding(log.name, about, says) for about, says in found]
 
 
 def missing_rows(log: Log) -> list[Finding]:
@@ -114,7 +122,7 @@ def missing_rows(log: Log) -> list[Finding]:
         f"{counted(rows, 'row')} {'is' if rows == 1 else 'are'} missing, the first after {log.time[lost[0]]:.6g} s: the command changes at "
         "most samples, and counts as held there; write these rows with their command, readings empty"
     )
-    return [Finding(log.name, "clock", says)]
+    return [Finding(log.name, "clock", says, "missing_rows")]
 
 
 def gaps_in_time(log: Log) -> list[Finding]:
@@ -124,7 +132,8 @@ def gaps_in_time(log: Log) -> list[Finding]:
         log: The log.
 
     Returns:
-        One finding with how many there are, and where [s] the longest one is; none for a log without any.
+        One finding with how many there are, and where [s] the longest one is, or for a log that was recorded in bursts with how long these
+        are and how often [s] they come; none for a log without any.
     """
     step = np.diff(log.time)
     gaps = np.flatnonzero(step > GAP * np.median(step)) if len(step) else step
@@ -132,17 +141,30 @@ def gaps_in_time(log: Log) -> list[Finding]:
         return []
     k = int(gaps[np.argmax(step[gaps])])
     changed = int(np.sum(_changes(log)[gaps]))
-    where = "it" if len(gaps) == 1 else f"{changed} of them"
+    where = "it" if len(gaps) == 1 else f"{changed} of {len(gaps)}"
     known = (
         f"after {where} the command is another one, and when it changed"
         if changed
         else "whether it changed and came back"
     )
+    bursts = _bursts(log.time, gaps)
+    what = bursts or f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s"
+    split = "" if bursts else "split the log, or "
     says = (
-        f"{counted(len(gaps), 'gap')} in time, the longest {step[k]:.3g} s at {log.time[k]:.6g} s: the command counts as held there; "
-        f"{known} is not known; where it was not held, split the log, or write these rows with their command, readings empty"
+        f"{what}: the command counts as held {'between them' if bursts else 'there'}; {known} is not known; where it was not held, "
+        f"{split}write these rows with their command, readings empty"
     )
-    return [Finding(log.name, "clock", says)]
+    return [Finding(log.name, "clock", says, "bursts" if bursts else "gaps")]
+
+
+def _bursts(time: np.ndarray, gaps: np.ndarray) -> str:
+    """How a log with regular gaps was recorded: how many readings at a time, and how often; "" for any other."""
+    if len(gaps) < BURSTS:
+        return ""
+    many, every = np.diff(gaps), np.diff(time[gaps + 1])
+    usual, seconds = float(np.median(many)), float(np.median(every))
+    regular = np.abs(many - usual).max() <= max(REGULAR * usual, 1.0) and np.abs(every / seconds - 1.0).max() <= REGULAR
+    return f"recorded in bursts of {usual:.0f} readings every {seconds:.3g} s" if regular else ""
 
 
 def holes(logs: Sequence[Log]) -> list[str]:
@@ -157,28 +179,32 @@ def holes(logs: Sequence[Log]) -> list[str]:
     found = [(log.name, [one.says for one in (*missing_rows(log), *gaps_in_time(log))]) for log in logs]
     lacking = [(name, says) for name, says in found if says]
     if len(lacking) <= MOST_NOTED:
-        return [str(Finding(name, "clock", "; and ".join(says))) for name, says in lacking]
+        return [f"{name}: {'; and '.join(says)}" if name else "; and ".join(says) for name, says in lacking]
     return [
         f"{len(lacking)} of {counted(len(logs), 'log')} lack rows, {lacking[0][0]} first: the command counts as held there, and whether it "
         "changed there is not known; `rwjax check` says where"
     ]
 
 
-def _about_clock(log: Log) -> Iterator[str]:
+def _about_clock(log: Log) -> Iterator[tuple[str, str]]:
     """Uneven intervals, and a clock that changes its rate."""
     step = np.diff(log.time)
     usual = float(np.median(step))
     even = step[step <= GAP * usual]
     if np.std(even) > UNEVEN * usual:
         yield (
+            "uneven",
             f"samples lie {1e3 * np.min(even):.3g} to {1e3 * np.max(even):.3g} ms apart, {1e3 * usual:.3g} in the median: if the logger "
-            "samples evenly, the time stamps are late, and evenly spaced ones are better"
+            "samples evenly, the time stamps are late, and evenly spaced ones are better",
         )
     quarter = len(even) // 4
     if quarter >= PAST:
         first, last = float(np.mean(even[:quarter])), float(np.mean(even[-quarter:]))
         if abs(last - first) > DRIFTS * usual and np.std(even) < UNEVEN * usual:
-            yield f"the interval goes from {1e3 * first:.4g} to {1e3 * last:.4g} ms over the run: does the clock drift?"
+            yield (
+                "drift",
+                f"the interval goes from {1e3 * first:.4g} to {1e3 * last:.4g} ms over the run: does the clock drift?",
+            )
 
 
 def _changes(log: Log) -> np.ndarray:
@@ -186,29 +212,36 @@ def _changes(log: Log) -> np.ndarray:
     return np.any(np.diff(log.command.reshape(len(log.command), -1), axis=0) != 0.0, axis=1)
 
 
-def _about_command(log: Log) -> Iterator[str]:
+def _about_command(log: Log) -> Iterator[tuple[str, str]]:
     """A command that never changes, goes one way, or is clipped."""
     unit = unit_of(log.input)
     for k, u in enumerate(log.command.reshape(len(log.command), -1).T):
         name = log.input if log.command.ndim == 1 else f"voltage_{k + 1}_V"
         low, high = float(u.min()), float(u.max())
         if low == high:
-            yield f"{name} is {low + 0.0:g} throughout: it tells friction at most; add runs in which it changes"
+            yield (
+                "constant",
+                f"{name} is {low + 0.0:g} throughout: it tells friction at most; add runs in which it changes",
+            )
             continue
         size, values = max(abs(low), abs(high)), len(np.unique(u))
         at_limit = _clipped(u, size)
         if name != GOAL and values > MANY and at_limit > AT_LIMIT:
             yield (
+                "clipped",
                 f"{name} is at its largest, {size:.4g} {unit}".rstrip()
                 + f", in {100 * at_limit:.0f} % of the samples beside {values - 1} other values: where the drive clips it, log what "
-                "is left of it, or let the rig file clip it, too"
+                "is left of it, or let the rig file clip it, too",
             )
         if name != GOAL and (low >= 0.0 or high <= 0.0):
             way = "below" if low >= 0.0 else "above"
-            yield f"{name} never goes {way} 0: nothing is told of the other direction; add a run that reverses it"
+            yield (
+                "one_way",
+                f"{name} never goes {way} 0: nothing is told of the other direction; add a run that reverses it",
+            )
 
 
-def _about_start(log: Log) -> Iterator[str]:
+def _about_start(log: Log) -> Iterator[tuple[str, str]]:
     """A log that begins with a step from rest: a drive that acts late is taken to have had the first command for long."""
     if log.input == GOAL or log.enabled is not None:
         return
@@ -218,8 +251,9 @@ def _about_start(log: Log) -> Iterator[str]:
     for name in log.outputs:
         if not name.startswith("current") and _moves_off(log, name):
             yield (
+                "begins_driven",
                 f"the command is not 0 at the first sample, and {name} begins at rest: a drive that acts late counts as settled by then; "
-                "where the command was 0 before, write a row with 0 before the first one, readings empty"
+                "where the command was 0 before, write a row with 0 before the first one, readings empty",
             )
             return
 
@@ -245,7 +279,7 @@ def _clipped(u: np.ndarray, size: float) -> float:
     return float(np.mean(at)) if len(before) and np.mean(before > CLOSE * size) > 0.5 else 0.0
 
 
-def _about_missing(log: Log) -> Iterator[str]:
+def _about_missing(log: Log) -> Iterator[tuple[str, str]]:
     """Missing and outlying readings."""
     for name, y in log.outputs.items():
         out = len(log.left_out.get(name, ()))
@@ -253,16 +287,23 @@ def _about_missing(log: Log) -> Iterator[str]:
         missing = int((~seen).sum()) - out
         if missing > MISSING * len(y):
             gap = int(np.argmax(~seen))
-            yield f"{name}: {missing} of {len(y)} readings are missing, the first at {log.time[gap]:.6g} s: is the sensor read every time?"
+            yield (
+                "missing",
+                f"{name}: {missing} of {len(y)} readings are missing, the first at {log.time[gap]:.6g} s: is the sensor read every time?",
+            )
         if out:
             first = float(log.left_out[name][0])
             if first == log.time[-1]:
-                yield f"{name}: the last reading, at {first:.6g} s, is an outlier and not counted: where the recording broke off within that number, delete the last line, else look at the wiring"
+                says = (
+                    f"the last reading, at {first:.6g} s, is an outlier and not counted: where the recording broke off within that "
+                    "number, delete the last line, else look at the wiring"
+                )
             else:
-                yield f"{name}: {counted(out, 'outlier')}, the first at {first:.6g} s, not counted; look at the wiring"
+                says = f"{counted(out, 'outlier')}, the first at {first:.6g} s, not counted; look at the wiring"
+            yield "outliers", f"{name}: {says}"
 
 
-def _about_readings(log: Log) -> Iterator[str]:
+def _about_readings(log: Log) -> Iterator[tuple[str, str]]:
     """Frozen and wrapped readings, and those that hardly move."""
     noise = noise_by_output(log)
     for name, y in log.outputs.items():
@@ -271,12 +312,20 @@ def _about_readings(log: Log) -> Iterator[str]:
         if frozen := _frozen(log, name):
             k, many = frozen
             lasts = log.time[k + many - 1] - log.time[k]
-            yield f"{name} stays the same for {lasts:.3g} s from {log.time[k]:.6g} s on, and differs from sample to sample elsewhere: a dropout? Leave those cells empty"
+            yield (
+                "frozen",
+                f"{name} stays the same for {lasts:.3g} s from {log.time[k]:.6g} s on, and differs from sample to sample elsewhere: "
+                "a dropout? Leave those cells empty",
+            )
         if float(np.ptp(y[seen])) < MOVES * noise[name]:
-            yield f"{name} hardly moves, by {in_two_digits(float(np.ptp(y[seen])) / noise[name])} times its noise: drive the rig harder, or leave the column out"
+            times = in_two_digits(float(np.ptp(y[seen])) / noise[name])
+            yield (
+                "still",
+                f"{name} hardly moves, by {times} times its noise: drive the rig harder, or leave the column out",
+            )
 
 
-def _wrapped(log: Log, name: str) -> Iterator[str]:
+def _wrapped(log: Log, name: str) -> Iterator[tuple[str, str]]:
     """Jumps of an angle by a counter's length or by a turn."""
     seen = np.isfinite(log.outputs[name])
     y, step = log.outputs[name][seen], np.diff(log.time[seen])
@@ -291,7 +340,10 @@ def _wrapped(log: Log, name: str) -> Iterator[str]:
         hits = int(np.sum(np.abs(jump - length) < NEAR * length))
         if hits and usual < NEAR * length:
             shown = f"{length:.0f} counts" if count else f"{length:.4g} rad"
-            yield f"{name} jumps by {shown}, a {of}, {hits} times: {WRAPS}; unwrap it first (numpy.unwrap(…, period=…))"
+            yield (
+                "wrap",
+                f"{name} jumps by {shown}, a {of}, {hits} times: it wraps; unwrap it first (numpy.unwrap(…, period=…))",
+            )
             return
 
 
@@ -359,7 +411,7 @@ def _slows_and_begins(steps: np.ndarray, first: int, last: int, slow: float) -> 
     return all(up or bool(np.all(size <= slow)) for up, size in zip(grows, sizes, strict=True))
 
 
-def _about_loop(log: Log) -> Iterator[str]:
+def _about_loop(log: Log) -> Iterator[tuple[str, str]]:
     """A command that answers the readings, by what in each is new."""
     if log.input == GOAL or log.command.ndim > 1:
         return
@@ -375,8 +427,9 @@ def _about_loop(log: Log) -> Iterator[str]:
         answer = max((abs(_correlation(given[lag:], read[: len(read) - lag])) for lag in lags), default=0.0)
         if answer > FED_BACK and answer > 4.0 / np.sqrt(max(whole.sum(), 1)):
             yield (
+                "loop",
                 f"{log.input} answers {name} (correlation {answer:.2f} of what is new in each): a loop was closed; log its goal and give "
-                "[drive.servo], or add a command of your own to it, since noise that is fed back bends a fit"
+                "[drive.servo], or add a command of your own to it, since noise that is fed back bends a fit",
             )
             return
 

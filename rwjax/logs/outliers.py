@@ -9,6 +9,9 @@ No model is asked. A body with inertia changes its angle and its rate little fro
 
 What a model may have to explain (a jump that stays, a kink, a slow deviation) is kept.
 
+A log may begin with a step. A current that begins with its inrush decays from its first reading on: where the next two go on
+as fast and show it above the noise, none of the three is an outlier.
+
 A log may begin with a step from rest: its first command is not 0, and its first readings come from before the rig has moved. Of the
 first three under such a command only those are outliers that no motion between rest and the other readings has.
 """
@@ -25,6 +28,8 @@ CHANGES, SIGMAS = 3.0, 8.0
 """Largest changes of the surroundings, and noise levels, by which a suspect has to lie outside."""
 MOST = 0.05
 """Share of the readings above which they are not exceptions, and all are kept."""
+AS_FAST = 2.0
+"""Times what a steady decay would leave, up to which readings still decay as from the first to the second [1]."""
 ANSWER = 15
 """Samples for which a rate or a current may answer a change of the command by a leap."""
 
@@ -47,7 +52,9 @@ def outliers(time: np.ndarray, y: np.ndarray, command: np.ndarray | None = None)
     value = y / max(float(np.max(np.abs(y[seen]))), 1e-300)
     distinct = np.diff(np.unique(value[seen]))
     unit = max(noise_level(value[seen]), float(distinct.min())) if len(distinct) else 0.0
-    may = seen & ~(_answers(command) | _starts(command, value, unit)) if command is not None else seen
+    may = seen
+    if command is not None:
+        may = seen & ~(_answers(command) | _starts(command, value, unit) | _decays(command, value, unit))
     longest_gap = (LONGEST + 1.5) * float(np.median(np.diff(time)))
     found = np.zeros(len(y), bool)
     while True:
@@ -91,6 +98,21 @@ def _starts(command: np.ndarray, value: np.ndarray, unit: float) -> np.ndarray:
     low, high = min(low, 0.0), max(high, 0.0)
     margin = (high - low) + SIGMAS * unit
     return first & (value >= low - margin) & (value <= high + margin)
+
+
+def _decays(command: np.ndarray, value: np.ndarray, unit: float) -> np.ndarray:
+    """The first three readings where they decay to those after them, under a first command that is not 0.
+
+    Each is nearer to the median of the next than the one before, on the same side, and the second lies off it by more than the noise.
+    From there the distance falls as from the first to the second, or faster; a lost byte before a motion that begins slowly does not.
+    """
+    first, kept = np.flatnonzero(np.isfinite(value))[: LONGEST + 2 * AROUND], np.zeros(len(value), bool)
+    settled = float(np.median(value[first[LONGEST:]]))
+    begin, then, last = value[first[:LONGEST]] - settled
+    same_side = begin * then > 0.0 and SIGMAS * unit < abs(then) < abs(begin)
+    if np.any(command[0]) and same_side and abs(last) <= AS_FAST * then**2 / abs(begin) + SIGMAS * unit:
+        kept[first[:LONGEST]] = abs(last) < abs(then)
+    return kept
 
 
 def _outside_surroundings(

@@ -55,6 +55,10 @@ OF_THROTTLE = r"pct|percent|cmd|command|pwm|duty|norm|raw|in|out|input|output|va
 """Words after a throttle that leave it a command."""
 NO_THROTTLE = rf"throttle[\W_]*(?!({OF_THROTTLE})(?![a-z]))[a-z]"
 """Names of something else about a throttle, such as its temperature."""
+TEMPERATURE = r"\w*temp(s|eratur\w*)?\d*|thermistor|ntc|celsius|°c|degc"
+"""Words of a temperature, which is no quantity of a rig, whatever it is of."""
+JOINT = r"joint[\W_]*\d*([\W_]*(rad|deg)\W*)?"
+"""Names of a joint's angle that say no more than whose it is."""
 COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""
 DESIRED = "des"
@@ -196,6 +200,18 @@ def is_commanded_torque(column: str) -> bool:
     return all(any(re.fullmatch(pattern, word) for word in words) for pattern in (TORQUE, ASKED_FOR))
 
 
+def is_temperature(column: str) -> bool:
+    """Whether a column is a temperature, by its name.
+
+    Args:
+        column: The column's name.
+
+    Returns:
+        True where a word of it is one of temperatures.
+    """
+    return any(re.fullmatch(TEMPERATURE, part) for part in _parts(column))
+
+
 def _dated(sheet: Sheet, column: str) -> Proposal | None:
     """Time by a column of dates whose name means it, None for any other."""
     if _meaning(column, _parts(column)) != "time_s" or _values(sheet, column, dates=[column]) is None:
@@ -235,8 +251,10 @@ def _meaning(column: str, parts: Sequence[str]) -> str:
     """What a column's name means, "" for nothing: the first word that agrees with its unit."""
     if re.search(PULSE_WIDTH, column.lower()):
         return "voltage_V"
-    if re.search(NO_THROTTLE, column.lower()):
+    if re.search(NO_THROTTLE, column.lower()) or is_temperature(column):
         return ""
+    if re.fullmatch(JOINT, column.lower()):
+        return "angle"
     means = [word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)]
     in_rates = unit_by_name(column) in RATES
     agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]

@@ -16,6 +16,7 @@ from rwjax.logs.propose import (
     SUPPLY_V,
     command_line,
     is_commanded_torque,
+    is_temperature,
     proposal,
     proposed,
     unit_by_name,
@@ -37,6 +38,7 @@ OWN_NUMBERS = {
     "resistance": "motor.resistance",
     "wheel_inertia": "wheel.inertia",
     "axis_inertia": "axis.inertia",
+    "gain": "drive.gain",
 }
 """Numbers that the datasheet gives as they are, by its attributes."""
 
@@ -56,6 +58,7 @@ class Datasheet(NamedTuple):
         wheel_inertia: Moment of inertia of wheel and rotor [kg m²].
         axis_inertia: Moment of inertia of what the axis carries [kg m²].
         bob: Whether the mass sits at the end of the length; along all of it where it does not.
+        gain: Gain of a platform's drive, its torque per volt [N m/V].
     """
 
     supply: float | None = None
@@ -69,6 +72,7 @@ class Datasheet(NamedTuple):
     wheel_inertia: float | None = None
     axis_inertia: float | None = None
     bob: bool = False
+    gain: float | None = None
 
     @property
     def of_a_motor(self) -> bool:
@@ -142,10 +146,9 @@ def first_rig(
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
         raise LogError(f"{sheet.where(None)}: no column holds counts, and an angle needs no --counts: leave it out")
     numbers = model.numbers if model else _numbers(kind, datasheet, columns)
-    unused = (
-        ()
-        if model
-        else _unused(datasheet, lambda d: (_numbers(kind, d, columns), _section(sheet, kind, lacks, d.supply)))
+    unused = _unused(
+        datasheet,
+        lambda d: (model.numbers if model else _numbers(kind, d, columns), _section(sheet, kind, lacks, d.supply)),
     )
     for what, number in OWN_NUMBERS.items():
         if getattr(datasheet, what) is not None and not model and number not in numbers:
@@ -162,7 +165,7 @@ def first_rig(
     if model:
         _check_command(sheet, model, columns)
         read_logs(paths, rig)
-        return FirstRig("".join(f"# {note}\n" for note in model.notes) + text(numbers))
+        return FirstRig("".join(f"# {note}\n" for note in model.notes) + text(numbers), said)
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:
         head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax check`.\n"
@@ -286,6 +289,8 @@ def _command_by_hand(sheet: Sheet, column: str) -> str:
     last, unit = re.split(r"[\s_\-.\[\]()]+", column.strip(" _-.[]()").lower())[-1], unit_by_name(column)
     if unit not in ("", "percent", "V", "mV", "count") or (last != column.lower() and re.fullmatch(OTHER_UNIT, last)):
         return ""
+    if is_temperature(column):
+        return ""
     try:
         values = sheet.numbers([column])[0]
     except LogError:
@@ -314,6 +319,8 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
     axis = any(name.startswith("yaw") for name in columns)
     if any(name.startswith("wheel") for name in columns):
         return "reaction" if axis else "wheel"
+    if datasheet.gain:
+        return "platform"
     if "goal_rad" in columns:
         return "joint"
     yaw = any("yaw" in name.lower() for name in names)
@@ -377,6 +384,8 @@ def _inertia(d: Datasheet) -> Known:
 
 def _gain(d: Datasheet) -> Known:
     """Gain of a platform's drive."""
+    if d.gain:
+        return Known(d.gain, GIVEN)
     if d.stall_torque and d.supply:
         return Known(rounded(d.stall_torque / d.supply), "stall torque over the voltage")
     if d.axis_inertia:

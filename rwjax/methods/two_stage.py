@@ -14,6 +14,7 @@ from scipy.optimize import least_squares
 
 from rwjax.errors import LogError, RigError
 from rwjax.fitting.fit import to_fit
+from rwjax.fitting.ran_away import negative_friction
 from rwjax.logs.driven import without_servo
 from rwjax.logs.log import Log
 from rwjax.methods.coast_down import SHORTEST_S, CoastDown, coast_downs, coasting_inertia
@@ -191,7 +192,8 @@ def two_stage(rig: Rig, logs: Sequence[Log], *, order: int | None = None) -> Ide
         f"{len(stretches)} coast-downs, polynomials in time of order {', '.join(map(str, sorted({*stages.orders})))}, "
         f"speeds from {np.min(stages.speeds):.3g} to {np.max(stages.speeds):.3g} rad/s"
     )
-    return Identified(estimated(rig, free, values, errors), tuple(notes))
+    found = estimated(rig, free, values, errors)
+    return Identified(found, (*notes, *negative_friction(free, found.values)))
 
 
 def _resampled(rng: np.random.Generator, time: np.ndarray, residual: np.ndarray) -> np.ndarray:

@@ -3,17 +3,18 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from math import isfinite
 from pathlib import Path
 
 from matplotlib.axes import Axes
 
 from rwjax.diagnosis.result import Diagnosis
-from rwjax.diagnosis.words import UNIT, left_words, where_words
+from rwjax.diagnosis.words import UNIT, left_words, where_words, without_error
 from rwjax.errors import InputError, counted, printable
 from rwjax.logs.segments import runs_of
 from rwjax.report import plots
 from rwjax.report.motions import motions
-from rwjax.report.page import drawing, rendered_page, svg_of
+from rwjax.report.page import drawing, rendered_page, short, svg_of
 from rwjax.report.png import write_png
 from rwjax.rig.number_unit import unit_in_rig
 from rwjax.rig.write import write_rig
@@ -159,6 +160,7 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     words = {
         "unit_in_rig": partial(unit_in_rig, d.rig),
         "where_words": partial(where_words, limits=d.settings.report),
+        "with_error": _with_error,
         "left_words": lambda left: left_words(left.share, left.where, left.windows, d.settings.report),
     }
     page = rendered_page(
@@ -177,3 +179,9 @@ def write_report(d: Diagnosis, folder: Path) -> Path:
     path = folder / REPORT
     write_text(path, page, InputError)
     return path
+
+
+def _with_error(pair: tuple[float, float], name: str) -> str:
+    """An estimate of what was added, with its standard error, or with why it has none."""
+    value, error = pair
+    return f"{short(value)} ± {short(error)}" if isfinite(error) else f"{short(value)} ({without_error(name, value)})"

@@ -58,7 +58,8 @@ def test_logs_that_tell_nothing_are_not_said_to_be_ready_for_a_fit(
     write_log(tmp_path / "run.csv", columns)
     check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
     said = capsys.readouterr().out.splitlines()
-    assert said[-1].startswith("- numbers: these logs tell nothing of axis.inertia, ") and "`rwjax plan`" in said[-1]
+    assert said[-2].startswith("- numbers: these logs tell nothing of axis.inertia, ") and "`rwjax plan`" in said[-2]
+    assert said[-1] == f"next: rwjax plan {tmp_path / 'rig.toml'} --volts VOLTS"
     assert sum(line.startswith("- numbers: ") for line in said) == 1
 
 
@@ -74,7 +75,7 @@ def test_the_next_command_is_one_that_the_files_allow(
     write_log(tmp_path / "run.csv", columns, {"role": role} if role else None)
     check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
     last = capsys.readouterr().out.splitlines()[-1]
-    assert last.startswith(f"next: rwjax {suggested} ") if suggested else not last.startswith("next: ")
+    assert last.startswith(f"next: rwjax {suggested} " if suggested else "no log to fit on: every one is marked ")
 
 
 @pytest.mark.parametrize("as_json", [False, True])
@@ -95,3 +96,35 @@ def test_readings_that_wrap_stand_first_and_are_what_is_to_be_settled(
     assert "readings wrap: settle what stands first under `readings`" in str(error.value)
     first, second = [line for line in out.splitlines() if line.startswith("- ")][:2]
     assert first.startswith("- readings: ") and "it wraps" in first and second.startswith("- units: ")
+
+
+def test_logs_that_have_to_be_mended_are_checked_again_before_a_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    run = log(U)
+    y = run.outputs["yaw_rad"] + 1e-4 * np.random.default_rng(0).normal(size=len(run.time))
+    y[300:360] = y[300]
+    write_log(tmp_path / "run.csv", {"time_s": run.time, "voltage_V": run.command, "yaw_rad": y})
+    check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=True, quiet=True)
+    assert "frozen" in {one["kind"] for one in json.loads(capsys.readouterr().out)["findings"]}
+    check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
+    first, ahead = capsys.readouterr().out.splitlines()[-2:]
+    assert first == "mend first what stands under `readings` in run.csv, then check again"
+    assert ahead == f"next: rwjax check {tmp_path / 'rig.toml'} {tmp_path / 'run.csv'}"
+
+
+@pytest.mark.parametrize("every", [True, False])
+def test_logs_without_readings_are_for_no_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str], every: bool) -> None:
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    run = log(U)
+    write_log(tmp_path / "bare.csv", {"time_s": run.time, "voltage_V": run.command})
+    columns = {"time_s": run.time, "voltage_V": run.command, "yaw_rad": run.outputs["yaw_rad"]}
+    write_log(tmp_path / "run.csv", columns)
+    files = [tmp_path / "bare.csv", *([] if every else [tmp_path / "run.csv"])]
+    check(tmp_path / "rig.toml", files, as_json=False, quiet=True)
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        f"next: rwjax predict {tmp_path / 'rig.toml'} {tmp_path / 'bare.csv'}"
+        if every
+        else f"next: rwjax fit {tmp_path / 'rig.toml'} {tmp_path / 'run.csv'}"
+    )

@@ -264,6 +264,28 @@ def test_after_ctrl_c_the_answer_is_whole_and_the_status_says_so(quick: Shell, n
     )
 
 
+@pytest.mark.parametrize("command", ["fit", "diagnose"])
+@pytest.mark.parametrize("number", interrupt.SIGNALS)
+def test_who_ends_the_command_while_logs_are_read_is_told_that_there_is_no_answer(
+    quick: Shell, number: signal.Signals, command: str
+) -> None:
+    def reads(paths: object, rig: object) -> object:
+        signal.raise_signal(number)
+        raise AssertionError("goes on")
+
+    quick.patch.setattr("os._exit", left)
+    quick.patch.setattr("rwjax.logs.read.read_logs", reads)
+    there, before = {*quick.folder.iterdir()}, signal.signal(number, interrupt.heard)
+    try:
+        code, out, err = quick(command, "rig.toml", "run.csv", "-o", "out", "--json")
+    finally:
+        signal.signal(number, before)
+    assert (code, out) == (128 + number, "") and {*quick.folder.iterdir()} == there
+    assert err == f"rwjax: {interrupt.SAYS[number]}{interrupt.NO_ANSWER}\n"
+    with interrupt.unanswered():
+        pass  # what is said of this command is not said of the next one
+
+
 @pytest.mark.parametrize("number", interrupt.SIGNALS)
 def test_who_ends_the_command_while_the_page_is_drawn_has_the_answer(quick: Shell, number: signal.Signals) -> None:
     def drawn(d: object) -> dict:

@@ -93,3 +93,18 @@ def test_files_with_rwjaxs_own_names_need_no_section(tmp_path: Path) -> None:
     import_logs([tmp_path / "logs" / "semicolons.csv"], tmp_path / "plain.toml", tmp_path / "again")
     first, again = ((tmp_path / folder / "semicolons.csv").read_text() for folder in ("logs", "again"))
     assert again.splitlines()[-50:] == first.splitlines()[-50:]
+
+
+def test_a_supply_is_for_a_section_that_is_proposed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [f"{10 * k},{255 * (-1) ** (k // 50)},{30 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["ms,pwm,counts", *rows, ""]))
+    import_logs([tmp_path / "run.csv"], None, None, 7.4)
+    said = capsys.readouterr().out
+    assert '"7.4 V / 255"' in said and "is a guess" not in said
+    (tmp_path / "rig.toml").write_text(PLATFORM + said[said.index("[columns]") :])
+    with pytest.raises(
+        InputError, match="^--supply is of the section that is proposed, and the rig file has one already"
+    ):
+        import_logs([tmp_path / "run.csv"], tmp_path / "rig.toml", tmp_path / "logs", 7.4)
+    with pytest.raises(InputError, match="--supply"):
+        import_logs([tmp_path / "run.csv"], None, None, -1.0)

@@ -51,3 +51,11 @@ def test_what_the_logs_do_not_tell_is_a_note_and_the_file_fits(shell: Shell) -> 
     assert shell("init", "run.csv", *given, "--quiet")[2] == ""
     code, _, err = shell("fit", "bench.toml", "run.csv", "-o", "fitted.toml", "--quiet")
     assert code == 0, err
+
+
+def test_a_supply_and_counts_go_with_a_model_and_a_gain_does_not(shell: Shell) -> None:
+    for given, words in ((("--supply", "9"), "no.xml"), (("--gain", "0.4"), "--gain does not go with --from-mjcf")):
+        code, _, err = shell("init", LOGS[0], "--from-mjcf", "no.xml", *given)
+        assert code == 2 and words in err and err.count("\n") == 1
+    code, out, err = shell("init", LOGS[0], "--gain", "0.4", "--counts", "2048", "--quiet")
+    assert code == 0 and "gain = 0.4" in out, err

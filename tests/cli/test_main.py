@@ -54,7 +54,7 @@ def test_ctrl_c_ends_a_command_with_a_word_and_leaves_nothing(
     monkeypatch.setattr("rwjax.diagnosis.diagnosis.diagnose", interrupted)
     monkeypatch.setattr("os._exit", leave)
     assert within(monkeypatch, "diagnose", DEMO / "rig.toml", *LOGS, "-o", tmp_path / "out") == 130
-    assert capsys.readouterr().err == "rwjax: interrupted\n"
+    assert capsys.readouterr().err == "rwjax: interrupted; there is no answer yet, and nothing was written\n"
     assert not (tmp_path / "out").exists()
 
 

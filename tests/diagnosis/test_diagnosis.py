@@ -188,7 +188,8 @@ def test_with_no_time_at_all_the_gap_is_told_and_every_candidate_is_untried(push
     assert not found.complete and found.verdict == "unknown" and found.effects == () and found.waterfall[0].names == ()
     assert found.untried == tuple(name for name in candidates(rig) if name not in ("sensor.offset",))
     assert found.gaps["yaw_rad"].before > 10.0 * found.gaps["yaw_rad"].floor
-    assert any(remark.startswith("an interruption ended the search") for remark in found.remarks)
+    (ended,) = (remark for remark in found.remarks if remark.startswith("an interruption ended the search"))
+    assert f", {found.untried[3]} and {len(found.untried) - 4} more" in ended and found.untried[4] not in ended
     assert (
         found.next_experiment == "none before the search has come to its end"
     )  # a longer budget would not have helped

@@ -13,6 +13,7 @@ from rwjax.diagnosis.words import (
     explanations,
     gap_line,
     moved,
+    not_compared,
     numbers_of,
     several_sentence,
     sure_of,
@@ -20,6 +21,7 @@ from rwjax.diagnosis.words import (
     verdict_sentence,
     where_words,
     why_not,
+    without_error,
 )
 from tests.systems import platform
 
@@ -227,3 +229,20 @@ def test_hundreds_of_floors_are_written_out() -> None:
     for verdict in ("unknown", "partial"):
         said = verdict_sentence(verdict, ("axis.coulomb",), (), far, "rad", None)
         assert "170 times the floor" in said and "e+" not in said
+
+
+def test_a_number_without_an_error_at_an_end_of_its_range_is_said_to_be_there() -> None:
+    own = {"drive.deadzone.u_0": (0.2, 0.01), "drive.deadzone.j": (0.0, np.inf)}
+    assert numbers_of(platform(), rung({}, own)) == [
+        "drive.deadzone: u_0 = 0.2 ± 0.01 V, j = 0 V (the least that it may be)"
+    ]
+    assert without_error("drive.deadzone.j", 0.1) == "not told by these logs" == without_error("axis.inertia", 0.0)
+
+
+def test_of_many_candidates_that_were_not_compared_the_first_are_named() -> None:
+    names = tuple(f"drive.{k}" for k in range(SETTINGS.untried + 2))
+    assert not_compared((), SETTINGS) == "every candidate was compared by then"
+    assert not_compared(names[:-1], SETTINGS) == f"not compared were {', '.join(names[:-1])}"
+    assert not_compared(names, SETTINGS) == (
+        f"not compared were {', '.join(names[: SETTINGS.untried])} and 2 more (`untried` in diagnosis.json)"
+    )

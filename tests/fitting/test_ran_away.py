@@ -7,7 +7,7 @@ import pytest
 
 from rwjax import parse_rig, write_rig
 from rwjax.fitting.fit import fit
-from rwjax.fitting.ran_away import ran_away, runaway_words, without_runaways
+from rwjax.fitting.ran_away import negative_friction, ran_away, runaway_words, without_runaways
 from rwjax.rig.model import Rig
 from tests.diagnosis.simulated import COMMAND, TIME
 from tests.systems import platform, record, run, wheel
@@ -67,3 +67,18 @@ def test_the_numbers_of_a_wheel_that_is_held_run_away_and_those_of_one_that_turn
     asked = record(TIME, COMMAND, {"wheel_rad_s": TIME})
     turns = fit(rig, [record(TIME, COMMAND, run(rig, asked, {}))])
     assert ran_away(rig, turns.rig) == ()
+
+
+def test_a_viscous_friction_that_came_out_negative_is_noted() -> None:
+    values = {"axis.friction.viscous": -0.01, "axis.inertia": 0.1, "motor.friction": 0.0}
+    (said,) = negative_friction(values, values)
+    assert said.startswith(
+        "viscous friction came out negative: axis.friction.viscous = -0.01 drives the motion on; likely "
+    )
+    assert negative_friction(["axis.friction.viscous"], {"axis.friction.viscous": 0.01}) == []
+    true = platform("viscous = -0.02", '"axis.inertia", "axis.friction.viscous"')
+    free = replace(true, bounds={"axis.friction.viscous": (-1.0, 1.0)})
+    measured = run(true, record(TIME, COMMAND, {"yaw_rad": TIME}), {})["yaw_rad"]
+    found = fit(free, [record(TIME, COMMAND, {"yaw_rad": measured})])
+    assert found.rig.numbers["axis.friction.viscous"] < 0.0
+    assert sum("viscous friction came out negative" in note for note in found.notes) == 1

@@ -90,3 +90,13 @@ def test_a_third_in_which_nothing_moves_is_not_proposed(rests: bool) -> None:
     found = split_of(platform(), [_run("one.csv", size * np.sin(3.0 * TIME), size * np.cos(3.0 * TIME))])
     assert found.outside[0].log.startswith("one.csv[") and found.proposed is not None
     assert found.proposed.startswith("6.67 to 13.34 s" if rests else "0 to 6.67 s")
+
+
+def test_a_run_of_a_split_without_marks_is_judged_and_not_held_out() -> None:
+    """Each of them is fitted, too."""
+    fast = _run("fast.csv", 6.0 * SINE, 3.0 * SINE)
+    (of_two,) = split_of(platform(), [USUAL[0], fast]).said()
+    (of_three,) = split_of(platform(), [*USUAL, fast]).said()
+    assert of_two.startswith("fast.csv, judged by a fit to the other run, leaves what that one covers: ")
+    assert of_three.startswith("fast.csv, judged by a fit to the other runs, leaves what they cover: ")
+    assert "is held out" not in of_two + of_three and "; held out alone, " in of_three

@@ -113,7 +113,43 @@ def test_a_goal_is_no_loop_by_mistake() -> None:
 
 
 def test_a_finding_says_its_log() -> None:
-    assert str(Finding("a.csv", "clock", "it is late")) == "a.csv: it is late" and str(Finding("", "units", "x")) == "x"
+    assert str(Finding("a.csv", "clock", "it is late", "gaps")) == "a.csv: it is late"
+    assert str(Finding("", "units", "x", "question")) == "x"
+
+
+def test_every_oddity_has_a_kind_of_its_own() -> None:
+    kinds = [next(one.kind for one in findings(log) if says in one.says) for log, _, says in ODD]
+    assert kinds == [
+        *(
+            "gaps",
+            "uneven",
+            "drift",
+            "constant",
+            "one_way",
+            "clipped",
+            "missing",
+            "outliers",
+            "outliers",
+            "frozen",
+            "still",
+        ),
+        *("wrap", "wrap", "loop"),
+    ]
+
+
+def test_regular_gaps_are_bursts_and_told_in_one_line() -> None:
+    """Five readings every 0.2 s, of which the first and the last burst are cut short; then one gap is later than the others."""
+    kept = (np.arange(2000) + 3) % 20 < 5
+    bursts = replace(GOOD, time=T[kept], command=U[kept], outputs={"yaw_rad": ANGLE[kept]})
+    (found,) = gaps_in_time(bursts)
+    assert found.kind == "bursts" and found.says.startswith(
+        "recorded in bursts of 5 readings every 0.2 s: the command counts as held between them; after "
+    )
+    assert "split the log" not in found.says and "\n" not in found.says
+    (irregular,) = gaps_in_time(replace(bursts, time=np.where(np.arange(kept.sum()) > 201, T[kept] + 0.1, T[kept])))
+    assert irregular.kind == "gaps" and "gaps in time, the longest" in irregular.says
+    (few,) = gaps_in_time(bursts.cut(0, 18))
+    assert few.kind == "gaps" and few.says.startswith("4 gaps in time")
 
 
 STEP = 2.0 * np.pi / 4096.0

@@ -206,3 +206,19 @@ def test_a_reading_that_is_lost_soon_after_the_start_is_found_under_a_command_th
         lost = turns.copy()
         lost[k] = 0.0
         assert np.flatnonzero(outliers(TIME[:300], lost, np.full(300, 6.0))).tolist() == [k]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("decay", [0.05, 0.1])
+def test_an_inrush_in_the_first_reading_is_kept_and_a_lost_byte_there_is_found(sign: float, decay: float) -> None:
+    noise = 1e-3 * np.random.default_rng(2).normal(size=300)
+    current = sign * (0.3 + 12.0 * decay ** np.arange(300)) + noise
+    volts = np.full(300, sign * 6.0)
+    assert outliers(TIME[:300], current).any() and not outliers(TIME[:300], current, volts).any()
+    assert outliers(TIME[:300], current, 0.0 * volts)[0]  # nothing drives it
+    lost = sign * 0.3 + noise
+    lost[0] = sign * 12.3  # and nothing that decays after it
+    assert np.flatnonzero(outliers(TIME[:300], lost, volts)).tolist() == [0]
+    speed = sign * 40.0 * (1.0 - np.exp(-TIME[:300] / 0.3)) + noise
+    speed[0] = -sign * 500.0  # a motion that begins slowly comes nearer, too
+    assert np.flatnonzero(outliers(TIME[:300], speed, volts)).tolist() == [0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax.logs.array_sheet import ArraySheet
-from rwjax.logs.propose import description, proposal
+from rwjax.logs.propose import description, is_temperature, proposal
 from rwjax.rig.read import parse_rig
 from tests.rig.texts import PLATFORM, WHEEL
 
@@ -24,6 +24,13 @@ K = np.arange(100.0)
         ("throttle_temp", K, "# passed over: throttle_temp"),
         ("Throttle Temp [°C]", K, "# passed over: Throttle Temp [°C]"),
         ("throttle_position", K, "# passed over: throttle_position"),
+        *(
+            (name, 20 + 0.1 * K, f"# passed over: {name}")
+            for name in ("motor_temp", "motor temperature [°C]", "cmd_Temp1")
+        ),
+        ("joint", 0.01 * K, 'yaw_rad = "joint"'),
+        ("joint_1_deg", K, 'yaw_rad = { column = "joint_1_deg", unit = "deg" }'),
+        ("joint_effort", K, "# passed over: joint_effort"),
         *(
             (
                 name,
@@ -207,3 +214,8 @@ def test_dates_are_time_without_a_unit_and_nothing_else() -> None:
     text = proposal(sheet, "platform")
     assert 'time_s = "time_ms"' in text.splitlines() and "# passed over: angle" in text
     assert description(sheet)[0] == "  time_ms: 0 to 18"
+
+
+def test_a_temperature_is_known_by_a_word_of_its_name() -> None:
+    assert all(map(is_temperature, ("motorTemp", "temp_1", "coil temperature", "T [°C]", "ntc")))
+    assert not any(map(is_temperature, ("attempt", "template_id", "time", "tempo")))

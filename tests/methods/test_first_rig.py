@@ -446,3 +446,31 @@ def test_a_supply_that_is_logged_is_no_guess_that_is_noted(tmp_path: Path) -> No
     rows = [f"{10 * k},{100 * (-1) ** (k // 50)},11.1,{30 * k}" for k in range(200)]
     (tmp_path / "run.csv").write_text("\n".join(["ms,throttle_pct,vbat,counts", *rows, ""]))
     assert not any("--supply" in note for note in first_rig([tmp_path / "run.csv"], NOTHING).notes)
+
+
+def test_the_gain_of_a_platform_may_be_given(tmp_path: Path) -> None:
+    paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
+    found = parse_rig(text_of(paths, Datasheet(gain=0.4)))
+    assert found.kind == "platform" and found.numbers["drive.gain"] == 0.4 and "drive.gain" not in found.free
+    assert found.numbers["axis.inertia"] == pytest.approx(0.1, rel=0.05)
+    with pytest.raises(LogError, match="--gain is given, and a first rig of kind `joint` has no drive.gain"):
+        text_of(paths, Datasheet(gain=0.4), "joint")
+
+
+def test_a_supply_is_a_guess_beside_a_mujoco_model_too(tmp_path: Path) -> None:
+    rows = [f"{10 * k},{255 * (-1) ** (k // 50)},{30 * k}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["ms,pwm,counts", *rows, ""]))
+    numbers = ("axis.inertia", "axis.friction.viscous", "motor.torque_constant", "motor.resistance")
+    hinge = MujocoJoint("elbow", {name: Known(0.02, "of the model") for name in numbers}, False, {}, ())
+    (said,) = first_rig([tmp_path / "run.csv"], NOTHING, None, hinge).notes
+    assert said.startswith("--supply is not given: 12 V in `scale` under [columns] is a guess")
+    given = first_rig([tmp_path / "run.csv"], Datasheet(supply=9.0), None, hinge)
+    assert given.notes == () and '"9 V / 255"' in given.text
+
+
+def test_a_temperature_is_no_command_by_hand(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{math.sin(k)},{math.sin(0.05 * k)}" for k in range(200)]
+    (tmp_path / "run.csv").write_text("\n".join(["time_s,motor_temp,angle_rad", *rows]))
+    with pytest.raises(LogError, match="no column is taken for a command") as said:
+        text_of([tmp_path / "run.csv"], NOTHING)
+    assert "is a first rig" not in str(said.value)

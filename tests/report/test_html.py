@@ -48,6 +48,13 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(diagnosed(), tmp_path_factory.mktemp("page"))
 
 
+def test_a_number_at_an_end_of_its_range_is_said_to_be_there(tmp_path: Path) -> None:
+    last = diagnosed().waterfall[-1]
+    found = replace(last, own={"drive.deadzone.u_0": (0.2, 0.01), "drive.deadzone.j": (0.0, float("inf"))})
+    page = write_report(diagnosed(waterfall=(diagnosed().waterfall[0], found)), tmp_path).read_text()
+    assert "<td>0.2 ± 0.01</td>" in page and "<td>0 (the least that it may be)</td>" in page
+
+
 def test_a_page_holds_the_sentence_the_figures_and_no_open_name(written: Path) -> None:
     found, page = diagnosed(), written.read_text()
     assert page.index(f"<h1>{found.sentence}</h1>") < page.index("<svg") and found.sentence.startswith("The rig lacks")

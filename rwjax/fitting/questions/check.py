@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from rwjax.fitting.questions.ask import questions
-from rwjax.fitting.questions.numbers import about_numbers
+from rwjax.fitting.questions.numbers import NothingTold, about_numbers
 from rwjax.fitting.segments import with_segments
 from rwjax.logs.dropouts import dropouts, without_dropouts
 from rwjax.logs.findings import Finding, findings
@@ -26,10 +26,10 @@ def check(rig: Rig, logs: Sequence[Log]) -> list[Finding]:
     asked = questions(rig, read) if read else []
     train = [log for log in logs if not log.validate] or list(logs)
     return [
-        *(Finding("", "units", str(question)) for question in asked),
+        *(Finding("", "units", str(question), "question") for question in asked),
         *(finding for log in logs for finding in findings(log) if str(finding) not in asked),
         *(
-            Finding("", "numbers", says)
+            Finding("", "numbers", says, "nothing_told" if isinstance(says, NothingTold) else "barely_told")
             for says in about_numbers(rig, [without_dropouts(log, dropouts(log)) for log in train])
         ),
     ]
